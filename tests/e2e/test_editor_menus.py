@@ -75,6 +75,42 @@ def test_the_menus_and_the_tools_are_used_with_mouse_and_keys(shown: EditorPage)
     expect(shown.state("wait")).to_be_focused()
 
 
+# Safari gives a button no focus when it is clicked.
+AS_SAFARI = """() => addEventListener("mousedown", (event) => {
+    if (!event.target.closest("button")) return;
+    event.preventDefault();
+    document.activeElement.blur();
+  }, true)"""
+
+
+def test_a_click_on_its_button_or_elsewhere_closes_a_menu_also_where_clicks_give_no_focus(
+    shown: EditorPage,
+) -> None:
+    page = shown.page
+    page.evaluate(AS_SAFARI)
+    menus = page.get_by_role("menu").or_(page.get_by_role("dialog", name="Robot"))
+    buttons = [title(shown, "File"), *map(shown.button, ("Actions", "Other ways to run", "Robot"))]
+    for end in (None, page.locator("hfsm-status .about")):
+        for button in buttons:
+            button.click()
+            expect(menus).to_be_visible()
+            (end or button).click()
+            expect(menus).to_have_count(0)
+
+
+def test_the_menu_of_the_selection_opens_by_keys_without_an_event_of_the_browser(shown: EditorPage) -> None:
+    shown.page.evaluate("addEventListener('contextmenu', (event) => event.stopImmediatePropagation(), true)")
+    on_canvas, in_tree = shown.state("wait"), shown.page.get_by_role("treeitem", name="go")
+    for key in ("Shift+F10", "ContextMenu"):
+        for place, name in ((on_canvas, "State wait"), (in_tree, "State go")):
+            place.click()
+            shown.press(key)
+            expect(shown.page.get_by_role("menu", name=name)).to_be_visible()
+            shown.press("Escape")
+            expect(shown.page.get_by_role("menu")).to_have_count(0)
+    expect(shown.state("go")).to_be_focused()
+
+
 def test_the_page_fits_into_every_width_and_has_few_icons(shown: EditorPage) -> None:
     shown.state("wait").click()
     shown.press("Shift+Enter")

@@ -141,8 +141,13 @@ def test_a_run_is_shown_on_the_canvas_in_the_tree_and_in_the_output(shown: Edito
 
     shown.hover(shown.state("wait").locator(".body"), shows=tooltip)  # why not
     expect(tooltip).to_contain_text("many")
-    shown.page.mouse.move(5, 5)
+    shown.state("wait").focus()
+    shown.press("F2")
+    expect(tooltip).to_be_visible()
+    shown.type("w")  # what one types is not covered
     expect(tooltip).to_have_count(0)
+    shown.press("Escape")
+    shown.page.mouse.move(5, 5)
     shown.transition("late").focus()
     shown.press("w")
     expect(tooltip).to_contain_text("its time comes after")

@@ -349,7 +349,8 @@ def test_a_process_that_ends_at_once_leads_to_the_line_that_ended_it(
     code = "count += 1\nif count &gt; 2:\n    __import__('os')._exit(3)"
     with opened(browser, path, code, monkeypatch) as shown:
         shown.press("Control+m", "F5")
-        end = shown.page.get_by_role("alert").filter(has_text="walk ended: os._exit(3) in wait.")
+        end = shown.page.locator(".live-bar").filter(has_text="Ended: os._exit(3) in wait")
+        expect(end).to_be_visible()
         expect(shown.page.get_by_role("tab", name="Problems", selected=True)).to_be_visible()  # it stays open
         end.get_by_role("button", name="line 3").click()
         field = shown.page.get_by_role("textbox", name="Code of the state wait")

@@ -6,8 +6,11 @@ import test from "node:test";
 
 import {STATIC} from "./page.js";
 
+globalThis.addEventListener ??= () => {};
+
 /** Templates of which only the values are looked at. */
-const LIT = "data:text/javascript,export const nothing = null; export const html = (_, ...values) => ({values});";
+const LIT =
+  "data:text/javascript,export const nothing = null; export const html = (_, ...values) => ({values}); export const svg = html;";
 const HOOK = `export const resolve = (name, context, next) =>
   name === "lit" ? {url: ${JSON.stringify(LIT)}, shortCircuit: true} : next(name, context);`;
 register(`data:text/javascript,${encodeURIComponent(HOOK)}`);

@@ -143,7 +143,7 @@ class Draftsman:
             self.entry(
                 "interface",
                 interface.name,
-                {"Interface": interface.type, "Name on the robot": interface.identity},
+                {"Interface": interface.type, "On the robot": interface.identity},
             )
 
     def entry(self, noun: str, name: str, fields: dict[str, str]) -> Locator:

@@ -48,16 +48,17 @@ from .transitions import TransitionType
 
 _STEP: Final = 30.0
 """Pixels by which states that would cover others are shifted, repeatedly."""
-_NEAR: Final = range(-2, 3)
-"""Distances in steps at which two circles still touch."""
+_SIDE: Final = 20.0
+_NEAR: Final = range(-4, 5)
+"""How many squares of these sides, in pixels, lie between two circles that may touch."""
 
 
 class PasteStates(Command, frozen=True, kw_only=True):
     """Paste a fragment into an automaton, with new numbers.
 
-    Its upper left corner is placed at `x`, `y`, by default where it was copied from, shifted so as not to
-    cover other states. Names are kept if they are free. A pasted state is initial only if the automaton has
-    no initial state.
+    Its upper left corner is placed at `x`, `y`, by default where it was copied from, or lower and farther
+    right so as not to cover other states. Names are kept if they are free. A pasted state is initial only if
+    the automaton has no initial state.
     """
 
     automaton: Id
@@ -93,27 +94,24 @@ class PasteStates(Command, frozen=True, kw_only=True):
         return step_name(self.name) if self.name else Message("Paste")
 
     def _shift(self, target: Automaton, top: Automaton) -> Point:
-        pasted_nodes: tuple[State | Annotation, ...] = top.states or top.annotations
-        left = min(each.x for each in pasted_nodes)
-        upper = min(each.y for each in pasted_nodes)
-        if self.x is not None and self.y is not None:
-            return self.x - left, self.y - upper
+        pasted: tuple[State | Annotation, ...] = top.states or top.annotations
         placed: tuple[State | Annotation, ...] = target.states if top.states else target.annotations
         taken = {
             (across + right, down + below)
-            for across, down in map(_square, placed)
+            for across, down in (_square(each.x, each.y) for each in placed)
             for right in _NEAR
             for below in _NEAR
         }
-        pasted = [_square(each) for each in pasted_nodes]
-        steps = 0
-        while any((across + steps, down + steps) in taken for across, down in pasted):
-            steps += 1
-        return steps * _STEP, steps * _STEP
+        right = 0.0 if self.x is None else coordinate(self.x) - min(each.x for each in pasted)
+        down = 0.0 if self.y is None else coordinate(self.y) - min(each.y for each in pasted)
+        while any(_square(each.x + right, each.y + down) in taken for each in pasted):
+            right += _STEP
+            down += _STEP
+        return right, down
 
 
-def _square(node: State | Annotation) -> tuple[int, int]:
-    return round(node.x / _STEP), round(node.y / _STEP)
+def _square(x: float, y: float) -> tuple[int, int]:
+    return round(x / _SIDE), round(y / _SIDE)
 
 
 class AddReadyState(Command, frozen=True, kw_only=True):

@@ -274,7 +274,8 @@ export const canvasActions = [
     icon: "paste",
     keys: ["Ctrl+V"],
     enabled: drawable,
-    run: ({point, pasted}) => commands.paste(point, pasted),
+    run: ({canvas, point, pasted}) =>
+      commands.paste(point, pasted, async (text) => (await import("./annotations.js")).writeNote(canvas, text, point)),
   },
   {
     id: "duplicate",
@@ -422,6 +423,14 @@ export const canvasActions = [
     keys: ["-"],
     enabled: hasDocument,
     run: ({canvas}) => canvas.viewport.zoom(0.8),
+  },
+  {
+    id: "menu",
+    label: t("Menu of the selection"),
+    icon: "dots",
+    keys: ["Shift+F10", "ContextMenu"],
+    enabled: hasDocument,
+    run: ({canvas}) => canvas.pointer.openMenu(),
   },
   {
     id: "wheelZooms",

@@ -258,6 +258,13 @@ export function frameSelection(canvas) {
   return canvas.add("annotation", "addAnnotation", {kind: "frame", x: Math.round(left), y: Math.round(top), ...size});
 }
 
+/** Add a note with a text, where there is room. @param {HfsmCanvas} canvas @param {string} text @param {Point} [corner] */
+export function writeNote(canvas, text, corner) {
+  const {x, y} = freePlace(canvas, undefined, NOTE);
+  const place = corner ?? {x: x - NOTE.width / 2, y: y - NOTE.height / 2};
+  return applyHere("addAnnotation", {kind: "note", ...place, ...NOTE, text});
+}
+
 /** Place a note: with a click, or with arrows and Enter. */
 export class NoteTool {
   kind = /** @type {"note" | "frame"} */ ("note");

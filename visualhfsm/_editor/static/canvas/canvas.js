@@ -30,10 +30,10 @@ import {Pointer} from "./pointer.js";
 import {Rename} from "./rename.js";
 import {Drawing} from "./drawing.js";
 import {make} from "./svg.js";
-import {FAR, TINY, VERY_FAR, Viewport} from "./viewport.js";
+import {FAR, FIT_LARGEST, TINY, VERY_FAR, Viewport} from "./viewport.js";
 
 const REST = 300; // ms
-const FINGERS = matchMedia("(pointer: coarse)"); // for which canvas.css makes names larger, the farther away
+const FINGERS = matchMedia("(pointer: coarse)"); // for which canvas.css makes handles larger, the farther away
 const FIRST_ACTS = {newState: t("Draw a state"), shelf: t("Take one from the shelf"), example: t("Open an example")};
 
 export class HfsmCanvas extends HTMLElement {
@@ -68,12 +68,14 @@ export class HfsmCanvas extends HTMLElement {
   comparison = undefined;
 
   #size = {width: 0, height: 0};
-  #top = 0; // of the canvas in the window
+  #corner = {x: 0, y: 0}; // of the canvas in the window
+  #window = ""; // its size
   /** The middle of the view of each automaton that was shown. @type {Map<string, Point & {scale: number}>} */
   #views = new Map();
   #shown = "";
   #unfitted = false;
   #fitted = ""; // the view in which everything was shown: unless the user changes it, everything stays visible
+  #wanted = 1; // the scale of that view, to which it returns when there is room again
   #sought = ""; // the selection that the user is led to: until the user chooses another view, it stays legible
   /** @type {Map<string, Live> | undefined} */
   #live;
@@ -158,7 +160,7 @@ export class HfsmCanvas extends HTMLElement {
     this.drawing.showLive(live);
   }
 
-  /** The position of a pointer in the drawing. @param {MouseEvent} event */
+  /** The position of a pointer in the drawing. @param {Pick<MouseEvent, "clientX" | "clientY">} event */
   point({clientX, clientY}) {
     const {left, top} = this.getBoundingClientRect();
     return this.viewport.toDrawing(clientX - left, clientY - top);
@@ -181,60 +183,25 @@ export class HfsmCanvas extends HTMLElement {
     if (this.#unfitted)
       this.viewport.zoom(0); // little is drawn until then
     else this.#fitDrawn();
+    this.#wanted = this.viewport.scale;
     this.#fitted = this.#view();
   }
 
-  /**
-   * Fit what is drawn at the scale that this results in: labels that are too small to be drawn need no room.
-   *
-   * @param {number} [largest] scale
-   */
-  #fitDrawn(largest = Infinity) {
+  /** Fit what is drawn at the scale that this results in: labels that are too small to be drawn need no room. */
+  #fitDrawn() {
     const {drawing, viewport} = this;
-    let scale = 1;
-    const isEmpty = (/** @type {Box} */ part) => drawing.isEmpty(part, scale);
+    let [scale, largest] = [1, FIT_LARGEST];
     for (const limit of [FAR, VERY_FAR]) {
-      if (viewport.scaleFor(drawing.bounds(scale), isEmpty) >= limit) break;
-      scale = limit * 0.999;
-      largest = Math.min(largest, scale);
+      if (viewport.scaleFor(drawing.bounds(scale)) >= limit) break;
+      scale = largest = limit * 0.999;
     }
-    viewport.fit(drawing.bounds(scale), {largest, isEmpty});
-  }
-
-  /**
-   * Keep what is fitted clear of something that covers the lower right corner.
-   *
-   * @param {{width: number, height: number}} [covered] in pixels
-   */
-  keepClear(covered = {width: 0, height: 0}) {
-    const former = this.viewport.covered;
-    if (former.width === covered.width && former.height === covered.height) return;
-    const fitted = this.#fitted === this.#view();
-    const [whole, hides] = [this.#isWhole(), this.#hides()];
-    this.viewport.covered = covered;
-    this.#keepTextsClear();
-    if (fitted) this.#fitAgain();
-    else if (whole && this.#hides() > hides) this.#fitDrawn(this.viewport.scale);
-  }
-
-  /** Put the texts on the canvas beside or above what is covered, where there is more room. */
-  #keepTextsClear() {
-    const {width, height} = this.#size;
-    const {covered} = this.viewport;
-    const [beside, above] = [(width - covered.width) * height, width * (height - covered.height)];
-    this.style.setProperty("--covered-right", beside >= above ? `${covered.width}px` : "0px");
-    this.style.setProperty("--covered-below", beside >= above ? "0px" : `${covered.height}px`);
+    viewport.fit(drawing.bounds(scale), largest);
+    if (!this.#isWhole()) viewport.fit(drawing.bounds(viewport.scale), viewport.scale); // letters have grown
   }
 
   /** Whether everything is in the window. */
   #isWhole() {
     return this.#size.width > 0 && contains(this.viewport.seen, this.drawing.bounds(this.viewport.scale));
-  }
-
-  /** How many states and texts the covered corner hides. */
-  #hides() {
-    const {covered, hidden, scale} = this.viewport;
-    return covered.width ? this.drawing.countIn(hidden, scale) : 0;
   }
 
   /** Show the selection, or everything if nothing is selected. */
@@ -279,6 +246,7 @@ export class HfsmCanvas extends HTMLElement {
     this.tool = Tool && page.automaton && !this.readOnly ? new Tool(this) : undefined;
     this.classList.toggle("placing", Boolean(this.tool));
     this.showHint(this.tool?.hint);
+    this.#showEmpty(page.automaton);
     if (this.tool) this.surface.focus({preventScroll: true});
     this.dispatchEvent(new Event("tool"));
   }
@@ -459,36 +427,29 @@ export class HfsmCanvas extends HTMLElement {
     return [x, y, scale].join();
   }
 
+  /** A panel or a bar beside it moves nothing and changes no scale unless some of what was whole would be hidden. */
   #resized() {
-    const before = this.#size;
-    const {top} = this.getBoundingClientRect();
-    const down = top - this.#top;
-    this.#top = top;
+    const {x, y, width} = this.getBoundingClientRect();
+    const {x: left, y: top} = this.#corner;
+    if (width) this.#corner = {x, y};
+    const former = this.#window;
+    this.#window = `${innerWidth} ${innerHeight}`;
+    const isNew = this.#unfitted || former !== this.#window;
     const fitted = this.#unfitted || this.#fitted === this.#view();
-    const [whole, hides] = [this.#isWhole(), this.#hides()];
+    const whole = fitted || this.#isWhole();
     this.#size = {width: this.clientWidth, height: this.clientHeight};
-    this.#keepTextsClear();
-    const {width, height} = this.#size;
-    if (down && before.width === width && Math.abs(before.height - height - down) < 1 && !this.#unfitted) {
-      // A bar above has come or gone: what is drawn stays where it is in the window.
-      this.viewport.pan(0, -down);
-      if (fitted) this.#fitted = this.#view();
-      return;
-    }
-    if (fitted) {
+    if (!width) return;
+    if (fitted && isNew) {
       this.#fitAgain();
       return;
     }
-    const half = {x: (width - before.width) / 2, y: (height - before.height) / 2};
-    this.viewport.pan(half.x, half.y);
-    if (before.width && width) {
-      const hidesMore = this.#hides() > hides;
-      if (whole && !this.#isWhole())
-        this.fit(); // it stays fully visible
-      else if (whole && hidesMore) this.#fitDrawn(this.viewport.scale);
-      else if (hidesMore) this.viewport.pan(half.x, half.y); // then the corner hides what it has hidden before
-      this.#reveal(); // a panel that opens for a state does not cover it
-    }
+    const {viewport, drawing} = this;
+    viewport.pan(left - x, top - y);
+    const scale = fitted ? this.#wanted : viewport.scale;
+    const box = drawing.bounds(viewport.scale);
+    if (box && whole && (viewport.scale < scale || !this.#isWhole())) viewport.refit(box, scale);
+    if (fitted) this.#fitted = this.#view();
+    if (!fitted || this.#sought === this.#selected) this.#reveal(); // a panel that opens for a state does not cover it
   }
 }
 

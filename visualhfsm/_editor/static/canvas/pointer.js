@@ -316,8 +316,21 @@ export class Pointer {
     const key = this.#groupAt(event, target)?.dataset.key;
     if (key && !canvas.selectedKeys().includes(key)) canvas.order.select(key);
     else if (!key) page.select({});
-    const detail = {x: event.clientX, y: event.clientY, point: canvas.point(event)};
-    canvas.dispatchEvent(new CustomEvent("hfsm-menu", {bubbles: true, detail}));
+    this.#showMenu(event);
+  }
+
+  /** Show the menu by a key, for which WebKit and Macs make no event: at the first of what is selected. */
+  openMenu() {
+    const {surface} = this.canvas;
+    const at = surface.querySelector(`[data-key="${this.canvas.selectedKeys()[0]}"]`) ?? surface;
+    const {left, top, width, height} = at.getBoundingClientRect();
+    this.#showMenu({clientX: left + width / 2, clientY: top + height / 2});
+  }
+
+  /** @param {Pick<MouseEvent, "clientX" | "clientY">} place */
+  #showMenu(place) {
+    const detail = {x: place.clientX, y: place.clientY, point: this.canvas.point(place)};
+    this.canvas.dispatchEvent(new CustomEvent("hfsm-menu", {bubbles: true, detail}));
   }
 
   /** A mouse's wheel zooms; two fingers on a trackpad pan, or zoom with a pinch. @param {WheelEvent} event */

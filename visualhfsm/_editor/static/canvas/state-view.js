@@ -26,6 +26,7 @@ const blank = template(`
 const MOST_BARS = 4;
 const CLEAR = 0.5; // radians between a badge and an arc
 const TURNS = [0, 0.35, -0.35, 0.7, -0.7, 1.05, -1.05, 1.4, -1.4, 1.9, -1.9, 2.4, -2.4];
+const FEW_SIGNS = 12; // letters of a name that are larger than that leave no room for a sign of code
 
 /** The angle between two directions. @param {number} a @param {number} b */
 const apart = (a, b) => Math.abs(((a - b + Math.PI * 3) % (Math.PI * 2)) - Math.PI);
@@ -118,6 +119,20 @@ export class StateView {
     return paths;
   }
 
+  #letters = 0;
+
+  /** Write its name in letters of a size at least. @param {number} letters */
+  scaleLetters(letters) {
+    this.#letters = letters;
+    this.#drawName();
+  }
+
+  #drawName() {
+    const {name, initial, final} = this.state;
+    const hasCodes = this.#letters < FEW_SIGNS && codesOf(this.state).length > 0;
+    if (this.#name) drawName(this.#name, visible(name), hasCodes, initial || final, this.#letters);
+  }
+
   /** Make its elements. */
   draw() {
     const group = (this.group = blank());
@@ -182,7 +197,7 @@ export class StateView {
   #drawDetails() {
     if (!this.#name) return;
     const {state} = this;
-    drawName(this.#name, visible(state.name), codesOf(state).length > 0, state.initial || state.final);
+    this.#drawName();
     this.#drawBadges(state, this.#more.imported, this.#more.problem);
   }
 
@@ -233,9 +248,9 @@ export class StateView {
   }
 }
 
-/** @param {Element} element @param {string} name @param {boolean} hasCodes @param {boolean} hasRing */
-function drawName(element, name, hasCodes, hasRing) {
-  const {lines, size} = fitCircle(name, hasRing);
+/** @param {Element} element @param {string} name @param {boolean} hasCodes @param {boolean} hasRing @param {number} letters */
+function drawName(element, name, hasCodes, hasRing, letters) {
+  const {lines, size} = fitCircle(name, hasRing, letters);
   const high = lineHeight(size);
   const top = -((lines.length - 1) * high) / 2 + size * 0.35 - (hasCodes ? 2 : 0);
   element.setAttribute("font-size", String(size));

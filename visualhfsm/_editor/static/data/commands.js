@@ -159,8 +159,8 @@ function namesOf(states, notes) {
 }
 
 /**
- * Write to the system's clipboard, still in the press of the key, as some browsers ask: the names as text, and what they
- * stand for in the attribute of an element. Returns whether the browser allowed it.
+ * Write to the system's clipboard, still in the press of the key, as Safari asks: the names as text, and what they stand
+ * for in an attribute of HTML, the only other type that all browsers pass on. Returns whether the browser allowed it.
  *
  * @param {Promise<{text: string} | null | undefined>} asked @param {string} names
  */
@@ -168,14 +168,12 @@ async function write(asked, names) {
   const shown = names.replaceAll("&", "&amp;").replaceAll("<", "&lt;");
   const html = asked.then((done) => {
     if (!done) throw new Error("nothing was copied");
-    return `<span data-visualhfsm="${encodeURIComponent(done.text)}">${shown}</span>`;
+    const copied = `<span data-visualhfsm="${new URLSearchParams({text: done.text})}">${shown}</span>`;
+    return new Blob([copied], {type: "text/html"});
   });
-  const item = /** @type {[string, string | Promise<string>][]} */ ([
-    ["text/plain", names],
-    ["text/html", html],
-  ]).map(([type, text]) => [type, Promise.resolve(text).then((each) => new Blob([each], {type}))]);
   try {
-    await navigator.clipboard.write([new ClipboardItem(Object.fromEntries(item))]);
+    const item = {"text/plain": new Blob([names], {type: "text/plain"}), "text/html": html};
+    await navigator.clipboard.write([new ClipboardItem(item)]);
     return true;
   } catch {
     await html.catch(() => {}); // it may have failed because of this
@@ -237,20 +235,24 @@ async function takeStep(op, tab, isHere) {
 const DOCUMENT = /^\s*(<\?xml[^>]*>\s*)?<VisualHFSM\b/i;
 
 /**
- * Paste, with the upper left corner at a point if one is given, and select the result.
+ * Paste, with the upper left corner at a point if one is given, and select the result: states of this editor or another,
+ * or else the text in the system's clipboard, as a note.
  *
- * @param {{x: number, y: number}} [point]
- * @param {{text?: string, html?: string}} [pasted] content of the system's clipboard, used if it is of this editor or
- *   another, or the text of a document
+ * @param {{x: number, y: number} | undefined} point
+ * @param {{text?: string, html?: string} | undefined} pasted content of the system's clipboard
+ * @param {(text: string) => Promise<Done | null | undefined>} writeNote
  */
-export async function paste(point, {text = "", html = ""} = {}) {
-  const [, copied] = /data-visualhfsm="([^"]*)"/.exec(html) ?? [];
-  const content = copied ? decodeURIComponent(copied) : DOCUMENT.test(text) ? text.trim() : "";
-  const done =
-    content && !systemIsBehind
-      ? await applyHere("pasteStates", {content, ...point})
-      : await askTab("paste", {automaton: page.shownAutomaton.id, ...point});
-  showAdded(done);
+export async function paste(point, {text = "", html = ""} = {}, writeNote) {
+  const written = systemIsBehind ? "" : text.replaceAll("\r\n", "\n").trim();
+  const [, copied] = (!systemIsBehind && /data-visualhfsm="([^"]*)"/.exec(html)) || [];
+  const content = copied ? new URLSearchParams(copied).get("text") : DOCUMENT.test(written) && written;
+  showAdded(
+    await (content
+      ? applyHere("pasteStates", {content, ...point})
+      : written
+        ? writeNote(written)
+        : askTab("paste", {automaton: page.shownAutomaton.id, ...point})),
+  );
 }
 
 /** Paste what is selected beside itself; the clipboards keep what they have. */

@@ -22,7 +22,9 @@ store.addEventListener("restarted", () => {
 export function copyUnsent() {
   const texts = waiting();
   if (!texts.length) return nothing;
-  return html`<button type="button" @click=${() => copy(texts.join("\n\n"))}>${t("Copy what was not sent")}</button>`;
+  return html`<button type="button" @click=${() => copyText(texts.join("\n\n"))}>
+    ${t("Copy what was not sent")}
+  </button>`;
 }
 
 /** The text that was not sent before the editor was restarted. @param {() => void} redraw */
@@ -35,7 +37,7 @@ export function unsentBanner(redraw) {
   };
   return html`<div class="banner" role="alert">
     ${t("What you typed while the editor was offline did not reach a document:")} <code>${shortened(text)}</code>
-    <button type="button" @click=${() => copy(text)}>${t("Copy it")}</button>
+    <button type="button" @click=${() => copyText(text)}>${t("Copy it")}</button>
     <button type="button" @click=${drop}>${t("Discard it")}</button>
   </div>`;
 }
@@ -43,8 +45,8 @@ export function unsentBanner(redraw) {
 /** @param {string} text */
 const shortened = (text) => (text.length > 80 ? `${text.slice(0, 80)}…` : text);
 
-/** @param {string} text */
-async function copy(text) {
+/** Copy a text; called while a button is clicked, as Safari asks. @param {string} text */
+export async function copyText(text) {
   try {
     await navigator.clipboard.writeText(text);
     notify(t("Copied to the clipboard."));

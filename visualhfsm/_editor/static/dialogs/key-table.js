@@ -61,6 +61,7 @@ export function keyTable() {
       "zoomIn",
       "zoomOut",
       "palette",
+      "menu",
       "search",
       "definition",
       "fromDefinition",

@@ -4,6 +4,7 @@ import {html} from "lit";
 
 import {ask} from "../data/commands.js";
 import {notify} from "../kit/notices.js";
+import {copyText} from "../data/unsent.js";
 import {t} from "../kit/texts.js";
 import {showDialog} from "../kit/dialog.js";
 
@@ -24,12 +25,10 @@ export async function showShare() {
     `,
     footer: (/** @type {import("../kit/dialog.js").Close<string>} */ close) =>
       html`<button type="button" class="button" @click=${() => close("withdraw")}>${t("Withdraw it")}</button
-        ><button type="button" class="button primary" @click=${() => close("copy")}>${t("Copy")}</button>`,
+        ><button type="button" class="button primary" @click=${() => close(void copyText(address))}>
+          ${t("Copy")}
+        </button>`,
   });
-  if (choice === "withdraw") {
-    if (await ask("share", {shared: false})) notify(t("The address is withdrawn: nobody looks on any more."));
-  } else if (choice === "copy") {
-    await navigator.clipboard.writeText(address);
-    notify(t("Copied."));
-  }
+  if (choice === "withdraw" && (await ask("share", {shared: false})))
+    notify(t("The address is withdrawn: nobody looks on any more."));
 }

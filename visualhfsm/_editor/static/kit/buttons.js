@@ -56,6 +56,25 @@ export const offers = (acts, context) =>
   </div>`;
 
 /**
+ * A button with words.
+ *
+ * @param {unknown} words
+ * @param {() => unknown} act
+ * @param {{kind?: string, label?: string, title?: string, disabled?: boolean}} [more] `label` for screen readers
+ */
+export const wordButton = (words, act, {kind = "tool", label, title, disabled = false} = {}) =>
+  html`<button
+    type="button"
+    class=${kind}
+    aria-label=${label ?? nothing}
+    title=${title ?? nothing}
+    ?disabled=${disabled}
+    @click=${act}
+  >
+    ${words}
+  </button>`;
+
+/**
  * A button that opens a menu.
  *
  * @param {string} name

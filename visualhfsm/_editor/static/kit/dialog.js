@@ -11,11 +11,9 @@
 
 import {html, nothing, render} from "lit";
 
-import {icon} from "./icons.js";
+import {iconButton} from "./icons.js";
 import {laterStyles} from "./styles.js";
 import {t} from "./texts.js";
-
-await laterStyles();
 
 /**
  * Show a dialog until it is closed.
@@ -29,6 +27,8 @@ export function showDialog({title, content, footer, wide = false}) {
   const dialog = document.createElement("dialog");
   dialog.className = wide ? "wide" : "";
   dialog.setAttribute("aria-labelledby", "dialog-title");
+  dialog.style.opacity = "0";
+  laterStyles().then(() => (dialog.style.opacity = ""));
   const before = /** @type {HTMLElement | null} */ (document.activeElement);
   return new Promise((resolve) => {
     /** @type {T | undefined} */
@@ -42,9 +42,7 @@ export function showDialog({title, content, footer, wide = false}) {
       render(
         html` <header>
             <h2 id="dialog-title">${title}</h2>
-            <button type="button" class="action bare" aria-label=${t("Close")} @click=${() => close()}>
-              ${icon("close")}
-            </button>
+            ${iconButton("close", t("Close"), () => close())}
           </header>
           <div
             class="content"

@@ -46,6 +46,7 @@ const NAMES = {
   ArrowUp: "↑",
   ArrowDown: "↓",
   Backspace: t("Backspace"),
+  ContextMenu: t("Menu key"),
   Delete: t("Del"),
   End: t("End"),
   Enter: t("Enter"),
@@ -84,6 +85,10 @@ export const ariaKey = (key) => key.replace("Ctrl", isMac && !MAC_CONTROL.has(ke
 
 /** Whether the Option key of a Mac types a character for programs or names, such as `@` or an accent. */
 const composes = (/** @type {KeyboardEvent} */ {altKey, key}) => altKey && /^(Dead|[!-@[-`{-~])$/.test(key);
+
+/** Whether browsers leave the page with a key that moves no cursor. @param {string} key @param {boolean} typing */
+const leaves = (key, typing) =>
+  /^(Alt|Ctrl)\+Arrow(Left|Right)$/.test(key) && !(typing && (isMac || key.startsWith("Ctrl")));
 
 /** Whether a field has the focus. @param {EventTarget | null} target */
 export function isTyping(target) {
@@ -130,10 +135,12 @@ export function listenForKeys(context) {
     if (typing ? composes(event) : isHeld(event)) return;
     const key = written(event);
     const action = byKey.get(key);
+    const element = event.target instanceof Element ? event.target : document.body;
+    const searches = /^[^ ]$/.test(key) && !typing && holds("drawing", element, context.canvas); // in Firefox
+    if (leaves(key, typing) || searches) event.preventDefault();
     if (!action || action.id === "paste") return; // the browser's `paste` event, below, contains the text
     const scope = scopeOf(action, key);
     if (scope !== "typing" && typing) return;
-    const element = event.target instanceof Element ? event.target : document.body;
     if (!holds(scope, element, context.canvas) || element.closest("[role=menu]")) return;
     event.preventDefault();
     perform(action.id, context);

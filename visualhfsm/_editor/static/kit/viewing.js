@@ -6,13 +6,14 @@
 
 /** What viewers can do, besides STOP, which is no action of this kind. */
 const ALLOWED = new Set([
-  ..."select edit editCode editEntry editExit selectAll cancel up fit fitSelection zoomIn zoomOut wheelZooms".split(
+  ..."select edit editCode editEntry editExit selectAll cancel up fit fitSelection zoomIn zoomOut wheelZooms menu".split(
     " ",
   ),
   ..."goLeft goRight goUp goDown goNext goBack search problems output tree theme language palette help".split(" "),
   ..."nextTab previousTab followComponent unfollow follow livePanel robotDock robotView cameras timeline backToLive".split(
     " ",
   ),
+  ..."layoutDraw layoutRun layoutLookBack".split(" "),
   ..."interfaces timing variables functions component export stopRobot".split(" "),
 ]);
 

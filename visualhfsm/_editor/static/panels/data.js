@@ -418,7 +418,7 @@ const LISTS = {
     fields: [
       {name: "name", label: "self.", mono: true, example: "camera"},
       {name: "type", label: t("Interface"), mono: true, example: "Camera"},
-      {name: "proxy", label: t("Name on the robot"), mono: true, hint: t("same as its name")},
+      {name: "proxy", label: t("On the robot"), mono: true, hint: t("same as its name")},
     ],
   },
   ros: {

@@ -5,6 +5,7 @@ import {PageElement} from "../data/element.js";
 import {apply} from "../data/commands.js";
 import {spoken} from "../kit/keys.js";
 import {messageOf, notify} from "../kit/notices.js";
+import {wordButton} from "../kit/buttons.js";
 import {page} from "../data/page.js";
 import {store} from "../data/store.js";
 import {n, t} from "../kit/texts.js";
@@ -163,9 +164,8 @@ class Search extends PageElement {
     const count = (this.hits ?? []).filter((hit) => hit.tab === page.tab && inCode(hit)).length;
     if (!count) return nothing;
     const many = (this.hits?.length ?? 0) >= MOST ? t("{count} or more", {count}) : String(count);
-    return html`<button type="button" class="tool" @click=${() => this.#replace({})}>
-      ${this.by ? t("Replace {many} in code", {many}) : t("Delete {many} in code", {many})}
-    </button>`;
+    const words = this.by ? t("Replace {many} in code", {many}) : t("Delete {many} in code", {many});
+    return wordButton(words, () => this.#replace({}));
   }
 
   /** Replace in all code of the document, or in a line of it. @param {{place?: Place, line?: number}} where */
@@ -194,14 +194,9 @@ class Search extends PageElement {
       </button>
       ${
         this.by && hit.tab === page.tab && inCode(hit)
-          ? html`<button
-              type="button"
-              class="tool"
-              aria-label=${t("Replace in {where}", {where: words.join(" › ")})}
-              @click=${() => this.#replace({place: hit.place, line: hit.line})}
-            >
-              ${t("Replace")}
-            </button>`
+          ? wordButton(t("Replace"), () => this.#replace({place: hit.place, line: hit.line}), {
+              label: t("Replace in {where}", {where: words.join(" › ")}),
+            })
           : nothing
       }
     </li>`;

@@ -1,5 +1,5 @@
 /**
- * The line below the header: run, pause, step, stop and reload, what the followed component does, and STOP.
+ * Run, pause, step, stop and reload, what the followed component does, and STOP.
  *
  * @import {From} from "../data/element.js"
  * @import {AutomatonSnapshot, Breakpoint} from "../data/protocol.js"
@@ -48,7 +48,7 @@ class MonitorBar extends MonitorElement {
 
   render() {
     const paused = monitor.isLive && !monitor.ended && monitor.newest?.component.status === PAUSED;
-    return html`<div class="live-bar" role="region" aria-label=${t("Run and stop")}>
+    return html`<div class="live-bar">
       <div class="controls">
         ${
           viewing.on
@@ -62,16 +62,6 @@ class MonitorBar extends MonitorElement {
         }
         ${monitor.isShownBeside(page.tab) ? this.#followed() : this.#ended()}
       </div>
-      <button
-        type="button"
-        class="stop-button"
-        aria-label=${t("STOP the robot and all that runs")}
-        aria-keyshortcuts="Control+Shift+Space"
-        title=${t("Stop the robot and all that runs at once ({key})", {key: spoken(STOP_KEY)})}
-        @click=${() => perform("stopRobot", this.context)}
-      >
-        STOP
-      </button>
     </div>`;
   }
 
@@ -107,7 +97,6 @@ class MonitorBar extends MonitorElement {
               <span class="knob" aria-hidden="true"></span>${writable ? t("In control") : t("Only watching")}
             </button>`
       }
-      <span class="room"></span>
       ${
         looking && !recording
           ? html`<button type="button" class="button" @click=${() => perform("backToLive", this.context)}>
@@ -115,7 +104,7 @@ class MonitorBar extends MonitorElement {
             </button>`
           : nothing
       }
-      ${actionButton("livePanel", this.context, {label: "short", kind: "values"})}`;
+      ${this.#button("livePanel")}`;
   }
 
   /** How the run of the shown document has ended if it was too short to be followed. */
@@ -261,6 +250,19 @@ class MonitorBar extends MonitorElement {
     </button>`;
   }
 }
+
+/** The operator's button. @param {import("../kit/registry.js").Context} context */
+export const stopButton = (context) =>
+  html`<button
+    type="button"
+    class="stop-button"
+    aria-label=${t("STOP the robot and all that runs")}
+    aria-keyshortcuts="Control+Shift+Space"
+    title=${t("Stop the robot and all that runs at once ({key})", {key: spoken(STOP_KEY)})}
+    @click=${() => perform("stopRobot", context)}
+  >
+    STOP
+  </button>`;
 
 /** @returns {{status: string, word: string, spoken?: string, why?: string}} its style, its name, and details */
 export function statusOf() {

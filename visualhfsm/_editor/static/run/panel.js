@@ -141,7 +141,7 @@ export class MonitorPanel extends MonitorElement {
     if (!this.#hasRun && this.#tabs.length) monitor.learnRobot();
     const element = this.elements.get(this.#shown);
     const place = this.querySelector("#live-panel");
-    // The robot in 3D may have been in the corner of the canvas meanwhile.
+    // The robot in 3D may have been above the panel meanwhile.
     if (place && place.firstElementChild !== (element ?? null)) place.replaceChildren(...(element ? [element] : []));
     this.#load(this.#shown);
   }

@@ -56,13 +56,11 @@ export async function stopRobot() {
     }
     const hung = started.failed(monitor.tab)?.component === monitor.component; // and where is said already
     if (stopped.includes(monitor.component) && !hung) monitor.end(t("it was stopped by STOP"));
-    const [ended, parts] = [true, false].map((runs) => stopped.filter((name) => running.includes(name) === runs));
-    const said = [
-      parts.length &&
-        (problems.length ? t("Stopped: {names}.", {names: parts.join(", ")}) : t("The robot stands still.")),
-      ended.length && t("Ended: {names}.", {names: ended.join(", ")}),
-    ].filter(Boolean);
-    if (said.length) notify(said.join(" "));
+    const names = stopped.filter((name) => running.includes(name)).join(", ");
+    const ended = names && t("Ended: {names}.", {names});
+    const parts = stopped.filter((name) => !running.includes(name)).join(", ");
+    const still = parts && (problems.length ? t("Stopped: {names}.", {names: parts}) : t("The robot stands still."));
+    if (stopped.length) notify(`${still} ${ended}`.trim());
     else if (!problems.length && !late.size)
       report(t("There was nothing to stop: no robot is here, and nothing runs."));
     if (problems.length) report(t("Not stopped. {problems}", {problems: problems.join("; ")}));

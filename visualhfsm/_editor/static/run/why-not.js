@@ -93,13 +93,14 @@ async function show(canvas, group, pinned) {
     if (pinned) canvas.announce(t("The automaton is in {state} now.", {state: monitor.stateName(now.id, now.state)}));
     else return;
   }
+  const {state} = now;
   const current = {
     canvas,
     group,
     pinned,
     automaton: automaton.id,
-    state: now.state,
-    transition: origin === now.state ? transition : 0,
+    state,
+    transition: origin === state ? transition : 0,
   };
   shown = current;
   let said = false;
@@ -128,9 +129,10 @@ function draw({canvas, group, automaton, state, transition}, explanation) {
     element.setAttribute("role", "tooltip");
     canvas.append(element);
   }
-  const asked = explanation.transitions.filter((each) => !transition || each.transition === transition);
   /** @param {number} id */
   const name = (id) => monitor.stateName(automaton, id);
+  const left = explanation.state !== state && t("The automaton is in {state} now.", {state: name(explanation.state)});
+  const asked = explanation.transitions.filter((each) => !left && (!transition || each.transition === transition));
   render(
     html`<h3>
         ${transition ? nameOf(automaton, transition) : t("In {state}", {state: name(state)})}${
@@ -138,21 +140,17 @@ function draw({canvas, group, automaton, state, transition}, explanation) {
         }
       </h3>
       ${
-        explanation.state !== state
-          ? html`<p>${t("The automaton is in {state} now.", {state: name(explanation.state)})}</p>`
-          : asked.length
-            ? html`<ul>
-                ${asked.map(
-                  (each) =>
-                    html`<li class=${each.asked ? (each.value ? "true" : "false") : "unasked"}>
-                      <span class="verdict-sign" aria-hidden="true">${each.value ? "✓" : "✕"}</span>
-                      <span
-                        ><strong>${transition ? "" : nameOf(automaton, each.transition)}</strong> ${each.reason}</span
-                      >
-                    </li>`,
-                )}
-              </ul>`
-            : html`<p>${explanation.summary || t("No transition leads out of it.")}</p>`
+        asked.length
+          ? html`<ul>
+              ${asked.map(
+                (each) =>
+                  html`<li class=${each.asked ? (each.value ? "true" : "false") : "unasked"}>
+                    <span class="verdict-sign" aria-hidden="true">${each.value ? "✓" : "✕"}</span>
+                    <span><strong>${transition ? "" : nameOf(automaton, each.transition)}</strong> ${each.reason}</span>
+                  </li>`,
+              )}
+            </ul>`
+          : html`<p>${left || explanation.summary || t("No transition leads out of it.")}</p>`
       }`,
     element,
   );

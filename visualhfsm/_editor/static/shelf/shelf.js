@@ -46,19 +46,13 @@ export class Shelf extends PageElement {
   connectedCallback() {
     super.connectedCallback();
     this.listen(store, "robot", () => this.#lookAtRobot());
-    document.addEventListener("keydown", this.#giveWay);
+    /** @type {import("../kit/events.js").Target<{keydown: null}>} */
+    const keys = window;
+    this.listen(keys, "keydown", ({target}) => {
+      if (isTyping(target) && target !== this.querySelector("input")) this.described = ""; // it may lie over what is typed
+    });
     this.#lookAtRobot();
   }
-
-  disconnectedCallback() {
-    super.disconnectedCallback();
-    document.removeEventListener("keydown", this.#giveWay);
-  }
-
-  /** The description may lie over what is typed elsewhere. @param {KeyboardEvent} event */
-  #giveWay = ({target}) => {
-    if (isTyping(target) && target !== this.querySelector("input")) this.described = "";
-  };
 
   /** Open it, and let its search be typed. */
   async search() {

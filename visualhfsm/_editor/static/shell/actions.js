@@ -3,6 +3,7 @@
 import {canvasActions, drawnSelection} from "../canvas/actions.js";
 import * as commands from "../data/commands.js";
 import {holdKeys} from "../kit/holding.js";
+import {layoutActions} from "./layouts.js";
 import {monitorActions, monitoredSelection} from "../run/actions.js";
 import {monitor} from "../run/monitor.js";
 import {page} from "../data/page.js";
@@ -372,6 +373,7 @@ addActions([
     hint: t("on or off"),
     checked: ({app}) => app.showsTree,
   },
+  ...layoutActions,
   {
     id: "theme",
     label: t("Light or dark"),
@@ -458,6 +460,7 @@ export const MENUS = [
   {
     title: t("View"),
     groups: [
+      ["layoutDraw", "layoutRun", "layoutLookBack"],
       ["robotDock", "robotView", "cameras", "livePanel", "timeline"],
       ["task", "problems", "output", "tests", "trials", "undoSteps", "tree", "shelf"],
       ["up", "fit", "fitSelection", "zoomIn", "zoomOut"],

@@ -22,7 +22,7 @@ import {icon} from "../kit/icons.js";
 import {listenForKeys} from "../kit/keys.js";
 import {messageOf, notify, notifyError, OFFLINE, clearErrors, showNoticesOf} from "../kit/notices.js";
 import {page} from "../data/page.js";
-import "../run/bar.js";
+import {stopButton} from "../run/bar.js";
 import {monitor} from "../run/monitor.js";
 import {planned} from "../run/breakpoints.js";
 import {listenForStop} from "../run/stop.js";
@@ -32,6 +32,7 @@ import {chosenBody, isReadyFor} from "../data/robot.js";
 import {started} from "../data/started.js";
 import {actionButton} from "../kit/buttons.js";
 import {resizer, restoreSizes} from "../kit/resizer.js";
+import {restoreLayout} from "./layouts.js";
 import {banner, keepStopInView} from "./shell.js";
 import {initTheme, switchTheme} from "../kit/theme.js";
 import {browserStorage, windowStorage} from "../kit/storage.js";
@@ -166,6 +167,7 @@ export class HfsmApp extends PageElement {
     this.listen(store, "connection", () => this.#showBreakpoints());
     this.listen(store, "connection", () => this.#welcome());
     listenForStop();
+    restoreLayout(this);
     showImports();
     store.connect();
   }
@@ -243,14 +245,14 @@ export class HfsmApp extends PageElement {
     if (document && (document.checked !== document.revision || document.counts.error)) this.showBottom("hfsm-problems");
   }
 
-  /** Show the robot in the corner of the canvas, or fold it. @param {boolean} [folded] by default the other way */
+  /** Show the robot beside the drawing, or fold it. @param {boolean} [folded] by default the other way */
   async foldRobot(folded) {
     const wasThere = this.elements.has("hfsm-robot-dock");
     const dock = /** @type {import("../robot3d/dock.js").RobotDock | undefined} */ (await this.#showRobot());
     await dock?.fold(folded ?? (wasThere && !dock.folded));
   }
 
-  /** Whether the robot is in the corner of the canvas. */
+  /** Whether the robot is beside the drawing. */
   get showsRobot() {
     return Boolean(this.querySelector(".dock"));
   }
@@ -307,7 +309,7 @@ export class HfsmApp extends PageElement {
 
   /** Show the menu of the robot. */
   showRobotMenu() {
-    /** @type {import("./robot-pill.js").RobotPill | null} */ (this.querySelector("hfsm-robot"))?.toggle(true);
+    /** @type {HTMLElement | null} */ (this.querySelector("#robot-menu"))?.togglePopover(true);
   }
 
   /** Show which components run. */
@@ -344,6 +346,7 @@ export class HfsmApp extends PageElement {
 
   render() {
     const starting = !page.document;
+    const isBeside = Boolean(this.side || this.showsRobot);
     return html` <header>
         <button type="button" class="skip" ?hidden=${starting} @click=${() => this.canvas.focusSelected()}>
           ${t("Skip to the drawing")}
@@ -357,10 +360,22 @@ export class HfsmApp extends PageElement {
         <hfsm-tabs></hfsm-tabs>
         <hfsm-robot></hfsm-robot>
         <div class="monitor-area">${this.elements.get("hfsm-monitor-toolbar") ?? nothing}</div>
+        ${stopButton(this.context)}
       </header>
-      <hfsm-monitor-bar></hfsm-monitor-bar>
+      <div class="second-row" role="region" aria-label=${t("Run and draw")}>
+        <hfsm-monitor-bar></hfsm-monitor-bar>
+        <div class="path" ?hidden=${starting}>
+          ${actionButton("up", this.context, {label: false})}<hfsm-breadcrumbs></hfsm-breadcrumbs>
+        </div>
+        <hfsm-tools ?hidden=${starting}></hfsm-tools>
+        <div class="toolbar" role="toolbar" aria-label=${t("View")} ?hidden=${starting}>
+          ${["undo", "redo", "zoomOut", "zoomIn", "fit", ...(monitor.hasRobot ? ["robotDock"] : [])].map((id) =>
+            actionButton(id, this.context, {label: false}),
+          )}
+        </div>
+      </div>
       ${banner(this.context)}
-      <div class="work ${this.side && !starting ? "beside" : ""} ${this.tree}">
+      <div class="work ${isBeside ? "beside" : ""} ${this.tree}">
         <aside class="left" aria-label=${t("Automata and shelf")} ?hidden=${starting}>
           <div class="stacked">
             <nav aria-label=${t("Tree of automata")}><hfsm-tree></hfsm-tree></nav>
@@ -369,35 +384,32 @@ export class HfsmApp extends PageElement {
           ${resizer({name: t("Width of the tree"), variable: "--left", along: "x", sign: 1, smallest: 120, largest: 480})}
         </aside>
         <main aria-label=${t("Canvas")}>
-          <div class="toolbar" role="toolbar" aria-label=${t("View")} ?hidden=${starting}>
-            ${actionButton("up", this.context, {label: false})}
-            <hfsm-breadcrumbs></hfsm-breadcrumbs><span class="room"></span>
-            ${["undo", "redo", "zoomOut", "zoomIn", "fit"].map((id) => actionButton(id, this.context, {label: false}))}
-          </div>
           <div class="center" ?hidden=${starting}>
-            <div class="drawing">
-              <hfsm-tools></hfsm-tools>${this.canvas}${this.elements.get("hfsm-robot-dock") ?? nothing}
+            <div class="drawing">${this.canvas}</div>
+            <div class="column" ?hidden=${!isBeside}>
+              ${resizer({
+                name: t("Width of the panel"),
+                variable: "--side",
+                along: "x",
+                sign: -1,
+                smallest: 260,
+                largest: 1200,
+              })}
+              <div class="stacked ${this.side ? "with-panel" : ""}">
+                ${this.elements.get("hfsm-robot-dock") ?? nothing}${
+                  this.side
+                    ? html`<section class="side" aria-label=${t("Panel beside the canvas")}>
+                        ${this.#panelTabs(
+                          SIDE.filter(([tag]) => tag !== "hfsm-task" || (page.tabState?.task && !viewing.on)),
+                          this.side,
+                          (tag) => this.showSide(tag),
+                        )}
+                        <div class="content">${this.elements.get(this.side)}</div>
+                      </section>`
+                    : nothing
+                }
+              </div>
             </div>
-            ${
-              this.side
-                ? html`${resizer({
-                      name: t("Width of the panel"),
-                      variable: "--side",
-                      along: "x",
-                      sign: -1,
-                      smallest: 260,
-                      largest: 1200,
-                    })}
-                    <section class="side" aria-label=${t("Panel beside the canvas")}>
-                      ${this.#panelTabs(
-                        SIDE.filter(([tag]) => tag !== "hfsm-task" || (page.tabState?.task && !viewing.on)),
-                        this.side,
-                        (tag) => this.showSide(tag),
-                      )}
-                      <div class="content">${this.elements.get(this.side)}</div>
-                    </section>`
-                : nothing
-            }
           </div>
           ${
             monitor.isShownBeside(page.tab) && !starting && this.bottom !== "hfsm-monitor-timeline"

@@ -11,8 +11,6 @@ import {required} from "../kit/required.js";
 import {laterStyles} from "../kit/styles.js";
 import {t} from "../kit/texts.js";
 
-await laterStyles();
-
 const GAP = 4; // pixels between a button and the menu below it
 const GROUND = [
   ["newState", "newTransition", "newNote", "frame", "paste"],
@@ -43,13 +41,14 @@ let opener;
  *   with `stay` one that is shown already stays
  * @param {Context} context
  */
-export function dropMenu(button, {beside, stay, ...content}, context) {
+export async function dropMenu(button, {beside, stay, ...content}, context) {
+  await laterStyles();
   const isShown = opener === button && element?.getAttribute("aria-label") === nameOf(content);
   if (isShown && stay) return;
   hideMenu();
   if (isShown) return;
   const {left, bottom} = button.getBoundingClientRect();
-  showMenu({x: left, y: bottom + GAP, ...content}, context);
+  await showMenu({x: left, y: bottom + GAP, ...content}, context);
   opener = button;
   button.setAttribute("aria-expanded", "true");
   element?.addEventListener("keydown", ({key: pressed}) => {
@@ -67,7 +66,8 @@ const nameOf = ({title, label}) => title || label || selectionTitle() || t("Auto
  * @param {Content & {x: number, y: number, point?: {x: number, y: number}}} where in the window, and in the drawing
  * @param {Context} context
  */
-export function showMenu({x, y, point, groups: given, label, title = label ? "" : selectionTitle()}, context) {
+export async function showMenu({x, y, point, groups: given, label, title = label ? "" : selectionTitle()}, context) {
+  await laterStyles();
   hideMenu();
   const here = {...context, point};
   const groups = (given ?? (title ? selectionActions() : GROUND))
@@ -113,12 +113,19 @@ export function showMenu({x, y, point, groups: given, label, title = label ? "" 
   element.style.left = `${Math.max(4, Math.min(x, right - width - 4))}px`;
   element.style.top = `${top}px`;
   element.addEventListener("keydown", (event) => key(event, context));
-  element.addEventListener(
-    "focusout",
-    ({relatedTarget: next}) => next !== opener && !menu.contains(/** @type {Node | null} */ (next)) && hideMenu(),
-  );
+  element.addEventListener("focusout", ({relatedTarget: next}) => next && leave(next));
+  element.addEventListener("contextmenu", (event) => event.preventDefault()); // Windows makes one at the key's release
   itemsOf(menu)[0]?.focus();
 }
+
+/** Hide the menu after a press or a focus elsewhere; a press on its button does so itself. @param {EventTarget} next */
+function leave(next) {
+  const isHere = [element, opener].some((each) => each?.contains(/** @type {Node} */ (next)));
+  if (!isHere) hideMenu();
+}
+
+// Not the browser's `popover`: the release of the right button, or of a resting finger, would close it at once.
+addEventListener("pointerdown", ({target}) => target && leave(target), true);
 
 /** @param {Action} action @param {Context} context */
 function choose(action, context) {

@@ -9,10 +9,7 @@ import {notifyError} from "../kit/notices.js";
 import {bodies, chooseBody, chosenBody, simulate} from "../data/robot.js";
 import {browserStorage} from "../kit/storage.js";
 import {store} from "../data/store.js";
-import {laterStyles} from "../kit/styles.js";
 import {t} from "../kit/texts.js";
-
-await laterStyles();
 
 /** @import {Close} from "../kit/dialog.js" */
 /** @import {From} from "../data/element.js" */
@@ -42,17 +39,13 @@ class RobotMenu extends PageElement {
     this.body = undefined;
     /** @type {boolean | undefined} */
     this.balls = undefined;
-    this.close = () => {};
+    this.addEventListener("beforetoggle", () => (this.world = this.speed = this.body = this.balls = undefined));
+    this.addEventListener("toggle", ({newState}) => newState === "open" && this.#first.focus());
   }
 
-  connectedCallback() {
-    super.connectedCallback();
-    this.world = this.speed = this.body = this.balls = undefined;
-    this.updateComplete.then(() =>
-      /** @type {HTMLElement | null} */ (
-        this.querySelector("select, input, button") ?? this.querySelector("div")
-      )?.focus(),
-    );
+  /** What has the focus at first. @returns {HTMLElement} */
+  get #first() {
+    return this.querySelector("select, input, button") ?? this;
   }
 
   /** The present choices. */
@@ -72,14 +65,7 @@ class RobotMenu extends PageElement {
     const runs = started === "simulation";
     const changed = world !== simulation.world || speed !== simulation.speed || body !== simulation.body;
     const speeds = SPEEDS.includes(speed) ? SPEEDS : [...SPEEDS, speed];
-    return html`<div
-      class="menu robot-menu"
-      role="dialog"
-      aria-label=${t("Robot")}
-      tabindex="-1"
-      @keydown=${this.#key}
-      @focusout=${this.#left}
-    >
+    return html`
       ${
         isForeign
           ? html`<p class="hint">
@@ -157,7 +143,7 @@ class RobotMenu extends PageElement {
               ${this.#button("add", t("Your own robot"), async () => (await import("../dialogs/own-robot.js")).makeRobot())}
               ${this.#button("link", t("Connect to a real robot"), connect)}`
       }
-    </div>`;
+    `;
   }
 
   /** @param {string} image @param {string} label @param {() => Promise<unknown>} work */
@@ -169,7 +155,7 @@ class RobotMenu extends PageElement {
 
   /** @param {() => Promise<unknown>} work */
   async #do(work) {
-    this.close();
+    this.hidePopover();
     await work().catch(notifyError);
   }
 
@@ -178,18 +164,6 @@ class RobotMenu extends PageElement {
     this.balls = moving;
     if (store.robot.hasBalls) await store.request("moveBalls", {moving}).catch(notifyError);
   }
-
-  /** @param {FocusEvent} event */
-  #left = (event) => {
-    const to = /** @type {Node | null} */ (event.relatedTarget);
-    if (to && !this.closest("hfsm-robot")?.contains(to)) this.close();
-  };
-
-  /** @param {KeyboardEvent} event */
-  #key = (event) => {
-    if (event.key === "Escape") this.close();
-    if (event.key !== "Tab") event.stopPropagation(); // here, letters are not keys of the canvas
-  };
 }
 
 /**

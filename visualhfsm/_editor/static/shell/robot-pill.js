@@ -1,4 +1,8 @@
-/** The robot of the realm, in the header, with a menu to start, change and end it. */
+/**
+ * The robot of the realm, in the header, with a menu to start, change and end it.
+ *
+ * @import {From} from "../data/element.js"
+ */
 
 import {html, nothing} from "lit";
 
@@ -8,19 +12,16 @@ import {keyOf} from "../kit/keys.js";
 import {notify, notifyError, clearErrors} from "../kit/notices.js";
 import {ROBOT, shownOf, simulate} from "../data/robot.js";
 import {store} from "../data/store.js";
+import {laterStyles} from "../kit/styles.js";
 import {t} from "../kit/texts.js";
 import {viewing} from "../kit/viewing.js";
 
 export class RobotPill extends PageElement {
-  static properties = {open: {state: true}};
   /** @type {typeof PageElement.watches} */
   static watches = {page: [], store: ["robot", "connection"]};
 
   constructor() {
     super();
-    this.open = false;
-    /** The menu, once it was opened. @type {HTMLElement | undefined} */
-    this.menu = undefined;
     this.trouble = "";
   }
 
@@ -50,8 +51,9 @@ export class RobotPill extends PageElement {
         class="robot-now"
         title=${store.robot.trouble || (kind === "none" ? t("Start a simulated robot") : word)}
         aria-label=${word}
+        popovertarget=${kind === "none" ? nothing : "robot-menu"}
         ?disabled=${!store.online}
-        @click=${() => (kind === "none" ? this.#start() : this.toggle())}
+        @click=${() => kind === "none" && simulate().catch(notifyError)}
       >
         <span class="pulse" aria-hidden="true"></span><span class="word">${word}</span
         ><span class="short" aria-hidden="true">${short}</span>
@@ -63,35 +65,35 @@ export class RobotPill extends PageElement {
         title=${t("Robot: which one, world, speed, balls, a real one ({key})", {key: keyOf("robot")})}
         aria-keyshortcuts="Alt+B"
         aria-haspopup="dialog"
-        aria-expanded=${Boolean(this.open)}
+        popovertarget="robot-menu"
         ?disabled=${!store.online}
-        @click=${() => this.toggle()}
       >
         ${icon("chevron")}
       </button>
-      ${this.open ? this.menu : nothing}
+      <hfsm-robot-menu
+        id="robot-menu"
+        class="menu robot-menu"
+        role="dialog"
+        aria-label=${t("Robot")}
+        tabindex="-1"
+        popover
+        @beforetoggle=${this.#load}
+      ></hfsm-robot-menu>
     </div>`;
   }
 
-  async #start() {
-    await simulate().catch(notifyError);
-  }
-
-  /** Show the menu, or hide it. */
-  async toggle(open = !this.open) {
-    if (open && !this.menu) {
-      try {
-        await import("./robot-menu.js");
-      } catch (error) {
-        notifyError(error);
-        return;
-      }
-      this.menu = Object.assign(document.createElement("hfsm-robot-menu"), {close: () => this.toggle(false)});
+  /** Load the menu before it is first shown. @param {ToggleEvent & From<HTMLElement>} event */
+  #load = async (event) => {
+    const {target: menu} = event;
+    if (event.newState === "closed" || customElements.get("hfsm-robot-menu")) return;
+    event.preventDefault();
+    try {
+      await Promise.all([import("./robot-menu.js"), laterStyles()]);
+      menu.showPopover();
+    } catch (error) {
+      notifyError(error);
     }
-    this.open = open;
-    await this.updateComplete;
-    if (!open) /** @type {HTMLElement | null} */ (this.querySelector(".robot-more"))?.focus();
-  }
+  };
 }
 
 customElements.define("hfsm-robot", RobotPill);

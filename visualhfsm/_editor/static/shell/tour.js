@@ -15,8 +15,6 @@ import {store} from "../data/store.js";
 import {laterStyles} from "../kit/styles.js";
 import {rich, t} from "../kit/texts.js";
 
-await laterStyles();
-
 /** @import {Context} from "../kit/registry.js" */
 
 /**
@@ -118,6 +116,7 @@ async function editExample({app}) {
 
 /** @param {import("../kit/registry.js").Context} context */
 export async function startTour(context) {
+  await laterStyles();
   if (page.tabState?.title !== EXAMPLE) await openNew(EXAMPLE);
   const bubble = document.createElement("div");
   bubble.className = "tour";

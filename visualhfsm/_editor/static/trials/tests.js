@@ -11,7 +11,7 @@ import {html, nothing} from "lit";
 import {ask} from "../data/commands.js";
 import {PageElement} from "../data/element.js";
 import {icon} from "../kit/icons.js";
-import {offers} from "../kit/buttons.js";
+import {offers, wordButton} from "../kit/buttons.js";
 import {monitor} from "../run/monitor.js";
 import {messageOf, notify} from "../kit/notices.js";
 import {page} from "../data/page.js";
@@ -78,33 +78,16 @@ class TestsPanel extends PageElement {
       <div class="list-tools">
         ${
           running
-            ? html`<button
-                type="button"
-                class="tool"
-                ?disabled=${tests.status === "stopping"}
-                @click=${() => ask("stopTests", {tab: page.tab})}
-              >
-                ${t("Stop")}
-              </button>`
-            : html`<button
-                type="button"
-                class="tool"
-                ?disabled=${!tests.tests.length || !store.online}
-                @click=${() => this.#run([])}
-              >
-                ${tabState.dirty ? t("Save and run all tests") : t("Run all tests")}
-              </button>`
+            ? wordButton(t("Stop"), () => ask("stopTests", {tab: page.tab}), {disabled: tests.status === "stopping"})
+            : wordButton(tabState.dirty ? t("Save and run all tests") : t("Run all tests"), () => this.#run([]), {
+                disabled: !tests.tests.length || !store.online,
+              })
         }
         ${
           monitor.component && monitor.tab === page.tab && !running
-            ? html`<button
-                type="button"
-                class="tool"
-                title=${t("Write what the run did into a new file of tests, and run that")}
-                @click=${() => this.#keepRun()}
-              >
-                ${t("Record the run as a test")}
-              </button>`
+            ? wordButton(t("Record the run as a test"), () => this.#keepRun(), {
+                title: t("Write what the run did into a new file of tests, and run that"),
+              })
             : nothing
         }
         <span role="status">${running ? t("Tests run…") : summary(tests.tests)}</span>
@@ -181,16 +164,12 @@ class TestsPanel extends PageElement {
         ></span>
         <span class="message">${words(name)}</span>
         <span class="where">${file}${outcome ? `, ${decimal(seconds, 1)} s` : ""}</span>
-        <button
-          type="button"
-          class="link"
-          ?disabled=${running || !store.online}
-          aria-label=${t("Run {name}", {name: words(name)})}
-          title=${t("Run this test")}
-          @click=${() => this.#run([`${file}::${name}`])}
-        >
-          ${icon("run")}
-        </button>
+        ${wordButton(icon("run"), () => this.#run([`${file}::${name}`]), {
+          kind: "link",
+          label: t("Run {name}", {name: words(name)}),
+          title: t("Run this test"),
+          disabled: running || !store.online,
+        })}
       </div>
       ${reason ? html`<pre class="test-reason">${reason}</pre>` : nothing}
       ${
@@ -225,14 +204,9 @@ class TestsPanel extends PageElement {
   #ofRecording() {
     return html`<div class="list-panel">
       <div class="list-tools">
-        <button
-          type="button"
-          class="tool"
-          ?disabled=${!monitor.recording || monitor.tab !== page.tab || !store.online}
-          @click=${() => this.#keepRecording()}
-        >
-          ${t("Make this recording a test")}
-        </button>
+        ${wordButton(t("Make this recording a test"), () => this.#keepRecording(), {
+          disabled: !monitor.recording || monitor.tab !== page.tab || !store.online,
+        })}
       </div>
       <p class="empty">
         ${t("The test runs the document as it is now, without a robot, with the parameters of the recording, the events from outside, and what was forced and set by hand. It expects the same states in the same order, each within half a second of its time.")}

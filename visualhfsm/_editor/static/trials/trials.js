@@ -14,7 +14,7 @@ import {icon} from "../kit/icons.js";
 import {messageOf} from "../kit/notices.js";
 import {page} from "../data/page.js";
 import {store} from "../data/store.js";
-import {offers} from "../kit/buttons.js";
+import {offers, wordButton} from "../kit/buttons.js";
 import {n, t} from "../kit/texts.js";
 import {monitor} from "../run/monitor.js";
 import {MOST_RUNS, duration, endings, requestOf, statePaths, verbOf} from "./asking.js";
@@ -109,9 +109,7 @@ class TrialsPanel extends PageElement {
       ${
         origin
           ? html`<div class="offers">
-              <button type="button" class="action" @click=${() => page.show(origin.tab)}>
-                ${icon("trials")}<span class="text">${t("Back to the trials of {title}", {title: origin.title})}</span>
-              </button>
+              ${this.#button("trials", t("Back to the trials of {title}", {title: origin.title}), () => page.show(origin.tab))}
             </div>`
           : nothing
       }
@@ -137,14 +135,7 @@ class TrialsPanel extends PageElement {
         ${plan.file ? nothing : this.#choices(plan, running)}
         ${
           running
-            ? html`<button
-                type="button"
-                class="action"
-                ?disabled=${trials.status === "stopping"}
-                @click=${() => ask("stopTrials", {tab: page.tab})}
-              >
-                ${icon("stop")}<span class="text">${t("Stop")}</span>
-              </button>`
+            ? this.#button("stop", t("Stop"), () => ask("stopTrials", {tab: page.tab}), trials.status === "stopping")
             : html`<button type="submit" class="action primary" ?disabled=${!store.online}>
                 ${icon("run")}<span class="text">${verbOf(trials, this.draft)}</span>
               </button>`
@@ -250,28 +241,24 @@ class TrialsPanel extends PageElement {
 
   /** What is offered before the first trial. */
   #first() {
+    const words = n("Run {count} trial", "Run {count} trials", FIRST_RUNS);
     return html`<div class="empty">
       <p>${t("There are no trials yet.")}</p>
       <div class="offers">
-        <button
-          type="button"
-          class="action"
-          ?disabled=${!store.online}
-          @click=${() => {
-            this.draft = {...this.draft, runs: FIRST_RUNS};
-            this.#run();
-          }}
-        >
-          ${icon("run")}<span class="text">${n("Run {count} trial", "Run {count} trials", FIRST_RUNS)}</span>
-        </button>
+        ${this.#button("run", words, () => this.#run({...this.draft, runs: FIRST_RUNS}), !store.online)}
       </div>
     </div>`;
   }
 
-  async #run() {
+  /** @param {string} image @param {string} words @param {() => unknown} act */
+  #button(image, words, act, disabled = false) {
+    return wordButton(html`${icon(image)}<span class="text">${words}</span>`, act, {kind: "action", disabled});
+  }
+
+  async #run(draft = this.draft) {
     const trials = store.trials.get(page.tab);
     if (!trials?.plan) return;
-    if ((await ask("startTrials", {tab: page.tab, ...requestOf(trials, trials.plan, this.draft)})) !== undefined)
+    if ((await ask("startTrials", {tab: page.tab, ...requestOf(trials, trials.plan, draft)})) !== undefined)
       this.draft = {};
   }
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from itertools import combinations
 from pathlib import Path
 
 import msgspec
@@ -19,6 +21,8 @@ from visualhfsm._document.commands.text import SetText
 from visualhfsm._document.places import Place
 from visualhfsm._document.serialization import copy_states, parse, written
 from visualhfsm.project._editing.edited_document import EditedDocument
+
+RADIUS = 40.0  # of a state, as measures/geometry.js draws it
 
 
 def automaton(document: Document, id: int) -> Automaton:
@@ -96,6 +100,24 @@ def test_pasted_states_do_not_hide_others_and_go_where_they_are_put() -> None:
     ]
     document = PasteStates(automaton=1, content=content, x=0, y=-50).apply(tree())
     assert [(each.x, each.y) for each in automaton(document, 1).states[2:]] == [(0.0, -50.0), (200.0, -50.0)]
+
+
+@pytest.mark.parametrize(
+    ("x", "y"), [(None, None), (131.0, 77.0)], ids=["beside what was copied", "at the pointer"]
+)
+def test_pasted_states_never_touch_others_however_often(x: float | None, y: float | None) -> None:
+    document = tree()
+    for content in [copy_states(document, 1, [1]), copy_states(document, 1, [1, 2])] * 3:
+        document = PasteStates(automaton=1, content=content, x=x, y=y).apply(document)
+    states = automaton(document, 1).states
+    assert len(states) == 11
+    assert all(math.dist((a.x, a.y), (b.x, b.y)) > 2 * RADIUS for a, b in combinations(states, 2))
+
+
+@pytest.mark.parametrize("x", [math.inf, math.nan, 1e300])
+def test_nothing_is_pasted_outside_of_the_canvas(x: float) -> None:
+    with pytest.raises(EditError, match="is not within"):
+        PasteStates(automaton=1, content=copy_states(tree(), 1, [1]), x=x, y=0).apply(tree())
 
 
 def test_a_state_is_pasted_into_its_own_sub_tree() -> None:
