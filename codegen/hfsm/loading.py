@@ -16,7 +16,7 @@ from ..reasons import reason
 from ..source_rows import BEGIN
 from ._checks import check
 from ._effects import CodeEffects
-from ._extension import component_path, extension_path
+from ._extension import component_path
 from ._imports import resolve
 from .analysis import analyze
 from .codes import Code
@@ -181,9 +181,6 @@ def _by_hand(target: Path) -> Message:
     for line, content in enumerate(text.split("\n") if BEGIN in text else (), 1):
         if _ADDED.match(content) and code.find(line) is None:
             return Message(
-                "line {line} of {file} was added by hand, and would be lost: move it into {extension}",
-                line=line,
-                file=target.name,
-                extension=extension_path(target).name,
+                "{file}:{line} was added by hand: move it into the document", file=target.name, line=line
             )
     return NO_MESSAGE

@@ -64,7 +64,9 @@ def test_a_page_that_is_locked_out_says_so_can_stop_and_comes_back_by_the_new_ad
         expect(banner).to_contain_text("All pages were locked out")
         expect(other.locator(".live-status")).to_have_text("Running")
         shown.press("Control+Shift+Space")
-        expect(shown.page.locator(".notice").filter(has_text="Stopped: ")).to_contain_text("walk")
+        expect(shown.page.locator(".notice").filter(has_text="The robot stands still.")).to_contain_text(
+            "walk"
+        )
         expect(other.locator(".live-status")).to_have_text("Ended: stopped in another window")
         shown.page.context.clear_cookies()  # as of a browser that was never let in
         shown.button("STOP the robot and all that runs").click()

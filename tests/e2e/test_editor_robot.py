@@ -78,7 +78,8 @@ def test_run_asks_once_for_a_robot_and_for_the_reset_of_its_emergency_stop(shown
     shown.button("No robot: start a simulation").wait_for()
     expect(status).to_have_text("Running, no robot")
     shown.press("F5")
-    comes = re.compile("^(Starting the simulation|Simulated Nao)")  # without a question
+    shown.page.get_by_role("dialog", name="follow_ball runs").get_by_role("button", name="Run again").click()
+    comes = re.compile("^(Starting the simulation|Simulated Nao)")  # without a question about it
     expect(shown.page.get_by_role("button", name=comes)).to_be_visible()
 
 

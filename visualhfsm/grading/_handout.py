@@ -57,15 +57,14 @@ def handout(exercise: Exercise, language: str) -> dict[str, bytes]:
     The task is there in each language, with its pictures; `task.md` is the one in `language`.
     """
     start = exercise.start
-    document = (
-        start.read_bytes() if start is not None else write_document(Document(automata=(Automaton(id=1),)))
-    )
+    empty = Document(automata=(Automaton(id=1),))
+    document = write_document(empty).encode() if start is None else start.read_bytes()
     others = {f"task.{each}.md": _task(exercise, each) for each in exercise.languages if each != language}
     files = sorted(exercise.folder.iterdir())
     pictures = [each for each in files if "image/" in str(guess_type(each.name, strict=False))]
     return {
         "task.md": _task(exercise, language),
-        f"{exercise.name}.xml": document if isinstance(document, bytes) else document.encode(),
+        f"{exercise.name}.xml": document,
         f"{exercise.name}{SUFFIX}": (exercise.folder / f"{VISIBLE}.toml").read_bytes(),
         **others,
         **{each.name: each.read_bytes() for each in pictures},

@@ -211,10 +211,11 @@ export class HfsmApp extends PageElement {
    * @param {string[]} options
    */
   async run(options = [], {record = false, dryRun = false} = {}) {
-    const {mayRun, startBeside} = await holdKeys(() => import("./beside.js"));
     const {tab, document: shown} = page;
-    if (!shown || monitor.starting === tab) return;
-    if (!(await mayRun(tab, this.context, !options.length && !record && !dryRun))) return;
+    if (!shown) return;
+    const {mayRun, startBeside} = await holdKeys(() => import("./beside.js"));
+    const may = await mayRun(tab, this.context, !options.length && !record && !dryRun);
+    if (!may || monitor.starting === tab) return;
     page.dispatchEvent(new Event("run")); // what helps to type would cover what runs
     if (!dryRun && !isReadyFor(shown.fields)) {
       const {settle} = await import("./robot-run.js");

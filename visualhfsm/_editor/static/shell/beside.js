@@ -12,6 +12,7 @@ import {t} from "../kit/texts.js";
 /**
  * @import {Answers} from "../data/messages.js"
  * @import {Requests} from "../data/protocol.js"
+ * @import {Choice} from "../kit/dialog.js"
  */
 
 /** The components of others beside which the user runs. @type {Set<string>} */
@@ -25,11 +26,17 @@ const accepted = new Set();
 export async function mayRun(tab, context, serves) {
   const {component = "", status = "ended"} = started.of(tab) ?? {};
   if (["ended", "stopping"].includes(status)) return true;
-  /** @type {import("../kit/dialog.js").Choice[]} */
-  const choices = [["again", t("Run again")]];
-  if (serves && isEnabled("reload", context)) choices.push(["reload", t("Reload"), "primary"]);
-  const title = t("{component} runs", {component});
-  const choice = await confirm({title, text: t("Run it again, from its beginning? That ends it first."), choices});
+  const reloads = serves && isEnabled("reload", context);
+  const choice = await confirm({
+    title: t("{component} runs", {component}),
+    text: reloads
+      ? t("Run it again from its beginning, or let it go on in the document as it is now?")
+      : t("End it, and run it again from its beginning?"),
+    choices: [
+      ["again", t("Run again")],
+      .../** @type {Choice[]} */ (reloads ? [["reload", t("Reload"), "primary"]] : []),
+    ],
+  });
   if (choice === "reload") perform("reload", context);
   return choice === "again";
 }

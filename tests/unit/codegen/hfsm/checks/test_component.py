@@ -153,7 +153,7 @@ def test_what_a_person_added_to_a_component_is_not_overwritten(
     component.write_text(generated.replace(before, added + before, 1))
     line = next(number for number, line in enumerate(component.read_text().split("\n"), 1) if "mine" in line)
     assert one(problems(path, text)).endswith(
-        f"line {line} of behavior.py was added by hand, and would be lost: move it into behavior_ext.py"
+        f"behavior.py:{line} was added by hand: move it into the document"
     )
 
 
