@@ -83,7 +83,7 @@ def test_whatever_is_asked_in_any_order_no_two_children_do_the_same_and_none_is_
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(components, "generate_component", lambda file, target, *_: target / "walk.py")
+    monkeypatch.setattr(components, "generate_component", lambda file, target, *_, **__: target / "walk.py")
     monkeypatch.setattr(components, "read_origins", lambda *_, **__: None)
     ran = 0
 
