@@ -123,7 +123,7 @@ try {
   await see("hfsm-menubar", "Archivo");
   assert.deepEqual(errors, []);
 } catch (error) {
-  for (const page of await browser.pages()) console.error(await page.evaluate(() => document.body.innerText));
+  for (const page of await browser.pages()) process.stderr.write(await page.evaluate(() => document.body.innerText));
   throw error;
 } finally {
   await browser.close();
