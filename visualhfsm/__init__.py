@@ -60,6 +60,7 @@ if TYPE_CHECKING:
     from ._document.commands.text import CorrectName as CorrectName
     from ._document.commands.text import ReplaceText as ReplaceText
     from ._document.commands.text import SetText as SetText
+    from ._document.commands.text import StraightenText as StraightenText
     from ._document.commands.transitions import AddTransition as AddTransition
     from ._document.commands.transitions import RenameTransition as RenameTransition
     from ._document.commands.transitions import ReorderTransition as ReorderTransition
@@ -69,6 +70,7 @@ if TYPE_CHECKING:
     from ._document.commands.variables import HandUpVariable as HandUpVariable
     from ._document.commands.variables import PassVariable as PassVariable
     from ._document.commands.variables import ShareVariable as ShareVariable
+    from ._document.commands.variables import TakeDefault as TakeDefault
     from ._document.commands.variables import TakeOutput as TakeOutput
     from ._document.places import Place as Place
     from ._document.problems import CounterexampleView as CounterexampleView

@@ -11,10 +11,11 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from itertools import islice
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any, Final, NamedTuple, TypeVar
 
-from ..diagnostics import Diagnostics, Location, Note
+from ..diagnostics import Diagnostics, Location, Note, did_you_mean
 from ..files import is_regular
 from ..messages import Message
 from .analysis import library_names
@@ -43,6 +44,7 @@ _MOST_AUTOMATA: Final = 10_000
 """The most automata in a document, with those that are imported."""
 _MAX_ID: Final = 2**31 - 1
 _IDS_EACH: Final = 1000
+_MOST_NAMES: Final = 1000  # among which one is searched that is meant
 
 _N = TypeVar("_N", Interface, RosInterface, Parameter, Event)
 _NodeT = TypeVar("_NodeT", bound=Node)
@@ -164,8 +166,14 @@ class _Resolver:
             message = Message("`{file}` is outside the directory of the document", file=shown)
             self._error(Code.IMPORT_OUTSIDE_DIRECTORY, message, place, note)
         else:
+            files = (
+                (at, each) for at in searched for below in ("*", "*/*") for each in at.glob(f"{below}.xml")
+            )
+            others = (each.relative_to(at).as_posix() for at, each in files if each != path)
+            notes = did_you_mean(name, islice(others, _MOST_NAMES), "file")
             note = Note(Message("searched in {folders}", folders=", ".join(map(str, searched))))
-            self._error(Code.IMPORT_NOT_FOUND, Message("`{file}` is not found", file=shown), place, note)
+            message = Message("`{file}` is not found", file=shown)
+            self._error(Code.IMPORT_NOT_FOUND, message, place, *notes, note)
         return None
 
     def _may_follow(self, file: Path, place: Location, stack: tuple[_Stacked, ...]) -> bool:

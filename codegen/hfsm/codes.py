@@ -118,3 +118,4 @@ class Code(StrEnum):
     POSSIBLE_CONFLICT = "N603"
     UNCLEAR_CODE = "N606"
     UNDECIDED = "N607"
+    NOT_SEEN = "N608"

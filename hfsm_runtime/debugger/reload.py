@@ -144,7 +144,7 @@ class Replacement:
                 known = first.get(new.automaton.id, {})
                 lost = _carry_variables(old.automaton, new.automaton, known)
                 if lost:
-                    self.not_kept.append(f"variables of {_label(new)} are gone: {', '.join(lost)}")
+                    self.not_kept.append(f"no code of {_label(new)} uses {', '.join(lost)} any more")
                 for name, kind in _retyped(old.automaton, new.automaton).items():
                     text = (
                         f"the output {name} of {_label(new)} is {kind.__name__} now and has its default again"

@@ -55,7 +55,7 @@ def test_a_robot_of_the_project_is_chosen_on_the_start_page_and_seen_in_3d(shown
     choice.select_option(label="An arm")
     shown.button("No robot: start a simulation").click()
     expect(page.get_by_role("button", name="Simulated An arm")).to_be_visible(timeout=STARTED)
-    shown.button("Empty An empty component.").click()
+    shown.button("Empty Start with a blank sheet.").click()
     shown.press("Alt+l")
     expect(page.get_by_role("tab", name="3D")).to_have_attribute("aria-selected", "true")
     comes_true(shown, LINKS, ["base", "upper", "hand"])

@@ -86,6 +86,24 @@ def test_states_and_transitions_are_drawn_moved_and_bent(shown: EditorPage, root
     assert abs(shown.middle(knob)[1] - y) > LEAST_MOVE
 
 
+def test_an_empty_canvas_offers_what_to_do_first(shown: EditorPage) -> None:
+    shown.page.locator("hfsm-canvas .surface").focus()
+    shown.press("Control+a", "Delete")
+    empty = shown.page.locator("hfsm-canvas .empty")
+    assert shown.violations("hfsm-canvas .empty") == []
+    empty.get_by_role("button", name="Take one from the shelf").click()
+    expect(shown.page.get_by_role("combobox", name="Search the shelf")).to_be_focused()
+    place = shown.middle(empty)
+    empty.get_by_role("button", name="Draw a state").click()
+    expect(empty).to_be_hidden()
+    shown.page.mouse.click(*place)
+    shown.name("first")
+    shown.expect_states("first")
+    shown.press("Delete")
+    empty.get_by_role("button", name="Open an example").click()
+    shown.state("front").wait_for()
+
+
 def test_what_is_selected_is_deleted_grouped_aligned_and_renamed(shown: EditorPage) -> None:
     shown.state("dance").click()
     shown.press("Delete")
@@ -162,9 +180,9 @@ def test_the_view_zooms_pans_and_goes_down_and_up(shown: EditorPage) -> None:
     shown.expect_at("dance", (x, y), within=1.0)
     shown.page.locator("hfsm-canvas > .surface").click(position={"x": 20, "y": 100})
     shown.page.keyboard.down("Space")
-    shown.drag((x, y), (x - 50, y - 30))
+    shown.drag((x, y), (x + 150, y - 30))
     shown.page.keyboard.up("Space")
-    shown.expect_at("dance", (x - 50, y - 30), within=1.0)
+    shown.expect_at("dance", (x + 150, y - 30), within=1.0)
 
     # Going up and down loses nothing.
     shown.state("followBall").dblclick()
@@ -181,16 +199,16 @@ def test_the_view_zooms_pans_and_goes_down_and_up(shown: EditorPage) -> None:
     shown.page.locator("hfsm-breadcrumbs").get_by_role("button", name="dance_and_follow").click()
     shown.expect_states("followBall", "dance")
 
-    # A drawing that is seen whole is so beside a panel too.
+    # A drawing that is seen whole is so beside a panel too, at the same scale where there is room for it.
     shown.resize(1000, 800)
     shown.button("Fit").click()
     expect(zoom).to_have_text("125 %")
     shown.state("dance").click()
     shown.press("Shift+Enter")
-    expect(zoom).not_to_have_text("125 %")
     expect(shown.page.get_by_role("textbox", name="Code of the state dance")).to_be_focused()
     edge = shown.page.locator("hfsm-canvas").bounding_box()
     assert edge is not None
+    expect(zoom).to_have_text("125 %")
     for name in ("followBall", "dance"):
         assert edge["x"] < shown.middle_of(name)[0] - shown.radius_of(name)
         assert shown.middle_of(name)[0] + shown.radius_of(name) < edge["x"] + edge["width"]

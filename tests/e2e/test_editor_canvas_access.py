@@ -55,9 +55,9 @@ def test_the_start_page_and_the_canvas_are_accessible(shown: EditorPage) -> None
             areas.append(area)
         if area == "footer" and "left" in areas:
             break
-    order = ["left", "toolbar", "tools", "hfsm-canvas", "footer"]
+    order = ["tools", "toolbar", "left", "hfsm-canvas", "footer"]
     found = [area for area in areas if area in order]
-    start = found.index("left")
+    start = found.index("tools")
     assert found[start : start + len(order)] == order
     shown.state("followBall").click()
     assert shown.violations() == []

@@ -71,10 +71,16 @@ def picture_parts(picture: ElementTree.Element) -> tuple[list[str], list[tuple[s
     paths = [path.attrib["d"] for path in picture.iter(f"{space}path") if path.get("d")]
     styles = ("r", "fill", "stroke", "stroke-width")
     circles = [
-        tuple(computed(circle.get(name, "")) for name in styles) for circle in picture.iter(f"{space}circle")
+        tuple(computed(circle.get(name, "")) for name in styles[: 4 if has_line(circle) else 2])
+        for circle in picture.iter(f"{space}circle")
     ]
     lines = [line.strip() for text in picture.iter(f"{space}text") for line in text.itertext()]
     return paths, circles, [line for line in lines if line]
+
+
+def has_line(circle: ElementTree.Element) -> bool:
+    """Return whether a circle is more than filled."""
+    return circle.get("stroke", "none") != "none"
 
 
 def computed(value: str) -> str:
@@ -460,7 +466,7 @@ def test_python_draws_what_the_page_exports(shown: EditorPage) -> None:
     shown.expect_states("walkToEnd", "end", "Süd-Öffnung prüfen")
     shown.page.evaluate("window.print = () => {}")
     shown.press("Control+e")
-    shown.page.get_by_role("button", name="The whole component").click()
+    shown.page.get_by_role("button", name="The whole behavior").click()
     pictures = shown.page.locator("body > .pages figure > svg")
     expect(pictures).to_have_count(3)
     for automaton, picture in zip(document.automata, pictures.all(), strict=True):
@@ -512,12 +518,12 @@ def test_documents_are_exported_and_printed(shown: EditorPage, tmp_path: Path) -
     width, height = struct.unpack(">II", content[16:24])
     assert (width, height) == (2 * float(picture.attrib["width"]), 2 * float(picture.attrib["height"]))
 
-    # The whole component is printed, and nothing else.
+    # The whole behavior is printed, and nothing else.
     open_file(shown, "dance_and_follow.xml")
     shown.expect_states("followBall", "dance")
     shown.page.evaluate("window.print = () => {}")  # the dialog of the browser stays open
     shown.press("Control+e")
-    shown.page.get_by_role("button", name="The whole component").click()
+    shown.page.get_by_role("button", name="The whole behavior").click()
     pages = shown.page.locator("body > .pages")
     shown.page.emulate_media(media="print")
     expect(pages.get_by_role("heading", name="dance_and_follow").first).to_be_visible()

@@ -1,4 +1,4 @@
-"""The robot in the corner of the canvas: beside all code, on every run, once, and only while it is seen."""
+"""The robot beside the drawing: above all code, on every run, once, and only while it is seen."""
 
 from __future__ import annotations
 
@@ -24,17 +24,10 @@ from tests.support.monitor import (
     status,
 )
 from tests.support.robot_server import eventually
-from tests.support.soak import cases
 from zenoh_ice import Settings
 
 SEVERAL_FRAMES = """async () => {
     for (let frame = 0; frame < 4; frame++) await new Promise(requestAnimationFrame);
-}"""
-PLACE_OF_TEXT = """each => {
-    const range = document.createRange();
-    range.selectNodeContents(each);
-    const {x, y, width, height} = range.getBoundingClientRect();
-    return [x, y, width, height];
 }"""
 IS_DRAWN = "() => document.querySelector('hfsm-robot-view')?.drawing?.body?.torso.visible"
 
@@ -55,7 +48,9 @@ def show(shown: EditorPage) -> None:
     comes_true(shown, IS_DRAWN)
 
 
-def test_the_robot_stays_beside_the_code_on_every_run_and_covers_no_state(shown: EditorPage) -> None:
+def test_the_robot_stays_above_the_code_on_every_run_and_covers_nothing_of_the_drawing(
+    shown: EditorPage,
+) -> None:
     page = shown.page
     show(shown)
     for _ in range(2):
@@ -69,52 +64,8 @@ def test_the_robot_stays_beside_the_code_on_every_run_and_covers_no_state(shown:
         shown.button("Close the panel").click()
         shown.press("Shift+F5")
         expect(status(shown)).to_contain_text("Ended")
-    shown.press("f")
-    for name in ("wait", "go"):
-        assert not Box.of(shown.state(name).locator(".body")).overlaps(Box.of(dock(shown)))
+    assert not Box.of(page.locator("hfsm-canvas")).overlaps(Box.of(dock(shown)))
     assert shown.violations(".dock") == []
-
-
-def test_what_the_robot_does_not_cover_stays_uncovered_when_the_canvas_shrinks(shown: EditorPage) -> None:
-    page = shown.page
-    show(shown)
-    page.locator("hfsm-canvas .surface").focus()
-    shown.press("f", "-", "-", "-")
-    beside = Box.of(dock(shown))
-    x, y = shown.middle_of("go")
-    page.mouse.move(x - 60, y + 60)
-    page.mouse.down(button="middle")
-    # Right above the robot's picture, in a view that is not fitted.
-    page.mouse.move(beside.x + 120, beside.y - 10, steps=3)
-    page.mouse.up(button="middle")
-    go = shown.state("go").locator(".body")
-    assert Box.of(go).y > beside.y - 120
-    assert not Box.of(go).overlaps(beside)
-    run(shown)
-    expect(page.locator("main > hfsm-monitor-timeline .timeline")).to_be_visible()
-    page.evaluate(SEVERAL_FRAMES)
-    assert not Box.of(go).overlaps(Box.of(dock(shown)))
-    shown.resize(1280, 620)
-    page.evaluate(SEVERAL_FRAMES)
-    assert not Box.of(go).overlaps(Box.of(dock(shown)))
-
-
-@pytest.mark.parametrize(("width", "height"), cases([(1024, 700)], [pytest.param(683, 900)]))
-def test_the_robot_covers_no_hint_on_an_empty_canvas(shown: EditorPage, width: int, height: int) -> None:
-    page = shown.page
-    show(shown)
-    shown.resize(width, height)
-    page.locator("hfsm-canvas .surface").focus()
-    shown.press("Control+a", "Delete")
-    hint = page.locator("hfsm-canvas .empty")
-    expect(hint).to_contain_text("Nothing here yet")
-    page.evaluate("document.querySelector('hfsm-app').showBottom('hfsm-output')")
-    expect(page.get_by_role("region", name="Panel below the canvas")).to_be_visible()
-    page.evaluate(SEVERAL_FRAMES)
-    text = Box(*hint.evaluate(PLACE_OF_TEXT))
-    assert text.width > 100
-    assert not text.overlaps(Box.of(dock(shown)))
-    assert not text.overlaps(Box.of(page.locator(".tools")))
 
 
 def test_the_robot_is_drawn_once_and_its_view_is_kept_where_it_moves(shown: EditorPage) -> None:
@@ -169,13 +120,15 @@ def test_what_the_user_chose_is_remembered(shown: EditorPage) -> None:
     expect(dock(shown).locator("hfsm-camera canvas")).to_be_visible()
     expect(page.locator(".stage")).to_have_count(0)
     assert shown.violations(".dock") == []
-    wide = Box.of(dock(shown)).width
-    dock(shown).get_by_role("separator", name="Width of the robot's picture").press("ArrowLeft")
-    comes_true(shown, "wide => document.querySelector('.dock').offsetWidth > wide", wide + 10)
+    shown.press("Alt+l")
+    high = Box.of(dock(shown)).height
+    dock(shown).get_by_role("separator", name="Height of the robot's picture").press("ArrowDown")
+    comes_true(shown, "high => document.querySelector('.dock').offsetHeight > high", high + 10)
     page.reload()
     shown.state("wait").wait_for()
     expect(picture).to_have_value("Camera")
-    assert Box.of(dock(shown)).width > wide + 10
+    shown.press("Alt+l")
+    comes_true(shown, "high => document.querySelector('.dock').offsetHeight > high", high + 10)
     shown.press("Alt+Shift+b")
     expect(dock(shown)).to_have_count(0)
     page.reload()
@@ -285,7 +238,7 @@ def test_the_caption_is_read_on_a_phone_by_users_and_viewers_and_in_forced_color
         viewer.goto(shared_address(shown))
         speech, sounds = client.proxy(SpeechPrx, "Speech"), client.proxy(SoundsPrx, "Sounds")
         speech.say("I see the ball, and walk to it as far as I can. " * 20)
-        shown.page.locator(".dock-chip").click()
+        shown.button("See the robot").click()
         for page in (shown.page, viewer):
             page.set_viewport_size({"width": 390, "height": 844})
             page.locator(".dock .stage canvas").wait_for()

@@ -78,9 +78,7 @@ def test_a_behavior_is_tried_without_a_robot(shown: EditorPage) -> None:
     assert shown.violations("header", ".side") == []
     events = page.get_by_role("group", name="Events")
     expect(events.get_by_role("button")).to_have_text(["clap"])  # the other is not declared
-    expect(events).to_contain_text(
-        "Only the behavior's own code may send bang: declare it in Data, Component"
-    )
+    expect(events).to_contain_text("Only the behavior's own code may send bang: declare it in Data, Behavior")
     shown.button("clap").click()
     expect_current(shown, "rest")
     shown.button("20 x").click()

@@ -8,6 +8,7 @@ from pathlib import Path
 from playwright.sync_api import Browser, expect
 
 from interfaces.nao import PoseHeadPrx, SafetyPrx
+from tests.support.browser import Box
 from tests.support.monitor import (
     DOCUMENT,
     expect_breakpoint,
@@ -64,11 +65,12 @@ def test_the_robot_is_stopped_and_reset_in_every_window_and_its_component_pauses
             expect(status(shown)).to_have_count(0)
             shown.button("1 running").click()
             expect(shown.page.get_by_role("menuitem", name="follow_me")).to_be_focused()
-            assert shown.page.evaluate(STOP_AREA)[0] >= shown.page.evaluate(
-                "() => document.querySelector('.menu').getBoundingClientRect().right"
-            ), "a part of the menu lies under STOP"
+            stop, menu = (Box.of(shown.page.locator(each)) for each in (".stop-button", "[role=menu]"))
+            assert not menu.overlaps(stop), "a part of the menu lies under STOP"
             shown.press("Control+Shift+Space")
-            expect(shown.page.locator(".notice").filter(has_text="follow_me")).to_contain_text("Stopped: ")
+            expect(shown.page.locator(".notice").filter(has_text="follow_me")).to_contain_text(
+                "Ended: follow_me."
+            )
             assert process.wait() == 0
         expect(shown.button("Nothing runs")).to_be_visible()
         expect(shown.button("STOP the robot and all that runs")).to_be_visible()

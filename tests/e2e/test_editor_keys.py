@@ -21,7 +21,8 @@ NOTE = """async () => {
   for (const action of actions.values()) {
     action.enabled = () => true;
     action.run = () => performed.push(action.id);
-    for (const key of action.keys ?? []) if (!elsewhere.has(action.id)) scopes[scopeOf(action, key)][key] = action.id;
+    if (elsewhere.has(action.id) || action.scope === "code") continue;
+    for (const key of action.keys ?? []) scopes[scopeOf(action, key)][key] = action.id;
   }
   return scopes;
 }"""

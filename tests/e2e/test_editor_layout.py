@@ -41,13 +41,37 @@ AS_AT_FIRST = """() => {
   app.showBottom("");
 }"""
 
+WITH_TREE, WITHOUT_TREE = 0.45, 0.55
+"""Parts of the window that the drawing keeps."""
+COVERS = """() => {
+  const canvas = document.querySelector("hfsm-canvas");
+  const {left, top, width, height} = canvas.getBoundingClientRect();
+  const found = new Set();
+  for (let x = 0.02; x < 1; x += 0.04)
+    for (let y = 0.02; y < 1; y += 0.04) {
+      const seen = document.elementFromPoint(left + x * width, top + y * height);
+      if (!canvas.contains(seen)) found.add(seen.outerHTML.slice(0, 80));
+    }
+  return [...found];
+}"""
+"""What lies over the drawing."""
+SMALL_TARGETS = """() => [...document.querySelectorAll("button:not(.link), select, input, [role=tab], .branch")]
+  .filter((each) => each.checkVisibility({opacityProperty: true}) && !each.closest("label"))
+  .filter((each) => Math.min(each.offsetWidth, each.offsetHeight) < 44)
+  .map((each) => `${each.className} ${each.ariaLabel || each.textContent}`)"""
+"""What fingers press and is smaller than 44 pixels."""
+SMALL_NAMES = """() => [...document.querySelectorAll("hfsm-canvas .state .name")]
+  .filter((each) => each.getScreenCTM().a * parseFloat(getComputedStyle(each).fontSize) < 11)
+  .map((each) => each.textContent)"""
+"""Names in the drawing whose letters are smaller than 11 pixels."""
+
 CUT = "each => each.scrollWidth > each.clientWidth"
 """Whether a text is longer than its place."""
 
 
 @pytest.fixture(scope="class")
 def robot(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[EditorPage]:
-    """A component that runs on a robot, which is shown in the corner; it ends before the other tests."""
+    """A component that runs on a robot, which is shown, too; it ends before the other tests."""
     path = tmp_path_factory.mktemp("layout") / "walk.xml"
     with robot_and_editor(path) as (_, running), monitor_page(browser, running) as shown:
         run(shown)
@@ -61,6 +85,7 @@ def live(robot: EditorPage) -> EditorPage:
     """The same, without panels."""
     robot.page.evaluate("document.querySelector('hfsm-app').showSide('')")
     robot.page.evaluate("document.querySelector('hfsm-app').showBottom('')")
+    robot.page.evaluate("document.querySelector('hfsm-app').tree = ''")
     return robot
 
 
@@ -91,6 +116,28 @@ def shown(eleven: EditorPage) -> EditorPage:
 
 
 class TestBesideARobot:
+    def test_the_drawing_keeps_half_of_the_window_beside_code_robot_and_timeline(
+        self, live: EditorPage
+    ) -> None:
+        page = live.page
+        live.resize(1280, 800)
+        scale = live.radius_of("go")
+        live.state("go").click()
+        live.edit_code()
+        for part in (
+            ".dock .stage canvas",
+            ".side hfsm-code-panel",
+            "main > hfsm-monitor-timeline .timeline",
+        ):
+            expect(page.locator(part)).to_be_visible()
+        drawing = page.locator("hfsm-canvas")
+        assert Box.of(drawing).area >= WITH_TREE * 1280 * 800
+        assert page.evaluate(COVERS) == []
+        assert live.radius_of("go") == scale
+        live.choose_in("View", "Tree of automata")
+        assert Box.of(drawing).area >= WITHOUT_TREE * 1280 * 800
+        assert live.radius_of("go") == scale
+
     @pytest.mark.parametrize(("width", "height"), SIZES)
     def test_the_drawing_has_most_of_the_window_beside_a_panel(
         self, live: EditorPage, width: int, height: int
@@ -199,9 +246,27 @@ def test_a_notice_covers_nothing_of_the_panel_below_the_canvas(
     assert not page.evaluate(COVERED)
 
 
-def test_a_finger_has_the_whole_robot_in_the_corner_and_no_buttons_on_it(
-    browser: Browser, tmp_path: Path
-) -> None:
+def test_a_layout_is_as_it_was_left(shown: EditorPage) -> None:
+    page = shown.page
+    code = page.locator(".side hfsm-code-panel")
+    shown.choose_in("View", "Draw")
+    expect(code).to_be_visible()
+    page.evaluate("document.querySelector('hfsm-app').showBottom('hfsm-output')")
+    output = page.locator(".bottom hfsm-output")
+    expect(output).to_be_visible()
+    shown.choose_in("View", "Run and watch")
+    expect(code).to_have_count(0)
+    expect(output).to_have_count(0)
+    page.reload()
+    shown.state("wait").wait_for()
+    expect(code).to_have_count(0)
+    shown.choose_in("View", "Draw")
+    expect(code).to_be_visible()
+    expect(output).to_be_visible()
+    page.evaluate("localStorage.clear()")
+
+
+def test_a_finger_has_the_whole_robot_and_no_buttons_on_it(browser: Browser, tmp_path: Path) -> None:
     with (
         robot_and_editor(tmp_path / "walk.xml") as (_, running),
         contextlib.closing(
@@ -213,6 +278,25 @@ def test_a_finger_has_the_whole_robot_in_the_corner_and_no_buttons_on_it(
         comes_true(shown, "() => document.querySelector('hfsm-robot-view')?.drawing?.body")
         expect(shown.page.locator(".dock .stage canvas")).to_be_visible()
         expect(shown.page.locator(".dock .view-tools")).to_be_hidden()
+
+
+def test_a_finger_meets_large_targets_and_names_that_can_be_read(browser: Browser, tmp_path: Path) -> None:
+    path = tmp_path / "walk.xml"
+    path.write_text(DOCUMENT)
+    with (
+        editor(tmp_path, path) as running,
+        contextlib.closing(
+            browser.new_context(viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
+        ) as context,
+    ):
+        shown = EditorPage(context.new_page(), running)
+        shown.expect_states("wait", "go")
+        page = shown.page
+        page.evaluate("document.querySelector('hfsm-canvas').viewport.zoom(0.5)")
+        assert page.evaluate(SMALL_NAMES) == []
+        for panel in ("showSide('hfsm-data-panel')", "showBottom('hfsm-problems')"):
+            page.evaluate(f"document.querySelector('hfsm-app').{panel}")
+            assert page.evaluate(SMALL_TARGETS) == []
 
 
 def test_eleven_documents_keep_their_names_and_a_menu_has_them_all(shown: EditorPage) -> None:

@@ -176,5 +176,5 @@ def test_a_stop_that_is_not_confirmed_says_so_until_it_is(shown: EditorPage) -> 
     late = shown.page.get_by_role("alert").filter(has_text="STOP is not confirmed yet, and repeated")
     expect(late).to_be_visible()
     shown.page.evaluate("answer({stopped: ['Head'], failed: {}})")
-    expect(shown.page.get_by_role("status").filter(has_text="Stopped: Head.")).to_be_visible()
+    expect(shown.page.get_by_role("status").filter(has_text="The robot stands still.")).to_be_visible()
     expect(late).to_have_count(0)

@@ -143,6 +143,14 @@ def test_a_run_is_shown_on_the_canvas_in_the_tree_and_in_the_output(shown: Edito
     expect(tooltip).to_contain_text("many")
     shown.page.mouse.move(5, 5)
     expect(tooltip).to_have_count(0)
+    shown.state("wait").focus()
+    shown.press("a")
+    expect(shown.page.get_by_role("combobox", name="Search the shelf")).to_be_focused()
+    shown.hover(shown.state("wait").locator(".body"), shows=tooltip)
+    shown.type("w")  # what one types is not covered
+    expect(tooltip).to_have_count(0)
+    shown.press("Escape", "Escape")
+    shown.page.mouse.move(5, 5)
     shown.transition("late").focus()
     shown.press("w")
     expect(tooltip).to_contain_text("its time comes after")
@@ -157,6 +165,9 @@ def test_a_run_is_shown_on_the_canvas_in_the_tree_and_in_the_output(shown: Edito
     force_late(shown)
     expect_current(shown, "go")
     expect(shown.state("wait")).to_have_class(re.compile(r"\btrail\b"))
+    expect(shown.page.locator("hfsm-canvas .state:not(.selected) .glow:visible")).to_have_count(
+        0
+    )  # a ring: selected
     expect(shown.transition("late")).to_have_class(re.compile(r"\bfired\b"))
     expect(rows.filter(has_text="go")).to_have_attribute("aria-current", "true")
     expect(rows.filter(has_text="look")).to_have_attribute("data-live", "ghost")
@@ -239,7 +250,7 @@ def test_a_run_is_shown_beside_its_own_document_and_started_from_a_state(
     expect(status(shown)).to_have_count(0)
     expect(timeline).to_have_count(0)
     expect(values).to_have_count(0)
-    expect(shown.page.locator("hfsm-monitor-panel")).to_contain_text("Nothing is followed. Press F5 to run")
+    expect(shown.page.locator("hfsm-monitor-panel")).to_contain_text("Nothing runs yet.")
     show_document(shown, "guide")
     expect(status(shown)).to_have_text("Ended: stopped")
     expect(timeline).to_be_visible()
@@ -332,8 +343,8 @@ def test_reload_goes_on_with_the_changed_code_and_reports_what_was_not_kept(show
     shown.press("Delete")
     expect(shown.state("go")).to_have_count(0)
     shown.press("F9")
-    expect(shown.page.get_by_role("dialog")).to_contain_text("go")
-    shown.press("Escape")
+    notice(shown, "Reloaded: automaton 1 (walk) was in the state go, which is gone")
+    expect(shown.page.get_by_role("dialog")).to_have_count(0)
     expect_current(shown, "wait")  # the initial state
 
 
@@ -357,7 +368,7 @@ def test_errors_of_a_start_and_of_a_run_lead_to_their_code(shown: EditorPage) ->
     expect(status(shown)).to_contain_text("Ended: '>' not supported")
     notice(shown, "ended: '>' not supported")
     shown.page.get_by_role("tab", name=re.compile("^Errors")).click()
-    error = shown.page.get_by_role("list", name="Errors of the component").get_by_role("button").first
+    error = shown.page.get_by_role("list", name="Errors of the behavior").get_by_role("button").first
     sign, message = error.get_by_role("img").bounding_box(), error.locator(".message").bounding_box()
     assert sign is not None
     assert message is not None
@@ -396,7 +407,7 @@ def test_a_component_started_elsewhere_is_watched_found_again_and_stopped(
     expect(status(shown)).to_contain_text("Gone since")
     expect(canvas).to_have_class(re.compile(r"\bstale\b"))
 
-    stopped = shown.page.locator(".notice").filter(has_text="Stopped: Body, Head, Motors, walk.")
+    stopped = shown.page.locator(".notice").filter(has_text="The robot stands still. Ended: walk.")
     for by_key in (True, False):
         with started_elsewhere(robot, path) as process:
             expect(status(shown)).to_have_text("Running")

@@ -102,7 +102,7 @@ def test_a_model_is_seen_corrected_saved_started_and_moved(
     assert [each.name for each in sorted((tmp_path / "robots").iterdir())] == ["arm.urdf", "mine.toml"]
     assert page.get_by_role("combobox", name="Robot").evaluate("(each) => each.value") == "robots/mine.toml"
 
-    shown.button("Empty An empty component.").click()
+    shown.button("Empty Start with a blank sheet.").click()
     shown.press("Alt+l")
     page.get_by_role("tab", name="3D").click()
     with initialize(settings.override(listen=("tcp/127.0.0.1:0",))) as communicator:

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Locator, WebSocketRoute, expect
 
-from tests.support.browser import EditorPage, editor_page, saved
+from tests.support.browser import Box, EditorPage, editor_page, saved
 from tests.support.editor import Editor, NoPart, editor, parts
 from tests.support.limits import FOREVER, PAGE_LIMIT, RUN_LIMIT
 from tests.support.panels import DOCUMENT, add, choose, edit, panel_violations, show_list, undo_names
@@ -31,6 +31,15 @@ def path(root: Path) -> Path:
     path.write_text(DOCUMENT)
     return path
 
+
+CUT_HINTS = """panel => [...panel.querySelectorAll("input[placeholder]")].filter((each) => {
+  const {font, paddingLeft, paddingRight} = getComputedStyle(each);
+  const context = document.createElement("canvas").getContext("2d");
+  context.font = font;
+  const room = each.clientWidth - parseFloat(paddingLeft) - parseFloat(paddingRight);
+  return context.measureText(each.placeholder).width > room;
+}).map((each) => each.placeholder)"""
+"""The texts in empty fields that are longer than these."""
 
 LISTENS_AFTER = 150
 """A list has the keys so many ms after it came; before that, an arrow moves the cursor, which closes the list."""
@@ -306,6 +315,8 @@ def test_completion_knows_the_document_and_the_interfaces(browser: Browser, path
         shown.type("(")
         signature.wait_for()
         expect(signature).to_contain_text("getImageData(format")
+        assert Box.of(signature).y > Box.of(code.locator(".cm-activeLine")).y  # no tab above is covered
+        assert Box.of(signature).y + Box.of(signature).height <= sum(Box.of(code)[1::2])
         shown.press("Escape")
         shown.insert(")\ncou")
         options.first.wait_for()
@@ -397,11 +408,20 @@ def test_entry_and_exit_code_and_arguments_have_tabs_that_arrows_go_through(
 # ------------------------------------------------------------------------------------------------- data
 
 
+def test_labels_stand_at_one_edge_and_fields_at_one_edge(shown: EditorPage) -> None:
+    show_list(shown, "Alt+i", "interface")
+    add(shown, "interface", "camera")
+    panel = shown.page.locator(".data-panel")
+    for what, count in ((panel.locator("label"), 8), (panel.locator("input, select, textarea"), 8)):
+        assert len({round(Box.of(each).x) for each in what.all()[:count]}) == 1
+    assert panel.evaluate(CUT_HINTS) == []
+
+
 def test_interfaces_parameters_properties_and_variables_are_edited(shown: EditorPage, path: Path) -> None:
     show_list(shown, "Alt+i", "interface")
     entry = add(shown, "interface", "camera")
     entry.get_by_label("Interface", exact=True).fill("Camera")
-    entry.get_by_label("Identity", exact=True).fill("CameraBottom")
+    entry.get_by_label("On the robot", exact=True).fill("CameraBottom")
 
     show_list(shown, "Alt+p", "parameter")
     field = add(shown, "parameter", "speed").get_by_label("Default", exact=True)

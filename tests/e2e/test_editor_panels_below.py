@@ -84,10 +84,14 @@ def test_problems_are_counted_beyond_the_list_and_say_what_they_assume(
             "text": nobody,
         }
         other.ask("do", tab=1, command=code)
+        other.ask(
+            "do", tab=1, command={"command": "addState", "automaton": 2, "name": "last", "x": 300, "y": 150}
+        )
     shown.press("Control+m")
-    expect(shown.page.get_by_role("button", name="1012 Warnings", exact=True)).to_be_visible()
+    expect(shown.page.get_by_role("button", name="1013 Warnings", exact=True)).to_be_visible()
     expect(shown.page.get_by_role("list", name="Problems").locator("button.row")).to_have_count(1000)
-    expect(shown.page.get_by_text("13 more are not listed.")).to_be_visible()
+    expect(shown.page.get_by_text("1000 of 1014 are listed")).to_be_visible()
+    expect(shown.page.get_by_role("treeitem", name="last, warning")).to_be_visible()
     expect(shown.page.get_by_text(re.compile("hold as long as cycles begin"))).to_have_count(1)
 
 
@@ -331,7 +335,7 @@ def test_a_run_closes_what_is_offered_to_type(
         options = shown.page.locator(".cm-tooltip").get_by_role("option")
         options.filter(has_text="setattr").wait_for(timeout=RUN_LIMIT * 1000)
         shown.press("F5")
-        expect(shown.page.get_by_role("log", name="Output of the component")).to_contain_text("ran")
+        expect(shown.page.get_by_role("log", name="Output of the behavior")).to_contain_text("ran")
         expect(options).to_have_count(0)
         expect(code).to_be_focused()
         shown.press("Shift+F5")
@@ -344,8 +348,10 @@ def test_a_process_that_ends_at_once_leads_to_the_line_that_ended_it(
 ) -> None:
     code = "count += 1\nif count &gt; 2:\n    __import__('os')._exit(3)"
     with opened(browser, path, code, monkeypatch) as shown:
-        shown.press("F5")
-        end = shown.page.get_by_role("alert").filter(has_text="walk ended: os._exit(3) in wait.")
+        shown.press("Control+m", "F5")
+        end = shown.page.locator(".live-bar").filter(has_text="Ended: os._exit(3) in wait")
+        expect(end).to_be_visible()
+        expect(shown.page.get_by_role("tab", name="Problems", selected=True)).to_be_visible()  # it stays open
         end.get_by_role("button", name="line 3").click()
         field = shown.page.get_by_role("textbox", name="Code of the state wait")
         expect(field.locator(".cm-activeLine")).to_have_text("    __import__('os')._exit(3)")
@@ -358,7 +364,7 @@ def test_a_traceback_leads_to_the_line_of_the_document(
     code = "count += 1\nif count &gt; 2:\n    missing()"
     with opened(browser, path, code, monkeypatch) as shown:
         shown.press("F5")
-        log = shown.page.get_by_role("log", name="Output of the component")
+        log = shown.page.get_by_role("log", name="Output of the behavior")
         expect(log).to_contain_text("NameError: name 'missing' is not defined")
         link = log.get_by_role("button", name=re.compile("walk.xml:8"))
         expect(link).to_be_visible()

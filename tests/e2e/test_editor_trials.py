@@ -96,6 +96,17 @@ def test_trials_fill_the_panel_and_a_failed_one_is_looked_back_at(
         shown.expect_states("waiting")
 
 
+def test_the_first_trials_are_one_click(browser: Browser, edited: Editor) -> None:
+    with editor_page(browser, edited) as shown:
+        open_panel(shown)
+        panel = shown.page.get_by_role("region", name="Panel below the canvas")
+        panel.get_by_label("Within").fill("0.5")
+        panel.get_by_label("Robot").select_option("none")
+        panel.get_by_role("button", name="Run 10 trials").click()
+        expect(panel).to_contain_text("10 of 10 trials succeed", timeout=ENDED)
+        expect(panel.get_by_role("button", name="Run 10 trials")).to_have_count(0)
+
+
 def test_without_a_plan_one_chooses_what_counts(browser: Browser, edited: Editor) -> None:
     with editor_page(browser, edited) as shown:
         open_panel(shown)

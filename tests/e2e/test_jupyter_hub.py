@@ -94,6 +94,18 @@ def test_each_user_has_an_editor_in_their_own_folder(ana: Login, ben: Login) -> 
         assert refused.value.kind == "forbidden"
 
 
+def test_a_pupil_hands_in_where_the_teacher_collects(ana: Login) -> None:
+    with window(ana) as shown:
+        tab = shown.ask("open", path="walk.xml")["tab"]
+        assert shown.ask("handIn", tab=tab) == {"path": "walk.xml", "collected": False}
+        (ana.home / "hand-in").mkdir()
+        assert shown.ask("handIn", tab=tab) == {"path": "hand-in/walk.xml", "collected": True}
+        assert "<name>wait</name>" in (ana.home / "hand-in/walk.xml").read_text()
+        with pytest.raises(Refused) as refused:
+            shown.ask("handIn", tab=tab)
+        assert refused.value.kind == "exists"
+
+
 def test_nobody_else_reaches_an_editor(hub: Hub, ana: Login, ben: Login) -> None:
     with window(ana):
         path = f"{ana.path}visualhfsm/"

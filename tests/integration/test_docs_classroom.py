@@ -102,7 +102,9 @@ def test_everybody_gets_the_exercise_and_keeps_what_is_there(machine: Machine) -
     own(ben)
     machine.run("hand_out.sh", str(LOOK))
     assert (ana / "look/task.md").is_file()
-    assert {each.name for each in (ana / "look").iterdir()} == {"task.md", "look.xml", "look.trials.toml"}
+    handed_out = {each.name for each in (ana / "look").iterdir()}
+    assert handed_out == {"task.md", "task.es.md", "look.xml", "look.trials.toml"}
+    assert (ana / "hand-in").is_dir()
     assert (ana / "look/look.xml").stat().st_uid == (NOBODY if os.geteuid() == 0 else os.getuid())
     assert (ben / "look/look.xml").read_text() == "mine"
     assert (ben / "look/task.md").is_file()
@@ -125,6 +127,21 @@ def test_documents_are_collected_and_graded(machine: Machine) -> None:
     assert done.returncode == 0, done.stderr
     points = {name: row["points"] for name, row in marks_in(machine.folder / "marks").items()}
     assert points == {"ana": "10", "ben": "0"}
+
+
+def test_what_was_handed_in_is_collected_and_marks_come_back(machine: Machine) -> None:
+    """A copy in `hand-in` counts, not what is drawn later."""
+    ana = machine.pupil("ana")
+    machine.run("hand_out.sh", str(LOOK))
+    shutil.copy(LOOK / "solution/solution.xml", ana / "hand-in/look.xml")
+    own(ana)
+    machine.run("collect.sh", "look")
+    handed_in = machine.folder / "handed-in/look/ana.xml"
+    assert handed_in.read_bytes() == (LOOK / "solution/solution.xml").read_bytes()
+    (machine.folder / "marks").mkdir()
+    (machine.folder / "marks/ana.md").write_text("**10 of 10**\n")
+    machine.run("give_back.sh", "look")
+    assert (ana / "look/marks.md").read_text() == "**10 of 10**\n"
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="needs another user")

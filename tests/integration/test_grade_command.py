@@ -248,10 +248,25 @@ def test_an_exercise_checks_itself_and_finds_what_does_not_earn_what_it_says(tmp
     )
 
 
+def test_an_exercise_is_given_in_the_language_of_the_system_whose_locale_is_not_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("LANGUAGE", "LC_ALL", "LC_MESSAGES"):
+        monkeypatch.delenv(name, raising=False)
+    for language, words, task in (
+        ("es_XX.UTF-8", "Ahora: lee task.md", "# Mira"),
+        ("C", "Next: read", "# Look"),
+    ):
+        monkeypatch.setenv("LANG", language)
+        assert words in visualhfsm(tmp_path, "new", language, "--exercise", "look")
+        assert (tmp_path / language / "task.md").read_text().startswith(task)
+
+
 def test_a_pupil_gets_the_task_and_nothing_hidden(tmp_path: Path) -> None:
     visualhfsm(tmp_path, "new", "ana", "--exercise", "nod", "--language", "es")
     folder = tmp_path / "ana"
-    assert sorted(path.name for path in folder.iterdir()) == ["nod.trials.toml", "nod.xml", "task.md"]
+    files = sorted(path.name for path in folder.iterdir())
+    assert files == ["nod.trials.toml", "nod.xml", "task.en.md", "task.md"]
     task = (folder / "task.md").read_text("utf-8")
     assert task.startswith("# Di que sí tres veces")
     assert "| Después pasa a `done` | 2 |" in task

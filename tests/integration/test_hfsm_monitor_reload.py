@@ -216,7 +216,7 @@ def test_what_is_gone_is_reported(pair: Pair, version: Version) -> None:
         version.write(gone)
         reported = proxy.reload().notKept
         assert reported == [
-            "variables of automaton 1 (walker) are gone: count",
+            "no code of automaton 1 (walker) uses count any more",
             "automaton 2 (b) is gone, which was in red",
             "automaton 1 (walker) was in the state b, which is gone, and restarts in a",
         ]

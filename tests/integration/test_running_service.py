@@ -273,6 +273,32 @@ def test_a_document_with_errors_is_refused_and_says_why(tmp_path: Path) -> None:
     asyncio.run(go())
 
 
+def test_what_runs_goes_on_when_the_next_one_cannot_be_generated(tmp_path: Path) -> None:
+    async def go() -> None:
+        pushes = ReceivedPushes()
+        async with running(pushes) as service:
+            saved = source(tmp_path / "walk.xml", text("print('on')"))
+            await service.start(saved, [])
+            await pushes.line("on")
+            with pytest.raises(VisualHfsmError, match="not valid Python"):
+                await service.start(edited(saved, "x = = 1"), [])
+            component = tmp_path / "walk.py"
+            changed = component.read_text().replace("print('on')", "print('by hand')")
+            component.write_text(changed)
+            for again in (service.start(saved, []), service.generate(saved)):
+                with pytest.raises(
+                    VisualHfsmError, match=r"walk\.py was changed since it was generated here"
+                ):
+                    await again
+            assert component.read_text() == changed
+            assert [each.status for each in pushes.changes] == ["generating", "starting", "started"]
+            component.unlink()
+            await service.start(saved, [])
+            assert "print('on')" in component.read_text()
+
+    asyncio.run(go())
+
+
 def test_generating_writes_beside_the_document_and_needs_a_file(tmp_path: Path) -> None:
     async def go() -> None:
         async with running(ReceivedPushes()) as service:

@@ -272,7 +272,7 @@ def test_reload_reports_what_was_not_kept(shell: Shell) -> None:
     shell.file.write_text(
         walker().replace("<name>red<", "<name>blue<").replace("corner", "angle"), encoding="utf-8"
     )
-    assert "not kept: variables of automaton 2 (follow) are gone: corner" in shell(
+    assert "not kept: no code of automaton 2 (follow) uses corner any more" in shell(
         "reload", "walker", str(shell.file)
     )
 

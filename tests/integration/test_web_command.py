@@ -175,7 +175,7 @@ def test_an_address_that_is_used_twice_is_reported_with_a_new_one(tmp_path: Path
         other = process.wait_for(rf"For another browser the editor is at ({ADDRESS})")[1]
         with pytest.raises(urllib.error.HTTPError, match="403"):
             urllib.request.urlopen(address, timeout=PAGE_LIMIT)
-        new = process.wait_for(rf"The editor is now at ({ADDRESS})")[1]
+        new = process.wait_for(rf"An address was used twice.* locks out all others: ({ADDRESS})")[1]
         assert len({address, other, new}) == 3
         urllib.request.build_opener(urllib.request.HTTPCookieProcessor()).open(new).close()
 

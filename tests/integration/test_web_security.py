@@ -18,7 +18,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed, ConnectionClosedError
 from websockets.sync.client import ClientConnection
 
-from tests.support.editor import DOCUMENT, Editor, Refused, editor
+from tests.support.editor import DOCUMENT, Editor, NoPart, Refused, Window, editor, parts
 from tests.support.limits import PAGE_LIMIT
 from tests.support.ports import free_port
 from visualhfsm._editor.limits import Limits
@@ -88,7 +88,28 @@ def code_at_end(socket: ClientConnection) -> int | None:
     return socket.close_code
 
 
-def test_an_address_that_two_browsers_use_locks_out_both_and_all_others(root: Path) -> None:
+def test_of_two_browsers_that_use_an_address_the_second_one_is_refused(root: Path) -> None:
+    reported: list[tuple[str, str]] = []
+    with editor(root, report=lambda *each: reported.append(each)) as running:
+        path = f"/?token={running.server.credentials.new_token()}"
+        cookie = running.get(path)[1]["set-cookie"].partition(";")[0]
+        with running.socket(headers={"Cookie": cookie}) as first:
+            window = Window(first)
+            for _ in range(3):
+                status, headers, content = running.get(path, {"Accept": "text/html"})
+                assert (status, "set-cookie" in headers) == (403, False)
+                assert b"another browser has come in before" in content
+            assert window.ask("hello")["root"] == str(root)
+        assert running.get(path, {"Cookie": cookie})[0] == 303
+        assert [occasion for occasion, _ in reported] == [
+            "used again",
+            "used",
+        ]  # once, whoever asks on and on
+        for _, address in reversed(reported):
+            assert running.get(address.partition(running.host)[2])[0] == 303
+
+
+def test_an_address_that_locks_out_locks_out_all_others(root: Path) -> None:
     reported: list[tuple[str, str]] = []
     port = free_port()
     with editor(root, port=port, report=lambda *each: reported.append(each)) as running:
@@ -96,27 +117,55 @@ def test_an_address_that_two_browsers_use_locks_out_both_and_all_others(root: Pa
         path = f"/?token={running.server.credentials.new_token()}"
         cookie = running.get(path)[1]["set-cookie"].partition(";")[0]
         resumption = running.server.credentials.resumption
+        assert running.get(path)[0] == 403
+        (_, locking), (_, other_unused) = reported
         with running.window() as other, running.socket(headers={"Cookie": cookie}) as thief:
-            status, _, content = running.get(path, {"Accept": "text/html"})
-            assert status == 403
-            assert b"used twice" in content
+            status, headers, _ = running.get(locking.partition(running.host)[2])
+            assert status == 303
             assert [code_at_end(each) for each in (other.socket, thief)] == [4403, 4403]
         assert running.get("/", {"Cookie": cookie})[0] == 403
         assert _upgrade(running, cookie=cookie) == 403
-        assert running.get(f"/?token={unused}")[0] == 403
+        for each in (f"/?token={unused}", other_unused.partition(running.host)[2]):
+            assert running.get(each)[0] == 403
         offer = json.loads(running.get("/resume?nonce=ab")[2])
         answer = hmac.new(resumption.key, f"page:{offer['challenge']}".encode(), hashlib.sha256).hexdigest()
         assert running.get(f"/resume?challenge={offer['challenge']}&proof={answer}")[0] == 403
 
-        ((occasion, address),) = reported
-        assert occasion == "locked out"
-        status, headers, _ = running.get(address.partition(running.host)[2])
-        assert status == 303
-        assert [each for each, _ in reported] == ["locked out", "used"]
-        assert running.get(path)[0] == 403  # the former address locks out nobody any more
+        assert [each for each, _ in reported] == ["used again", "used", "used"]
+        assert running.get(path)[0] == 403  # the former address tells nobody anything any more
+        assert len(reported) == 3
         assert running.get("/", {"Cookie": headers["set-cookie"].partition(";")[0]})[0] == 200
     with editor(root, port=port) as again:
         assert again.server.credentials.resumption.key != resumption.key
+
+
+def test_who_was_locked_out_can_stop_and_nothing_else(root: Path) -> None:
+    stops: list[str] = []
+
+    class Stopping(NoPart):
+        async def emergency_stop(self) -> dict[str, object]:
+            stops.append("followers")
+            return {"stopped": ["walk"], "failed": {}}
+
+        async def stop_all(self) -> None:
+            stops.append("started")
+
+    make_parts = lambda _: parts(started=Stopping(), followers=Stopping())  # noqa: E731
+    with editor(root, make_parts=make_parts) as running:
+        cookie = running.cookie()
+        running.get(f"/?token={running.server.credentials.new_token(running.server.lock_out)}")
+        for path in ("/ws", "/camera/Camera", "/poses", "/view/ws", "/view/stop", "/stop/"):
+            assert _upgrade(running, path, cookie=cookie) == 403, path
+        for path in ("/", "/stop"):
+            assert running.get(path, {"Cookie": cookie})[0] == 403
+        for wrong in ({"origin": "http://evil.example"}, {"origin": "http://127.0.0.1:1"}, {"cookie": ""}):
+            assert _upgrade(running, "/stop", **{"cookie": cookie, **wrong}) == 403, wrong
+        assert stops == []
+        with running.socket("/stop", {"Cookie": cookie}) as locked_out:
+            answer = json.loads(locked_out.recv(PAGE_LIMIT))
+            assert answer["ok"] == {"stopped": ["walk"], "failed": {}}
+            assert code_at_end(locked_out) == 1000
+        assert sorted(stops) == ["followers", "started"]
 
 
 @pytest.mark.parametrize(
@@ -507,6 +556,20 @@ def test_so_many_documents_and_no_more(root: Path) -> None:
         with pytest.raises(Refused) as refused:
             window.ask("new")
         assert refused.value.kind == "busy"
+
+
+def test_of_too_many_files_the_first_ones_are_opened_and_the_others_named(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    root = tmp_path / "root"
+    root.mkdir()
+    files = [root / f"{name}.xml" for name in "abcd"]
+    for file in files:
+        file.write_text(DOCUMENT)
+    with editor(root, *files[:2], *files, limits=Limits(tabs=2)) as own, own.window() as window:
+        assert [tab["title"] for tab in window.workspace["tabs"]] == ["a", "b"]
+    why = "was not opened: at most 2 documents can be open: close one first"
+    assert [f"c.xml {why}", f"d.xml {why}"] == [text for text in caplog.messages if "opened" in text]
 
 
 def test_a_script_in_a_name_stays_text(root: Path) -> None:

@@ -79,24 +79,16 @@ test("the automata of another run are noticed", () => {
 test("a run is steered where it was started, and where the user allows it, and no other run of it is", () => {
   const starts = new Starts();
   assert.ok(!starts.maySteer("walk", 5));
-  starts.begin("walk");
-  assert.ok(starts.has("walk") && starts.maySteer("walk", 5));
-  starts.end("walk");
+  starts.running.add("walk");
+  assert.ok(starts.running.has("walk") && starts.maySteer("walk", 5));
+  starts.running.delete("walk");
   assert.ok(starts.maySteer("walk", 5));
   assert.ok(!starts.maySteer("walk", 6));
   starts.allow("walk", 6);
   assert.ok(starts.maySteer("walk", 6) && !starts.maySteer("dance", 6));
   starts.allow("walk", undefined);
   assert.ok(!starts.maySteer("walk", 6));
-  starts.begin("walk");
-  starts.forget();
+  starts.running.add("walk");
+  starts.running.clear();
   assert.ok(!starts.maySteer("walk", 7));
-});
-
-test("the tab that started a component last is its own", () => {
-  const starts = new Starts();
-  assert.equal(starts.tabOf("walk"), undefined);
-  starts.from("walk", 1);
-  starts.from("walk", 2);
-  assert.equal(starts.tabOf("walk"), 2);
 });

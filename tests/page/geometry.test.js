@@ -64,6 +64,23 @@ test("handles of transitions without a place keep apart, both ways between two s
   }
 });
 
+test("no handle covers another one, wherever the document has them", () => {
+  const places = new Map([
+    [1, A],
+    [2, B],
+  ]);
+  const ends = [1, 2, 1, 2].map((origin, index) => ({origin, destination: index < 2 ? 3 - origin : origin}));
+  const found = [
+    ...handles(
+      ends.map((each) => ({...each, x: 70, y: 80})),
+      places,
+    ).values(),
+  ];
+  assert.deepEqual(found[0], {x: 70, y: 80});
+  for (const [index, one] of found.entries())
+    for (const other of found.slice(index + 1)) assert.ok(distance(one, other) > 45);
+});
+
 test("bounds hold the states with their rims, and the arcs", () => {
   assert.equal(bounds([], []), undefined);
   const box = bounds([A, B], [arc(A, B, {x: 200, y: 300})]);

@@ -71,14 +71,19 @@ class Element {
 
 class Text {}
 const body = new Element();
-Object.assign(globalThis, {Text, document: {...globalThis.document, createElement: () => new Element(), body}});
+Object.assign(globalThis, {
+  Text,
+  document: {...globalThis.document, createElement: () => new Element(), querySelector: () => null, body},
+});
 
 const {clearErrors, notify, notifyError, OFFLINE, showNoticesOf} = await import(new URL("kit/notices.js", STATIC).href);
 const {RequestError} = await import(new URL("data/store.js", STATIC).href);
 
 /** What is shown. */
 const shown = () =>
-  (body.children[0]?.children ?? []).filter(({classes}) => !classes.has("elsewhere")).map(({text}) => text.data);
+  (body.children[0]?.children ?? [])
+    .filter(({classes}) => !classes.has("elsewhere"))
+    .map(({children: [words]}) => words.text.data);
 
 afterEach(() => {
   for (const each of [...body.children[0].children]) each.remove();
@@ -106,7 +111,7 @@ test("a link leads from an error to its place, and removes nothing", () => {
   let followed = 0;
   const link = {label: "line 3", run: () => (followed += 1)};
   notify("it ended", "error", link);
-  body.children[0].children[0].children[0].click();
+  body.children[0].children[0].children[1].click();
   assert.equal(followed, 1);
   assert.deepEqual(shown(), ["it ended"]);
 });

@@ -74,7 +74,8 @@ const localStorage = {
   getItem: (/** @type {string} */ key) => kept.get(key) ?? null,
   setItem: (/** @type {string} */ key, /** @type {string} */ value) => kept.set(key, value),
 };
-Object.defineProperty(globalThis, "localStorage", {value: localStorage, writable: true, configurable: true});
+for (const storage of ["localStorage", "sessionStorage"])
+  Object.defineProperty(globalThis, storage, {value: localStorage, writable: true, configurable: true});
 /** A page in English. */
 const page = {documentElement: {lang: ""}, querySelector: () => null, getElementById: () => null};
 Object.assign(globalThis, {

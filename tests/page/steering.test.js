@@ -26,6 +26,7 @@ Object.assign(globalThis, {
 });
 
 const {monitor} = await import(new URL("run/monitor.js", STATIC).href);
+const {page} = await import(new URL("data/page.js", STATIC).href);
 const {store} = await import(new URL("data/store.js", STATIC).href);
 
 const settled = () => new Promise((resolve) => setImmediate(resolve));
@@ -114,6 +115,16 @@ test("a run that this window starts again stays steered", async () => {
   assert.equal(said().length, 0);
 });
 
+test("a run is steered of whose statuses a slow window saw only the last one", async () => {
+  const started = monitor.start(1, () => store.request("start", {tab: 1}));
+  await settled();
+  status("started");
+  await answer(NOTHING_YET);
+  await started;
+  sends(15);
+  assert.ok(monitor.steers);
+});
+
 test("a run that ended before its first moment is over when another begins to send", async () => {
   await start();
   status("ended");
@@ -133,7 +144,7 @@ test("a run that has ended before the answer is not followed, and the one before
   await start(() => status("ended"));
   assert.equal(monitor.component, "");
   assert.deepEqual([socket.sent.at(-1).op, socket.sent.at(-1).component], ["unfollow", "walk"]);
-  assert.ok(!monitor.starts.has("walk"));
+  assert.ok(!monitor.starts.running.has("walk"));
 });
 
 test("automata that come before the answer are those of what it starts", async () => {
@@ -197,6 +208,7 @@ for (const [startedAt, steers] of [
   });
 
 test("a run whose answer was lost with the connection is followed, and only watched", async () => {
+  page.show(1);
   const started = monitor.start(1, () => store.request("start", {tab: 1}).catch(() => undefined));
   await settled();
   status("generating");

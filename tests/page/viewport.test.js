@@ -3,7 +3,7 @@ import {test} from "node:test";
 
 import {STATIC} from "./page.js";
 
-const {Viewport} = await import(new URL("canvas/viewport.js", STATIC).href);
+const {FAR, lettersAt, VERY_FAR, Viewport} = await import(new URL("canvas/viewport.js", STATIC).href);
 
 const made = (width = 800, height = 600) =>
   new Viewport(
@@ -81,23 +81,22 @@ test("what is to be read is shown in the middle, where it was too small", () => 
   close(view.scale, 0.8);
 });
 
-test("what is fitted or revealed is not covered", () => {
-  const view = made();
-  view.covered = {width: 400, height: 500};
-  const isCovered = ({x, y}) => x > 400 && y > 100;
-  for (const box of [
-    {left: 0, top: 0, right: 300, bottom: 900},
-    {left: 0, top: 0, right: 3000, bottom: 100},
+test("what keeps its scale where there is less room is in the middle, and smaller only if it has to be", () => {
+  const box = {left: 0, top: 0, right: 700, bottom: 300};
+  for (const [width, scale] of [
+    [720, 1],
+    [400, 328 / 700],
+    [2000, 1],
   ]) {
-    view.fit(box);
-    const end = view.toWindow({x: box.right, y: box.bottom});
-    const start = view.toWindow({x: box.left, y: box.top});
-    assert.ok(start.x > 0 && start.y > 0 && end.x < 800 && end.y < 600 && !isCovered(end));
+    const view = made(width);
+    view.refit(box, 1);
+    close(view.scale, scale);
+    close(view.toWindow({x: 350, y: 0}).x, width / 2);
   }
-  Object.assign(view, {x: 0, y: 0, scale: 1, covered: {width: 400, height: 300}});
-  view.reveal({x: 500, y: 400});
-  assert.deepEqual([view.x, view.y], [0, -170]);
-  view.covered = {width: 0, height: 0};
-  view.reveal({x: 700, y: 500});
-  assert.deepEqual([view.x, view.y], [0, -170]);
+});
+
+test("letters are readable at every scale at which text is drawn", () => {
+  for (let scale = 4; scale >= VERY_FAR; scale *= 0.97) assert.ok(lettersAt(scale) * scale >= 10, String(scale));
+  assert.equal(lettersAt(1), 10);
+  assert.ok(10.5 * FAR >= 10);
 });

@@ -138,7 +138,7 @@ def chromium() -> Iterator[Browser]:
         yield browser()
 
 
-# Drawing the robot in the corner of the canvas takes time; a test that looks at it shows it.
+# Drawing the robot beside the drawing takes time; a test that looks at it shows it.
 FOLD_ROBOT: Final = "localStorage['visualhfsm.robotFolded'] ??= 'yes'"
 
 
@@ -198,6 +198,11 @@ class Box(NamedTuple):
         found = locator.bounding_box()
         assert found is not None
         return cls(found["x"], found["y"], found["width"], found["height"])
+
+    @property
+    def area(self) -> float:
+        """The square pixels that it takes."""
+        return self.width * self.height
 
     def overlaps(self, other: Box) -> bool:
         """Return whether two elements cover each other."""
@@ -312,7 +317,7 @@ class EditorPage:
             self.page.keyboard.press(key)
 
     def show_robot(self) -> None:
-        """Show the robot in the corner of the canvas, as users see it: tests fold it."""
+        """Show the robot beside the drawing, as users see it: tests fold it."""
         self.button("See the robot").click()
         expect(self.page.get_by_role("region", name="The robot").locator(".stage canvas")).to_be_visible()
 

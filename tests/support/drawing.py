@@ -141,7 +141,9 @@ class Draftsman:
             self.entry("library", library.name.text, {})
         for interface in self.document.interfaces:
             self.entry(
-                "interface", interface.name, {"Interface": interface.type, "Identity": interface.identity}
+                "interface",
+                interface.name,
+                {"Interface": interface.type, "On the robot": interface.identity},
             )
 
     def entry(self, noun: str, name: str, fields: dict[str, str]) -> Locator:

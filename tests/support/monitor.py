@@ -125,13 +125,14 @@ def run(shown: EditorPage) -> None:
 
 
 def run_again(shown: EditorPage) -> None:
-    """Press F5 while the component runs, and wait until another one is followed."""
+    """Press F5 while the component runs, let it run again, and wait until another one is followed."""
     started = (
         "async () => (await import(document.querySelector('script[src$=\"/app.js\"]').src"
         ".replace('shell/app.js', 'run/monitor.js'))).monitor.newest?.component.startedAt"
     )
     before = shown.page.evaluate(started)
     shown.press("F5")
+    shown.page.get_by_role("dialog").get_by_role("button", name="Run again").click()
     comes_true(shown, f"async (before) => ![before, null, undefined].includes(await ({started})())", before)
     expect(status(shown)).to_have_text("Running")
 

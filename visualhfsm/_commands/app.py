@@ -189,11 +189,11 @@ def _print_address(occasion: Occasion, address: str) -> None:
     match occasion:
         case "used":
             typer.echo(f"For another browser the editor is at {shown}")
-        case "locked out":
+        case "used again":
             typer.echo(
-                "An address was used twice: by two browsers of yours, or by somebody who had seen it, and "
-                "could then use the editor as you. All pages are locked out; nothing that runs was stopped.\n"
-                f"The editor is now at {shown}"
+                "An address was used twice: the second browser was refused. If the first one is not yours, "
+                "somebody has seen the address, and uses the editor as you. This one lets you in, and locks "
+                f"out all others: {shown}"
             )
         case "started":
             typer.echo(f"The editor is at {shown}")

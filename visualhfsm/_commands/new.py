@@ -35,11 +35,6 @@ Next:
   nao stack ./stack.toml      run it, and a behavior that follows a ball
   visualhfsm edit             see it
 Then write the packets of your servos into server.py, and what your robot is into bust.toml."""
-_NEXT_EXERCISE: Final = """\
-Next: read task.md
-  cd {folder}
-  visualhfsm edit {document}      draw, and try what is drawn
-  visualhfsm trials {document}    run it as often as the task says"""
 
 
 def new(
@@ -105,17 +100,19 @@ def _make_exercise(folder: Path, name: str, language: str | None) -> None:
     """Make the folder of a pupil."""
     from visualhfsm.grading import read_exercise
     from visualhfsm.grading._handout import chosen_language, find_exercise, handout
+    from visualhfsm.grading._words import say
 
     exercise = read_exercise(find_exercise(name))
-    files = handout(exercise, chosen_language(language))
+    spoken = chosen_language(exercise, language)
+    files = handout(exercise, spoken)
     with VisualHfsmError.in_place_of(OSError, _UNMADE, folder=str(folder)):
         _require_empty(folder)
         folder.mkdir(parents=True, exist_ok=True)
         for file, content in files.items():
             (folder / file).write_bytes(content)
     for file in files:
-        typer.echo(f"wrote {folder / file}")
-    typer.echo(_NEXT_EXERCISE.format(folder=shlex.quote(str(folder)), document=f"{exercise.name}.xml"))
+        typer.echo(say(spoken, "wrote", file=str(folder / file)))
+    typer.echo(say(spoken, "next", folder=shlex.quote(str(folder)), document=f"{exercise.name}.xml"))
 
 
 def _require_empty(folder: Path) -> None:

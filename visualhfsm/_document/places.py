@@ -17,20 +17,10 @@ CODE: Final = frozenset(
     ("argument", "code", "entry", "exit", "fired", "functions", "guard", "result", "trigger", "variables")
 )
 """The parts that hold code, or the name of a variable."""
-TEXTS: Final = CODE | frozenset(
-    (
-        "description",
-        "import",
-        "language",
-        "name",
-        "onError",
-        "onRefused",
-        "period",
-        "priority",
-        "text",
-        "world",
-    )
-)
+TEXTS: Final = CODE | {
+    *("description", "import", "language", "name", "onError", "onRefused"),
+    *("period", "priority", "text", "world"),
+}
 """The parts of a document, automaton, state, transition or annotation that are typed."""
 
 _NAMED: Final = {

@@ -6,7 +6,7 @@ The editor never waits for a check: `CheckProcess` runs this module as a separat
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from codegen.hfsm.model_checker.properties import PropertyResult
 
 _MOST_PROBLEMS: Final = 1000
-"""Limit of the listed problems; more are usually repetitions of one."""
+"""Problems that are listed whatever they are about; more are usually repetitions of one."""
 _MOST_STEPS: Final = 2000
 """Steps of a counterexample that are sent; longer ones are in the notes."""
 _VIOLATED: Final = Code.VIOLATED_PROPERTY
@@ -116,8 +116,8 @@ class Proof(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defa
 class Findings(msgspec.Struct, frozen=True, kw_only=True):
     """The problems of a document, by severity, and the verdict on each of its properties, in their order.
 
-    Of very many problems, the first 1,000 are listed; `counts` has the number of all by severity. `proofs` is
-    None if the model checker did not run, after errors or because it would have taken too long.
+    Of very many, the first 1,000 and the worst of each element are listed; `counts` has the number of all by
+    severity. `proofs` is None if the model checker did not run, after errors or because it took too long.
     """
 
     problems: tuple[Problem, ...] = ()
@@ -142,8 +142,8 @@ def check(
 ) -> Findings:
     """Check the text of a document; `path` is its file, if it has one.
 
-    At most `most` problems are listed. The model checker explores up to `limit` configurations, by default as
-    many as `check_document`. It may take seconds: `CheckProcess` runs it in another process.
+    The first `most` problems are listed, and the worst of each element. The model checker explores up to
+    `limit` configurations, by default as many as `check_document`: `CheckProcess` does so in another process.
     """
     file = path or Path.cwd() / UNTITLED
     diagnostics = Diagnostics(decoded=True)
@@ -156,11 +156,23 @@ def check(
     order = {"error": 0, "warning": 1, "note": 2}
     reported = (each for each in diagnostics if each.code != _NO_STATE or not _is_blank(document))
     found = sorted(reported, key=lambda each: order[each.severity])
+    problems = (_with_steps(_problem(each, file, locator, imports), report) for each in found)
     return Findings(
-        problems=tuple(_with_steps(_problem(each, file, locator, imports), report) for each in found[:most]),
+        problems=tuple(problems if most is None else _listed(problems, most)),
         counts=Counter(each.severity for each in found),
         proofs=None if report is None else tuple(map(_proof, report.properties)),
     )
+
+
+def _listed(problems: Iterable[Problem], most: int) -> Iterator[Problem]:
+    """Yield the first problems, and the first of each further element, which shows it as its sign."""
+    seen: set[object] = set()
+    for number, each in enumerate(problems):
+        places = (each.place, *each.copies, *each.owners)
+        about = {(at.kind, at.automaton, at.id or (at.part, at.index)) for at in places if at is not None}
+        if number < most or not about <= seen:
+            yield each
+        seen |= about
 
 
 def _is_blank(document: Document | None) -> bool:
@@ -223,8 +235,7 @@ def _problem(found: Diagnostic, file: Path, locator: Locator, imports: ImportedP
 
 
 def _misspelt(note: Note) -> Misspelt | None:
-    found = note.misspelt
-    return None if found is None else Misspelt(name=found.name, meant=found.meant, field=found.field)
+    return None if note.misspelt is None else typed.convert(note.misspelt, Misspelt, from_attributes=True)
 
 
 def _elsewhere(problem: Problem, location: Location, imports: ImportedPlaces) -> Problem:

@@ -16,6 +16,8 @@ from .elements import pixels
 
 RADIUS: Final = 40.0
 """Radius of a state's circle."""
+_TRIES: Final = 9
+"""Places that a handle may have where others are."""
 
 _HEAD_LENGTH: Final = 10.0
 _HEAD_WIDTH: Final = 4.5
@@ -122,27 +124,29 @@ def arc(origin: complex | None, destination: complex | None, handle: complex, *,
 def handles(transitions: Iterable[Transition], places: Mapping[int, complex]) -> list[complex]:
     """Return the handle of each transition, given the places of states.
 
-    One without a place in the file gets one: in a fan between two states, around a state for loops.
+    Each is where the file has it, or else halfway, but none where another one is: then in a fan between two
+    states, around a state for loops.
     """
     found: list[complex] = []
-    used: dict[frozenset[int], int] = {}
+    taken: set[str] = set()
+    following: dict[str, int] = {}
     for transition in transitions:
-        if transition.x or transition.y:
-            found.append(place(transition))
-            continue
-        pair = frozenset((transition.origin, transition.destination))
-        number = used.get(pair, 0)
-        used[pair] = number + 1
         origin = places.get(transition.origin, places.get(transition.destination, 0j))
         destination = places.get(transition.destination, origin)
-        if abs(destination - origin) < 1:
-            found.append(origin + cmath.rect(LOOP, -math.pi / 2 + number * math.pi / 3))
-            continue
-        along = _unit(destination - origin)
-        if transition.origin > transition.destination:
-            along = -along
-        far = FAN * math.ceil(number / 2) * (1 if number % 2 else -1)
-        found.append((origin + destination) / 2 + along * 1j * far)
+        is_loop = abs(destination - origin) < 1
+        usual = origin - LOOP * 1j if is_loop else (origin + destination) / 2
+        wanted = place(transition) if transition.x or transition.y else usual
+        across = _unit(destination - origin) * 1j * (-1 if transition.origin > transition.destination else 1)
+        first = following.get(_at(wanted), 0)
+        for number in range(first, first + _TRIES):
+            handle = wanted + across * FAN * math.ceil(number / 2) * (1 if number % 2 else -1)
+            if is_loop:
+                handle = origin + (wanted - origin) * cmath.rect(1 + number // 6 / 2, number * math.pi / 3)
+            following[_at(wanted)] = number + 1
+            if _at(handle) not in taken:
+                break
+        taken.add(_at(handle))
+        found.append(handle)
     return found
 
 

@@ -12,14 +12,13 @@ from codegen.hfsm.document import State
 
 from .arcs import RADIUS, place
 from .elements import element, moved
-from .symbols import BADGES, CODES, INK, PAPER, PARENT, PLAIN, Colors
+from .symbols import BADGES, INK, PAPER, PARENT, PLAIN, Colors
 from .text import fit_circle
 
 _RING: Final = RADIUS - 5
-_CODES_AT: Final = RADIUS - 13
-_CODE_STEP: Final = 12.0
-_ABOVE_CODES: Final = 2.0
-"""Pixels by which a name is higher when there are signs of code below it."""
+_CODE_AT: Final = RADIUS - 13
+_ABOVE_CODE: Final = 2.0
+"""Pixels by which a name is higher when there is the dot of code below it."""
 _FOOT: Final = 0.35
 """From the middle of a line to the foot of its letters, as a part of their size."""
 _BADGE: Final = 18.0
@@ -45,41 +44,23 @@ def draw_state(state: State, touched: Sequence[float], *, is_importing: bool) ->
     )
     if state.initial:
         drawn.append(element("circle", r=_RING, fill="none", stroke=colors.line, stroke_width=1.6))
-    codes = [path for part, path in CODES.items() if not getattr(state, part).is_blank]
-    drawn.append(_name(state, colors, has_codes=bool(codes)))
-    if codes:
-        drawn.append(_codes(codes, colors))
+    has_code = not all(each.is_blank for each in (state.entry, state.code, state.exit))
+    drawn.append(_name(state, colors, has_code=has_code))
+    if has_code:
+        drawn.append(element("circle", cy=_CODE_AT, r=3, fill=colors.line))
     drawn.extend(_badges(state, touched, colors, is_importing=is_importing))
     return drawn
 
 
-def _name(state: State, colors: Colors, *, has_codes: bool) -> Element:
+def _name(state: State, colors: Colors, *, has_code: bool) -> Element:
     fitted = fit_circle(state.name, has_ring=state.initial or state.final)
-    middle = _FOOT * fitted.size - (_ABOVE_CODES if has_codes else 0.0)
+    middle = _FOOT * fitted.size - (_ABOVE_CODE if has_code else 0.0)
     top = middle - (len(fitted.lines) - 1) * fitted.line_height / 2
     lines = (
         element("tspan", text=line, x=0, y=top + index * fitted.line_height)
         for index, line in enumerate(fitted.lines)
     )
     return element("text", *lines, font_size=fitted.size, font_weight="500", fill=colors.ink)
-
-
-def _codes(paths: Sequence[str], colors: Colors) -> Element:
-    """Return the signs of the kinds of code in a row."""
-    start = -(len(paths) - 1) * _CODE_STEP / 2
-    return element(
-        "g",
-        *(
-            element("path", d=path, transform=moved(complex(start + index * _CODE_STEP, _CODES_AT)))
-            for index, path in enumerate(paths)
-        ),
-        fill="none",
-        stroke=colors.line,
-        stroke_width=1.3,
-        stroke_linecap="round",
-        stroke_linejoin="round",
-        opacity="0.75",
-    )
 
 
 def _badges(state: State, touched: Sequence[float], colors: Colors, *, is_importing: bool) -> list[Element]:

@@ -23,15 +23,6 @@ TRIGGERS: Final = MappingProxyType(
 )
 UNKNOWN_TRIGGER: Final = Trigger("M-3-3L3 3M3-3L-3 3")
 
-CODES: Final = MappingProxyType(
-    {
-        "entry": "M-4 0H1M-1.5-2.5L1 0L-1.5 2.5M3.5-3.5V3.5",
-        "code": "M-1.5-3L-4.5 0L-1.5 3M1.5-3L4.5 0L1.5 3",
-        "exit": "M-3.5-3.5V3.5M-1 0H4M1.5-2.5L4 0L1.5 2.5",
-    }
-)
-"""The signs of the kinds of code of a state."""
-
 BADGES: Final = MappingProxyType(
     {
         "child": "M-4.5-1.5L0-4.5L4.5-1.5L0 1.5ZM-4.5 1.5L0 4.5L4.5 1.5",

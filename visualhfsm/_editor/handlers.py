@@ -96,6 +96,7 @@ _on(p.Generate, lambda w, _, r: w.components.generate(w.tabs.get(r.tab)), Lane.B
 _on(p.GoTo, lambda w, _, r: edits.step(w, r, OpenDocument.go_to, r.revision))
 _on(p.GuessRobot, lambda w, _, r: w.own_robots.guess(r.path), Lane.BESIDE, _READING_LIMIT)
 _on(p.Hello, documents.hello, for_viewers=True)
+_on(p.HandIn, documents.hand_in)
 _on(p.Identities, lambda w, _, _r: w.parts.followers.identities(), Lane.BESIDE)
 _on(p.Imported, lambda w, _, r: questions.imported_by(w, w.tabs.get(r.tab)), Lane.BESIDE, for_viewers=True)
 _on(p.Inline, lambda w, _, r: edits.change(w, r, OpenDocument.inline, r.automaton))
@@ -156,6 +157,7 @@ _on(p.StopPresent, lambda w, _, r: w.components.steer(r.component, "stop", {}), 
 _on(p.Stop, lambda w, window, r: w.parts.started.stop(r.tab, window.kind), Lane.STOP_STARTED)
 _on(p.StopTests, lambda w, _, r: w.parts.tests.stop(r.tab), Lane.STOP_STARTED)
 _on(p.StopTrials, lambda w, _, r: w.parts.trials.stop(r.tab), Lane.STOP_STARTED)
+_on(p.Task, questions.task, Lane.BESIDE)
 _on(p.Undo, lambda w, _, r: edits.step(w, r, OpenDocument.undo))
 
 

@@ -236,6 +236,16 @@ class Inline(TabEdit):
     automaton: ElementId
 
 
+class Task(_TabRequest):
+    """Ask for the task of the exercise in whose folder the document lies, and for the marks beside it."""
+
+
+class HandIn(_TabRequest):
+    """Write a copy of the document to where a teacher collects it, with `overwrite` over an earlier one."""
+
+    overwrite: bool = False
+
+
 class Locate(_TabRequest):
     """Ask which line of which piece of code a line of a log, or of an error's report, refers to.
 
@@ -250,11 +260,11 @@ class Locate(_TabRequest):
 class CodeHelp(_TabRequest):
     """Ask about a piece of code, as it is being typed; `line` counts from 1, `column` from 0.
 
-    `complete`: completions; `explain`: what the name at the position stands for; `signature`: the parameters
-    of the call around it; `lint`: what is wrong with the code, wherever the position is.
+    `complete`: completions; `define`: where the name at the position is defined; `explain`: what it stands
+    for; `signature`: the call around it; `lint`: what is wrong with the code, wherever the position is.
     """
 
-    wanted: Literal["complete", "explain", "signature", "lint"]
+    wanted: Literal["complete", "define", "explain", "signature", "lint"]
     place: Place
     code: Code
     line: Position = 1
@@ -661,6 +671,7 @@ class TabState(msgspec.Struct, kw_only=True, rename="camel"):
     name of its running component, or of the one that it would become. `outside` says what another
     program did to the file: nothing, `changed` or `deleted`. `changed` says that the document differs from
     that of the running component. `recording` is the file that contains the document, which is read-only.
+    `task`: it lies in the folder of an exercise.
     """
 
     tab: int
@@ -671,6 +682,7 @@ class TabState(msgspec.Struct, kw_only=True, rename="camel"):
     outside: str
     changed: bool = False
     recording: str = ""
+    task: bool = False
 
 
 class Recoverable(msgspec.Struct, kw_only=True, rename="camel"):

@@ -19,12 +19,14 @@ from visualhfsm._document.places import search as search_document
 from visualhfsm._document.serialization import parse_file
 from visualhfsm._document.views import view
 from visualhfsm._drawing.page import drawing_page
+from visualhfsm.project._code_help.definition import define
 from visualhfsm.project._document import OpenDocument
 from visualhfsm.project._editing.files import read_file
 from visualhfsm.project._editing.imports import imported_views
 
 from . import protocol as p
 from .tab import Tab
+from .tasks import read_task
 from .window import Window
 from .workspace import Workspace
 
@@ -35,8 +37,11 @@ _SAVED: Final = "saved"  # a document may be compared with this instead of a fil
 async def code_help(workspace: Workspace, window: Window, request: p.CodeHelp) -> Any:  # noqa: ANN401
     """Answer a question about code that is being typed."""
     shown = workspace.tabs.get(request.tab).shown
+    place, code, line, column = request.place, request.code, request.line, request.column
+    if request.wanted == "define":
+        return await workspace.threads.do(lambda: define(shown.document, place, code, line, column))
     return await workspace.code_questions.ask(
-        window, request.wanted, shown, request.place, request.code, line=request.line, column=request.column
+        window, request.wanted, shown, place, code, line=line, column=column
     )
 
 
@@ -78,6 +83,14 @@ async def export(workspace: Workspace, _: Window, request: p.Export) -> dict[str
         return {"name": f"{name}.html", "text": page}
     text = await tab.edit(OpenDocument.text)
     return {"name": f"{tab.shown.title}.xml", "text": text}
+
+
+async def task(workspace: Workspace, window: Window, request: p.Task) -> dict[str, Any] | None:
+    """Return the task of a document, and the marks beside it."""
+    root, path = workspace.project.root, workspace.tabs.get(request.tab).shown.path
+    if path is None:
+        return None
+    return await workspace.threads.do(lambda: read_task(root, path, window.language))
 
 
 async def imported_by(workspace: Workspace, tab: Tab) -> list[dict[str, Any]]:

@@ -43,17 +43,19 @@ _HEADERS: Final = {
 """The default headers of every answer."""
 
 _RESUME: Final = "/resume"
+STOP: Final = "/stop"
+"""The path of the websocket that stops all that moves, also for pages that are locked out."""
 _UNKNOWN: Final = Message("Open the address that the command printed in its terminal.")
-_USED_TWICE: Final = Message(
-    "Open the new address that the command printed in its terminal. The former one was used twice, by you "
-    "or by somebody who had seen it, so that all pages were locked out."
+_USED_BEFORE: Final = Message(
+    "Open the new address that the command printed in its terminal. By this one another browser has come in "
+    "before: if it is not yours, the terminal says how you lock it out."
 )
 _WITHDRAWN: Final = Message("Ask for another address: the one that you had for looking on was withdrawn.")
 _OTHER_HOST: Final = Message(
     "Use the address that the command printed: the header Host names another machine."
 )
 _OTHER_SITE: Final = Message("Open the editor itself: the request comes from another site.")
-_WHY_LOCKED_OUT: Final = "an address of the editor was used twice"
+_WHY_LOCKED_OUT: Final = "an address of the editor that locks out all others was used"
 _NO_ORIGIN: Final = "use a browser: a websocket needs the header Origin"
 _ELSEWHERE: Final = frozenset({"cross-site", "same-site"})
 """What a browser says of a request (`Sec-Fetch-Site`) to which a page of another site has led it."""
@@ -95,35 +97,38 @@ class Credentials:
     with another secret, which scripts cannot read and other sites do not send. `resumption` lets in pages of
     an earlier run.
 
-    A token that two browsers use was seen by somebody else. Nobody knows which of them is the thief, so both
-    are locked out, with everybody who is in: `locked_out` is called, which provides new secrets.
+    A token that two browsers use may have been seen by somebody else. The second one is refused, and
+    `used_again` is called, once for each token. Only the user knows which of them is the thief, and may then
+    `lock_out` all who are in. All that they can do from then on is to stop what moves.
 
     `viewers` have another address, which many may use, and no cookie of the editor.
     """
 
     def __init__(
-        self, port: int, resumption: Resumption, locked_out: Callable[[], None] = lambda: None
+        self, port: int, resumption: Resumption, used_again: Callable[[], None] = lambda: None
     ) -> None:
         self.resumption = resumption
         self.cookie_name = f"visualhfsm-{port}"  # cookies are the same for all ports
         self.viewers: Final = Viewers(port)
         self.lockout = asyncio.Event()
         """Set when all who are in now are locked out; then there is another event for the next ones."""
-        self._locked_out = locked_out
-        self._resumed = secrets.token_urlsafe(32)
+        self._used_again = used_again
+        self.resumed = secrets.token_urlsafe(32)
+        """The cookie for pages of an earlier run."""
         self._unused: dict[str, Callable[[], None]] = {}
         self._cookies: dict[str, str] = {}
-        self._revoked: set[str] = set()
+        self._reported: set[str] = set()
+        self._former: list[str] = []
 
     def new_token(self, used: Callable[[], None] = lambda: None) -> str:
-        """Return a token for one browser; `used` is called when that is let in."""
+        """Return a token for one browser; `used` is called before that is let in."""
         token = secrets.token_urlsafe(32)
         self._unused[token] = used
         return token
 
     def knows(self, token: str) -> bool:
         """Whether this is a token of ours, even one that was used."""
-        return any(_same(token, each) for each in (*self._unused, *self._cookies, *self._revoked))
+        return any(_same(token, each) for each in (*self._unused, *self._cookies))
 
     def redeem(self, token: str, cookies: str) -> str | None:
         """Return the cookie for a known token; None when another browser has used it before.
@@ -131,36 +136,34 @@ class Credentials:
         `cookies` is the header of the request: a browser may open an address again.
         """
         if token in self._unused:
-            cookie = self._cookies[token] = secrets.token_urlsafe(32)
             self._unused.pop(token)()
+            cookie = self._cookies[token] = secrets.token_urlsafe(32)
             return cookie
-        if token in self._cookies and self._holds(cookies, self._cookies[token]):
+        if self._holds(cookies, self._cookies[token]):
             return self._cookies[token]
-        if token not in self._revoked:
-            self._lock_out()
+        if token not in self._reported:
+            self._reported.add(token)
+            self._used_again()
         return None
 
-    def resume(self) -> str:
-        """Return the cookie for pages of an earlier run."""
-        return self._resumed
-
-    def accepts_cookie(self, header: str) -> bool:
-        """Whether a header `Cookie` holds one of our cookies."""
-        return any(self._holds(header, cookie) for cookie in (self._resumed, *self._cookies.values()))
+    def accepts_cookie(self, header: str, *, stops: bool = False) -> bool:
+        """Whether a header `Cookie` holds one of our cookies; to stop, a former one will do."""
+        cookies = (self.resumed, *self._cookies.values(), *(self._former if stops else ()))
+        return any(self._holds(header, cookie) for cookie in cookies)
 
     def _holds(self, header: str, cookie: str) -> bool:
         # A strict parser would fail: other servers on loopback set cookies here, too, in any form.
         pairs = (each.strip().partition("=") for each in header.split(";"))
         return any(name == self.cookie_name and _same(value, cookie) for name, _, value in pairs)
 
-    def _lock_out(self) -> None:
-        self._revoked |= {*self._cookies, *self._unused}
+    def lock_out(self) -> None:
+        """Make void what lets anybody in, and close all connections."""
+        self._former += [self.resumed, *self._cookies.values()]
         self._cookies, self._unused = {}, {}
-        self._resumed = secrets.token_urlsafe(32)
+        self.resumed = secrets.token_urlsafe(32)
         self.viewers.withdraw()
         former, self.lockout = self.lockout, asyncio.Event()
         former.set()
-        self._locked_out()
 
 
 class Boundary:
@@ -274,7 +277,7 @@ class Guard:
             return self._led(scope, headers, "./", cookie, is_viewer=True)
         cookie = self._credentials.redeem(token, headers.get("cookie", ""))
         if cookie is None:
-            return self._refused(scope, headers, _USED_TWICE)
+            return self._refused(scope, headers, _USED_BEFORE)
         # Relative: to any other a proxy may add the path that it took off.
         page = "./" + "../" * (scope["path"].count("/") - 1)
         return self._led(scope, headers, page, cookie)
@@ -310,7 +313,7 @@ class Guard:
         if not resumption.accepts(query.get("challenge", ""), query["proof"]):
             return PlainTextResponse(f"{_UNKNOWN}\n", 403)
         response = Response(status_code=204)
-        self._set_cookie(response, self._credentials.resume(), scope)
+        self._set_cookie(response, self._credentials.resumed, scope)
         return response
 
     def _knows(self, scope: Scope, headers: Headers) -> bool:
@@ -320,7 +323,9 @@ class Guard:
         if token := _query(scope).get("token"):
             is_known = credentials.knows(token) or bool(viewers and viewers.redeem(token))
             return scope["type"] == "http" and is_known
-        return credentials.accepts_cookie(cookies) or bool(viewers and viewers.accepts_cookie(cookies))
+        stops = scope["type"] == "websocket" and scope["path"] == STOP
+        is_let_in = credentials.accepts_cookie(cookies, stops=stops)
+        return is_let_in or bool(viewers and viewers.accepts_cookie(cookies))
 
 
 def _is_view(scope: Scope) -> bool:

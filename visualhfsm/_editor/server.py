@@ -30,7 +30,7 @@ from websockets.exceptions import InvalidState
 
 from codegen.messages import Message
 from codegen.reasons import reason
-from visualhfsm._base.errors import VisualHfsmError
+from visualhfsm._base.errors import TooManyError, VisualHfsmError
 from visualhfsm._base.languages import known_language, said
 from visualhfsm.project._editing.journal import journal_directory
 from visualhfsm.project._project import Project
@@ -43,9 +43,10 @@ from .documents import open_file
 from .launch import LaunchPage
 from .limits import Limits
 from .parts import MakeParts, Parts
+from .protocol import Answer, encode
 from .refusal import RefusalLog, not_found
 from .resumption import Resumption, kept_key
-from .security import Boundary, Credentials, Guard
+from .security import STOP, Boundary, Credentials, Guard
 from .site import Site
 from .viewers import VIEW
 from .workspace import Workspace
@@ -63,9 +64,9 @@ _NOT_AVAILABLE: Final = 4404  # an own code, RFC 6455, section 7.4.2
 _LONGEST_REASON: Final = 60  # characters of up to 2 bytes; a reason has 123 bytes
 _DRAW_LIMIT: Final = 60.0  # s that a window may take to draw a frame: hidden ones draw rarely
 
-Occasion = Literal["started", "used", "locked out"]
-"""Why there is a new address: the page can be opened, a browser has come in by the former address, or all
-pages were locked out because two have."""
+Occasion = Literal["started", "used", "used again"]
+"""Why there is a new address: the page can be opened, a browser has come in by the former address, or another
+one was refused there. The address that is new then locks out all others."""
 Report = Callable[[Occasion, str], None]
 """Shows the user an address, which lets one browser in."""
 
@@ -141,7 +142,7 @@ class Server:
         self._site = Site(options.base_path, hosts, trusts_proxy=options.trust_proxy)
         self._listener = _listen(options.port) if options.socket is None else _listen_at(options.socket)
         self.port: int = 0 if options.socket else self._listener.getsockname()[1]
-        self.credentials = Credentials(self.port, Resumption(self._key()), self._renew)
+        self.credentials = Credentials(self.port, Resumption(self._key()), self._warn)
         self._stopping = stopping or threading.Event()
         self._wake: Callable[[], None] = lambda: None
         self._report = report
@@ -153,10 +154,16 @@ class Server:
         journals = self._options.journals or journal_directory()
         return kept_key(journals.with_name("keys"), self._options.root, self.port, renewed=renewed)
 
-    def _renew(self) -> None:
-        """Provide another key and another address: all pages were locked out, and know the former key."""
+    def _warn(self) -> None:
+        """Report that another browser has used an address, and offer what may be wanted now."""
+        self._report("used again", self.new_address(self.lock_out))
+        self.offer("used")
+
+    def lock_out(self) -> None:
+        """Lock out all pages; the key is another one, since they know the former one."""
+        self.credentials.lock_out()
         self.credentials.resumption = Resumption(self._key(renewed=True))
-        self.offer("locked out")
+        self.offer("used")
 
     def offer(self, occasion: Occasion) -> None:
         """Report an address, and another one when a browser has come in by it; of a socket, its path."""
@@ -164,7 +171,7 @@ class Server:
         self._report(occasion, str(socket) if socket else self.new_address(lambda: self.offer("used")))
 
     def new_address(self, used: Callable[[], None] = lambda: None) -> str:
-        """Return an address of the page for one browser; `used` is called when that is let in."""
+        """Return an address of the page for one browser; `used` is called before that is let in."""
         return f"http://{LOOPBACK}:{self.port}{self._site.path}?token={self.credentials.new_token(used)}"
 
     def _share(self, shared: bool) -> str:
@@ -186,10 +193,13 @@ class Server:
         )
         async with made as workspace:
             for file in options.files:
-                if file.suffix.lower() == RECORDING_SUFFIX:
-                    workspace.offer_recording(str(file.resolve()))
-                else:
-                    await open_file(workspace, str(file.resolve()))
+                try:
+                    if file.suffix.lower() == RECORDING_SUFFIX:
+                        workspace.offer_recording(str(file.resolve()))
+                    else:
+                        await open_file(workspace, str(file.resolve()))
+                except TooManyError as error:
+                    _logger.warning("%s was not opened: %s", file.name, error)
             app = make_app(workspace, self._site, None if options.socket else self.credentials)
             server = _HttpServer(_config(app, options.limits), self._stopping)
             self._wake = server.wake
@@ -416,6 +426,12 @@ def make_app(workspace: Workspace, site: Site, credentials: Credentials | None) 
     async def look_on(websocket: WebSocket) -> None:
         await converse(websocket, workspace, is_viewer=True)
 
+    async def stop(websocket: WebSocket) -> None:
+        await websocket.accept()
+        answer = Answer(re=0, ok=await workspace.components.emergency_stop("window"))
+        await websocket.send_text(encode(answer, _language(websocket)).decode())
+        await websocket.close()
+
     async def camera(websocket: WebSocket) -> None:
         await _send_frames(websocket, lambda: followers.camera(websocket.path_params["name"]))
 
@@ -437,6 +453,7 @@ def make_app(workspace: Workspace, site: Site, credentials: Credentials | None) 
             WebSocketRoute(f"{path}poses", feel),
         )
     ]
+    routes.append(WebSocketRoute(STOP, _AtMost(workspace.limits.concurrent_operations)(stop)))
     app = Starlette(routes=routes, exception_handlers={404: not_found})
     log = RefusalLog()
     return Boundary(Guard(app, credentials, log, site.path) if credentials else app, site, log)

@@ -25,6 +25,7 @@ from .parts import MakeParts, Parts
 from .protocol import Recoverable, Shelf, TabState, WorkspacePush
 from .tab import Tab, Threads
 from .tabs import Tabs
+from .tasks import has_task
 from .window import Window
 from .windows import Windows
 
@@ -255,6 +256,7 @@ class Workspace:
             recording=self._name(tab.recording),
             outside="" if tab.outside is None else tab.outside.state,
             changed=tab.differs_from_loaded,
+            task=has_task(shown.path),
         )
 
     def _name(self, path: Path | None) -> str:

@@ -9,7 +9,7 @@ import asyncio
 import contextlib
 import shutil
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -80,6 +80,8 @@ class StartedComponents(PerDocument["StartedComponent"]):
         self._folder = folder or Path.cwd()
         self._environment = settings.environment() if settings else {}
         self._sockets = sockets
+        self._written: dict[Path, bytes] = {}
+        """The components that were generated beside their documents, by their files."""
 
     async def generate(self, source: Source) -> object:
         """Write the component beside its document, or where the tab's component runs; return its path."""
@@ -152,7 +154,7 @@ class StartedComponents(PerDocument["StartedComponent"]):
             tab,
             self._publish,
             {**self._environment, **own_listener(self._sockets)},
-            _Directory(self._include, self._folder),
+            partial(_Directory, self._include, self._folder, self._written),
             (self._limits.interruption, self._limits.termination),
         )
 
@@ -177,7 +179,7 @@ class StartedComponent:
         tab: int,
         publish: Publish,
         environment: Mapping[str, str],
-        directory: _Directory,
+        make_directory: Callable[[], _Directory],
         patience: Sequence[float],
     ) -> None:
         self._tab = tab
@@ -185,7 +187,8 @@ class StartedComponent:
         """Seconds from SIGINT to SIGTERM, and from there to SIGKILL."""
         self._publish = publish
         self._environment = environment
-        self._directory = directory
+        self._make_directory = make_directory
+        self._directory = make_directory()
         self._generated: _Generated | None = None
         self._process = WatchedProcess(LineReports(self._take), self._end)
         self._words = LastWords()
@@ -221,16 +224,28 @@ class StartedComponent:
     async def start(
         self, source: Source, arguments: Sequence[str] = (), *, dry_run: str | None = None
     ) -> None:
-        """Generate the component and start it; one that runs is stopped first. Raises VisualHfsmError."""
+        """Generate the component and start it; one that runs is stopped first. Raises VisualHfsmError.
+
+        It is only stopped when the next one could be generated.
+        """
         self._next = source.component
-        await self.stop()
+        directory, generated = self._make_directory(), None
+        try:
+            if self._process.is_running:
+                generated = await asyncio.to_thread(directory.generate, source)
+                await self.stop()
+        except BaseException:
+            self._next = ""
+            directory.close()
+            raise
         self._directory.close()
+        self._directory = directory
         self.component, self._next = self._next, ""
         self._stopping = False
         self._stopped_by = None
         self._report("generating")
         try:
-            generated = await self._generate(source)
+            self._generated = generated = generated or await self._generate(source)
             self._report("starting")
             runner = [] if dry_run is None else ["-P", "-m", _DRY_RUN, f"--body={dry_run}"]
             command = [sys.executable, *runner, str(generated.component), *_WAIT, *arguments]
@@ -337,9 +352,10 @@ class _Directory:
     there, too, unless one beside the file is to be updated.
     """
 
-    def __init__(self, include: tuple[Path, ...], folder: Path) -> None:
+    def __init__(self, include: tuple[Path, ...], folder: Path, written: dict[Path, bytes]) -> None:
         self._include = include
         self._folder = folder
+        self._written = written
         self._aside: TemporaryDirectory[str] | None = None
         self._notes: TemporaryDirectory[str] | None = None
         self._target: Path | None = None
@@ -361,7 +377,8 @@ class _Directory:
         target = self._target or (path.parent if beside and path else file.parent)
         if path is not None and self._aside is not None and target == Path(self._aside.name):
             _copy_extension(path, target / file.name)
-        component = generate_component(file, target, diagnostics, include)
+        written = self._written if path is not None and target == path.parent else None
+        component = generate_component(file, target, diagnostics, include, written=written)
         if component is None:
             raise VisualHfsmError(summary(diagnostics))
         self._target = target

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from ._exercise import Exercise as Exercise
     from ._exercise import read_exercise as read_exercise
     from ._grade import Grader as Grader
+    from ._handout import points_table as points_table
     from ._judged_run import JudgedRun as JudgedRun
     from ._marks import Marks as Marks
     from ._sandbox import Allowance as Allowance

@@ -79,7 +79,7 @@ def grade(
 
     console = Console()
     found = read_exercise(find_exercise(exercise))
-    spoken = found.language(chosen_language(language))
+    spoken = chosen_language(found, language)
     if submissions is None:
         _check(console, found, spoken, workers, unsafe=unsafe)
         return

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-import locale
+import os
+from mimetypes import guess_type
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from codegen.hfsm import write_document
 from codegen.hfsm.document import Automaton, Document
+from visualhfsm._base.languages import system_languages
 from visualhfsm.trials import SUFFIX
 
 from ._errors import GradingError
@@ -43,33 +45,45 @@ def find_exercise(name: str) -> Path:
     return ours[name]
 
 
-def chosen_language(given: str | None) -> str:
-    """Return the language that a user gave, or that of the system."""
-    if given is not None:
-        return given
-    try:
-        found = locale.setlocale(locale.LC_MESSAGES, "")
-    except locale.Error:  # the system has not the locale that is set
-        return ""
-    return found.partition("_")[0]
+def chosen_language(exercise: Exercise, given: str | None) -> str:
+    """Return the language of an exercise that a user gave, or else one of the system's."""
+    wanted = system_languages(os.environ) if given is None else [given]
+    return exercise.language(next((each for each in wanted if each in exercise.languages), ""))
 
 
 def handout(exercise: Exercise, language: str) -> dict[str, bytes]:
-    """Return the files that a pupil gets, by name: neither hidden trials, nor judges, nor the solution."""
-    language = exercise.language(language)
+    """Return the files that a pupil gets, by name: neither hidden trials, nor judges, nor the solution.
+
+    The task is there in each language, with its pictures; `task.md` is the one in `language`.
+    """
     start = exercise.start
     document = (
         start.read_bytes() if start is not None else write_document(Document(automata=(Automaton(id=1),)))
     )
+    others = {f"task.{each}.md": _task(exercise, each) for each in exercise.languages if each != language}
+    files = sorted(exercise.folder.iterdir())
+    pictures = [each for each in files if "image/" in str(guess_type(each.name, strict=False))]
+    return {
+        "task.md": _task(exercise, language),
+        f"{exercise.name}.xml": document if isinstance(document, bytes) else document.encode(),
+        f"{exercise.name}{SUFFIX}": (exercise.folder / f"{VISIBLE}.toml").read_bytes(),
+        **others,
+        **{each.name: each.read_bytes() for each in pictures},
+    }
+
+
+def _task(exercise: Exercise, language: str) -> bytes:
+    text = exercise.task(language).read_text("utf-8").rstrip()
+    return f"{text}\n\n{points_table(exercise, language)}\n".encode()
+
+
+def points_table(exercise: Exercise, language: str) -> str:
+    """Return what earns points, and the robots for which an exercise is made, as Markdown."""
+    language = exercise.language(language)
     rows = [
         f"| {criterion.asks[language]} | {figure(language, criterion.points)} |"
         for criterion in exercise.criteria
     ]
     head = f"| {say(language, 'counts')} | {say(language, 'points')} |\n|---|---|"
     robots = [say(language, "robots", robots=", ".join(exercise.robots)), ""] if exercise.robots else []
-    task = "\n".join([exercise.task(language).read_text("utf-8").rstrip(), "", *robots, head, *rows, ""])
-    return {
-        "task.md": task.encode(),
-        f"{exercise.name}.xml": document if isinstance(document, bytes) else document.encode(),
-        f"{exercise.name}{SUFFIX}": (exercise.folder / f"{VISIBLE}.toml").read_bytes(),
-    }
+    return "\n".join([*robots, head, *rows])

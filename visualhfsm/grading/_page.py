@@ -29,12 +29,16 @@ _POLICY: Final = (
 
 
 def write_page(path: Path, exercise: Exercise, marks: Marks, recording: Path | None = None) -> None:
-    """Write the page of a submission, perhaps with a recording. Raises VisualHfsmError."""
+    """Write the page of a submission, perhaps with a recording; and its marks beside it, as Markdown.
+
+    Raises VisualHfsmError.
+    """
     frame = "" if recording is None else _frame(exercise, marks, recording)
     write_html(
         path,
         _page(marks.language, f"{marks.name}: {_title(exercise, marks)}", _marks(exercise, marks) + frame),
     )
+    write_html(path.with_suffix(".md"), _markdown(marks))
 
 
 def write_index(
@@ -101,6 +105,22 @@ def _marks(exercise: Exercise, marks: Marks) -> str:
     if marks.did and marks.points < marks.of:
         parts.append(f"<p>{_words(marks.did[:1].upper() + marks.did[1:])}.</p>")
     return "\n".join(parts)
+
+
+def _markdown(marks: Marks) -> str:
+    """Return marks as the editor shows them beside the task."""
+
+    def row(*cells: str) -> str:
+        return "| " + " | ".join(" ".join(each.replace("|", "\\|").split()) for each in cells) + " |"
+
+    def points(found: Marks | Earned) -> str:
+        return say(language, "of", points=figure(language, found.points), of=figure(language, found.of))
+
+    language = marks.language
+    head = row(*(say(language, each) for each in ("asks", "happened", "points")))
+    table = [head, "|---|---|---|", *(row(each.asks, each.words, points(each)) for each in marks.earned)]
+    errors = [f"```\n{each.replace('```', '')}\n```" for each in (marks.reason, marks.error) if each]
+    return "\n\n".join([f"**{points(marks)}**", *errors, "\n".join(table), ""])
 
 
 def _row(language: str, earned: Earned, *, shown: bool) -> str:

@@ -1,4 +1,4 @@
-"""What grading says to pupils, in the languages of the editor; others get the English words."""
+"""What exercises and grading say to pupils, in the languages of the editor; others get the English words."""
 
 from __future__ import annotations
 
@@ -36,6 +36,13 @@ _WORDS: Final = {
     "trial": template("trial {number} of {count}"),
     "trial of": template("{plan}: trial {number} of {count}"),
     "counts": template("What earns points"),
+    "wrote": template("wrote {file}"),
+    "next": template(
+        "Next: read task.md\n"
+        "  cd {folder}\n"
+        "  visualhfsm edit {document}      draw, and try what is drawn\n"
+        "  visualhfsm trials {document}    run it as often as the task says"
+    ),
     "robots": template("It is made for robots with the body {robots}."),
 }
 

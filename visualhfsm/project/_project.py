@@ -132,7 +132,7 @@ class Project:
         """Raise TooManyError when no more documents can be opened."""
         if self._most is not None and len(self._documents) >= self._most:
             raise TooManyError.because(
-                "{count} documents are open; close one first", count=len(self._documents)
+                "at most {count} documents can be open: close one first", count=self._most
             )
 
     def open(self, path: str | Path) -> OpenDocument:

@@ -51,7 +51,8 @@ def check(effects: CodeEffects, interfaces: KnownInterfaces, diagnostics: Diagno
     document = analysis.document
     path = analysis.path
     extension = analysis.extension
-    report = Report(path, diagnostics, [each.imported for each in document.automata if each.imported])
+    report = Report(path, diagnostics, document.automata)
+    report.unseen()
     check_file_name(analysis, report)
     check_neighbors(path, report)
     check_hidden_interfaces(analysis, report)

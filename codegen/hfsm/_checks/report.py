@@ -3,35 +3,42 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
 from ...diagnostics import Diagnostics, Location, Note
-from ...messages import NO_MESSAGE, Message
+from ...messages import NO_MESSAGE, Message, all_of
 from ..codes import Code
-from ..document import Import, Node, State, Text, Transition
+from ..document import Automaton, Node, State, Text, Transition
 
-_MAY_BE_IMPORTED: Final = frozenset(
-    {
-        Code.UNDEFINED_NAME,
-        Code.UNKNOWN_ATTRIBUTE,
-        Code.UNSENT_EVENT,
-        Code.UNUSED_EVENT,
-        Code.UNUSED_ROS_INTERFACE,
-    }
-)
+_MAY_BE_IMPORTED: Final = {
+    *(Code.UNDEFINED_NAME, Code.UNKNOWN_ATTRIBUTE, Code.UNSENT_EVENT),
+    *(Code.UNUSED_EVENT, Code.UNUSED_ROS_INTERFACE),
+}
 
 
 class Report:
     """The diagnostics of one document, parts of which may come from other files.
 
-    `missing` are the imports that failed: what may lack only because of them is said to.
+    After imports of `automata` that failed, it says what may lack only because of them.
     """
 
-    def __init__(self, path: Path, diagnostics: Diagnostics, missing: Sequence[Import] = ()) -> None:
+    def __init__(self, path: Path, diagnostics: Diagnostics, automata: Sequence[Automaton] = ()) -> None:
         self._path = path
         self._diagnostics = diagnostics
-        self._missing = missing
+        self._missing = [replace(each.imported, path=each.path) for each in automata if each.imported]
+        files = dict.fromkeys(f"`{each.file.text.strip()[:100] or '?'}`" for each in self._missing)
+        self._files = all_of([*files]) if files else NO_MESSAGE
+
+    def unseen(self) -> None:
+        """Say once what cannot be seen because of imports that failed."""
+        if self._missing:
+            message = Message(
+                "not checked without {files}: what is there, what can never happen, conflicts and properties",
+                files=self._files,
+            )
+            self.note(Code.NOT_SEEN, message, self._missing[0])
 
     def place(self, node: Node, text: Text | None = None) -> Location:
         """Return the place of an element, or of one of its texts."""
@@ -56,8 +63,7 @@ class Report:
     ) -> None:
         """Report a possible mistake; `assumes` says what it holds under."""
         if self._missing and code in _MAY_BE_IMPORTED:
-            file = self._missing[0].file.text.strip()
-            note = Note(Message("`{file}`, which could not be imported, may change this", file=file))
+            note = Note(Message("{files}, which could not be imported, may change this", files=self._files))
             notes = [*notes, note]
         self._diagnostics.warning(code, message, self._located(where), notes, assumes=assumes)
 

@@ -8,7 +8,7 @@ The texts that the page itself has are in `page.po`.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cache
 from gettext import GNUTranslations, NullTranslations
 from pathlib import Path
@@ -29,6 +29,7 @@ __all__ = [
     "in_all_languages",
     "known_language",
     "said",
+    "system_languages",
 ]
 
 FOLDER: Final = Path(__file__).parent
@@ -55,6 +56,16 @@ def accepted_language(header: str) -> str:
     by_weight = sorted(((name, _weight(weight)) for name, _, weight in wanted), key=lambda each: -each[1])
     found = (_spoken(name) for name, weight in by_weight if weight > 0)
     return next(filter(None, found), ENGLISH)
+
+
+def system_languages(environment: Mapping[str, str]) -> list[str]:
+    """Return the codes of the languages that a user's environment names, the most wanted first.
+
+    A name counts also where its locale was not generated, as in most containers.
+    """
+    locale = next(filter(None, map(environment.get, ("LC_ALL", "LC_MESSAGES", "LANG"))), "")
+    wanted = locale if locale in {"C", "POSIX"} else environment.get("LANGUAGE") or locale
+    return [re.split(r"[_.@]", name)[0] for name in wanted.split(":")]
 
 
 def said(message: Message, language: str) -> str:

@@ -8,7 +8,7 @@ from typing import Annotated, Final, get_args
 
 import msgspec
 
-from codegen.hfsm.document import Argument, Automaton, Document, Result, State, Text
+from codegen.hfsm.document import NO_CHILD, Argument, Automaton, Document, Result, State, Text
 from codegen.messages import Message, template
 from visualhfsm._base.errors import EditError
 
@@ -24,6 +24,8 @@ from ..nodes import (
 )
 from ..places import CODE, Place, pattern_for, texts_in
 from ..serialization import MAX_SIZE
+from ..straightening import straightened
+from .automata import SetImport
 from .base import Command, Index
 from .component import ChangeEntry, ListName
 
@@ -41,7 +43,7 @@ _TITLES: Final = {
     ("state", "result"): template("Take the output {name} in {label}"),
 }
 """The names of the steps, for each kind of place that has code, and its parts."""
-_MOST_PLACES: Final = 1000
+_MOST_PLACES: Final = 10_000
 _SHOWN: Final = 30
 """Characters of a text in the name of a step."""
 
@@ -183,9 +185,8 @@ class CorrectName(Command, frozen=True, kw_only=True):
     def apply(self, document: Document) -> Document:
         if not self.name or not self.at:
             raise self._changed()
-        for place, found in groupby(
-            sorted(self.at, key=_position, reverse=True), key=lambda each: each.place
-        ):
+        last_first = sorted(self.at, key=lambda at: (repr(at.place), at.line, at.column), reverse=True)
+        for place, found in groupby(last_first, key=lambda each: each.place):
             corrections = list(found)
             fields = {each.field for each in corrections if each.field}
             if fields:
@@ -213,25 +214,22 @@ class CorrectName(Command, frozen=True, kw_only=True):
             if match is None or match[0] != self.name:
                 raise self._changed()
             lines[each.line - 1] = line[: match.start()] + self.meant + line[match.end() :]
-        if place.part in CODE:
-            return SetText(place=place, text="\n".join(lines)).apply(document)
-        return self._in_entry(document, place, {place.name: "\n".join(lines)})
+        return _with_text(document, place, "\n".join(lines))
 
     def _in_field(self, document: Document, place: Place, field: str) -> Document:
         """Return the document with another value of a field of the element at a place."""
         if place.kind != "state":
-            value = _text_at(document, msgspec.structs.replace(place, name=field))
-            if value.strip() != self.name:
+            at = place if place.part == "import" else msgspec.structs.replace(place, name=field)
+            if _text_at(document, at).strip() != self.name:
                 raise self._changed()
-            return self._in_entry(document, place, {field: self.meant})
+            return _with_text(document, at, self.meant)
         automaton = find_automaton(document, place.automaton)
         state = find_state(automaton, place.id)
         items: tuple[Argument | Result, ...] = state.results if place.part == "result" else state.arguments
         found = [each for each in items if (each.name, each.child) == (place.name, place.child)]
         if len(found) != 1 or _value(found[0], field) != self.name:
             raise self._changed()
-        meant = checked(self.meant, Message("the name"))
-        new = changed(found[0], **{field: Text(meant) if field == "variable" else meant})
+        new = changed(found[0], **{field: self.meant})
         part = "results" if place.part == "result" else "arguments"
         state_now = changed(state, **{part: swapped(items, found[0], new)})
         return with_automaton(
@@ -240,21 +238,40 @@ class CorrectName(Command, frozen=True, kw_only=True):
             lambda each: changed(each, states=swapped(each.states, state, state_now)),
         )
 
-    def _in_entry(self, document: Document, place: Place, fields: Mapping[str, str]) -> Document:
-        """Return the document with other fields of an entry of a list."""
-        lists: Mapping[str, ListName] = {each: each for each in get_args(ListName)}
-        if place.part not in lists:
-            raise self._changed()
-        return ChangeEntry(
-            list=lists[place.part], automaton=place.automaton, index=place.index, fields=dict(fields)
-        ).apply(document)
-
     def _changed(self) -> EditError:
         return EditError(
             Message("Cannot replace “{text}”", text=self.name[:_SHOWN]),
             Message("it stands there no longer"),
             Message("wait until the checks have run again"),
         )
+
+
+class StraightenText(Command, frozen=True, kw_only=True):
+    """Write straight quotes, hyphens and spaces in the code, the value or the expression at a place."""
+
+    place: Place
+
+    def apply(self, document: Document) -> Document:
+        text = _text_at(document, self.place)
+        straight = straightened(text)
+        return document if straight == text else _with_text(document, self.place, straight)
+
+    def title(self, document: Document) -> Message:  # noqa: ARG002 - the base has it
+        return Message("Write straight quotes, hyphens and spaces")
+
+
+def _with_text(document: Document, place: Place, text: str) -> Document:
+    """Return the document with another text at a place. Raises EditError for one without code."""
+    lists: Mapping[str, ListName] = {each: each for each in get_args(ListName)}
+    if place.part == "import":
+        imported = find_automaton(document, place.automaton).imported
+        source = NO_CHILD if imported is None else imported.automaton
+        return SetImport(automaton=place.automaton, file=text, source=source).apply(document)
+    if place.part not in lists:
+        return SetText(place=place, text=text).apply(document)
+    return ChangeEntry(
+        list=lists[place.part], automaton=place.automaton, index=place.index, fields={place.name: text}
+    ).apply(document)
 
 
 def _text_at(document: Document, place: Place) -> str:
@@ -266,7 +283,3 @@ def _value(item: Argument | Result, field: str) -> str:
     if field == "variable" and isinstance(item, Result):
         return item.variable.text.strip()
     return item.name if field == "name" else ""
-
-
-def _position(correction: Correction) -> tuple[str, int, int]:
-    return repr(correction.place), correction.line, correction.column

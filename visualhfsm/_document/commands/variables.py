@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from itertools import takewhile
 from pathlib import Path
-from typing import Annotated, Final
+from typing import Annotated, Final, Literal
 
 import msgspec
 
 from codegen.hfsm.analysis import Analysis, AutomatonCode, Piece, analyze
 from codegen.hfsm.document import NO_CHILD, Argument, Automaton, Document, Parameter, State, Text
 from codegen.messages import Message
+from codegen.parsing import parse_python
 from visualhfsm._base.errors import EditError
 
-from ..nodes import changed, find_automaton, find_state, free_name, with_automaton
+from ..nodes import changed, find_automaton, find_state, free_name, swapped, with_automaton
 from ..places import CODE, Place, texts_in
 from .base import Command, Id
 from .text import SetText
@@ -149,6 +150,43 @@ class TakeOutput(Command, frozen=True, kw_only=True):
         return Message("Take the output {name} into a new variable", name=self.name[:30])
 
 
+class TakeDefault(Command, frozen=True, kw_only=True):
+    """Give an input or output the default that the variables assign to it, and delete that there."""
+
+    automaton: Id
+    list: Literal["inputs", "outputs"]
+    name: _Name
+
+    def apply(self, document: Document) -> Document:
+        automaton = find_automaton(document, self.automaton)
+        items: tuple[Parameter, ...] = getattr(automaton, self.list)
+        item = next((each for each in items if each.name == self.name), None)
+        pattern = re.compile(rf"^{re.escape(self.name)}\s*(?::[^=\n]*)?=(.+)\n?", re.MULTILINE)
+        found = pattern.search(automaton.variables.text)
+        try:
+            tree = parse_python(found[1].strip() if found else "", mode="eval")
+            value = ast.literal_eval(tree)
+        except (SyntaxError, ValueError, TypeError, MemoryError, RecursionError):
+            item = None
+        if item is None:
+            raise EditError(
+                Message("Cannot take the default of “{name}”", name=self.name[:30]),
+                Message("the variables do not set it to a literal in a separate line"),
+                Message("write the default, and delete the line yourself"),
+            )
+        kind, given = _TYPES.get(type(value), "object"), item.type.text.strip()
+        fits = given in (kind, "object") or (given, kind) == ("float", "int")
+        new = changed(item, type=given if fits else kind, default=ast.unparse(tree))
+        fields = {
+            self.list: swapped(items, item, new),
+            "variables": pattern.sub("", automaton.variables.text, count=1),
+        }
+        return with_automaton(document, self.automaton, lambda each: changed(each, **fields))
+
+    def title(self, document: Document) -> Message:  # noqa: ARG002
+        return Message("Take the default of “{name}” from the variables", name=self.name[:30])
+
+
 class ShareVariable(Command, frozen=True, kw_only=True):
     """Keep a variable of the nearest automaton above that has it in the component, as `self.name`.
 
@@ -162,11 +200,12 @@ class ShareVariable(Command, frozen=True, kw_only=True):
         analysis = analyze(document, _NOWHERE)
         owner = _owner(analysis, self.automaton, self.name)
         self._require_free(analysis, owner)
-        texts = {id(text): piece for text, _, piece in analysis.by_text.values()}
+        texts = {id(text.text): (text, piece) for text, _, piece in analysis.by_text.values()}
         users = {each.id for each in self._users(analysis, owner.automaton)}
-        for place, text in _code_texts(document):
-            piece = texts.get(id(text))
-            if place.automaton in users and place.part != "functions" and piece is not None:
+        for place, written, *_ in texts_in(document):
+            text, piece = texts.get(id(written), (None, None))
+            is_code = place.part in CODE and place.part != "functions"
+            if is_code and place.automaton in users and text is not None and piece is not None:
                 document = self._changed(document, place, text, piece)
         return document
 
@@ -292,23 +331,6 @@ def _state_of(document: Document, automaton: Automaton, what: Message) -> State:
     if state is None:
         raise EditError(what, Message("no state owns the automaton"))
     return state
-
-
-def _code_texts(document: Document) -> Iterator[tuple[Place, Text]]:
-    """Yield the places of a document with code, each with its text."""
-    texts = {id(each.text): each for each in _all_texts(document)}
-    for place, text, *_ in texts_in(document):
-        if place.part in CODE and text and id(text) in texts:
-            yield place, texts[id(text)]
-
-
-def _all_texts(document: Document) -> Iterable[Text]:
-    for automaton in document.automata:
-        yield from (automaton.variables, automaton.functions)
-        for state in automaton.states:
-            yield from (state.entry, state.code, state.exit, *(each.value for each in state.arguments))
-        for transition in automaton.transitions:
-            yield from (transition.trigger, transition.guard, transition.code)
 
 
 def _type(owner: AutomatonCode, name: str) -> str:

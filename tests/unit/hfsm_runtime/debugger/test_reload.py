@@ -289,7 +289,7 @@ def test_variables_that_are_gone_are_reported() -> None:
     run = Execution(component(counting))
     run.advance(0.1)
     (reported,) = reload(run, timed("follow", "dance"))
-    assert reported == "variables of automaton 1 (walker) are gone: count, late, table"
+    assert reported == "no code of automaton 1 (walker) uses count, late, table any more"
 
 
 def test_attributes_of_self_are_one_and_the_same_for_both_versions() -> None:

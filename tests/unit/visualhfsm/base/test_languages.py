@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from codegen.messages import Message
-from visualhfsm._base.languages import accepted_language, known_language, said
+from visualhfsm._base.languages import accepted_language, known_language, said, system_languages
 
 
 @pytest.mark.parametrize(
@@ -39,3 +39,20 @@ def test_the_most_wanted_language_that_there_is_is_accepted(header: str, found: 
 def test_a_message_is_said_in_a_language() -> None:
     message = Message("`{name}` is not defined", name="x")
     assert (said(message, "es"), said(message, "en")) == ("`x` no está definido", "`x` is not defined")
+
+
+@pytest.mark.parametrize(
+    ("environment", "found"),
+    [
+        ({"LANG": "es_ES.UTF-8"}, ["es"]),
+        ({"LANG": "en_US.UTF-8", "LC_ALL": "", "LC_MESSAGES": "es_MX"}, ["es"]),
+        ({"LANG": "en_US.UTF-8", "LC_MESSAGES": "fr_FR", "LC_ALL": "es_ES@euro"}, ["es"]),
+        ({"LANG": "en_US.UTF-8", "LANGUAGE": "ca:es_ES"}, ["ca", "es"]),
+        ({"LANGUAGE": "es"}, ["es"]),
+        ({"LANGUAGE": "es", "LANG": "C.UTF-8"}, ["es"]),
+        ({"LANGUAGE": "es", "LC_ALL": "C", "LANG": "es_ES.UTF-8"}, ["C"]),
+        ({}, [""]),
+    ],
+)
+def test_the_environment_names_the_languages_of_a_user(environment: dict[str, str], found: list[str]) -> None:
+    assert system_languages(environment) == found

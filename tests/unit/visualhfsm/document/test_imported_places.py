@@ -81,14 +81,16 @@ def test_a_file_that_cannot_be_read_is_at_the_states_that_import_it(parts: Path)
     (parts / "parts" / "look.xml").write_text("<VisualHFSM>\n<SubAutomata")
     middle = document(sub(1, 0, state(4, "middle", initial=True, child=2)), imported(2, "look.xml"))
     (parts / "parts" / "middle.xml").write_text(middle)
-    (problem,) = check(parts, imported(2, "parts/middle.xml"))
+    problem, unseen = check(parts, imported(2, "parts/middle.xml"))
     assert (problem.file, problem.line, problem.source) == ("parts/look.xml", 2, None)
     assert problem.owners == (owner(1), owner(4, automaton=2))
     assert problem.place == owner(1)
+    assert unseen.code == "N608"
 
 
 def test_a_file_that_is_missing_is_at_the_import_and_at_its_state(tmp_path: Path) -> None:
-    (problem,) = check(tmp_path, imported(2, "gone.xml"))
+    problem, unseen = check(tmp_path, imported(2, "gone.xml"))
+    assert (unseen.code, unseen.place) == ("N608", problem.place)
     assert problem.place == Place(kind="automaton", automaton=2, part="import")
     assert (problem.owners, problem.file) == ((owner(1),), "")
 
@@ -117,8 +119,8 @@ def test_notes_about_other_files_say_the_place_in_words(parts: Path) -> None:
 def test_files_that_import_one_another_are_one_problem_where_the_circle_closes(parts: Path) -> None:
     back = document(sub(1, 0, state(4, "back", initial=True, child=2)), imported(2, "../robot.xml"))
     (parts / "parts" / "back.xml").write_text(back)
-    (problem,) = check(parts, imported(2, "parts/back.xml"))
-    assert problem.code == "E552"
+    problem, unseen = check(parts, imported(2, "parts/back.xml"))
+    assert (problem.code, unseen.code) == ("E552", "N608")
     assert (problem.file, problem.where) == ("parts/back.xml", "import of the automaton of back")
     assert problem.owners == (owner(1), owner(4, automaton=2))
     assert problem.notes == ("imported here (import of the automaton of first)",)

@@ -15,7 +15,16 @@ import psutil
 import pytest
 
 from codegen.diagnostics import Severity
-from codegen.hfsm.document import Automaton, Document, Interface, Library, State, Text, Transition
+from codegen.hfsm.document import (
+    Automaton,
+    Document,
+    Interface,
+    Library,
+    Property,
+    State,
+    Text,
+    Transition,
+)
 from codegen.messages import Message
 from tests.support.editing import large_document, tree
 from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT
@@ -60,8 +69,23 @@ def test_problems_are_counted_whether_or_not_they_are_listed(tmp_path: Path) -> 
     found = check(text, tmp_path / "many.xml")
     total = Counter(each.severity for each in find_problems(text, tmp_path / "many.xml"))
     assert total[Severity.WARNING] > 2000
-    assert len(found.problems) == 1000
+    assert len(found.problems) == 1001
     assert found.counts == total
+
+
+def test_every_element_with_a_problem_is_listed(tmp_path: Path) -> None:
+    nobody = "\n".join(f"self.log.info(nobody{number})" for number in range(10))
+    states = tuple(State(id=n, name=f"s{n}", initial=n == 1, code=Text(nobody)) for n in range(1, 201))
+    wrong = Property(name="p", kind="eventually", expression=Text("in(s2)"))
+    root = Automaton(id=1, states=states, variables=Text("nobody = 1"))
+    text = written(Document(automata=(root,), properties=(wrong,)))
+    found = check(text, tmp_path / "many.xml")
+    places = {(each.place.kind, each.place.id or each.place.part) for each in found.problems if each.place}
+    assert places == {
+        *(("state", n) for n in range(1, 201)),
+        ("automaton", "variables"),
+        ("document", "properties"),
+    }
 
 
 def test_what_can_never_happen_has_its_assumptions() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -74,3 +75,14 @@ def test_transitions_without_a_place_stand_apart() -> None:
     assert len({(round(each.real), round(each.imag)) for each in found}) == len(found)
     placed = Transition(id=1, origin=1, destination=2, x=7, y=8)
     assert handles([placed], places) == [7 + 8j]
+
+
+def test_no_handle_covers_another_one() -> None:
+    places = {1: HERE, 2: THERE}
+    ends = ((1, 2), (2, 1), (1, 1), (1, 1))
+    same = [Transition(id=1, origin=one, destination=other, x=70, y=80) for one, other in ends]
+    found = handles(same, places)
+    assert found[0] == 70 + 80j
+    assert len({(round(each.real), round(each.imag)) for each in found}) == len(found)
+    in_the_middle = replace(same[-1], x=100, y=100)
+    assert len(handles([in_the_middle] * 9, places)) == 9  # where no turn leads elsewhere

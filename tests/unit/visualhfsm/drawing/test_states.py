@@ -8,7 +8,7 @@ from xml.etree.ElementTree import Element
 
 from codegen.hfsm.document import State, Text
 from visualhfsm._drawing.states import draw_state
-from visualhfsm._drawing.symbols import BADGES, CODES, INK, PARENT, PLAIN
+from visualhfsm._drawing.symbols import BADGES, INK, PARENT, PLAIN
 
 PLAIN_STATE = State(id=1, name="walk", x=10, y=20)
 
@@ -38,10 +38,10 @@ def test_marks_distinguish_initial_final_and_parent_states() -> None:
     assert circles(drawn(replace(PLAIN_STATE, children=(2,)))) == [(PARENT.fill, PARENT.line)]
 
 
-def test_signs_say_which_code_a_state_has() -> None:
-    assert paths(drawn(PLAIN_STATE)) == []
-    busy = replace(PLAIN_STATE, entry=Text("a()"), code=Text(" \n"), exit=Text("b()"))
-    assert paths(drawn(busy)) == [CODES["entry"], CODES["exit"]]
+def test_a_dot_says_that_a_state_has_code() -> None:
+    assert circles(drawn(replace(PLAIN_STATE, code=Text(" \n")))) == [(PLAIN.fill, PLAIN.line)]
+    for busy in (replace(PLAIN_STATE, entry=Text("a()")), replace(PLAIN_STATE, exit=Text("b()"))):
+        assert circles(drawn(busy))[1:] == [(PLAIN.line, None)]
 
 
 def test_badges_say_what_a_state_owns() -> None:

@@ -54,8 +54,7 @@ const layout = () => import("./layout.js");
 
 /** @param {string} [field] */
 function editCode(field) {
-  if (page.state)
-    page.edit({kind: "state", automaton: page.shownAutomaton.id, id: page.state.id, part: field ?? "code"});
+  if (page.state) page.edit({kind: "state", automaton: page.shownAutomaton.id, id: page.state.id, part: field});
   else if (page.transition)
     page.edit({
       kind: "transition",

@@ -10,6 +10,7 @@ import {t} from "../kit/texts.js";
 import {fitTitle, LINE, linesOf, occupied, PADDING, SIZE, titleSize} from "../measures/annotation-text.js";
 import {areaOf, colorOf, FARTHEST, grown, isFrame, within} from "../measures/areas.js";
 import {touches} from "./plane.js";
+import {lettersAt} from "./viewport.js";
 import {make} from "./svg.js";
 
 const BAR = 10; // pixels of the part of a frame that moves it besides its border, below the foot of its title
@@ -79,8 +80,8 @@ export class AnnotationLayer {
     const size = titleSize(scale);
     for (const view of this.views.values()) {
       if (!touches(view.box, seen)) continue;
-      view.write();
       if (isFrame(view.annotation)) view.title(size, inTheWay);
+      else view.write(Math.max(SIZE, lettersAt(scale)));
     }
   }
 
@@ -126,7 +127,6 @@ export class AnnotationView {
   /** The size of letters for which its title was fitted last. */
   wanted = 0;
   #mark = "";
-  #isWritten = false;
 
   /** The text beside the pointer: all of it, where it does not fit. */
   get tip() {
@@ -177,7 +177,7 @@ export class AnnotationView {
       if (each !== this.room) each.setAttribute("rx", String(corner + more));
     }
     this.bar.setAttribute("width", String(width));
-    if (this.#isWritten) this.#write();
+    if (this.wanted) this.#write();
   }
 
   /** @param {Point} corner */
@@ -188,10 +188,10 @@ export class AnnotationView {
     this.group.setAttribute("transform", `translate(${x},${y})`);
   }
 
-  /** Write its text, once it is in sight. */
-  write() {
-    if (this.#isWritten) return;
-    this.#isWritten = true;
+  /** Write the text of a note, once it is in sight. @param {number} letters their size */
+  write(letters) {
+    if (this.wanted === letters) return;
+    this.wanted = letters;
     this.#write();
   }
 
@@ -213,16 +213,17 @@ export class AnnotationView {
 
   #write() {
     const {annotation, box, text} = this;
+    const size = this.wanted || SIZE;
     if (isFrame(annotation)) {
-      const size = this.wanted || SIZE;
       this.wanted = 0;
       this.title(size);
       return;
     }
     let end = 0;
+    text.setAttribute("font-size", String(size));
     text.replaceChildren(
-      ...linesOf(annotation.text, box).map((line, index) => {
-        const span = make("tspan", {x: PADDING, y: PADDING + SIZE + index * LINE});
+      ...linesOf(annotation.text, box, size).map((line, index) => {
+        const span = make("tspan", {x: PADDING, y: PADDING + size + (index * LINE * size) / SIZE});
         end = annotation.text.indexOf(line, end) + line.length;
         // The last word of a line and the first one of the next are two words, as in the label.
         span.textContent = /\s/.test(annotation.text.charAt(end)) ? `${line} ` : line;

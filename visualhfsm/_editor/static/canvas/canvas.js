@@ -16,20 +16,24 @@ import {applyHere, selectAdded} from "../data/commands.js";
 import {holdKeys} from "../kit/holding.js";
 import {keyOf} from "../kit/keys.js";
 import {isImporting} from "../data/outline.js";
+import {render, html, nothing} from "lit";
+import {offers} from "../kit/buttons.js";
+import {importLink} from "../data/import-link.js";
 import {page} from "../data/page.js";
 import {problemOf} from "../data/problems.js";
 import {store} from "../data/store.js";
-import {t} from "../kit/texts.js";
+import {rich, t} from "../kit/texts.js";
 import {contains, distance, RADIUS} from "../measures/geometry.js";
 import {Minimap} from "./minimap.js";
 import {Order} from "./order.js";
 import {Pointer} from "./pointer.js";
-import {Rename} from "./rename.js";
 import {Drawing} from "./drawing.js";
 import {make} from "./svg.js";
-import {FAR, TINY, VERY_FAR, Viewport} from "./viewport.js";
+import {FAR, FIT_LARGEST, TINY, VERY_FAR, Viewport} from "./viewport.js";
 
 const REST = 300; // ms
+const FINGERS = matchMedia("(pointer: coarse)"); // for which canvas.css makes handles larger, the farther away
+const FIRST_ACTS = {newState: t("Draw a state"), shelf: t("Take one from the shelf"), example: t("Open an example")};
 
 export class HfsmCanvas extends HTMLElement {
   drawing = new Drawing();
@@ -50,7 +54,8 @@ export class HfsmCanvas extends HTMLElement {
   empty = division("empty");
   outside = document.createElement("button");
   minimap = new Minimap(this);
-  rename = new Rename(this);
+  /** What edits names in place, once the canvas had the focus. @type {import("./rename.js").Rename | undefined} */
+  rename = undefined;
   order = new Order(this);
   pointer = new Pointer(this);
   /** The state to which a transition is about to lead. @type {SVGElement | undefined} */
@@ -63,12 +68,14 @@ export class HfsmCanvas extends HTMLElement {
   comparison = undefined;
 
   #size = {width: 0, height: 0};
-  #top = 0; // of the canvas in the window
+  #corner = {x: 0, y: 0}; // of the canvas in the window
+  #window = ""; // its size
   /** The middle of the view of each automaton that was shown. @type {Map<string, Point & {scale: number}>} */
   #views = new Map();
   #shown = "";
   #unfitted = false;
   #fitted = ""; // the view in which everything was shown: unless the user changes it, everything stays visible
+  #wanted = 1; // the scale of that view, to which it returns when there is room again
   #sought = ""; // the selection that the user is led to: until the user chooses another view, it stays legible
   /** @type {Map<string, Live> | undefined} */
   #live;
@@ -88,15 +95,8 @@ export class HfsmCanvas extends HTMLElement {
     Object.assign(this.outside, {className: "outside", type: "button", hidden: true});
     this.outside.textContent = t("Everything is outside: show it ({key})", {key: keyOf("fit")});
     this.outside.addEventListener("click", () => this.fit());
-    this.append(
-      this.surface,
-      this.empty,
-      this.outside,
-      this.hint,
-      this.minimap.element,
-      this.rename.input,
-      this.speech,
-    );
+    this.append(this.surface, this.empty, this.outside, this.hint, this.minimap.element, this.speech);
+    if (!this.readOnly) this.surface.addEventListener("focus", () => this.#renaming(), {once: true});
     new ResizeObserver(() => this.#resized()).observe(this);
     for (const kind of /** @type {const} */ (["document", "problems"])) {
       store.addEventListener(kind, ({detail}) => detail.tab === page.tab && this.pointer.whenFree(() => this.redraw()));
@@ -136,7 +136,7 @@ export class HfsmCanvas extends HTMLElement {
     this.drawing.select(page.states, page.transitions, page.annotations);
     this.drawing.showLive(this.#live);
     this.order.keep();
-    this.rename.follow();
+    this.rename?.follow();
     this.#offerEdges();
     if (other && this.hadFocus) this.focusSelected();
     this.minimap.draw();
@@ -176,60 +176,25 @@ export class HfsmCanvas extends HTMLElement {
     if (this.#unfitted)
       this.viewport.zoom(0); // little is drawn until then
     else this.#fitDrawn();
+    this.#wanted = this.viewport.scale;
     this.#fitted = this.#view();
   }
 
-  /**
-   * Fit what is drawn at the scale that this results in: labels that are too small to be drawn need no room.
-   *
-   * @param {number} [largest] scale
-   */
-  #fitDrawn(largest = Infinity) {
+  /** Fit what is drawn at the scale that this results in: labels that are too small to be drawn need no room. */
+  #fitDrawn() {
     const {drawing, viewport} = this;
-    let scale = 1;
-    const isEmpty = (/** @type {Box} */ part) => drawing.isEmpty(part, scale);
+    let [scale, largest] = [1, FIT_LARGEST];
     for (const limit of [FAR, VERY_FAR]) {
-      if (viewport.scaleFor(drawing.bounds(scale), isEmpty) >= limit) break;
-      scale = limit * 0.999;
-      largest = Math.min(largest, scale);
+      if (viewport.scaleFor(drawing.bounds(scale)) >= limit) break;
+      scale = largest = limit * 0.999;
     }
-    viewport.fit(drawing.bounds(scale), {largest, isEmpty});
-  }
-
-  /**
-   * Keep what is fitted clear of something that covers the lower right corner.
-   *
-   * @param {{width: number, height: number}} [covered] in pixels
-   */
-  keepClear(covered = {width: 0, height: 0}) {
-    const former = this.viewport.covered;
-    if (former.width === covered.width && former.height === covered.height) return;
-    const fitted = this.#fitted === this.#view();
-    const [whole, hides] = [this.#isWhole(), this.#hides()];
-    this.viewport.covered = covered;
-    this.#keepTextsClear();
-    if (fitted) this.#fitAgain();
-    else if (whole && this.#hides() > hides) this.#fitDrawn(this.viewport.scale);
-  }
-
-  /** Put the texts on the canvas beside or above what is covered, where there is more room. */
-  #keepTextsClear() {
-    const {width, height} = this.#size;
-    const {covered} = this.viewport;
-    const [beside, above] = [(width - covered.width) * height, width * (height - covered.height)];
-    this.style.setProperty("--covered-right", beside >= above ? `${covered.width}px` : "0px");
-    this.style.setProperty("--covered-below", beside >= above ? "0px" : `${covered.height}px`);
+    viewport.fit(drawing.bounds(scale), largest);
+    if (!this.#isWhole()) viewport.fit(drawing.bounds(viewport.scale), viewport.scale); // letters have grown
   }
 
   /** Whether everything is in the window. */
   #isWhole() {
     return this.#size.width > 0 && contains(this.viewport.seen, this.drawing.bounds(this.viewport.scale));
-  }
-
-  /** How many states and texts the covered corner hides. */
-  #hides() {
-    const {covered, hidden, scale} = this.viewport;
-    return covered.width ? this.drawing.countIn(hidden, scale) : 0;
   }
 
   /** Show the selection, or everything if nothing is selected. */
@@ -274,6 +239,7 @@ export class HfsmCanvas extends HTMLElement {
     this.tool = Tool && page.automaton && !this.readOnly ? new Tool(this) : undefined;
     this.classList.toggle("placing", Boolean(this.tool));
     this.showHint(this.tool?.hint);
+    this.#showEmpty(page.automaton);
     if (this.tool) this.surface.focus({preventScroll: true});
     this.dispatchEvent(new Event("tool"));
   }
@@ -300,7 +266,13 @@ export class HfsmCanvas extends HTMLElement {
   async beginRename(kind, id) {
     if (this.readOnly) return;
     if (kind === "annotation") await (await this.#annotating()).write(id);
-    else this.rename.begin(kind, id);
+    else (await this.#renaming()).begin(kind, id);
+  }
+
+  async #renaming() {
+    const {Rename} = await import("./rename.js");
+    if (!this.rename) this.append((this.rename = new Rename(this)).input);
+    return this.rename;
   }
 
   /** What edits notes and frames in place, once it was needed. @type {Promise<Annotating> | undefined} */
@@ -377,7 +349,7 @@ export class HfsmCanvas extends HTMLElement {
 
   #leave() {
     this.cancel();
-    this.rename.cancel();
+    this.rename?.cancel();
     this.annotating?.commit();
     this.drawing.automaton = undefined; // another document may have an automaton of the same number
     if (this.#fitted === this.#view())
@@ -403,9 +375,17 @@ export class HfsmCanvas extends HTMLElement {
     const isEmpty = automaton && !automaton.states.length && !automaton.annotations.length;
     this.empty.hidden = !isEmpty || Boolean(this.tool);
     if (!automaton || this.empty.hidden) return;
-    this.empty.textContent = automaton.imported
-      ? t("This automaton comes from {file}. Open that file to change it.", {file: automaton.imported.file})
-      : t("Nothing here yet. Press S to add the first state, or double-click.");
+    const {imported} = automaton;
+    const {context} = /** @type {import("../shell/app.js").HfsmApp | null} */ (this.closest("hfsm-app")) ?? {};
+    render(
+      imported
+        ? html`<p>
+            ${rich("This automaton comes from {file}. Open that file to change it.", {file: importLink(imported.file)})}
+          </p>`
+        : html`<p>${t("Nothing here yet.")}</p>
+            ${context && !this.readOnly ? offers(FIRST_ACTS, context) : nothing}`,
+      this.empty,
+    );
   }
 
   #transform() {
@@ -416,7 +396,7 @@ export class HfsmCanvas extends HTMLElement {
     this.classList.toggle("tiny", scale < TINY);
     this.#look();
     this.minimap.frame();
-    this.rename.follow();
+    this.rename?.follow();
     this.annotating?.follow();
     this.#lookOutside();
     this.dispatchEvent(new Event("view"));
@@ -431,6 +411,8 @@ export class HfsmCanvas extends HTMLElement {
       const places = [...this.drawing.places.values()];
       const {seen} = this.viewport;
       this.drawing.rest();
+      // Not in each frame: the browser would look at the style of everything.
+      if (FINGERS.matches) this.style.setProperty("--scale", this.viewport.scale.toFixed(2));
       this.outside.hidden = !this.#size.width || !places.length || places.some((place) => isNear(place, seen));
     }, REST);
   }
@@ -445,36 +427,29 @@ export class HfsmCanvas extends HTMLElement {
     return [x, y, scale].join();
   }
 
+  /** A panel or a bar beside it moves nothing and changes no scale unless some of what was whole would be hidden. */
   #resized() {
-    const before = this.#size;
-    const {top} = this.getBoundingClientRect();
-    const down = top - this.#top;
-    this.#top = top;
+    const {x, y, width} = this.getBoundingClientRect();
+    const {x: left, y: top} = this.#corner;
+    if (width) this.#corner = {x, y};
+    const former = this.#window;
+    this.#window = `${innerWidth} ${innerHeight}`;
+    const isNew = this.#unfitted || former !== this.#window;
     const fitted = this.#unfitted || this.#fitted === this.#view();
-    const [whole, hides] = [this.#isWhole(), this.#hides()];
+    const whole = fitted || this.#isWhole();
     this.#size = {width: this.clientWidth, height: this.clientHeight};
-    this.#keepTextsClear();
-    const {width, height} = this.#size;
-    if (down && before.width === width && Math.abs(before.height - height - down) < 1 && !this.#unfitted) {
-      // A bar above has come or gone: what is drawn stays where it is in the window.
-      this.viewport.pan(0, -down);
-      if (fitted) this.#fitted = this.#view();
-      return;
-    }
-    if (fitted) {
+    if (!width) return;
+    if (fitted && isNew) {
       this.#fitAgain();
       return;
     }
-    const half = {x: (width - before.width) / 2, y: (height - before.height) / 2};
-    this.viewport.pan(half.x, half.y);
-    if (before.width && width) {
-      const hidesMore = this.#hides() > hides;
-      if (whole && !this.#isWhole())
-        this.fit(); // it stays fully visible
-      else if (whole && hidesMore) this.#fitDrawn(this.viewport.scale);
-      else if (hidesMore) this.viewport.pan(half.x, half.y); // then the corner hides what it has hidden before
-      this.#reveal(); // a panel that opens for a state does not cover it
-    }
+    const {viewport, drawing} = this;
+    viewport.pan(left - x, top - y);
+    const scale = fitted ? this.#wanted : viewport.scale;
+    const box = drawing.bounds(viewport.scale);
+    if (box && whole && (viewport.scale < scale || !this.#isWhole())) viewport.refit(box, scale);
+    if (fitted) this.#fitted = this.#view();
+    if (!fitted || this.#sought === this.#selected) this.#reveal(); // a panel that opens for a state does not cover it
   }
 }
 

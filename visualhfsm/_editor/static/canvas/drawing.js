@@ -15,7 +15,7 @@ import {touches} from "./plane.js";
 import {Stage} from "./stage.js";
 import {StateView} from "./state-view.js";
 import {TransitionView} from "./transition-view.js";
-import {FAR, VERY_FAR} from "./viewport.js";
+import {FAR, lettersAt, VERY_FAR} from "./viewport.js";
 
 const LARGE = 1000; // states and transitions; of larger automata only what is seen is on the page
 const AROUND = 400; // pixels around an arc within which states may be in the way of its name
@@ -242,6 +242,7 @@ export class Drawing {
   look(seen, scale) {
     this.#last = {seen, scale};
     this.#detailed = scale >= VERY_FAR;
+    if (!this.#stage.isLarge) this.#scaleLetters();
     this.#stage.look(seen, scale);
     this.#placeDetails();
     this.#lookAtAnnotations();
@@ -249,7 +250,20 @@ export class Drawing {
 
   /** The view rests. */
   rest() {
+    this.#scaleLetters();
     this.#stage.rest();
+    this.#placeDetails();
+  }
+
+  #letters = lettersAt(1);
+
+  /** Write names in letters that are readable now. */
+  #scaleLetters() {
+    const letters = lettersAt(this.#last?.scale ?? 1);
+    if (letters === this.#letters || !this.#detailed) return;
+    this.#letters = letters;
+    for (const view of this.#views()) view.scaleLetters(letters);
+    this.#stale = true;
   }
 
   /** Views have come onto the page. @param {View[]} views */
@@ -377,51 +391,29 @@ export class Drawing {
     return bounds(this.#circles(), [...arcs, ...boxes.map((box) => ({box}))]);
   }
 
-  /**
-   * Whether nothing that is visible at a scale is in a box.
-   *
-   * @param {Box} box
-   * @param {number} scale
-   * @param {Box[]} [notes] the boxes of notes and frames
-   */
-  isEmpty(box, scale, notes = this.annotations.boxes()) {
-    return (
-      this.countIn(box, scale, notes) === 0 &&
-      [...this.transitions.values()].every(
-        ({arc}) =>
-          !touches(arc.box, box) ||
-          pointsOf(arc, RADIUS / 2).every(({x, y}) => !contains(box, {left: x, right: x, top: y, bottom: y})),
-      )
-    );
-  }
-
-  /**
-   * How many states, notes and labels that are visible at a scale are in a box.
-   *
-   * @param {Box} box
-   * @param {number} scale
-   * @param {Box[]} [notes] as above
-   */
-  countIn(box, scale, notes = this.annotations.boxes()) {
-    const room = wider(box, RADIUS + 8);
-    const circles = this.#circles().filter(({x, y}) => contains(room, {left: x, right: x, top: y, bottom: y}));
-    return circles.length + [...this.#labels(scale), ...notes].filter((other) => touches(other, box)).length;
-  }
-
   /** Whether something can be put into a box; only the title of a frame is in its way. @param {Box} box */
   isFree(box) {
-    return this.isEmpty(box, 1, this.annotations.occupied());
+    const room = wider(box, RADIUS + 8);
+    const isIn = (/** @type {Point} */ {x, y}, /** @type {Box} */ part) =>
+      contains(part, {left: x, right: x, top: y, bottom: y});
+    return (
+      !this.#circles().some((place) => isIn(place, room)) &&
+      ![...this.#labels(1), ...this.annotations.occupied()].some((other) => touches(other, box)) &&
+      [...this.transitions.values()].every(
+        ({arc}) => !touches(arc.box, box) || !pointsOf(arc, RADIUS / 2).some((point) => isIn(point, box)),
+      )
+    );
   }
 
   /** The boxes of the labels that are visible at a scale. @param {number} scale @param {Iterable<TransitionView>} views */
   #labels(scale, views = this.transitions.values()) {
     if (scale < VERY_FAR) return [];
     return [...views].flatMap(({nameAt, text}) => {
-      const {name, width, height, nameWidth} = text;
+      const {name, detail, width, height, nameWidth} = text;
       const wide = scale >= FAR ? width : nameWidth;
       if (!nameAt || !wide) return [];
       const top = nameAt.y - height / 2;
-      const bottom = nameAt.y + (scale < FAR && name ? 0 : height / 2);
+      const bottom = nameAt.y + (scale < FAR && name && detail ? 0 : height / 2);
       return [{left: nameAt.x - wide / 2, right: nameAt.x + wide / 2, top, bottom}];
     });
   }
@@ -462,6 +454,7 @@ export class Drawing {
       if (!view) {
         view = made(item);
         Object.assign(view, {key, order: this.#count++});
+        view.scaleLetters(this.#letters);
         views.set(key, view);
       }
       found.push({view, item, key});

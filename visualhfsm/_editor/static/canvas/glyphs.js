@@ -19,13 +19,6 @@ export const MARKS = {
 };
 export const UNKNOWN_TRIGGER = {path: "M-3-3L3 3M3-3L-3 3", word: t("trigger unknown"), filled: false};
 
-/** The kinds of code of a state. */
-export const CODES = {
-  entry: {path: "M-4 0H1M-1.5-2.5L1 0L-1.5 2.5M3.5-3.5V3.5", word: t("entry code")},
-  code: {path: "M-1.5-3L-4.5 0L-1.5 3M1.5-3L4.5 0L1.5 3", word: t("code")},
-  exit: {path: "M-3.5-3.5V3.5M-1 0H4M1.5-2.5L4 0L1.5 2.5", word: t("exit code")},
-};
-
 /** The badges of a state. @satisfies {Record<string, {path: string, word: string}>} */
 export const BADGES = {
   child: {path: "M-4.5-1.5L0-4.5L4.5-1.5L0 1.5ZM-4.5 1.5L0 4.5L4.5 1.5", word: t("sub-automaton")},

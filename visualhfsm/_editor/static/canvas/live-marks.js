@@ -6,12 +6,12 @@ import {n, t} from "../kit/texts.js";
 import {make, set} from "./svg.js";
 
 /**
- * @typedef {{status?: "active" | "ghost", trail?: number, timer?: number, remaining?: number, fired?: number, guard?:
+ * @typedef {{status?: "active" | "ghost", trail?: boolean, timer?: number, remaining?: number, fired?: number, guard?:
  *   boolean, finished?: boolean, hanging?: boolean, late?: boolean,
  *   breakpoint?: "set" | "conditional" | "hit", note?: string, passed?: number, failed?: boolean,
  *   ended?: number, most?: boolean}} Live
  *   of a state `status`, `finished`, `hanging` (its code does not end), `late` (its cycles take longer than the period)
- *   and `trail` (0..1, 1 the latest); of a transition `timer` (the part that remains), `remaining` (s), `guard` (its
+ *   and `trail` (it was left last); of a transition `timer` (the part that remains), `remaining` (s), `guard` (its
  *   last value) and `fired` (0..1, 1 just now); of both how often tests `passed` them, and whether one `failed` there;
  *   of a state how many failed trials `ended` there, and whether that is the `most`
  */
@@ -28,13 +28,13 @@ const BREAKPOINTS = {
 };
 
 /** Which classes a state has for what it does. @param {Live} live @returns {Record<string, boolean>} */
-export const stateClasses = ({status, trail = 0, finished = false, hanging = false, late = false, ...tested}) => ({
+export const stateClasses = ({status, trail = false, finished = false, hanging = false, late = false, ...tested}) => ({
   active: status === "active",
   ghost: status === "ghost",
   finished,
   hanging,
   late,
-  trail: trail > 0 && !status,
+  trail,
   tested: Boolean(tested.passed),
   "test-failed": Boolean(tested.failed || tested.ended),
   "most-failed": Boolean(tested.most),
@@ -56,12 +56,11 @@ function toggle({classList}, classes) {
 
 /** @param {import("./state-view.js").StateView} view @param {Live} [live] */
 export function markState(view, live = {}) {
-  const {status, trail = 0, finished = false, breakpoint, note, passed, failed, ended, most} = live;
+  const {status, finished = false, breakpoint, note, passed, failed, ended, most} = live;
   const group = required(view.group, "drawn state");
   toggle(group, stateClasses(live));
   if (status === "active") group.setAttribute("aria-current", "true");
   else group.removeAttribute("aria-current");
-  if (view.glow) set(view.glow, "opacity", trail && !status ? trail.toFixed(2) : undefined);
   markWith(group, "finished-sign", finished, () => make("path", {class: "finished-sign", d: FINISHED}));
   markBreakpoint(group, breakpoint, -DIAGONAL, -DIAGONAL, 7);
   say(group, [

@@ -147,7 +147,7 @@ export class Pointer {
     if (event.pointerType === "touch" && this.#touch(event)) return;
     if (this.#gesture) return;
     const {canvas} = this;
-    canvas.rename.commit();
+    canvas.rename?.commit();
     canvas.annotating?.commit();
     const group = this.#groupAt(event);
     this.#pressed = event.target === canvas.surface ? (group ?? event.target) : event.target;
@@ -306,7 +306,7 @@ export class Pointer {
     const state = kind === "state" ? page.shownAutomaton.states.find((each) => each.id === id) : undefined;
     if (target.closest(".title")) canvas.beginRename(kind, id);
     else if (state?.children.length) page.open(state.children[0]);
-    else page.edit({kind, automaton: page.shownAutomaton.id, id, part: state ? "code" : "trigger"});
+    else page.edit({kind, automaton: page.shownAutomaton.id, id, part: state ? undefined : "trigger"});
   }
 
   /** @param {MouseEvent} event @param {EventTarget | null} target */

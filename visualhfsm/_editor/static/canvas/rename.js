@@ -93,7 +93,7 @@ export class Rename {
     this.canvas.focusSelected();
     if (what && event.key === "Enter" && event.shiftKey) {
       const {kind, id} = what;
-      page.edit({kind, automaton: page.shownAutomaton.id, id, part: kind === "state" ? "code" : "trigger"});
+      page.edit({kind, automaton: page.shownAutomaton.id, id, part: kind === "state" ? undefined : "trigger"});
     }
   }
 }

@@ -10,7 +10,7 @@
 import {FAILED, sameProblem, SEVERITIES} from "../data/problems.js";
 import {uncoded} from "../kit/coded.js";
 import {n, t, visible} from "../kit/texts.js";
-import {BADGES, CODES, MARKS} from "./glyphs.js";
+import {BADGES, MARKS} from "./glyphs.js";
 import {RADIUS} from "../measures/geometry.js";
 import {stateClasses} from "./live-marks.js";
 import {make, template} from "./svg.js";
@@ -20,13 +20,13 @@ const blank = template(`
   <g class="state" role="button" tabindex="-1">
     <circle class="glow" r="${RADIUS + 6}"/><circle class="body" r="${RADIUS}"/>
     <circle class="ring" r="${RADIUS - 5}"/><text class="name" aria-hidden="true"/>
-    <g class="codes" aria-hidden="true"/><circle class="rim" r="${RADIUS}"/>
+    <circle class="mark" cy="${RADIUS - 13}" r="3"/><circle class="rim" r="${RADIUS}"/>
     <circle class="focus-ring" r="${RADIUS + 12}"/>
   </g>`);
 const MOST_BARS = 4;
 const CLEAR = 0.5; // radians between a badge and an arc
 const TURNS = [0, 0.35, -0.35, 0.7, -0.7, 1.05, -1.05, 1.4, -1.4, 1.9, -1.9, 2.4, -2.4];
-const CODES_AT = RADIUS - 13;
+const FEW_SIGNS = 12; // letters of a name that are larger than that leave no room for a sign of code
 
 /** The angle between two directions. @param {number} a @param {number} b */
 const apart = (a, b) => Math.abs(((a - b + Math.PI * 3) % (Math.PI * 2)) - Math.PI);
@@ -53,12 +53,10 @@ export class StateView {
     this.state = state;
   }
 
-  /** @type {Element | undefined} */
-  glow = undefined;
   /** @type {SVGElement | undefined} */
   #badges = undefined;
-  /** @type {{name: Element, codes: Element} | undefined} */
-  #details = undefined;
+  /** @type {Element | undefined} */
+  #name = undefined;
   /** @type {Partial<More>} */
   #more = {};
   #x = NaN;
@@ -102,6 +100,7 @@ export class StateView {
       state.initial && "initial",
       state.final && "final",
       problem && `has-${problem.severity}`,
+      codesOf(state).length && "has-code",
       problem?.code === FAILED && "failed",
       mark && `is-${mark}`,
       selected && "selected",
@@ -112,20 +111,32 @@ export class StateView {
 
   /** What is seen of it from far away: paths by their classes. @returns {[string, string][]} */
   get outlines() {
-    const {middle, state, selected, live} = this;
+    const {middle, state, selected} = this;
     /** @type {[string, string][]} */
     const paths = [["body", circle(middle, RADIUS)]];
-    if (selected || live) paths.unshift(["glow", circle(middle, RADIUS + 6)]);
+    if (selected) paths.unshift(["glow", circle(middle, RADIUS + 6)]);
     if (state.initial) paths.push(["ring", circle(middle, RADIUS - 5)]);
     return paths;
+  }
+
+  #letters = 0;
+
+  /** Write its name in letters of a size at least. @param {number} letters */
+  scaleLetters(letters) {
+    this.#letters = letters;
+    this.#drawName();
+  }
+
+  #drawName() {
+    const {name, initial, final} = this.state;
+    const hasCodes = this.#letters < FEW_SIGNS && codesOf(this.state).length > 0;
+    if (this.#name) drawName(this.#name, visible(name), hasCodes, initial || final, this.#letters);
   }
 
   /** Make its elements. */
   draw() {
     const group = (this.group = blank());
-    const [glow, , , name, codes] = group.children;
-    this.glow = glow;
-    this.#details = {name, codes};
+    this.#name = group.children[3];
     if (!Number.isNaN(this.#x)) this.#move();
     this.#write();
     return group;
@@ -134,24 +145,19 @@ export class StateView {
   /** Remove its elements. */
   erase() {
     this.group?.remove();
-    this.group = this.glow = this.#details = this.#badges = undefined;
+    this.group = this.#name = this.#badges = undefined;
   }
 
   #write() {
     const {group, state} = this;
     if (!group) return;
     const {problem, imported = false, mark = ""} = this.#more;
-    const has = codesOf(state);
     group.dataset.key = `s${state.id}`;
     group.setAttribute("class", this.classes);
     if (this.selected) group.setAttribute("aria-pressed", "true");
     this.words = describe(state, imported, problem, mark);
     group.setAttribute("aria-label", this.words);
-    this.tip = [
-      state.name || t("unnamed state"),
-      ...has.map((part) => CODES[part].word),
-      problem && uncoded(problem.message),
-    ]
+    this.tip = [state.name || t("unnamed state"), ...codesOf(state), problem && uncoded(problem.message)]
       .filter(Boolean)
       .join("\n");
     this.#drawDetails();
@@ -189,11 +195,9 @@ export class StateView {
   }
 
   #drawDetails() {
-    if (!this.#details) return;
+    if (!this.#name) return;
     const {state} = this;
-    const has = codesOf(state);
-    drawName(this.#details.name, visible(state.name), has.length > 0, state.initial || state.final);
-    drawCodes(this.#details.codes, has);
+    this.#drawName();
     this.#drawBadges(state, this.#more.imported, this.#more.problem);
   }
 
@@ -244,9 +248,9 @@ export class StateView {
   }
 }
 
-/** @param {Element} element @param {string} name @param {boolean} hasCodes @param {boolean} hasRing */
-function drawName(element, name, hasCodes, hasRing) {
-  const {lines, size} = fitCircle(name, hasRing);
+/** @param {Element} element @param {string} name @param {boolean} hasCodes @param {boolean} hasRing @param {number} letters */
+function drawName(element, name, hasCodes, hasRing, letters) {
+  const {lines, size} = fitCircle(name, hasRing, letters);
   const high = lineHeight(size);
   const top = -((lines.length - 1) * high) / 2 + size * 0.35 - (hasCodes ? 2 : 0);
   element.setAttribute("font-size", String(size));
@@ -259,20 +263,9 @@ function drawName(element, name, hasCodes, hasRing) {
   );
 }
 
-/** @param {Element} element @param {(keyof typeof CODES)[]} has */
-function drawCodes(element, has) {
-  const start = -(has.length - 1) * 6;
-  element.replaceChildren(
-    ...has.map((part, index) =>
-      make("path", {d: CODES[part].path, transform: `translate(${start + index * 12},${CODES_AT})`}),
-    ),
-  );
-}
-
-const PARTS = /** @type {(keyof typeof CODES)[]} */ (Object.keys(CODES));
-
-/** The parts in which a state has code. @param {State} state */
-const codesOf = (state) => PARTS.filter((part) => state[part].trim());
+/** The kinds of code that a state has, in words. @param {State} state */
+const codesOf = ({entry, code, exit}) =>
+  [entry.trim() && t("entry code"), code.trim() && t("code"), exit.trim() && t("exit code")].filter(Boolean);
 
 /**
  * A badge at the rim of a state, at some half turns, with a glyph and, if there are several, a bar for each.

@@ -40,13 +40,13 @@ const WIDTHS = [400, 260, 150];
 const NOWHERE = arc(undefined, undefined, {x: 0, y: 0});
 
 /**
- * The lines of a label, and its size in pixels; that of its name alone, too.
+ * The lines of a label, the size of the letters of its name, and its size in pixels; that of its name alone, too.
  *
- * @typedef {{name: string, detail: string, width: number, height: number, nameWidth: number}} Text
+ * @typedef {{name: string, detail: string, size: number, width: number, height: number, nameWidth: number}} Text
  */
 
 /** @type {Text} */
-const NO_TEXT = {name: "", detail: "", width: 0, height: 0, nameWidth: 0};
+const NO_TEXT = {name: "", detail: "", size: NAME, width: 0, height: 0, nameWidth: 0};
 
 export class TransitionView {
   /** Its elements on the page, while it is drawn. @type {SVGElement | undefined} */
@@ -218,9 +218,21 @@ export class TransitionView {
     set(glyph, "d", kind.path);
     glyph.classList.toggle("filled", kind.filled);
     number.textContent = rank ? String(rank) : "";
-    this.#texts = textsOf(visible(name.trim()), whatFires(this.transition));
-    this.#show(this.#texts[this.#texts.length - 1]);
+    this.#writeLabel();
     this.#placeHandle();
+  }
+
+  #letters = 0;
+
+  /** Write its name in letters of a size at least; it is then to be placed. @param {number} letters */
+  scaleLetters(letters) {
+    this.#letters = letters;
+    if (this.#details) this.#writeLabel();
+  }
+
+  #writeLabel() {
+    this.#texts = textsOf(visible(this.transition.name.trim()), whatFires(this.transition), this.#letters);
+    this.#show(this.#texts[this.#texts.length - 1]);
   }
 
   /** Select it, or not; returns whether it looks different. @param {boolean} selected */
@@ -239,6 +251,7 @@ export class TransitionView {
     this.text = text;
     this.#details.nameSpan.textContent = text.name;
     this.#details.detailSpan.textContent = text.detail;
+    this.#details.nameSpan.style.fontSize = text.size > NAME ? `${text.size}px` : "";
   }
 
   #drawArc() {
@@ -328,7 +341,7 @@ export class TransitionView {
     middle ??= beside({handle: this.arc.middle, ...text}, this.arc.normal);
     const {nameSpan, detailSpan} = this.#details;
     const [x, y] = [middle.x.toFixed(1), middle.y];
-    const top = y - text.height / 2 + 11;
+    const top = y - text.height / 2 + text.size - 1;
     nameSpan.setAttribute("x", x);
     nameSpan.setAttribute("y", top.toFixed(1));
     detailSpan.setAttribute("x", x);
@@ -357,7 +370,7 @@ function detailsOf(group, label) {
     timer,
     label,
     rank,
-    nameSpan,
+    nameSpan: /** @type {SVGElement} */ (nameSpan),
     detailSpan,
   };
 }
@@ -367,17 +380,21 @@ function detailsOf(group, label) {
  *
  * @param {string} fullName
  * @param {string} fullDetail
+ * @param {number} letters the smallest readable ones
  */
-function textsOf(fullName, fullDetail) {
+function textsOf(fullName, fullDetail, letters) {
+  const size = Math.max(NAME, letters);
+  if (letters > NAME) fullDetail = "";
   /** @type {Text[]} */
   const texts = [];
   for (const widest of WIDTHS) {
-    const name = shortened(fullName, NAME, widest);
+    const name = shortened(fullName, size, widest);
     const detail = shortened(fullDetail, DETAIL, widest);
     const lines = Number(Boolean(name)) + Number(Boolean(detail));
-    const nameWidth = name && width(name, NAME) + 6;
+    const nameWidth = name && width(name, size) + 6;
     const wide = lines ? Math.max(nameWidth || 0, width(detail, DETAIL) + 6) : 0;
-    const text = {name, detail, width: wide, height: lines * LINE + 2, nameWidth: nameWidth || 0};
+    const height = lines * LINE + 2 + size - NAME;
+    const text = {name, detail, size, width: wide, height, nameWidth: nameWidth || 0};
     const former = texts[texts.length - 1];
     if (former?.name === name && former.detail === detail) continue;
     texts.push(text);

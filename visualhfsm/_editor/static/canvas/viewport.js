@@ -4,25 +4,31 @@
  * @import {Box, Point} from "../measures/geometry.js"
  */
 
+/** Pixels of the window that letters have at least; more where fingers cover them. */
+const READABLE = globalThis.matchMedia?.("(pointer: coarse)").matches ? 11 : 10;
+/** Sizes of letters in the drawing: each is readable down to another scale, the last one where no larger ones fit. */
+const LETTERS = [10, 10.5, 12, 14.5, 17.5, 21, 25];
+/** The smallest letters that are readable at a scale. @param {number} scale */
+export const lettersAt = (scale) => LETTERS.find((size) => size * scale >= READABLE) ?? LETTERS[LETTERS.length - 1];
 /** Below each of these scales, fewer details are drawn: see canvas.css. */
-export const FAR = 0.55;
-export const VERY_FAR = 0.28;
+export const FAR = READABLE / LETTERS[1]; // no second lines of labels
+export const VERY_FAR = READABLE / LETTERS[LETTERS.length - 1]; // no text
 export const TINY = 0.15;
+const LEGIBLE = 0.55;
 
 const SMALLEST = 0.02; // to which one zooms; a larger drawing is fitted at a smaller one
 const FIT_SMALLEST = 0.0001;
 const LARGEST = 4;
-/** Pixels of the window around what is fitted; the tools are above. */
-const FIT = {side: 36, top: 54, bottom: 28};
-const FIT_LARGEST = 1.25;
+/** Pixels of the window around what is fitted; a banner that comes takes some above. */
+const FIT = {side: 36, top: 50, bottom: 28};
+const TIGHT = {side: 8, top: 8, bottom: 8}; // around what keeps its scale
+export const FIT_LARGEST = 1.25;
 
 /** Calls `changed` after each change; `scale` pixels of the window are one of the drawing. */
 export class Viewport {
   x = 0;
   y = 0;
   scale = 1;
-  /** The size of what covers the lower right corner of the window. */
-  covered = {width: 0, height: 0};
 
   /** @param {() => {width: number, height: number}} size of the window @param {() => void} changed */
   constructor(size, changed) {
@@ -70,68 +76,23 @@ export class Viewport {
     this.changed();
   }
 
-  /** The part of the drawing that is covered. */
-  get hidden() {
-    const {width, height} = this.size();
-    const {covered} = this;
-    const start = this.toDrawing(width - covered.width, height - covered.height);
-    const end = this.toDrawing(width, height);
-    return {left: start.x, top: start.y, right: end.x, bottom: end.y};
+  /** The scale at which all of a box is shown. @param {Box | undefined} box */
+  scaleFor(box) {
+    return box ? placed(box, this.size()).scale : 1;
   }
 
-  /**
-   * Where a box is largest: beside or above what is covered, or anywhere if only an empty corner of it is then covered.
-   *
-   * @param {Box} box
-   * @param {(part: Box) => boolean} isEmpty
-   */
-  #room(box, isEmpty) {
-    const {width, height} = this.size();
-    const {covered} = this;
-    const [whole, ...free] = [
-      {width, height},
-      {width: width - covered.width, height},
-      {width, height: height - covered.height},
-    ].map((room) => placed(box, room));
-    const {x, y, scale} = whole;
-    const right = box.right + width / scale;
-    const bottom = box.bottom + height / scale;
-    const corner = {
-      left: (width - covered.width - x) / scale,
-      top: (height - covered.height - y) / scale,
-      right,
-      bottom,
-    };
-    if (!covered.width || isEmpty(corner)) return whole;
-    return free[1].scale > free[0].scale ? free[1] : free[0];
-  }
-
-  /**
-   * The scale at which all of a box is shown.
-   *
-   * @param {Box | undefined} box
-   * @param {(part: Box) => boolean} [isEmpty] whether nothing is drawn in a part of the drawing
-   */
-  scaleFor(box, isEmpty = () => false) {
-    return box ? this.#room(box, isEmpty).scale : 1;
-  }
-
-  /**
-   * Show all of a box, in the middle of what is not covered.
-   *
-   * @param {Box | undefined} box
-   * @param {{largest?: number, isEmpty?: (part: Box) => boolean}} options `isEmpty` as above
-   */
-  fit(box, {largest = Infinity, isEmpty = () => false} = {}) {
+  /** Show all of a box in the middle, at most at a scale. @param {Box | undefined} box @param {number} [largest] */
+  fit(box, largest = FIT_LARGEST) {
     const {width, height} = this.size();
     if (!width || !height) return;
-    if (!box) {
-      Object.assign(this, {x: width / 2, y: height / 2, scale: 1});
-    } else {
-      const room = this.#room(box, isEmpty);
-      const {x, y, scale} = room.scale > largest ? placed(box, room, largest) : room;
-      Object.assign(this, {x, y, scale});
-    }
+    Object.assign(this, box ? placed(box, {width, height}, largest) : {x: width / 2, y: height / 2, scale: 1});
+    this.changed();
+  }
+
+  /** Show all of a box at a scale again, or at a smaller one if there is less room. @param {Box} box @param {number} scale */
+  refit(box, scale) {
+    const tight = placed(box, this.size(), scale, TIGHT);
+    Object.assign(this, tight.scale < scale ? placed(box, this.size(), scale) : tight);
     this.changed();
   }
 
@@ -142,21 +103,14 @@ export class Viewport {
    * @param {Point} point
    */
   reveal(point, {margin = 70, legible = false} = {}) {
-    if (legible && this.scale < FAR) {
+    if (legible && this.scale < LEGIBLE) {
       this.scale = 1;
       this.center(point);
     }
     const {width, height} = this.size();
-    const {covered} = this;
     const {x, y} = this.toWindow(point);
-    const far = {right: width - margin - x, bottom: height - margin - y};
-    let dx = x < margin ? margin - x : Math.min(0, far.right);
-    let dy = y < margin ? margin - y : Math.min(0, far.bottom);
-    const [left, up] = [far.right - covered.width, far.bottom - covered.height];
-    if (covered.width && left < 0 && up < 0) {
-      if (left > up) dx = left;
-      else dy = up;
-    }
+    const dx = x < margin ? margin - x : Math.min(0, width - margin - x);
+    const dy = y < margin ? margin - y : Math.min(0, height - margin - y);
     if (dx || dy) this.pan(dx, dy);
   }
 
@@ -181,15 +135,13 @@ export class Viewport {
  * @param {Box} box
  * @param {{width: number, height: number}} room
  */
-function placed({left, right, top, bottom}, {width, height}, largest = FIT_LARGEST) {
+function placed({left, right, top, bottom}, {width, height}, largest = FIT_LARGEST, around = FIT) {
   const [wide, high] = [Math.max(1, right - left), Math.max(1, bottom - top)];
-  const most = Math.min((width - 2 * FIT.side) / wide, (height - FIT.top - FIT.bottom) / high);
+  const most = Math.min((width - 2 * around.side) / wide, (height - around.top - around.bottom) / high);
   const scale = Math.max(FIT_SMALLEST, Math.min(most, largest));
   return {
-    width,
-    height,
     scale,
     x: width / 2 - ((left + right) / 2) * scale,
-    y: Math.max(height / 2 - (high * scale) / 2, FIT.top) - top * scale,
+    y: Math.max(height / 2 - (high * scale) / 2, around.top) - top * scale,
   };
 }

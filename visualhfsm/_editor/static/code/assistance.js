@@ -59,7 +59,7 @@ export function assistance({tab, place, problems}) {
     }),
     lastMarks,
     EditorState.transactionFilter.of((transaction) => (setsTheSame(transaction) ? [] : transaction)),
-    hoverTooltip((view, position) => help.hover(view, position), {hoverTime: 500}),
+    hoverTooltip((view, position) => help.hover(view, position), {hoverTime: 500, hideOnChange: true}),
     signatures(help),
   ];
 }
@@ -208,11 +208,9 @@ class Help {
     for (const each of [...(found ?? []), ...known]) marks.set(`${each.line} ${each.message}`, each);
     await learnFixes([...marks.values()]);
     if (view.state.doc !== doc) return []; // too late: these would be marks of an earlier text
-    const {automaton = 0} = this.place;
+    const text = doc.toString();
     return this.#kept(
-      [...marks.values()]
-        .map((each) => asMark(doc, each, automaton, items))
-        .sort((one, other) => one.from - other.from),
+      [...marks.values()].map((each) => asMark(doc, each, this.tab, text)).sort((one, other) => one.from - other.from),
     );
   }
 
@@ -271,19 +269,19 @@ function renderMessage() {
  *
  * @param {Text} doc
  * @param {Problem} problem
- * @param {number} automaton
- * @param {Problem[]} problems those of the document
+ * @param {number} tab
+ * @param {string} text
  * @returns {Diagnostic}
  */
-function asMark(doc, problem, automaton, problems) {
+function asMark(doc, problem, tab, text) {
   const {line = 1, column = 1, length = 0, severity, message} = problem;
   const at = doc.line(Math.min(Math.max(line, 1), doc.lines));
   // A problem at the end of a line is marked at its last character.
   const from = Math.max(at.from, Math.min(at.from + Math.max(column - 1, 0), at.to - 1));
   const rest = doc.sliceString(from, at.to);
   const to = Math.min(at.to, from + Math.max(length, /^\w+/.exec(rest)?.[0].length ?? 1));
-  const name = doc.sliceString(from, to);
-  const actions = fixesFor(problem, name, automaton, problems);
+  const document = store.documents.get(tab);
+  const actions = document ? fixesFor(problem, text, document) : [];
   return {from, to, severity: severity === "note" ? "info" : severity, message, renderMessage, actions};
 }
 
@@ -362,10 +360,10 @@ function signatures(help) {
 function tip(found, pos) {
   return {
     pos,
-    above: true,
     create() {
       const {name, parameters, active, result, documentation} = found;
       const dom = explain([], documentation);
+      dom.classList.add("cm-signature");
       const line = document.createElement("code");
       line.append(`${name}(`);
       parameters.forEach((parameter, index) => {

@@ -40,6 +40,7 @@ import {
 } from "codemirror";
 import {t} from "../kit/texts.js";
 import {assistance, closeHelp, fixAtCursor, recheck} from "./assistance.js";
+import {definitions} from "./definitions.js";
 import {isTooLong} from "./draft.js";
 import {failedLines} from "./failed-lines.js";
 import {PHRASES} from "./phrases.js";
@@ -115,6 +116,9 @@ const theme = EditorView.theme({
   ".cm-completionDetail": {color: "inherit", opacity: "0.9", fontStyle: "normal"},
   ".cm-help": {whiteSpace: "pre-wrap", maxHeight: "18em", overflow: "auto"},
   ".cm-completionInfo, .cm-tooltip.cm-help, .cm-tooltip-hover .cm-help": {padding: "6px 10px"},
+  // It lies below the line, over nothing but the field, which makes room for it.
+  ".cm-signature": {maxHeight: "7.5em", maxWidth: "min(34rem, var(--side))"},
+  "&:has(.cm-signature) .cm-content": {paddingBottom: "8.5em"},
   ".cm-help code": {fontFamily: "var(--code-font)", display: "block"},
   ".cm-help .now": {fontWeight: "700", textDecoration: "underline"},
   ".cm-help p": {margin: "4px 0 0"},
@@ -316,6 +320,7 @@ export class Editor {
             {key: "Escape", run: cancelPendingCompletion},
           ]),
         ),
+        definitions({tab, place}),
         keymap.of([
           ...completionKeymap,
           ...closeBracketsKeymap,

@@ -7,6 +7,7 @@
 import {html, nothing} from "lit";
 import {apply} from "../data/commands.js";
 import {store} from "../data/store.js";
+import {wordButton} from "../kit/buttons.js";
 import {n, t} from "../kit/texts.js";
 
 /** @type {InterfaceDescription[] | undefined} */
@@ -83,14 +84,10 @@ export function servedList(declared) {
             ${
               taken.has(name)
                 ? html`<span class="faint">${t("declared")}</span>`
-                : html`<button
-                    type="button"
-                    class="link"
-                    aria-label=${t("Declare {name}", {name})}
-                    @click=${() => declare(name, type)}
-                  >
-                    ${t("Declare")}
-                  </button>`
+                : wordButton(t("Declare"), () => declare(name, type), {
+                    kind: "link",
+                    label: t("Declare {name}", {name}),
+                  })
             }
           </li>`,
       )}
@@ -213,14 +210,10 @@ export function rosList(declared, update) {
             ${
               taken.has(`${kind} ${target}`)
                 ? html`<span class="faint">${t("declared")}</span>`
-                : html`<button
-                    type="button"
-                    class="link"
-                    aria-label="${KINDS[kind]} ${target}"
-                    @click=${() => add(kind, target, type)}
-                  >
-                    ${KINDS[kind]}
-                  </button>`
+                : wordButton(KINDS[kind], () => add(kind, target, type), {
+                    kind: "link",
+                    label: `${KINDS[kind]} ${target}`,
+                  })
             }
           </li>`,
       )}

@@ -118,7 +118,7 @@ export function wordsFor(document, place) {
   if (kind === "state") found.push(nameOf(shown?.states, id) ?? t("state {id}", {id}));
   if (kind === "transition") found.push(nameOf(shown?.transitions, id) ?? t("transition {id}", {id}));
   if (kind === "annotation") found.push(firstLine(shown?.annotations.find((each) => each.id === id)));
-  if (kind === "document") found.push(t("component"));
+  if (kind === "document") found.push(t("behavior"));
   const lists = /** @type {Record<string, {name: string}[] | undefined>} */ (
     kind === "automaton" ? {inputs: shown?.inputs, outputs: shown?.outputs} : document.fields
   );

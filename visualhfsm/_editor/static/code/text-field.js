@@ -13,6 +13,7 @@ import {coded} from "../kit/coded.js";
 import {t} from "../kit/texts.js";
 import {spokenTime, toMilliseconds} from "../kit/times.js";
 import {Draft, isTooLong} from "./draft.js";
+import {fixButtons} from "./fixes.js";
 import {commandFor, keyOf, problemsAt} from "./places.js";
 import {isVerdict} from "./verdicts.js";
 
@@ -97,7 +98,8 @@ export class TextField extends PageElement {
       ${
         problems.length
           ? html`<span class="field-problems" id="${id}-problems"
-              >${problems.map((each) => html`<span class=${each.severity}>${coded(each.message)}</span>`)}</span
+              >${problems.map((each) => html`<span class=${each.severity}>${coded(each.message)}</span>`)}
+              ${fixButtons(store.documents.get(this.tab), problems)}</span
             >`
           : nothing
       }`;

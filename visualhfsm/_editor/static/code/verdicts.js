@@ -50,5 +50,7 @@ export function verdictOf(document, index) {
   if (checked !== revision) return {kind: "unknown", words: t("Checking…")};
   if (problems.some((each) => each.severity === "error" && each.code !== FAILED && !isOfProperty(each)))
     return {kind: "unknown", words: t("Not checked: the document has errors.")};
+  if (problems.some(({code}) => !code))
+    return {kind: "unknown", words: t("Not checked: the model checker took too long or failed.")};
   return {kind: "holds", words: t("Holds in every run.")};
 }

@@ -17,14 +17,14 @@ import {showDialog} from "../kit/dialog.js";
 import {Finder} from "../kit/finder.js";
 
 /**
- * @param {{title: string, verb: string, suggestion?: string, kind?: "document" | "recording" | "model", hint?: string,
+ * @param {{title: string, verb: string, suggestion?: string, start?: string, kind?: "document" | "recording" | "model", hint?: string,
  *   attempt?: (path: string) => Promise<string>}} options with a `suggestion` a new name may be typed; `attempt` uses
  *   the path, and returns why that failed: the dialog stays open until it succeeds
  * @returns {Promise<string | undefined>} a path
  */
-export async function chooseFile({title, verb, suggestion, kind = "document", hint = "", attempt}) {
+export async function chooseFile({title, verb, suggestion, start = "", kind = "document", hint = "", attempt}) {
   const saving = suggestion !== undefined;
-  const [, folder = "", name = ""] = /^(?:(.*)\/)?([^/]*)$/.exec(suggestion ?? "") ?? [];
+  const [, folder = start, name = ""] = /^(?:(.*)\/)?([^/]*)$/.exec(suggestion ?? "") ?? [];
   /**
    * @type {{directory: string, parent: string | null, entries: Entry[], error: string, name: string}}
    */

@@ -94,6 +94,18 @@ export async function openImport(file, place, at = {}) {
   if (place && page.tab !== from) page.jump(place, at);
 }
 
+/** Let the user choose the file that an automaton of the shown document imports. @param {number} automaton */
+export async function chooseImport(automaton) {
+  const own = page.tabState?.path?.split("/").slice(0, -1) ?? [];
+  const source = page.document?.automata.get(automaton)?.imported?.automaton ?? 0;
+  const path = await chooseFile({title: t("Choose the file to import"), verb: t("Import"), start: own.join("/")});
+  if (!path) return;
+  const parts = path.split("/");
+  const shared = [...own, ""].findIndex((each, index) => each !== parts[index] || index === own.length);
+  const file = [...own.slice(shared).map(() => ".."), ...parts.slice(shared)].join("/");
+  await ask("do", {tab: page.tab, command: {command: "setImport", automaton, file, source}});
+}
+
 /** Whether all states of an automaton have the same position. @param {import("./protocol.js").Automaton} automaton */
 const isHeaped = ({imported, states}) =>
   !imported && states.length > 1 && states.every(({x, y}) => x === states[0].x && y === states[0].y);

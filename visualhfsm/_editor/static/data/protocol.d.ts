@@ -212,6 +212,8 @@ export interface Commands {
   replaceText: {text: string; by: string; whole?: boolean; place?: Place | null; line?: number};
   /** Replace a name by the one that is meant, once at each of some places. */
   correctName: {name: string; meant: string; at: Correction[]};
+  /** Write straight quotes, hyphens and spaces in the code, the value or the expression at a place. */
+  straightenText: {place: Place};
   /** Add a transition between two states, or from one to itself; its handle gets a default place. */
   addTransition: {
     automaton: number;
@@ -244,6 +246,8 @@ export interface Commands {
   handUpVariable: {automaton: number; name: string};
   /** Take an output below a state into a new variable, which begins with the default of the output. */
   takeOutput: {automaton: number; state: number; name: string; child?: number};
+  /** Give an input or output the default that the variables assign to it, and delete that there. */
+  takeDefault: {automaton: number; list: "inputs" | "outputs"; name: string};
   /** Keep a variable of the nearest automaton above that has it in the component, as `self.name`. */
   shareVariable: {automaton: number; name: string};
 }
@@ -776,7 +780,7 @@ export interface Requests {
   /** Ask about a piece of code, as it is being typed; `line` counts from 1, `column` from 0. */
   codeHelp: {
     tab: number;
-    wanted: "complete" | "explain" | "lint" | "signature";
+    wanted: "complete" | "define" | "explain" | "lint" | "signature";
     place: Place;
     code: string;
     line?: number;
@@ -820,6 +824,8 @@ export interface Requests {
   goTo: {tab: number; revision: number};
   /** Take a model of a robot, a URDF, xacro or MJCF below the root, for what it seems to be. */
   guessRobot: {path: string};
+  /** Write a copy of the document to where a teacher collects it, with `overwrite` over an earlier one. */
+  handIn: {tab: number; overwrite?: boolean};
   /** Ask for the whole state, in a language such as `es`; the first request of a window. */
   hello: {language?: string};
   /** Ask for the servants of the realm, each with the type ids of its interfaces. */
@@ -941,6 +947,8 @@ export interface Requests {
   stopTests: {tab: number};
   /** Stop the trials of a document; what is done is kept. */
   stopTrials: {tab: number};
+  /** Ask for the task of the exercise in whose folder the document lies, and for the marks beside it. */
+  task: {tab: number};
   /** Undo the last step. */
   undo: {tab: number};
   /** Stop following it; it keeps running. */
@@ -1112,6 +1120,7 @@ export interface TabState {
   outside: string;
   changed: boolean;
   recording: string;
+  task: boolean;
 }
 
 /** A test as the page shows it; without an outcome it was not run yet. */

@@ -92,14 +92,17 @@ class Started {
 
   /** @param {StartedPush} run */
   #tellEnd(run) {
-    const {tab, component, place, line} = run;
+    const {tab, component, place} = run;
     const message = this.endOf(run);
-    const why = place ? undefined : outputLog.lastError(tab);
     const outcome = message ? subjected(message, component) : t("{component} has ended", {component});
-    const link = place && {label: line ? t("line {line}", {line}) : t("show it"), run: () => this.showEnd(run)};
     this.dismiss(tab);
+    if (place) {
+      page.dispatchEvent(new CustomEvent("say", {detail: `${outcome}.`})); // the second row shows it
+      return;
+    }
+    const why = outputLog.lastError(tab);
     const text = `${outcome}${why === undefined ? "." : `: ${why}`}`;
-    this.#notices.set(tab, notify(text, "error", link ?? undefined, {tab}));
+    this.#notices.set(tab, notify(text, "error", undefined, {tab}));
   }
 
   /** Show where a run has ended. @param {StartedPush} run */

@@ -46,7 +46,7 @@ const NO_ROBOT = {
   trouble: "",
 };
 /**
- * Why the server does not let this page in, so that it asks no more: an address was used twice, that for looking on was
+ * Why the server does not let this page in, so that it asks no more: all were locked out, the address for looking on was
  * withdrawn, or the server does not know this page.
  *
  * @typedef {"lockedOut" | "notShared" | "unknown"} Refusal
@@ -159,7 +159,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   get whyOffline() {
     if (this.refused === "lockedOut")
       return t(
-        "An address of the editor was used twice, by you or by somebody who had seen it, so it has locked out all pages: open the new address that it printed in its terminal. Then this page connects again, too.",
+        "All pages were locked out, by the address for that in the terminal of the editor; STOP still works. Open the new address that it printed there: then this page connects again, too.",
       );
     if (this.refused === "notShared")
       return t("The owner has withdrawn this address. To look on again, ask the owner for a new one.");

@@ -14,7 +14,7 @@ import {showDialog} from "../kit/dialog.js";
 const CHOICES = [
   ["svg", t("Picture of this automaton (SVG)"), t("Sharp at any size, for papers and the web."), true],
   ["png", t("Picture of this automaton (PNG)"), t("Twice the size of the drawing, for slides and documents."), true],
-  ["pages", t("The whole component"), t("All automata with their code and data, for print or PDF.")],
+  ["pages", t("The whole behavior"), t("All automata with their code and data, for print or PDF.")],
   ["page", t("The drawing as a page (HTML)"), t("One file to send: anybody can look at it, and change nothing.")],
   ["document", t("The document (XML)"), t("As it would be saved now, with all unsaved changes.")],
 ];

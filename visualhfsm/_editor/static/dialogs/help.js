@@ -50,8 +50,8 @@ const SIGNS = [
   [t("Final state"), {final: true}],
   [t("With a sub-automaton"), {children: [1]}],
   [t("With two parallel sub-automata"), {children: [1, 2]}],
-  [t("Its automata restart on entry"), {children: [1], history: "restart"}],
-  [t("With entry, code and exit"), {entry: "-", code: "-", exit: "-"}],
+  [t("Restarts on entry"), {children: [1], history: "restart"}],
+  [t("With code"), {code: "-"}],
 ];
 const TRIGGERS = [
   [t("After a time"), "time", "1000"],

@@ -63,6 +63,9 @@ export function keyTable() {
       "palette",
       "menu",
       "search",
+      "definition",
+      "fromDefinition",
+      "task",
       "problems",
       "output",
       "undoSteps",
@@ -83,7 +86,7 @@ export function keyTable() {
       "tests",
       "trials",
     ],
-    [t("Follow and steer")]: MONITOR_KEYS,
+    [t("Watch and control")]: MONITOR_KEYS,
   };
   return Object.entries(groups).map(([title, ids]) => ({title, rows: ids.map(row)}));
 }

@@ -10,6 +10,7 @@
 import {html, nothing} from "lit";
 
 import {PageElement} from "../data/element.js";
+import {wordButton} from "../kit/buttons.js";
 import {spokenAngle, spokenPlace} from "../run/values.js";
 import {messageOf, notify, notifyError} from "../kit/notices.js";
 import {required} from "../kit/required.js";
@@ -165,25 +166,17 @@ class OwnRobotElement extends PageElement {
         <button type="button" class="button" ?disabled=${isBusy} @click=${() => this.#check()}>${t("Check")}</button>
         ${
           this.isTaken
-            ? html`<button
-                type="button"
-                class="button danger"
-                ?disabled=${isBusy}
-                @click=${() => this.#save({overwrite: true})}
-              >
-                ${t("Replace robots/{name}.toml", {name: draft.name})}
-              </button>`
-            : html`<button type="button" class="button" ?disabled=${isBusy} @click=${() => this.#save()}>
-                  ${t("Save")}
-                </button>
-                <button
-                  type="button"
-                  class="button primary"
-                  ?disabled=${isBusy}
-                  @click=${() => this.#save({starts: true})}
-                >
-                  ${t("Save and start")}
-                </button>`
+            ? wordButton(t("Replace robots/{name}.toml", {name: draft.name}), () => this.#save({overwrite: true}), {
+                kind: "button danger",
+                disabled: isBusy,
+              })
+            : [
+                wordButton(t("Save"), () => this.#save(), {kind: "button", disabled: isBusy}),
+                wordButton(t("Save and start"), () => this.#save({starts: true}), {
+                  kind: "button primary",
+                  disabled: isBusy,
+                }),
+              ]
         }
       </footer>`;
   }

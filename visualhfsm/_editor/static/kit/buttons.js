@@ -45,6 +45,36 @@ export function actionButton(id, context, {label = true, kind = "", words, image
 }
 
 /**
+ * Buttons for what one may do first where nothing is yet: words by the ids of actions.
+ *
+ * @param {Record<string, string>} acts
+ * @param {import("./registry.js").Context} context
+ */
+export const offers = (acts, context) =>
+  html`<div class="offers">
+    ${Object.entries(acts).map(([id, words]) => isOffered(id) && actionButton(id, context, {words, label: "short"}))}
+  </div>`;
+
+/**
+ * A button with words.
+ *
+ * @param {unknown} words
+ * @param {() => unknown} act
+ * @param {{kind?: string, label?: string, title?: string, disabled?: boolean}} [more] `label` for screen readers
+ */
+export const wordButton = (words, act, {kind = "tool", label, title, disabled = false} = {}) =>
+  html`<button
+    type="button"
+    class=${kind}
+    aria-label=${label ?? nothing}
+    title=${title ?? nothing}
+    ?disabled=${disabled}
+    @click=${act}
+  >
+    ${words}
+  </button>`;
+
+/**
  * A button that opens a menu.
  *
  * @param {string} name

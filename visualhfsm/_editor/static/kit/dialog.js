@@ -11,7 +11,7 @@
 
 import {html, nothing, render} from "lit";
 
-import {icon} from "./icons.js";
+import {iconButton} from "./icons.js";
 import {laterStyles} from "./styles.js";
 import {t} from "./texts.js";
 
@@ -42,9 +42,7 @@ export function showDialog({title, content, footer, wide = false}) {
       render(
         html` <header>
             <h2 id="dialog-title">${title}</h2>
-            <button type="button" class="action bare" aria-label=${t("Close")} @click=${() => close()}>
-              ${icon("close")}
-            </button>
+            ${iconButton("close", t("Close"), () => close())}
           </header>
           <div
             class="content"

@@ -8,7 +8,7 @@ import {t} from "./texts.js";
 const MIDDLE = 1; // the button of the mouse
 const PASTED = 100; // ms in which the release of the middle button pastes
 
-const isMac = /^(Mac|iP)/.test(navigator.platform);
+export const isMac = /^(Mac|iP)/.test(navigator.platform);
 
 /** The name of a pressed key. @param {KeyboardEvent} event */
 export function written(event) {
@@ -90,8 +90,8 @@ const composes = (/** @type {KeyboardEvent} */ {altKey, key}) => altKey && /^(De
 const leaves = (key, typing) =>
   /^(Alt|Ctrl)\+Arrow(Left|Right)$/.test(key) && !(typing && (isMac || key.startsWith("Ctrl")));
 
-/** Whether a field has the focus. @param {EventTarget} target */
-function isTyping(target) {
+/** Whether a field has the focus. @param {EventTarget | null} target */
+export function isTyping(target) {
   return (
     target instanceof HTMLElement &&
     (target.isContentEditable ||
@@ -126,7 +126,8 @@ function holds(scope, focused, canvas) {
 export function listenForKeys(context) {
   /** Actions by the name of their key, such as `Ctrl+Shift+Z`. @type {Map<string, import("./registry.js").Action>} */
   const byKey = new Map();
-  for (const action of actions.values()) for (const key of action.keys ?? []) byKey.set(key, action);
+  for (const action of actions.values())
+    if (action.scope !== "code") for (const key of action.keys ?? []) byKey.set(key, action);
   document.addEventListener("keydown", (event) => {
     const [target] = event.composedPath(); // includes elements in the shadow root of the code editor
     if (event.defaultPrevented || document.querySelector("dialog[open]")) return;

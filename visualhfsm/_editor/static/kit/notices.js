@@ -1,6 +1,6 @@
 import {coded} from "./coded.js";
 import {n, t} from "./texts.js";
-/** Short messages in a corner of the page, which screen readers announce. */
+/** Short messages at the top of the canvas, which screen readers announce. */
 
 /**
  * @typedef {{tab?: number, about?: string}} Subject what an error is about: the tab beside which alone it is shown, and
@@ -32,7 +32,10 @@ export function notify(text, kind = "info", link = undefined, {tab = 0, about = 
   const notice = document.createElement("div");
   notice.className = `notice ${kind}`;
   notice.setAttribute("role", kind === "info" ? "status" : "alert");
-  notice.append(...coded(text));
+  const words = document.createElement("span");
+  words.className = "words";
+  words.append(...coded(text));
+  notice.append(words);
   const end = () => dismiss(notice);
   notice.setAttribute("data-text", text);
   notice.setAttribute("data-tab", String(tab));
@@ -75,7 +78,7 @@ function makeList() {
   const made = document.createElement("div");
   made.className = "notices";
   made.setAttribute("aria-live", "polite");
-  document.body.append(made);
+  (document.querySelector("main") ?? document.body).append(made);
   return made;
 }
 

@@ -5,8 +5,8 @@
  *
  * @typedef {{id: string, label: string, icon: string, keys?: string[], run: (context: Context) => unknown,
  *   enabled?: (context: Context) => boolean, checked?: (context: Context) => boolean, hint?: string,
- *   scope?: "canvas" | "drawing" | "page" | "typing", help?: string, words?: string}} Action The scope says where its keys
- *   hold: on the canvas, also on the tools and the tree, anywhere but in fields, or everywhere. Without one, keys with
+ *   scope?: "canvas" | "code" | "drawing" | "page" | "typing", help?: string, words?: string}} Action The scope says where its keys
+ *   hold: on the canvas, in code, which listens for them itself, also on the tools and the tree, anywhere but in fields, or everywhere. Without one, keys with
  *   Ctrl or Alt hold anywhere but in fields, and others, such as letters and Delete, on the drawing. `hint` says more than the label, `help` stands for both in the list of keys; `checked` says whether a switch
  *   is on. An action is also found by its `words`, which are not shown: what else people call it.
  * @typedef {{app: import("../shell/app.js").HfsmApp, canvas: import("../canvas/canvas.js").HfsmCanvas,

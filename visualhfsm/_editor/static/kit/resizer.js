@@ -20,7 +20,7 @@ window.addEventListener("resize", () => sizes.clear());
 
 /** Restore the sizes of the areas in this browser. */
 export function restoreSizes() {
-  for (const variable of ["--left", "--shelf", "--side", "--bottom", "--dock-width", "--dock-height"]) {
+  for (const variable of ["--left", "--shelf", "--side", "--bottom", "--dock-height"]) {
     const size = Number(browserStorage.getItem(`visualhfsm.size${variable}`));
     if (size > 0) root.style.setProperty(variable, `${Math.min(size, innerWidth)}px`);
   }

@@ -1,4 +1,18 @@
-/** Navigation in lists of rows with the arrow keys. */
+/** Lists of rows: places in them, and navigation with the arrow keys. */
+
+import {html} from "lit";
+
+/**
+ * A path in words, whose middle is left out where there is no room: its end says most.
+ *
+ * @param {string[]} words
+ */
+export function pathOf(words) {
+  const start = words.slice(0, -2).map((each) => `${each} › `);
+  return html`<span class="where path" title=${words.join(" › ")}
+    ><bdi>${start.join("")}</bdi><bdi>${words.slice(-2).join(" › ")}</bdi></span
+  >`;
+}
 
 /**
  * Move the focus to the row above or below; a handler of `keydown` of the list.

@@ -15,7 +15,7 @@ const DESCENT = 0.3; // of a line below its foot, as a part of the size of its l
 const MOST_LINES = 200; // for which a note grows
 const BORDER = 3; // pixels on each side of a frame's border where nothing else is written
 const STEP = 0.9; // from a size of titles to the next smaller one
-const READABLE = 10; // pixels of the window; a title with smaller letters is rather shortened
+const READABLE = 10.6; // pixels of the window; a title with smaller letters is rather shortened
 const FEW = 7; // a title is not shortened to fewer letters, roughly, as long as it can be smaller
 
 /** The height of some lines. @param {number} count */
@@ -30,13 +30,14 @@ export const neededHeight = (text, wide) =>
  *
  * @param {string} text
  * @param {Box} box
+ * @param {number} [size] of letters
  */
-export function linesOf(text, {left, right, top, bottom}) {
+export function linesOf(text, {left, right, top, bottom}, size = SIZE) {
   const room = right - left - 2 * PADDING;
-  const lines = wrapped(text, SIZE, room);
-  const fitting = Math.max(1, Math.floor((bottom - top - heightOf(0)) / LINE));
+  const lines = wrapped(text, size, room);
+  const fitting = Math.max(1, Math.floor((bottom - top - heightOf(0)) / LINE / (size / SIZE)));
   if (lines.length <= fitting) return lines;
-  return [...lines.slice(0, fitting - 1), shortened(`${lines[fitting - 1]} …`, SIZE, room)];
+  return [...lines.slice(0, fitting - 1), shortened(`${lines[fitting - 1]} …`, size, room)];
 }
 
 /** The title of a frame in one line. @param {string} text */

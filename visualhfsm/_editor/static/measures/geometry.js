@@ -14,6 +14,7 @@ export const RADIUS = 40;
 const HEAD_LENGTH = 10;
 const HEAD_WIDTH = 4.5;
 const FAN = 50; // pixels between arcs that the user has not placed
+const TRIES = 9; // places that a handle may have where others are
 /** Distance of a loop's handle from the middle of its state. */
 export const LOOP = 90;
 const LOOP_OPENING = 0.34; // radians between a loop's end and its axis
@@ -244,7 +245,8 @@ export function drawnArc(from, target, isState) {
 }
 
 /**
- * Handles for transitions that have no place in the file: in a fan between two states, around a state for loops.
+ * Handles of transitions: each where the file has it, or else halfway, but none where another one is: then in a fan
+ * between two states, around a state for loops.
  *
  * @template {{x: number, y: number, origin: number, destination: number}} T
  * @param {T[]} transitions
@@ -254,31 +256,42 @@ export function drawnArc(from, target, isState) {
 export function handles(transitions, places) {
   /** @type {Map<T, Point>} */
   const found = new Map();
-  /** @type {Map<string, number>} */
-  const used = new Map();
+  /** @type {Set<string>} */
+  const taken = new Set();
+  /** Where to go on for one that is wanted where others are. @type {Map<string, number>} */
+  const next = new Map();
   for (const transition of transitions) {
     const {origin, destination, x, y} = transition;
-    if (x !== 0 || y !== 0) {
-      found.set(transition, {x, y});
-      continue;
-    }
-    const pair = origin < destination ? `${origin} ${destination}` : `${destination} ${origin}`;
-    const number = used.get(pair) ?? 0;
-    used.set(pair, number + 1);
     const from = places.get(origin) ?? places.get(destination) ?? {x: 0, y: 0};
     const to = places.get(destination) ?? from;
-    if (origin === destination || distance(from, to) < 1) {
-      const angle = -Math.PI / 2 + (number * Math.PI) / 3;
-      found.set(transition, {x: from.x + Math.cos(angle) * LOOP, y: from.y + Math.sin(angle) * LOOP});
-      continue;
-    }
+    const isLoop = origin === destination || distance(from, to) < 1;
+    const wanted = x || y ? {x, y} : isLoop ? {x: from.x, y: from.y - LOOP} : between(from, to);
     const [a, b] = origin < destination ? [from, to] : [to, from];
-    const size = length(b.x - a.x, b.y - a.y);
-    const far = FAN * Math.ceil(number / 2) * (number % 2 ? 1 : -1);
-    const middle = between(a, b);
-    found.set(transition, {x: middle.x - ((b.y - a.y) / size) * far, y: middle.y + ((b.x - a.x) / size) * far});
+    const place = at(wanted.x, wanted.y);
+    let number = next.get(place) ?? 0;
+    const most = number + TRIES;
+    let point;
+    do point = isLoop ? around(from, wanted, number) : beside(a, b, wanted, number);
+    while (taken.has(at(point.x, point.y)) && ++number < most);
+    next.set(place, number + 1);
+    taken.add(at(point.x, point.y));
+    found.set(transition, point);
   }
   return found;
+}
+
+/** A point of a fan across the line between two others. @param {Point} a @param {Point} b @param {Point} first @param {number} number */
+function beside(a, b, first, number) {
+  const far = (FAN * Math.ceil(number / 2) * (number % 2 ? 1 : -1)) / length(b.x - a.x, b.y - a.y);
+  return {x: first.x - (b.y - a.y) * far, y: first.y + (b.x - a.x) * far};
+}
+
+/** A point on circles around another one. @param {Point} center @param {Point} first @param {number} number */
+function around(center, first, number) {
+  const [turn, grown] = [(number * Math.PI) / 3, 1 + Math.floor(number / 6) / 2];
+  const [x, y] = [(first.x - center.x) * grown, (first.y - center.y) * grown];
+  const [cos, sin] = [Math.cos(turn), Math.sin(turn)];
+  return {x: center.x + x * cos - y * sin, y: center.y + x * sin + y * cos};
 }
 
 /** The box around states with their rims and arcs. @param {Point[]} states @param {{box: Box}[]} arcs */

@@ -71,35 +71,40 @@ export function shortened(text, size, wanted) {
  * It is broken at spaces, underscores and before capitals.
  *
  * @param {string} name
+ * @param {number} [smallest] size of letters
  */
-export function fitCircle(name, hasRing = false) {
-  const key = `${hasRing} ${name}`;
+export function fitCircle(name, hasRing = false, smallest = 0) {
+  const key = `${hasRing} ${smallest} ${name}`;
   let known = fits.get(key);
   if (!known) {
-    known = fit(name, RADIUS - (hasRing ? RING_MARGIN : MARGIN));
+    known = fit(name, RADIUS - (hasRing ? RING_MARGIN : MARGIN), smallest);
     if (fits.size > REMEMBERED) fits.clear();
     fits.set(key, known);
   }
   return known;
 }
 
-/** @param {string} name @param {number} radius */
-function fit(name, radius) {
+/** @param {string} name @param {number} radius @param {number} smallest */
+function fit(name, radius, smallest) {
   const text = name.trim().replace(/\s+/g, " ");
   if (!text) return {lines: [], size: SIZES[0]};
   const words = text.match(/[^\s_-]*?[\p{Ll}\d](?=\p{Lu})|[^\s_-]*[\s_-]?/gu)?.filter(Boolean) ?? [text];
-  for (const [size, count] of FITS) {
+  for (const [usual, count] of FITS) {
+    if (usual < smallest && usual < SIZES[0]) continue;
+    const size = Math.max(usual, smallest);
     const lines = broken(words, size, count, radius);
     if (lines) return {lines, size};
   }
-  const size = SIZES[SIZES.length - 1];
+  const size = Math.max(SIZES[SIZES.length - 1], smallest);
+  const most = [3, 2].find((count) => chord(0, count, size, radius) > 2 * size) ?? 1;
   const rest = [];
   let left = words;
-  for (let line = 0; line < 3 && left.length; line++) {
-    const room = chord(line, 3, size, radius);
+  for (let line = 0; line < most && left.length; line++) {
+    const room = chord(line, most, size, radius);
+    const isLast = line === most - 1;
     let taken = 1;
     while (
-      line < 2 &&
+      !isLast &&
       taken < left.length &&
       width(
         left
@@ -110,8 +115,8 @@ function fit(name, radius) {
       ) <= room
     )
       taken++;
-    rest.push(shortened((line < 2 ? left.slice(0, taken) : left).join("").trim(), size, room));
-    left = line < 2 ? left.slice(taken) : [];
+    rest.push(shortened((isLast ? left : left.slice(0, taken)).join("").trim(), size, room));
+    left = isLast ? [] : left.slice(taken);
   }
   return {lines: rest, size};
 }

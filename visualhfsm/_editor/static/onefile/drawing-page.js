@@ -49,7 +49,7 @@ async function show() {
   /** @type {Content} */
   const content = JSON.parse(await unpackedData());
   const {name, document: full, imported} = content;
-  const named = {tab: TAB, title: name, component: name, path: "", recording: name};
+  const named = {tab: TAB, title: name, component: name, path: "", recording: name, task: false};
   store.show({answer: () => null, frames: {}}, [
     {push: "workspace", tabs: [{...named, dirty: false, outside: "", changed: false}], recoverable: [], present: []},
     {push: "document", tab: TAB, revision: 0, undo: [], redo: [], dirty: false, full},

@@ -23,7 +23,7 @@ import "../run/plots.js";
 import "../robot3d/robot-view.js";
 import "../run/timeline.js";
 import "../run/variables.js";
-import {icon} from "../kit/icons.js";
+import {icon, iconButton} from "../kit/icons.js";
 import {monitor} from "../run/monitor.js";
 import {showOn} from "../run/overlay.js";
 import {numbersOf} from "../run/values.js";
@@ -84,7 +84,7 @@ const answers = ({times, pictures, body}, moments) => {
 /** The messages that the server would push about the document. @param {Content} content @returns {Push[]} */
 function pushes({name, document}) {
   const title = `${name}.xml`;
-  const named = {tab: TAB, title, component: name, path: "", recording: name};
+  const named = {tab: TAB, title, component: name, path: "", recording: name, task: false};
   /** @type {Push[]} */
   const all = [
     {push: "workspace", tabs: [{...named, dirty: false, outside: "", changed: false}], recoverable: [], present: []},
@@ -149,15 +149,7 @@ function layout({name, began, shortened, document, timeline, figures}, canvas) {
       >
         ${icon("target")}
       </button>
-      <button
-        type="button"
-        class="action bare"
-        aria-label=${t("Light or dark")}
-        title=${t("Light or dark")}
-        @click=${theme}
-      >
-        ${icon(currentTheme() === "dark" ? "sun" : "moon")}
-      </button>
+      ${iconButton(currentTheme() === "dark" ? "sun" : "moon", t("Light or dark"), theme)}
     </header>
     <nav class="left" aria-label=${t("Tree of automata")}><hfsm-tree></hfsm-tree></nav>
     <main>

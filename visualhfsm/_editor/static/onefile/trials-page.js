@@ -2,7 +2,7 @@
 
 import {html, render} from "lit";
 
-import {icon} from "../kit/icons.js";
+import {iconButton} from "../kit/icons.js";
 import {messageOf} from "../kit/notices.js";
 import {n, t} from "../kit/texts.js";
 import {currentTheme, initTheme, switchTheme} from "../kit/theme.js";
@@ -11,24 +11,17 @@ import {unpacked, unpackedData} from "./unpacked.js";
 
 async function show() {
   const view = unpacked(await unpackedData());
+  const theme = () => {
+    switchTheme();
+    draw();
+  };
   const draw = () =>
     render(
       html`<div class="trials-page">
         <header>
           <h1>${view.name}</h1>
           <p>${n("{count} trial", "{count} trials", view.share.trials)}</p>
-          <button
-            type="button"
-            class="action bare"
-            aria-label=${t("Light or dark")}
-            title=${t("Light or dark")}
-            @click=${() => {
-              switchTheme();
-              draw();
-            }}
-          >
-            ${icon(currentTheme() === "dark" ? "sun" : "moon")}
-          </button>
+          ${iconButton(currentTheme() === "dark" ? "sun" : "moon", t("Light or dark"), theme)}
         </header>
         <main><hfsm-trials .view=${view}></hfsm-trials></main>
       </div>`,

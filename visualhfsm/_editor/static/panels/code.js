@@ -2,7 +2,7 @@
  * The code and the other data of the selected state or transition.
  *
  * @import {At} from "../data/page.js"
- * @import {Place} from "../data/protocol.js"
+ * @import {Place, State} from "../data/protocol.js"
  * @import {CodeField} from "../code/code-field.js"
  * @import {TextField} from "../code/text-field.js"
  */
@@ -15,7 +15,7 @@ import {t} from "../kit/texts.js";
 import "../code/code-field.js";
 import "../code/text-field.js";
 import {annotationEditor} from "./annotation-editor.js";
-import {isSetByArguments, stateEditor} from "./state-editor.js";
+import {PARTS, isSetByArguments, stateEditor} from "./state-editor.js";
 import {transitionEditor} from "./transition-editor.js";
 
 class CodePanel extends PageElement {
@@ -55,7 +55,13 @@ class CodePanel extends PageElement {
     if (seen === this.#seen) return;
     this.#seen = seen;
     if (document && state && isSetByArguments(document, state)) this.shownPart = "argument";
-    else if (this.shownPart === "argument" || this.shownPart === "result") this.shownPart = "code";
+    else this.shownPart = this.#filled(state) ?? (/^(argument|result)$/.test(this.shownPart) ? "code" : this.shownPart);
+  }
+
+  /** The shown part of a state if it has code there, else the first one that has. @param {State | undefined} state */
+  #filled(state) {
+    const filled = PARTS.filter((part) => state?.[part].trim());
+    return filled.find((part) => part === this.shownPart) ?? filled[0];
   }
 
   render() {
@@ -93,6 +99,7 @@ class CodePanel extends PageElement {
   /** @param {Place & At} place */
   async #reveal({kind, part, name, line, column, length, selects, focus = true}) {
     this.#followSelection();
+    if (kind === "state") part ??= this.#filled(page.state) ?? "code";
     if (kind === "state" && part && part !== "name") this.shownPart = part;
     this.requestUpdate();
     await this.updateComplete;

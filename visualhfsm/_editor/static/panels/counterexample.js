@@ -106,7 +106,7 @@ export function showStep(document, steps, index) {
   const {automaton, kind, transition, origin} = steps[index];
   if (kind === "fires" && transition) {
     highlight.get(automaton)?.set(`t${transition}`, {fired: 1});
-    if (origin && origin !== current.get(automaton)) highlight.get(automaton)?.set(`s${origin}`, {trail: 1});
+    if (origin && origin !== current.get(automaton)) highlight.get(automaton)?.set(`s${origin}`, {trail: true});
   }
   showMarks(highlight);
   if (document.automata.has(automaton) && page.automaton?.id !== automaton) page.open(automaton);

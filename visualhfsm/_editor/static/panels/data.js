@@ -83,7 +83,7 @@ class DataPanel extends PageElement {
     const ofComponent = problems.filter((each) => placeOf(each).kind === "document" && placeOf(each).part);
     const tabs = [
       {id: "automaton", label: t("Automaton {name}", {name: page.title()}), problems: ofAutomaton},
-      {id: "component", label: t("Component"), problems: ofComponent},
+      {id: "component", label: t("Behavior"), problems: ofComponent},
     ];
     const about = {tab: page.tab, document, automaton};
     return html`<div class="data-panel" @keydown=${this.#press}>
@@ -249,7 +249,7 @@ function importSection(tab, automaton, place) {
       .place=${{...place, part: "import"}}
       .text=${imported?.file ?? ""}
       .send=${set((file) => ({file}))}
-      hint=${t("search.xml, relative to this document")}
+      hint=${t("such as search.xml")}
     ></hfsm-text-field>
     ${
       imported
@@ -269,13 +269,13 @@ function importSection(tab, automaton, place) {
 
 /** The choices after an error; an empty text means "stop". @param {string} text @returns {Options} */
 const afterError = (text) => [
-  [text.trim() === "stop" ? "stop" : "", t("Stop the robot and halt")],
-  ["continue", t("Continue without that code")],
+  [text.trim() === "stop" ? "stop" : "", t("Stop the robot")],
+  ["continue", t("Go on without it")],
 ];
 /** The choices after a refused command; an empty text means "pause". @param {string} text @returns {Options} */
 const afterRefusal = (text) => [
-  [text.trim() === "pause" ? "pause" : "", t("Pause until the robot accepts commands again")],
-  ["error", t("Treat it as an error in the code")],
+  [text.trim() === "pause" ? "pause" : "", t("Wait for the robot")],
+  ["error", t("Same as an error")],
 ];
 /** The worlds of the simulation, and that of the document. @param {string} chosen @returns {Options} */
 const worlds = (chosen) => [
@@ -329,10 +329,10 @@ function componentData({tab, document, known, update, showProblems}) {
       .details=${more.details ?? nothingMore}
       .suggest=${more.suggest ?? noSuggestions}
     ></hfsm-entries>`;
-  return html` ${text("description", t("Description"), {kind: "area", hint: t("what the component is for")})}
+  return html` ${text("description", t("Description"), {kind: "area", hint: t("what the behavior is for")})}
   ${text("onError", t("After an error in its code"), {kind: "select", options: afterError(fields.onError ?? "")})}
   ${text("onRefused", t("After a refused command"), {kind: "select", options: afterRefusal(fields.onRefused ?? "")})}
-  ${text("world", t("World of a simulation that is started for it"), {kind: "select", options: worlds(fields.world)})}
+  ${text("world", t("World of its simulation"), {kind: "select", options: worlds(fields.world)})}
   ${text("language", t("Language of the code"), {kind: "select", options: LANGUAGES})}
   ${list("interfaces", {
     details: ({name, type}) => interfaceDetails({name, type}, known),
@@ -368,8 +368,7 @@ function verdict(document, index, showProblems) {
  *
  * @typedef {[value: string, label: string][]} Options
  * @typedef {{name: string, label: string, kind?: string, options?: Options, hint?: string,
- *   example?: string, mono?: boolean, wide?: boolean}} Field `wide` takes a whole line; the `hint` is in words, an
- *   `example` is code
+ *   example?: string, mono?: boolean}} Field the `hint` is in words, an `example` is code
  * @typedef {{list: Commands["addEntry"]["list"], title: string, noun: string, add: string, explain: string, fields: Field[]}} EntryList
  */
 
@@ -383,7 +382,7 @@ const parameterFields = (types, hint) => [
   {name: "name", label: t("Name"), mono: true},
   {name: "type", label: t("Type"), kind: "select", options: types},
   {name: "default", label: t("Default"), mono: true, hint},
-  {name: "description", label: t("Description"), wide: true, hint: t("what it is for, and its unit")},
+  {name: "description", label: t("Description"), hint: t("purpose and unit")},
 ];
 
 /** @type {Options} */
@@ -408,18 +407,18 @@ const LISTS = {
     noun: t("library"),
     add: t("Add a library"),
     explain: t("What the code imports: numpy as np, from math import pi."),
-    fields: [{name: "name", label: t("Import"), mono: true, wide: true, example: "math"}],
+    fields: [{name: "name", label: t("Import"), mono: true, example: "math"}],
   },
   interfaces: {
     list: "interfaces",
     title: t("Interfaces"),
     noun: t("interface"),
     add: t("Add an interface"),
-    explain: t("Servants that the code uses, each as an attribute of self."),
+    explain: t("Parts of the robot that the code uses, each as an attribute of self."),
     fields: [
       {name: "name", label: "self.", mono: true, example: "camera"},
       {name: "type", label: t("Interface"), mono: true, example: "Camera"},
-      {name: "proxy", label: t("Identity"), mono: true, hint: t("same as its name")},
+      {name: "proxy", label: t("On the robot"), mono: true, hint: t("same as its name")},
     ],
   },
   ros: {
@@ -432,7 +431,7 @@ const LISTS = {
       {name: "name", label: "self.", mono: true, example: "scan"},
       {name: "kind", label: t("Kind"), kind: "select", options: ROS_KINDS},
       {name: "target", label: t("Name in ROS"), mono: true, example: "/scan"},
-      {name: "type", label: t("Type"), mono: true, wide: true, example: "sensor_msgs/msg/LaserScan"},
+      {name: "type", label: t("Type"), mono: true, example: "std_msgs/msg/Bool"},
       {name: "qos", label: t("QoS"), mono: true, example: "reliable depth=10"},
       {name: "stop", label: t("At the stop"), kind: "select", options: AT_STOP},
     ],
@@ -453,7 +452,7 @@ const LISTS = {
     explain: t("Events that may come from outside. Events that only the code sends need no entry."),
     fields: [
       {name: "name", label: t("Name")},
-      {name: "description", label: t("Description"), wide: true, hint: t("when it is sent")},
+      {name: "description", label: t("Description"), hint: t("when it is sent")},
     ],
   },
   properties: {
@@ -480,7 +479,6 @@ const LISTS = {
         label: t("Expression"),
         kind: "area",
         mono: true,
-        wide: true,
         example: "not (day/lamp/red and day/lamp/green)",
       },
     ],

@@ -13,7 +13,9 @@ import {drawn, PageElement} from "../data/element.js";
 import {icon, iconButton} from "../kit/icons.js";
 import {spoken} from "../kit/keys.js";
 import {t} from "../kit/texts.js";
+import {fixButtons} from "../code/fixes.js";
 import {placeOf} from "../code/places.js";
+import {page} from "../data/page.js";
 import {problemLines} from "../kit/tabs.js";
 
 /**
@@ -96,7 +98,6 @@ export class Entries extends PageElement {
         ${fields.map(
           (field) =>
             html`<hfsm-text-field
-              class=${field.wide ? "wide" : ""}
               data-field=${field.name}
               .tab=${this.tab}
               .place=${{...place, name: field.name}}
@@ -122,7 +123,7 @@ export class Entries extends PageElement {
         })}
         ${iconButton("delete", t("Remove {entry}", {entry: words}), () => this.#remove(index), {title: t("Remove")})}
       </div>
-      ${problemLines(own)} ${this.details(entry, index)}
+      ${problemLines(own)} ${fixButtons(page.document, own)} ${this.details(entry, index)}
     </div>`;
   }
 

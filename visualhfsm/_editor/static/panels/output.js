@@ -1,7 +1,8 @@
 /** The output of the component of the shown tab; a line about a piece of code leads to it. */
 
-import {html} from "lit";
+import {html, nothing} from "lit";
 import {PageElement} from "../data/element.js";
+import {offers} from "../kit/buttons.js";
 import {monitor, spokenStatus} from "../run/monitor.js";
 import {page} from "../data/page.js";
 import {required} from "../kit/required.js";
@@ -54,7 +55,9 @@ class Output extends PageElement {
   render() {
     return html`<div class="list-panel">
       <div class="list-tools">
-        <span>${this.#status()}</span><span class="room"></span>
+        <span>${this.#status()}</span>${started.of(page.tab) ? nothing : offers({run: t("Run")}, this.context)}<span
+          class="room"
+        ></span>
         <label><input type="checkbox" .checked=${this.follows} @change=${this.#follow} /> ${t("Follow")}</label>
         <button type="button" class="tool" @click=${() => outputLog.clear(page.tab)}>${t("Clear")}</button>
       </div>
@@ -62,7 +65,7 @@ class Output extends PageElement {
         class="lines"
         role="log"
         aria-live="off"
-        aria-label=${t("Output of the component")}
+        aria-label=${t("Output of the behavior")}
         tabindex="0"
         @scroll=${this.#scrolled}
       ></div>
@@ -77,7 +80,7 @@ class Output extends PageElement {
 
   #status() {
     const run = started.of(page.tab);
-    if (!run) return t("Not run yet: press F5.");
+    if (!run) return t("Not run yet.");
     // Whether it is paused is known while it is followed.
     if (run.status === "started" && monitor.newest && !monitor.recording && monitor.tab === page.tab)
       return spokenStatus(monitor.newest.component.status);

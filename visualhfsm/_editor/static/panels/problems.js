@@ -12,11 +12,11 @@ import {page} from "../data/page.js";
 import {FAILED, SEVERITIES} from "../data/problems.js";
 import {coded} from "../kit/coded.js";
 import {n, t} from "../kit/texts.js";
-import {fixesOf, learnFixes} from "../code/fixes.js";
+import {fixButtons, learnFixes} from "../code/fixes.js";
 import {counterexamplePlayer, showStep} from "./counterexample.js";
 import {showNoMarks} from "../data/marks.js";
 import {placeOf, wordsFor} from "../code/places.js";
-import {moveAmongRows} from "../kit/rows.js";
+import {moveAmongRows, pathOf} from "../kit/rows.js";
 
 /** @type {[severity: Problem["severity"], counted: (count: number) => string][]} */
 const COUNTED = [
@@ -24,6 +24,9 @@ const COUNTED = [
   ["warning", (count) => n("{count} Warning", "{count} Warnings", count)],
   ["note", (count) => n("{count} Note", "{count} Notes", count)],
 ];
+
+/** More rows are usually repetitions; every state with a problem has its sign. */
+const MOST = 1000;
 
 class Problems extends PageElement {
   static properties = {played: {state: true}};
@@ -73,11 +76,11 @@ class Problems extends PageElement {
     const {document} = page;
     if (!document) return html`<p class="empty">${t("No document is open.")}</p>`;
     const {problems} = document;
-    const shown = problems.filter((each) => !this.left.has(each.severity));
+    const shown = problems.filter((each) => !this.left.has(each.severity)).slice(0, MOST);
     const counts = COUNTED.map(([severity]) => (this.left.has(severity) ? 0 : (document.counts[severity] ?? 0)));
     /** Each once, below all that holds under it. */
     const assumptions = new Set(shown.flatMap(({assumes}) => assumes || []));
-    const more = counts.reduce((all, each) => all + each) - shown.length;
+    const all = counts.reduce((sum, each) => sum + each);
     return html`<div class="list-panel" tabindex="-1">
       <div class="list-tools" role="group" aria-label=${t("Shown problems")}>
         ${COUNTED.map(([severity, counted]) => {
@@ -91,7 +94,11 @@ class Problems extends PageElement {
           >
             <span class="severity-sign ${severity}" aria-hidden="true"></span>${counted(count)}
           </button>`;
-        })}<span class="room"></span>${
+        })}${
+          all > shown.length
+            ? html`<span class="faint">${t("{count} of {all} are listed", {count: shown.length, all})}</span>`
+            : nothing
+        }<span class="room"></span>${
           document.checked !== undefined && document.checked !== document.revision
             ? html`<span class="faint" role="status">${t("Being checked…")}</span>`
             : nothing
@@ -102,7 +109,6 @@ class Problems extends PageElement {
           ? html`<ol class="rows" aria-label=${t("Problems")} @keydown=${moveAmongRows}>
                 ${shown.map((each) => this.#row(document, each))}
               </ol>
-              ${more ? html`<p class="empty">${n("{count} more is not listed.", "{count} more are not listed.", more)}</p>` : nothing}
               ${[...assumptions].map((each) => html`<p class="explain">${coded(each)}</p>`)}`
           : html`<p class="empty" role="status">${t("The checks found nothing wrong.")}</p>`
       }
@@ -112,10 +118,8 @@ class Problems extends PageElement {
   /** @param {OpenDocument} document @param {Problem} problem */
   #row(document, problem) {
     const place = placeOf(problem);
-    const words = [
-      ...(problem.file ? [problem.file, problem.where] : wordsFor(document, place)),
-      !problem.where && problem.line && t("line {line}", {line: problem.line}),
-    ];
+    const words = problem.file ? [problem.file, problem.where ?? ""] : wordsFor(document, place);
+    if (!problem.where && problem.line) words.push(t("line {line}", {line: problem.line}));
     const key = keyOf(problem);
     const {played} = this;
     const {counterexample} = problem;
@@ -130,11 +134,9 @@ class Problems extends PageElement {
         ></span>
         <span class="message">${coded(problem.message)}</span
         ><span class="code-name">${problem.code === FAILED ? t("last run") : problem.code}</span>
-        <span class="where">${words.filter(Boolean).join(" › ")}</span>
+        ${pathOf(words.filter(Boolean))}
       </button>
-      ${fixesOf(document, problem).map(
-        ({name, apply}) => html`<button type="button" class="play fix" @click=${apply}>${coded(name)}</button>`,
-      )}
+      ${fixButtons(document, [problem])}
       ${
         notes.length
           ? html`<ul class="notes">

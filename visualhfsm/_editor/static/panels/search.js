@@ -5,12 +5,13 @@ import {PageElement} from "../data/element.js";
 import {apply} from "../data/commands.js";
 import {spoken} from "../kit/keys.js";
 import {messageOf, notify} from "../kit/notices.js";
+import {wordButton} from "../kit/buttons.js";
 import {page} from "../data/page.js";
 import {store} from "../data/store.js";
 import {n, t} from "../kit/texts.js";
 import {viewing} from "../kit/viewing.js";
 import {keyOf, wordsFor} from "../code/places.js";
-import {moveAmongRows} from "../kit/rows.js";
+import {moveAmongRows, pathOf} from "../kit/rows.js";
 
 const PAUSE = 150; // ms
 const SHOWN = 200;
@@ -163,9 +164,8 @@ class Search extends PageElement {
     const count = (this.hits ?? []).filter((hit) => hit.tab === page.tab && inCode(hit)).length;
     if (!count) return nothing;
     const many = (this.hits?.length ?? 0) >= MOST ? t("{count} or more", {count}) : String(count);
-    return html`<button type="button" class="tool" @click=${() => this.#replace({})}>
-      ${this.by ? t("Replace {many} in code", {many}) : t("Delete {many} in code", {many})}
-    </button>`;
+    const words = this.by ? t("Replace {many} in code", {many}) : t("Delete {many} in code", {many});
+    return wordButton(words, () => this.#replace({}));
   }
 
   /** Replace in all code of the document, or in a line of it. @param {{place?: Place, line?: number}} where */
@@ -180,9 +180,8 @@ class Search extends PageElement {
     const [hit] = line;
     const document = store.documents.get(hit.tab);
     const title = hit.tab !== page.tab ? store.workspace.tabs.find((each) => each.tab === hit.tab)?.title : undefined;
-    const words = document ? wordsFor(document, hit.place) : [];
-    const number = hit.line > 1 || LINES.test(hit.place.part ?? "") ? `:${hit.line}` : "";
-    const where = `${[title, ...words].filter(Boolean).join(" › ")}${number}`;
+    const words = [...(title ? [title] : []), ...(document ? wordsFor(document, hit.place) : [])];
+    if (hit.line > 1 || LINES.test(hit.place.part ?? "")) words.push(`${words.pop() ?? ""}:${hit.line}`);
     return html`<li class="hit-row">
       <button
         type="button"
@@ -190,19 +189,14 @@ class Search extends PageElement {
         aria-current=${current && line.includes(current) ? "true" : nothing}
         @click=${() => this.#go(hit)}
       >
-        <span class="where" title=${where}><bdi>${where}</bdi></span>
+        ${pathOf(words)}
         <code class="excerpt">${marked(line)}</code>
       </button>
       ${
         this.by && hit.tab === page.tab && inCode(hit)
-          ? html`<button
-              type="button"
-              class="tool"
-              aria-label=${t("Replace in {where}", {where})}
-              @click=${() => this.#replace({place: hit.place, line: hit.line})}
-            >
-              ${t("Replace")}
-            </button>`
+          ? wordButton(t("Replace"), () => this.#replace({place: hit.place, line: hit.line}), {
+              label: t("Replace in {where}", {where: words.join(" › ")}),
+            })
           : nothing
       }
     </li>`;

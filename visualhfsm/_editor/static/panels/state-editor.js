@@ -21,9 +21,9 @@ import {outputsOf, resultList} from "./results.js";
 import {badge, problemLines, tabStrip} from "../kit/tabs.js";
 
 const CODES = {
-  entry: {label: t("Entry"), hint: t("Runs once when the state is entered")},
-  code: {label: t("Code"), hint: t("Runs in every cycle while the state is current")},
-  exit: {label: t("Exit"), hint: t("Runs once when a transition leaves the state")},
+  entry: {label: t("Entry"), hint: t("Runs once on entry")},
+  code: {label: t("Code"), hint: t("Runs in every cycle")},
+  exit: {label: t("Exit"), hint: t("Runs once on exit")},
 };
 
 /** @param {keyof typeof CODES} part @param {string} name */
@@ -34,7 +34,7 @@ const codeOf = (part, name) =>
     exit: t("Exit code of the state {name}", {name}),
   })[part];
 
-const PARTS = /** @type {(keyof typeof CODES)[]} */ (Object.keys(CODES));
+export const PARTS = /** @type {(keyof typeof CODES)[]} */ (Object.keys(CODES));
 
 /** @param {About} about */
 export function stateEditor(about) {
@@ -164,8 +164,8 @@ function history(place, state, readonly) {
   return html`<label class="again"
     >${t("When entered again")}
     <select ?disabled=${readonly} @change=${choose}>
-      <option value="" ?selected=${state.history !== "restart"}>${t("its automata resume")}</option>
-      <option value="restart" ?selected=${state.history === "restart"}>${t("its automata restart")}</option>
+      <option value="" ?selected=${state.history !== "restart"}>${t("it goes on where it was")}</option>
+      <option value="restart" ?selected=${state.history === "restart"}>${t("it restarts")}</option>
     </select></label
   >`;
 }

@@ -65,7 +65,7 @@ export function transitionEditor(about) {
         .text=${transition.name}
         ?readonly=${readonly}
       ></hfsm-text-field>
-      <div class="marks">${ends("origin", t("From"))} ${ends("destination", t("To"))}</div>
+      <div class="ends">${ends("origin", t("From"))} ${ends("destination", t("To"))}</div>
       ${problemLines(own)}
     </div>
     <div class="tab-panel sections">
@@ -90,7 +90,7 @@ export function transitionEditor(about) {
                 transition.type === "condition"
                   ? html`<p class="explain">
                       ${rich(
-                        "A condition has no guard: the component cannot be generated. Write both into the condition, joined by {and}, or delete the guard.",
+                        "A condition has no guard: the behavior cannot run. Write both into the condition, joined by {and}, or delete the guard.",
                         {and: html`<code>and</code>`},
                       )}
                     </p>`
@@ -109,7 +109,7 @@ export function transitionEditor(about) {
           .text=${transition.code}
           ?readonly=${readonly}
           label=${t("Code of the transition {name}", {name: transition.name})}
-          hint=${t("Runs once, after the old state's exit code")}
+          hint=${t("Runs once")}
         ></hfsm-code-field>
       </div>
     </div>`;

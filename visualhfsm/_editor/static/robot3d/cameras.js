@@ -7,6 +7,7 @@
 
 import {html, nothing} from "lit";
 
+import {offers} from "../kit/buttons.js";
 import {messageOf} from "../kit/notices.js";
 import {required} from "../kit/required.js";
 import {n, t} from "../kit/texts.js";
@@ -46,9 +47,14 @@ class Cameras extends MonitorElement {
     const {recording} = monitor;
     const names = cameraNames();
     if (!names.length)
-      return html`<p class="empty">
-        ${recording ? t("This recording contains no pictures.") : t("There is no camera in this realm.")}
-      </p>`;
+      return html`<div class="empty">
+        ${
+          recording
+            ? t("This recording contains no pictures.")
+            : html`<p>${t("No robot with a camera is here.")}</p>
+                ${offers({robot: t("Choose a robot")}, this.context)}`
+        }
+      </div>`;
     const explanation =
       recording && !recording.cameras.length && t("This recording contains no pictures: these are the marks.");
     const large = names.includes(this.large) ? this.large : "";

@@ -1,5 +1,5 @@
 /**
- * The robot in a corner of the canvas, beside all code: in 3D, or as one of its cameras sees it.
+ * The robot beside the drawing, above all code: in 3D, or as one of its cameras sees it.
  *
  * @import {From} from "../data/element.js"
  * @import {PropertyValues} from "lit"
@@ -8,7 +8,6 @@
 import {html, nothing} from "lit";
 
 import {icon} from "../kit/icons.js";
-import {keyOf} from "../kit/keys.js";
 import {messageOf, notifyError} from "../kit/notices.js";
 import {resizer} from "../kit/resizer.js";
 import {browserStorage} from "../kit/storage.js";
@@ -23,10 +22,8 @@ const FOLDED = "visualhfsm.robotFolded";
 const SHOWS = "visualhfsm.robotShows";
 /** Whether it is open unless the user has folded it: in a window that is wide, or high as that of a phone. */
 const isRoomy = () => innerWidth >= 700 || innerHeight >= 1.5 * innerWidth;
-const SMALLEST = {width: 160, height: 120};
-const LARGEST = {width: 1000, height: 800};
-const MARGIN = 12; // px between it and the edges of the canvas, as in run.css
-const GAP = 6; // px between it and what is drawn
+const SMALLEST = 120;
+const LARGEST = 800;
 
 export class RobotDock extends MonitorElement {
   /** @type {typeof MonitorElement.kinds} */
@@ -38,7 +35,7 @@ export class RobotDock extends MonitorElement {
   constructor() {
     super();
     const folded = browserStorage.getItem(FOLDED);
-    /** Whether only a button is shown. */
+    /** Whether it is hidden. */
     this.folded = folded ? folded === "yes" : !isRoomy();
     /** What is shown: `IN_3D`, or the name of a camera. */
     this.shows = browserStorage.getItem(SHOWS) ?? IN_3D;
@@ -48,8 +45,6 @@ export class RobotDock extends MonitorElement {
     this.camera = undefined;
   }
 
-  /** Observes how much of the canvas it covers. */
-  #sizes = new ResizeObserver(() => this.#clear());
   #loading = false;
 
   /** The cameras from which it can be shown; a dry run has no pictures. */
@@ -69,34 +64,9 @@ export class RobotDock extends MonitorElement {
   }
 
   render() {
-    if (!monitor.hasRobot || this.#elsewhere) return nothing;
-    if (this.folded)
-      return html`<button
-        type="button"
-        class="dock-chip"
-        title=${t("Show the robot here ({key})", {key: keyOf("robotDock")})}
-        @click=${() => this.fold(false)}
-      >
-        ${icon("robot")}<span>${t("See the robot")}</span>
-      </button>`;
+    if (!monitor.hasRobot || this.folded || this.#elsewhere) return nothing;
     const shown = this.#shown;
     return html`<section class="dock" aria-label=${t("The robot")}>
-      ${resizer({
-        name: t("Width of the robot's picture"),
-        variable: "--dock-width",
-        along: "x",
-        sign: -1,
-        smallest: SMALLEST.width,
-        largest: LARGEST.width,
-      })}
-      ${resizer({
-        name: t("Height of the robot's picture"),
-        variable: "--dock-height",
-        along: "y",
-        sign: -1,
-        smallest: SMALLEST.height,
-        largest: LARGEST.height,
-      })}
       <div class="dock-head">
         <select
           aria-label=${t("Picture of the robot")}
@@ -127,6 +97,14 @@ export class RobotDock extends MonitorElement {
         </button>
       </div>
       <div class="dock-picture"></div>
+      ${resizer({
+        name: t("Height of the robot's picture"),
+        variable: "--dock-height",
+        along: "y",
+        sign: 1,
+        smallest: SMALLEST,
+        largest: LARGEST,
+      })}
     </section>`;
   }
 
@@ -134,11 +112,10 @@ export class RobotDock extends MonitorElement {
   updated(changed) {
     super.updated(changed);
     if (monitor.hasRobot && !monitor.component) monitor.learnRobot(); // which cameras it has
-    const dock = this.querySelector(".dock");
-    this.#sizes.disconnect();
-    if (dock) this.#sizes.observe(dock);
-    this.#clear();
-    if (dock) this.#fill(/** @type {HTMLElement} */ (dock.querySelector(".dock-picture")));
+    /** @type {HTMLElement | null} */
+    const place = this.querySelector(".dock-picture");
+    if (place) this.#fill(place);
+    this.context.app.requestUpdate(); // its button says whether it is there
   }
 
   connectedCallback() {
@@ -146,34 +123,21 @@ export class RobotDock extends MonitorElement {
     this.requestUpdate();
   }
 
-  disconnectedCallback() {
-    super.disconnectedCallback();
-    this.#sizes.disconnect();
-  }
-
-  /** Fold it to a button, or show it; the browser remembers it. @param {boolean} folded */
+  /** Fold it away, or show it; the browser remembers it. @param {boolean} folded */
   async fold(folded) {
     const hadFocus = this.contains(document.activeElement);
     this.folded = folded;
     browserStorage.setItem(FOLDED, folded ? "yes" : "no");
     await this.updateComplete;
     /** @type {HTMLElement | null} */
-    const next = this.querySelector(folded ? ".dock-chip" : ".dock-fold");
-    if (hadFocus) next?.focus();
+    const button = this.context.app.querySelector(".toolbar [data-action=robotDock]");
+    if (hadFocus) button?.focus();
   }
 
   /** @param {string} shows */
   #choose(shows) {
     this.shows = shows;
     browserStorage.setItem(SHOWS, shows);
-  }
-
-  /** Report to the canvas which corner is covered. */
-  #clear() {
-    const dock = /** @type {HTMLElement | null} */ (this.querySelector(".dock"));
-    const [width, height] = [dock?.offsetWidth ?? 0, dock?.offsetHeight ?? 0];
-    const around = MARGIN + GAP;
-    this.context.canvas.keepClear(width ? {width: width + around, height: height + around} : undefined);
   }
 
   /** Put the picture into its place. @param {HTMLElement} place */

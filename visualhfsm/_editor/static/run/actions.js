@@ -62,13 +62,12 @@ async function reload(context) {
   const report = await monitor.steer("reload");
   if (!report) return;
   const {notKept, held} = report;
-  if (notKept.length) (await dialogs()).showNotKept(notKept);
-  else
-    notify(
-      t("Reloaded. States, timers and variables were kept; no cycle began for {time} ms.", {
-        time: held < 0.001 ? "< 1" : Math.round(held * 1000),
-      }),
-    );
+  const time = held < 0.001 ? "< 1" : Math.round(held * 1000);
+  notify(
+    notKept.length
+      ? t("Reloaded: {notKept}.", {notKept: notKept.join("; ")})
+      : t("Reloaded. States, timers and variables were kept; no cycle began for {time} ms.", {time}),
+  );
 }
 
 /** Run with values of the parameters that the user is asked for. @param {import("../kit/registry.js").Context} context */
@@ -87,7 +86,7 @@ export const monitorActions = [
     keys: ["Alt+A"],
     scope: "typing",
     run: ({app}) => app.showRunning(),
-    hint: t("a component that runs anywhere in the realm"),
+    hint: t("a behavior that runs elsewhere"),
   },
   {
     id: "unfollow",
@@ -96,7 +95,7 @@ export const monitorActions = [
     keys: ["Alt+Shift+A"],
     scope: "typing",
     enabled: followed,
-    run: () => monitor.unfollow(),
+    run: () => monitor.leave(),
     hint: t("it keeps running"),
   },
   {
@@ -118,7 +117,7 @@ export const monitorActions = [
     scope: "typing",
     enabled: () => runs() || Boolean(page.document),
     run: async ({app}) => (runs() ? (await recorder()).toggleRecording() : app.run([], {record: true})),
-    hint: t("the followed component, until pressed again; or run and record the document"),
+    hint: t("the followed behavior, until pressed again; or run and record the document"),
   },
   {
     id: "recordRun",
@@ -216,7 +215,7 @@ export const monitorActions = [
   },
   {
     id: "steering",
-    label: t("Steer, or only watch"),
+    label: t("Control, or only watch"),
     icon: "lock",
     keys: ["Alt+U"],
     scope: "typing",
@@ -245,13 +244,13 @@ export const monitorActions = [
   },
   {
     id: "robotDock",
-    label: t("Robot on the canvas"),
+    label: t("See the robot"),
     icon: "robot",
     keys: ["Alt+Shift+B"],
     scope: "typing",
     enabled: () => Boolean(page.document) && monitor.hasRobot,
     run: ({app}) => app.foldRobot(),
-    hint: t("in 3D or as a camera sees it, in the corner"),
+    hint: t("beside the drawing, in 3D or as a camera sees it"),
     checked: ({app}) => app.showsRobot,
   },
   {id: "robotView", label: t("Robot in 3D"), icon: "robot", enabled: hasLive, run: ({app}) => app.showLive("view")},
@@ -315,7 +314,7 @@ export const monitorActions = [
     scope: "typing",
     enabled: () => Boolean(page.state),
     run: ({app}) => app.run(["--begin-at", `${page.shownAutomaton.id}.${page.state?.id}`]),
-    hint: t("run the component with this state as its first"),
+    hint: t("run the behavior with this state as its first"),
   },
   {
     id: "force",

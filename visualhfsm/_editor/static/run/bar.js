@@ -1,5 +1,5 @@
 /**
- * The line below the header: run, pause, step, stop and reload, what the followed component does, and STOP.
+ * Run, pause, step, stop and reload, what the followed component does, and STOP.
  *
  * @import {From} from "../data/element.js"
  * @import {AutomatonSnapshot, Breakpoint} from "../data/protocol.js"
@@ -48,12 +48,12 @@ class MonitorBar extends MonitorElement {
 
   render() {
     const paused = monitor.isLive && !monitor.ended && monitor.newest?.component.status === PAUSED;
-    return html`<div class="live-bar" role="region" aria-label=${t("Run and stop")}>
+    return html`<div class="live-bar">
       <div class="controls">
         ${
           viewing.on
             ? nothing
-            : html`<div role="group" aria-label=${t("Run and steer")}>
+            : html`<div role="group" aria-label=${t("Run and control")}>
                 ${actionButton("run", this.context, {label: "short", kind: "primary"})}
                 ${menuButton(t("Other ways to run"), "chevron", this.#more)}
                 ${this.#button("pauseResume", paused ? {image: "resume", words: t("Resume")} : {words: t("Pause")})}
@@ -62,16 +62,6 @@ class MonitorBar extends MonitorElement {
         }
         ${monitor.isShownBeside(page.tab) ? this.#followed() : this.#ended()}
       </div>
-      <button
-        type="button"
-        class="stop-button"
-        aria-label=${t("STOP the robot and all that runs")}
-        aria-keyshortcuts="Control+Shift+Space"
-        title=${t("Stop the robot and all that runs at once ({key})", {key: spoken(STOP_KEY)})}
-        @click=${() => perform("stopRobot", this.context)}
-      >
-        STOP
-      </button>
     </div>`;
   }
 
@@ -88,7 +78,9 @@ class MonitorBar extends MonitorElement {
       <strong class="component" title=${monitor.recording?.file || monitor.component}
         >${monitor.component.replace(/^recording:\d+:/, "")}</strong
       >
-      <span class="time" title=${t("Component time")}>${spokenSeconds(monitor.snapshot?.component.time ?? NaN)}</span>
+      <span class="time" title=${t("Time of the behavior")}
+        >${spokenSeconds(monitor.snapshot?.component.time ?? NaN)}</span
+      >
       ${this.#stoppedAt()}${this.#hanging()}${this.#late()}${this.#elsewhere()}
       ${
         recording || viewing.on
@@ -98,14 +90,13 @@ class MonitorBar extends MonitorElement {
               class="switch"
               role="switch"
               aria-checked=${writable}
-              title=${t("Whether this window may steer the component ({key})", {key: keyOf("steering")})}
+              title=${t("Whether this window may control the behavior ({key})", {key: keyOf("steering")})}
               ?disabled=${!isEnabled("steering", this.context)}
               @click=${() => perform("steering", this.context)}
             >
-              <span class="knob" aria-hidden="true"></span>${writable ? t("Steering") : t("Only watching")}
+              <span class="knob" aria-hidden="true"></span>${writable ? t("In control") : t("Only watching")}
             </button>`
       }
-      <span class="room"></span>
       ${
         looking && !recording
           ? html`<button type="button" class="button" @click=${() => perform("backToLive", this.context)}>
@@ -113,7 +104,7 @@ class MonitorBar extends MonitorElement {
             </button>`
           : nothing
       }
-      ${actionButton("livePanel", this.context, {label: "short", kind: "values"})}`;
+      ${this.#button("livePanel")}`;
   }
 
   /** How the run of the shown document has ended if it was too short to be followed. */
@@ -259,6 +250,19 @@ class MonitorBar extends MonitorElement {
     </button>`;
   }
 }
+
+/** The operator's button. @param {import("../kit/registry.js").Context} context */
+export const stopButton = (context) =>
+  html`<button
+    type="button"
+    class="stop-button"
+    aria-label=${t("STOP the robot and all that runs")}
+    aria-keyshortcuts="Control+Shift+Space"
+    title=${t("Stop the robot and all that runs at once ({key})", {key: spoken(STOP_KEY)})}
+    @click=${() => perform("stopRobot", context)}
+  >
+    STOP
+  </button>`;
 
 /** @returns {{status: string, word: string, spoken?: string, why?: string}} its style, its name, and details */
 export function statusOf() {

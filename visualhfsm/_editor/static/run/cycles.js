@@ -3,6 +3,7 @@
 import {html} from "lit";
 
 import {page} from "../data/page.js";
+import {wordButton} from "../kit/buttons.js";
 import {decimal, n, t} from "../kit/texts.js";
 import {MonitorElement, spokenSeconds} from "./element.js";
 import {monitor} from "./monitor.js";
@@ -44,15 +45,7 @@ class Cycles extends MonitorElement {
     const drawn = page.tab === monitor.tab && page.document?.automata.has(id);
     return html`<tr class=${ghost ? "ghost-row" : ""}>
       <th scope="row">
-        <button
-          type="button"
-          class="link"
-          title=${name}
-          ?disabled=${!drawn}
-          @click=${() => page.open(id, {states: [state]})}
-        >
-          ${name}
-        </button>
+        ${wordButton(name, () => page.open(id, {states: [state]}), {kind: "link", title: name, disabled: !drawn})}
       </th>
       <td>
         ${monitor.stateName(id, state)}${

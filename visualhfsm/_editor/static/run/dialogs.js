@@ -47,7 +47,7 @@ export async function askEvent() {
               : html`<p class="faint">
                   ${rich("The document declares none ({data}, {component}).", {
                     data: html`<em>${t("Data")}</em>`,
-                    component: html`<em>${t("Component")}</em>`,
+                    component: html`<em>${t("Behavior")}</em>`,
                   })}
                 </p>`
           }
@@ -100,11 +100,11 @@ export async function askCondition(automaton, kind, {id, name}) {
           ${
             kind === "state"
               ? t(
-                  "The component pauses when the state has been entered, before its code runs, if this is true in {automaton}; always when it is empty.",
+                  "The behavior pauses when the state has been entered, before its code runs, if this is true in {automaton}; always when it is empty.",
                   {automaton: page.title()},
                 )
               : t(
-                  "The component pauses when the transition has fired, if this is true in {automaton}; always when it is empty.",
+                  "The behavior pauses when the transition has fired, if this is true in {automaton}; always when it is empty.",
                   {automaton: page.title()},
                 )
           }
@@ -204,18 +204,4 @@ function parameterField({name, type, default: usual, description}, values, first
           />`
     }
   </div>`;
-}
-
-/** Show the data that a reload could not keep. @param {string[]} notKept */
-export function showNotKept(notKept) {
-  return showDialog({
-    title: t("Reloaded"),
-    content: () =>
-      html`<p>${t("The component continues in the changed document. The following could not be kept:")}</p>
-        <ul class="not-kept">
-          ${notKept.map((each) => html`<li>${each}</li>`)}
-        </ul>`,
-    footer: (close) =>
-      html`<button type="button" class="button primary" autofocus @click=${() => close()}>${t("Close")}</button>`,
-  });
 }

@@ -20,34 +20,24 @@ const MOST = 60;
 
 /** Open the document of the component that is followed, if the server can reach a file of its name. */
 export async function openFollowed() {
-  const name = monitor.structure?.document.replace(/^.*\//, "") || `${monitor.component}.xml`;
-  if (monitor.tab) {
-    page.show(monitor.tab);
-    return;
+  if (monitor.tab) page.show(monitor.tab);
+  else {
+    const path = await documentBelow(`${monitor.component}.xml`);
+    if (path) await openPath(path);
   }
-  const path = await find(name);
-  if (path) await openPath(path);
-  else
-    notify(
-      t("No {name} lies below {root}: open the document of {component} to see its states.", {
-        name,
-        root: store.greeting.root ?? t("the root"),
-        component: monitor.component,
-      }),
-      "error",
-    );
 }
 
-/** The path of the document of the recording that is shown; a notice says so if there is none. */
-export async function recordedDocument() {
-  const name = monitor.structure?.document.replace(/^.*\//, "") ?? "";
+/**
+ * The path of the document of what is followed; a notice says so if there is none.
+ *
+ * @param {string} [name] of its file, if the component does not say it
+ */
+export async function documentBelow(name = "") {
+  name = monitor.structure?.document.replace(/^.*\//, "") || name;
   const path = name && (await find(name));
   const root = store.greeting.root ?? t("the root");
-  if (!path)
-    notify(
-      name ? t("No {name} lies below {root}.", {name, root}) : t("No document lies below {root}.", {root}),
-      "error",
-    );
+  const missing = name ? t("No {name} lies below {root}.", {name, root}) : t("No document lies below {root}.", {root});
+  if (!path) notify(missing, "error");
   return path;
 }
 
@@ -118,6 +108,6 @@ export async function play(path) {
 
 /** Compare what a recording contains, which is shown, with the document of that name as it is now. @param {HfsmCanvas} canvas */
 export async function compareRecorded(canvas) {
-  const path = await recordedDocument();
+  const path = await documentBelow();
   if (path) await (await import("../canvas/comparison.js")).compareWith(canvas, path);
 }

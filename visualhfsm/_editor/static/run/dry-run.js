@@ -68,7 +68,7 @@ class DryRun extends MonitorElement {
     const where = {
       names: names.join(", "),
       data: html`<em>${t("Data")}</em>`,
-      component: html`<em>${t("Component")}</em>`,
+      component: html`<em>${t("Behavior")}</em>`,
       events: html`<em>${t("Events")}</em>`,
     };
     return html`<p class="faint">

@@ -4,6 +4,9 @@
  * @import {MonitorEvents} from "./shown.js"
  */
 
+import {html} from "lit";
+
+import {offers} from "../kit/buttons.js";
 import {PageElement} from "../data/element.js";
 import {decimal, language, t} from "../kit/texts.js";
 import {monitor} from "./monitor.js";
@@ -60,12 +63,17 @@ export function spokenSeconds(seconds) {
   return minutes ? `${minutes} min ${rest}` : rest;
 }
 
+/** What one may do where nothing runs. @param {import("../kit/registry.js").Context} context */
+export const nothingRuns = (context) =>
+  html`<p>${t("Nothing runs yet.")}</p>
+    ${offers({run: t("Run"), followComponent: t("Watch what runs elsewhere")}, context)}`;
+
 /** Why nothing is known of the robot's joints. */
 export function whyUnknown() {
   const {trouble = ""} = monitor.newest?.robot ?? {};
   return trouble
     ? t("The robot's joints cannot be read: {trouble}", {trouble})
-    : t("No robot reports its joints in this realm.");
+    : t("No robot here reports its joints.");
 }
 
 /** A time of the wall's clock. @param {number} seconds since 1970 */

@@ -16,12 +16,12 @@ class LiveErrors extends MonitorElement {
     const errors = monitor.snapshot?.component.errors ?? [];
     const health = monitor.snapshot?.robot.health?.events ?? [];
     if (!errors.length && !health.length)
-      return html`<p class="empty">${t("No errors of the component or the robot.")}</p>`;
+      return html`<p class="empty">${t("No errors of the behavior or the robot.")}</p>`;
     return html`<div class="live-values">
       ${
         errors.length
-          ? html`<h3>${t("Component")}</h3>
-              <ul class="rows" aria-label=${t("Errors of the component")}>
+          ? html`<h3>${t("Behavior")}</h3>
+              <ul class="rows" aria-label=${t("Errors of the behavior")}>
                 ${grouped(errors).map(
                   ([each, count]) =>
                     html`<li>

@@ -7,6 +7,7 @@
  * @import {WorldShape} from "../robot3d/world-drawing.js"
  */
 
+import {t} from "../kit/texts.js";
 import {Past} from "./past.js";
 import {Structure} from "./structure.js";
 
@@ -48,6 +49,8 @@ export class Followed {
   /** The automata by their ids. */
   known = new Structure(undefined);
   #body = "";
+  /** The names of states by `automaton/state`. @type {Map<string, string>} */
+  #names = new Map();
   #run = 0; // how many times the component was started
 
   get snapshot() {
@@ -121,6 +124,11 @@ export class Followed {
     return this.snapshot?.component.automata.find((each) => each.id === id);
   }
 
+  /** The name of a state, also of one that a reload has removed. @param {number} automaton @param {number} id */
+  stateName(automaton, id) {
+    return this.#names.get(`${automaton}/${id}`) ?? t("state {id}", {id});
+  }
+
   /** Begin with what the server reports. @param {Pick<Reported, "snapshot" | "timeline" | "since">} reported */
   begin({snapshot, timeline, since}) {
     this.since = since ?? 0;
@@ -143,6 +151,9 @@ export class Followed {
     this.#run = run;
     this.structure = structure;
     this.known = new Structure(structure);
+    if (renewed) this.#names.clear();
+    for (const {id, states} of structure.automata)
+      for (const each of states) this.#names.set(`${id}/${each.id}`, each.name);
     return renewed;
   }
 

@@ -11,6 +11,7 @@
  */
 
 import {notify, notifyError, clearErrors} from "../kit/notices.js";
+import {page} from "../data/page.js";
 import {started} from "../data/started.js";
 import {store} from "../data/store.js";
 import {t} from "../kit/texts.js";
@@ -28,10 +29,6 @@ export const spokenStatus = (status) => [t("Running"), t("Paused"), t("Halted")]
 export const ON_TIME = 1;
 export const ON_EVENT = 2;
 
-/** The present components of open documents. @param {Pick<Workspace, "tabs" | "present">} workspace */
-const shown = ({tabs, present}) =>
-  tabs.map((each) => each.component).filter((component) => present.some((each) => each.component === component));
-
 /** Chooses what is followed, takes what it sends, and steers it. */
 class Monitor extends Shown {
   breakpoints = new Breakpoints(this);
@@ -46,6 +43,8 @@ class Monitor extends Shown {
    * @type {Next | undefined}
    */
   #next;
+  /** What the user follows no more, until its next run or until a document is shown. */
+  #left = "";
 
   constructor() {
     super();
@@ -56,6 +55,7 @@ class Monitor extends Shown {
     });
     store.addEventListener("stale", ({detail}) => detail.component === this.component && this.#lose(detail.since));
     store.addEventListener("workspace", ({detail}) => this.#look(detail.former));
+    page.addEventListener("tab", () => this.#look());
     store.addEventListener("connection", () => this.#reconnect());
     store.addEventListener("started", ({detail}) => this.#takeStarted(detail));
     store.addEventListener("closed", ({detail}) => this.#closed(detail.tab));
@@ -68,12 +68,13 @@ class Monitor extends Shown {
    * @param {number} tab
    * @param {() => Promise<Answer>} request that starts it
    */
-  async start(tab, request) {
-    const {online, workspace} = store;
-    const answer = await this.#turn({component: "", tab}, request);
-    const {component = ""} = workspace.tabs.find((each) => each.tab === tab) ?? {};
-    if (!answer && online && !store.online) this.#next = {component, awaited: true}; // it may have started
-    return answer;
+  start(tab, request) {
+    return this.#turn({component: "", tab}, request);
+  }
+
+  /** The tab whose component this window is about to start; 0 without one. */
+  get starting() {
+    return this.#next?.tab ?? 0;
   }
 
   /**
@@ -113,7 +114,7 @@ class Monitor extends Shown {
       return answer;
     }
     this.followed.component = component;
-    this.followed.writable = this.starts.has(component);
+    this.followed.writable = this.starts.running.has(component);
     this.#begin({...answer, structure: next.structure ?? answer.structure});
     return answer;
   }
@@ -142,6 +143,12 @@ class Monitor extends Shown {
     this.#begin(found);
     followed.looking = found.snapshot ?? undefined;
     this.#emit("mode", "shown");
+  }
+
+  /** Follow nothing, as the user wants it, until there is a reason. */
+  leave() {
+    this.#left = this.component;
+    return this.unfollow();
   }
 
   /** Follow nothing. */
@@ -256,7 +263,7 @@ class Monitor extends Shown {
     if (before && !this.writable && !viewing.on)
       notify(
         t(
-          "Another run of {component} has begun, which this window did not start: it is only watched until you switch Steering on.",
+          "Another run of {component} has begun, which this window did not start: it is only watched until you take control.",
           {component: this.component},
         ),
       );
@@ -265,21 +272,22 @@ class Monitor extends Shown {
   /** A component was started from a tab, or has ended. @param {StartedPush} run */
   #takeStarted(run) {
     const {tab, component, status} = run;
-    this.starts.from(component, tab);
-    if (status === "generating" && this.#next?.tab === tab) {
+    this.starts.tabs.set(component, tab);
+    const begins = !["stopping", "ended"].includes(status); // a slow window may not see each status
+    if (begins && this.#next?.tab === tab) {
       this.#next.component = component;
-      this.starts.begin(component);
+      this.starts.running.add(component);
     }
-    if (status === "starting" && component === this.component) this.followed.begun = true;
+    if (begins && component === this.component) this.followed.begun = true;
     if (status !== "ended") return;
     if (component === this.#next?.component) this.#next = undefined;
-    this.starts.end(component);
+    this.starts.running.delete(component);
     if (component === this.component) this.end(run.place || !this.ended ? started.endOf(run) : this.ended.message);
   }
 
   /** A component ends with the tab from which it was started, a recording with its own. @param {number} tab */
   #closed(tab) {
-    if ((this.recording ? this.recording.tab : this.starts.tabOf(this.component)) === tab) this.unfollow();
+    if ((this.recording ? this.recording.tab : this.starts.tabs.get(this.component)) === tab) this.unfollow();
   }
 
   /** @param {number} since */
@@ -290,22 +298,32 @@ class Monitor extends Shown {
   }
 
   /**
-   * Follow again what is present again. Viewers start nothing: they follow a shown document that begins to run, unless
-   * what they follow still does.
+   * Follow again what is present again, and the component of the shown document whenever it runs: when the document is
+   * shown, when the run begins, when what was followed has ended. Viewers start nothing: they see any document that runs.
    *
-   * @param {Pick<Workspace, "tabs" | "present">} [former]
+   * @param {Pick<Workspace, "present">} [former]
    */
-  #look(former = {tabs: [], present: []}) {
+  #look(former) {
+    const {present} = this;
     const next = this.#next;
-    if (next?.awaited && this.present.includes(next.component)) {
-      const failed = () => this.#emit("mode", "shown");
-      this.#turn({...next, awaited: false}, () => store.request("follow", {component: next.component}).catch(failed));
-    } else if (viewing.on && (!this.component || this.since || this.ended)) {
-      const known = shown(former);
-      const begun = shown(store.workspace).find((component) => !known.includes(component));
-      if (begun) this.follow(begun);
-    }
+    if (!former || !present.includes(this.#left)) this.#left = "";
+    const isFree = !this.component || this.since || this.ended;
+    /** @param {string} name */
+    const begun = (name) => !former?.present.some(({component}) => component === name);
+    const shown = page.tabState?.component ?? "";
+    const others = viewing.on && isFree ? store.workspace.tabs.map(({component}) => component).filter(begun) : [];
+    const wanted = isFree || begun(shown) ? [shown, ...others] : others;
+    const found = wanted.find((name) => present.includes(name) && name !== this.#left);
+    if (next?.awaited && present.includes(next.component)) this.#followAside({...next, awaited: false});
+    else if (found && found !== this.component && !this.recording && !this.looking && (!next || next.awaited))
+      this.#followAside({component: found});
     this.#emit("present");
+  }
+
+  /** Follow what nobody has asked for: if it is gone by now, nothing is said. @param {Next} next */
+  #followAside(next) {
+    const failed = () => this.#emit("mode", "shown");
+    this.#turn(next, () => store.request("follow", {component: next.component}).catch(failed));
   }
 
   #reconnect() {
@@ -314,7 +332,7 @@ class Monitor extends Shown {
       this.#look();
       return;
     }
-    this.starts.forget(); // components may end unseen while offline
+    this.starts.running.clear(); // components may end unseen while offline
     if (this.component) {
       this.followed.since ||= Date.now() / 1000;
       this.#next = {component: this.component, awaited: true};

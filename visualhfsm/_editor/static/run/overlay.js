@@ -11,9 +11,6 @@ import {store} from "../data/store.js";
 import {t} from "../kit/texts.js";
 import {monitor, ON_TIME} from "./monitor.js";
 
-/** Opacity of the states that were left last, the latest first. */
-const TRAIL = [1, 0.7, 0.45, 0.25];
-const FADING = 15; // s of component time after which a state of the trail is no longer visible
 const FLASH = 1.2; // s
 /** How strongly the transition into the current state stays marked. */
 const AFTERGLOW = 0.3;
@@ -33,15 +30,8 @@ function liveOf(id, {component}) {
   const now = monitor.now(id);
   if (now) {
     const {state, ghost, finished, timers, guards, hangsFor} = now;
-    const left = monitor.past.latest(id, component.time, 12);
-    const newest = left.at(0);
-    for (const {origin, time} of left) {
-      const seen = [...live.values()].filter((each) => each.trail).length;
-      if (seen === TRAIL.length) break;
-      if (origin === state || live.has(`s${origin}`)) continue;
-      const trail = TRAIL[seen] * Math.max(0, 1 - (component.time - time) / FADING);
-      if (trail > 0.03) put(`s${origin}`, {trail});
-    }
+    const newest = monitor.past.latest(id, component.time);
+    if (newest && newest.origin !== state) put(`s${newest.origin}`, {trail: true});
     const hanging = hangsFor > 0;
     const late = !ghost && !hanging && !finished && monitor.isLate(id);
     const note = finished

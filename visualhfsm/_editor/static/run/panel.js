@@ -6,7 +6,6 @@
 
 import {html, svg} from "lit";
 
-import {keyOf} from "../kit/keys.js";
 import {messageOf, notifyError} from "../kit/notices.js";
 import {page} from "../data/page.js";
 import {tabStrip} from "../kit/tabs.js";
@@ -14,7 +13,7 @@ import {required} from "../kit/required.js";
 import {browserStorage} from "../kit/storage.js";
 import {store} from "../data/store.js";
 import {t} from "../kit/texts.js";
-import {MonitorElement} from "./element.js";
+import {MonitorElement, nothingRuns} from "./element.js";
 import {monitor} from "./monitor.js";
 
 /**
@@ -40,8 +39,7 @@ const SIGNS_SHOWN = "visualhfsm.signsShown";
 
 /** @param {string} kind */
 const circle = (kind) =>
-  svg`<g class="state ${kind}" transform="translate(15,12)">
-    <circle class="glow" r="10.5"></circle><circle class="body" r="8"></circle></g>`;
+  svg`<g class="state ${kind}" transform="translate(15,12)"><circle class="body" r="8"></circle></g>`;
 const SIGNS = [
   [t("current"), circle("active")],
   [t("ghost: kept while its state above is not current"), circle("ghost")],
@@ -128,18 +126,12 @@ export class MonitorPanel extends MonitorElement {
 
   render() {
     const tabs = this.#tabs.map(({id, label}) => ({id, label, filled: id === "errors" && hasErrors()}));
-    const hint = t("Nothing is followed. Press F5 to run this component, or {key} to follow a running one.", {
-      key: keyOf("followComponent"),
-    });
-    if (!tabs.length)
-      return html`<div class="empty">
-        <p>${hint}</p>
-      </div>`;
+    if (!tabs.length) return html`<div class="empty">${nothingRuns(this.context)}</div>`;
     const shown = this.#shown;
     return html`<div class="monitor-panel">
       ${tabStrip({label: t("Live values"), tabs, chosen: shown, choose: (id) => this.choose(id), prefix: "live"})}
       <div class="tab-panel" role="tabpanel" tabindex="0" id="live-panel" aria-labelledby="live-tab-${shown}"></div>
-      ${this.#hasRun ? liveLegend() : html`<p class="live-legend">${hint}</p>`}
+      ${this.#hasRun ? liveLegend() : html`<div class="live-legend">${nothingRuns(this.context)}</div>`}
     </div>`;
   }
 
@@ -149,7 +141,7 @@ export class MonitorPanel extends MonitorElement {
     if (!this.#hasRun && this.#tabs.length) monitor.learnRobot();
     const element = this.elements.get(this.#shown);
     const place = this.querySelector("#live-panel");
-    // The robot in 3D may have been in the corner of the canvas meanwhile.
+    // The robot in 3D may have been above the panel meanwhile.
     if (place && place.firstElementChild !== (element ?? null)) place.replaceChildren(...(element ? [element] : []));
     this.#load(this.#shown);
   }

@@ -80,21 +80,9 @@ export class Past {
     if (this.changes.length > MOST) this.changes.splice(0, MOST / 10);
   }
 
-  /**
-   * The latest changes of an automaton at a time, the newest first.
-   *
-   * @returns {Change[]}
-   * @param {number} automaton
-   * @param {number} time
-   * @param {number} count
-   */
-  latest(automaton, time, count) {
-    const found = [];
-    for (let index = this.changes.length - 1; index >= 0 && found.length < count; index -= 1) {
-      const change = this.changes[index];
-      if (change.automaton === automaton && change.time <= time + 1e-6) found.push(change);
-    }
-    return found;
+  /** The latest change of an automaton at a time. @param {number} automaton @param {number} time */
+  latest(automaton, time) {
+    return this.changes.findLast((each) => each.automaton === automaton && each.time <= time + 1e-6);
   }
 
   /** Forget the oldest tenth of the spans of all automata together. */

@@ -113,7 +113,7 @@ export class Shown extends /** @type {new () => Target<MonitorEvents>} */ (Event
 
   /** The name of a state. @param {number} automaton @param {number} id */
   stateName(automaton, id) {
-    return this.followed.known.stateName(automaton, id);
+    return this.followed.stateName(automaton, id);
   }
 
   /** Whether there is a robot to see: that of a recording, of a dry run, or the present one, until it is given up. */
@@ -148,7 +148,7 @@ export class Shown extends /** @type {new () => Target<MonitorEvents>} */ (Event
     if (this.recording) return this.recording.tab;
     const name = this.structure?.name ?? this.component;
     const fitting = store.workspace.tabs.filter((each) => each.component === name).map((each) => each.tab);
-    const origin = this.starts.tabOf(name) ?? 0;
+    const origin = this.starts.tabs.get(name) ?? 0;
     // After a run a document may be saved under another name.
     if (this.ended && store.documents.has(origin)) return origin;
     return fitting.includes(origin) ? origin : (fitting.at(0) ?? 0);

@@ -5,8 +5,6 @@
  * @import {ComponentStructure, JointLimits, RobotFacts as Facts, TransitionStructure} from "../data/protocol.js"
  */
 
-import {t} from "../kit/texts.js";
-
 const FACTS_AGAIN = 2000; // ms after which missing facts are requested again
 
 /** The constants of a robot: the limits of its joints, and its cameras. */
@@ -63,11 +61,6 @@ export class Structure {
   /** @param {number} automaton @param {number} id */
   transition(automaton, id) {
     return this.transitions.get(`${automaton}/${id}`);
-  }
-
-  /** The name of a state. @param {number} automaton @param {number} id */
-  stateName(automaton, id) {
-    return this.automaton(automaton)?.states.find((each) => each.id === id)?.name ?? t("state {id}", {id});
   }
 
   /** Whether the element of a breakpoint exists. @param {Breakpoint} breakpoint */

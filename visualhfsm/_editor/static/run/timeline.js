@@ -14,7 +14,7 @@ import {keyOf} from "../kit/keys.js";
 import {page} from "../data/page.js";
 import {required} from "../kit/required.js";
 import {n, t} from "../kit/texts.js";
-import {MonitorElement, spokenSeconds} from "./element.js";
+import {MonitorElement, nothingRuns, spokenSeconds} from "./element.js";
 import {drawLanes, wasActive} from "./lanes.js";
 import {monitor} from "./monitor.js";
 import {scrubbing} from "./scrubbing.js";
@@ -58,10 +58,7 @@ class Timeline extends MonitorElement {
   }
 
   render() {
-    if (!monitor.component)
-      return html`<p class="empty">
-        ${t("Nothing is followed. Press F5 to run this component, or {key} to follow a running one.", {key: keyOf("followComponent")})}
-      </p>`;
+    if (!monitor.component) return html`<div class="empty">${nothingRuns(this.context)}</div>`;
     const lanes = (this.lanes = this.#findLanes());
     const height = lanes.length * (LANE + GAP) + AXIS;
     const {start, end} = monitor.past;

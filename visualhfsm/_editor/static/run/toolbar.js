@@ -22,7 +22,7 @@ export class MonitorToolbar extends MonitorElement {
       aria-label=${words}
       aria-haspopup="menu"
       aria-expanded="false"
-      title=${t("Components that run in the realm ({key})", {key: keyOf("followComponent")})}
+      title=${t("Behaviors that run now ({key})", {key: keyOf("followComponent")})}
       @click=${() => this.open()}
     >
       <span class="pulse" aria-hidden="true"></span><span class="word">${words}</span
@@ -41,7 +41,7 @@ export class MonitorToolbar extends MonitorElement {
       return {id: name, label, icon: isFollowed ? "properties" : "link", run: () => this.#follow(name)};
     });
     const more = monitor.component ? ["openRecording", "unfollow"] : ["openRecording"];
-    const title = present.length ? t("Running now") : t("No component runs in this realm");
+    const title = present.length ? t("Running now") : t("No behavior runs now");
     const groups = present.length ? [components, more] : [more];
     dropMenu(required(this.querySelector("button"), "button"), {groups, title}, this.context);
   }

@@ -3,12 +3,13 @@
  *
  * @import {HfsmCanvas} from "../canvas/canvas.js"
  * @import {Explanation} from "../data/protocol.js"
- * @typedef {{canvas: HfsmCanvas, group: SVGElement, pinned: boolean, automaton: number, transition: number}} Shown
+ * @typedef {{canvas: HfsmCanvas, group: SVGElement, pinned: boolean, automaton: number, state: number, transition: number}} Shown
  */
 
 import {html, nothing, render} from "lit";
 
 import {page} from "../data/page.js";
+import {isTyping} from "../kit/keys.js";
 import {t} from "../kit/texts.js";
 import {monitor} from "./monitor.js";
 
@@ -52,7 +53,9 @@ export function explainUnderPointer(canvas) {
   document.addEventListener(
     "keydown",
     (event) => {
-      if (event.key !== "Escape" || !shown) return;
+      if (isTyping(event.target)) clearTimeout(timer);
+      if (!shown) return;
+      if (event.key !== "Escape") return isTyping(event.target) && hide(); // it may lie over what is typed
       hide();
       event.preventDefault();
       event.stopPropagation();
@@ -90,7 +93,15 @@ async function show(canvas, group, pinned) {
     if (pinned) canvas.announce(t("The automaton is in {state} now.", {state: monitor.stateName(now.id, now.state)}));
     else return;
   }
-  const current = {canvas, group, pinned, automaton: automaton.id, transition: origin === now.state ? transition : 0};
+  const {state} = now;
+  const current = {
+    canvas,
+    group,
+    pinned,
+    automaton: automaton.id,
+    state,
+    transition: origin === state ? transition : 0,
+  };
   shown = current;
   let said = false;
   while (shown === current && monitor.isLive) {
@@ -101,8 +112,7 @@ async function show(canvas, group, pinned) {
       break; // the component was lost; the canvas shows that
     }
     if (shown !== current) return;
-    // The automaton has left the state.
-    if (current.transition && !explanation.transitions.some((each) => each.transition === current.transition)) break;
+    if (pinned && !current.transition) current.state = explanation.state;
     draw(current, explanation);
     if (pinned && !said) canvas.announce(explanation.summary);
     said = true;
@@ -112,18 +122,20 @@ async function show(canvas, group, pinned) {
 }
 
 /** @param {Shown} about @param {Explanation} explanation */
-function draw({canvas, group, automaton, transition}, explanation) {
+function draw({canvas, group, automaton, state, transition}, explanation) {
   if (!element) {
     element = document.createElement("div");
     element.className = "why-not";
     element.setAttribute("role", "tooltip");
     canvas.append(element);
   }
-  const asked = explanation.transitions.filter((each) => !transition || each.transition === transition);
-  const state = monitor.stateName(automaton, explanation.state);
+  /** @param {number} id */
+  const name = (id) => monitor.stateName(automaton, id);
+  const left = explanation.state !== state && t("The automaton is in {state} now.", {state: name(explanation.state)});
+  const asked = explanation.transitions.filter((each) => !left && (!transition || each.transition === transition));
   render(
     html`<h3>
-        ${transition ? nameOf(automaton, transition) : t("In {state}", {state})}${
+        ${transition ? nameOf(automaton, transition) : t("In {state}", {state: name(state)})}${
           explanation.ghost ? html` <span class="faint">${t("ghost: its state above is not active")}</span>` : nothing
         }
       </h3>
@@ -138,7 +150,7 @@ function draw({canvas, group, automaton, transition}, explanation) {
                   </li>`,
               )}
             </ul>`
-          : html`<p>${explanation.summary || t("No transition leads out of it.")}</p>`
+          : html`<p>${left || explanation.summary || t("No transition leads out of it.")}</p>`
       }`,
     element,
   );

@@ -9,7 +9,7 @@ import {html, nothing} from "lit";
 
 import {PageElement} from "../data/element.js";
 import {icon, isIcon} from "../kit/icons.js";
-import {keyOf} from "../kit/keys.js";
+import {isTyping, keyOf} from "../kit/keys.js";
 import {page} from "../data/page.js";
 import {resizer} from "../kit/resizer.js";
 import {browserStorage} from "../kit/storage.js";
@@ -46,6 +46,11 @@ export class Shelf extends PageElement {
   connectedCallback() {
     super.connectedCallback();
     this.listen(store, "robot", () => this.#lookAtRobot());
+    /** @type {import("../kit/events.js").Target<{keydown: null}>} */
+    const keys = window;
+    this.listen(keys, "keydown", ({target}) => {
+      if (isTyping(target) && target !== this.querySelector("input")) this.described = ""; // it may lie over what is typed
+    });
     this.#lookAtRobot();
   }
 

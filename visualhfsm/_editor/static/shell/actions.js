@@ -3,14 +3,17 @@
 import {canvasActions, drawnSelection} from "../canvas/actions.js";
 import * as commands from "../data/commands.js";
 import {holdKeys} from "../kit/holding.js";
+import {layoutActions} from "./layouts.js";
 import {monitorActions, monitoredSelection} from "../run/actions.js";
 import {monitor} from "../run/monitor.js";
 import {page} from "../data/page.js";
+import {spoken} from "../kit/keys.js";
 import {addActions} from "../kit/registry.js";
 import {started} from "../data/started.js";
 import {n, t} from "../kit/texts.js";
 
 const hasDocument = () => Boolean(page.document);
+const hasTask = () => Boolean(page.tabState?.task);
 
 /** The tab whose component was started here and is to be stopped: the shown or the followed one, else 0. */
 const startedHere = () => [page.tab, monitor.component && monitor.tab].find((tab) => tab && started.isAlive(tab)) || 0;
@@ -50,6 +53,13 @@ addActions([
         await app.updateComplete; // the start page is gone
       });
     },
+  },
+  {
+    id: "example",
+    label: t("Open an example"),
+    icon: "open",
+    run: async () => (await files()).openNew("dance"),
+    hint: t("Dance"),
   },
   {
     id: "open",
@@ -159,7 +169,7 @@ addActions([
   },
   {
     id: "component",
-    label: t("Component"),
+    label: t("Behavior"),
     icon: "parameters",
     keys: ["Alt+P"],
     scope: "typing",
@@ -195,7 +205,7 @@ addActions([
     scope: "typing",
     enabled: () => startedHere() > 0 || monitor.steers,
     run: stop,
-    hint: t("the component of the shown document, or else the followed one"),
+    hint: t("the behavior of the shown document, or else the followed one"),
   },
 
   ...canvasActions,
@@ -229,6 +239,46 @@ addActions([
     enabled: hasDocument,
     run: ({app}) => app.showBottom("hfsm-search"),
     hint: t("names and code"),
+  },
+  {
+    id: "definition",
+    label: t("Go to definition"),
+    icon: "search",
+    keys: ["F12"],
+    scope: "code",
+    enabled: hasDocument,
+    run: async () => (await import("../code/definitions.js")).goToDefinition(),
+    hint: t("of the name at the cursor; also {key}+click", {key: spoken("Ctrl")}),
+  },
+  {
+    id: "fromDefinition",
+    label: t("Back from definition"),
+    icon: "undo",
+    keys: ["Alt+ArrowLeft"],
+    scope: "code",
+    enabled: hasDocument,
+    run: async () => (await import("../code/definitions.js")).goBack(),
+  },
+  {
+    id: "task",
+    label: t("Task"),
+    words: t("exercise, homework, points, marks"),
+    icon: "file",
+    keys: ["Alt+K"],
+    scope: "typing",
+    enabled: hasTask,
+    run: ({app}) => app.toggleTask(),
+    hint: t("what the exercise asks for, its points and your marks"),
+    checked: ({app}) => app.side === "hfsm-task",
+  },
+  {
+    id: "handIn",
+    label: t("Hand in"),
+    words: t("submit, turn in, send, exercise, homework"),
+    icon: "exportFile",
+    enabled: hasTask,
+    run: async () => (await import("../panels/task.js")).handIn(),
+    hint: t("save it where your teacher collects it"),
   },
   {
     id: "problems",
@@ -323,6 +373,7 @@ addActions([
     hint: t("on or off"),
     checked: ({app}) => app.showsTree,
   },
+  ...layoutActions,
   {
     id: "theme",
     label: t("Light or dark"),
@@ -382,8 +433,8 @@ export const MENUS = [
   {
     title: t("File"),
     groups: [
-      ["new", "open", "openRecording", "ownRobot"],
-      ["save", "saveAs"],
+      ["new", "open", "example", "openRecording", "ownRobot"],
+      ["save", "saveAs", "handIn"],
       ["compare", "export", "exportRun", "share", "generate"],
       ["closeTab"],
     ],
@@ -393,7 +444,7 @@ export const MENUS = [
     groups: [
       ["undo", "redo"],
       ["cut", "copy", "paste", "duplicate", "delete"],
-      ["selectAll", "search"],
+      ["selectAll", "search", "definition", "fromDefinition"],
       ["rename", "editCode", "openChild", "group"],
       ["newNote", "frame"],
       ["layout", "layoutAll"],
@@ -409,8 +460,9 @@ export const MENUS = [
   {
     title: t("View"),
     groups: [
+      ["layoutDraw", "layoutRun", "layoutLookBack"],
       ["robotDock", "robotView", "cameras", "livePanel", "timeline"],
-      ["problems", "output", "tests", "trials", "undoSteps", "tree", "shelf"],
+      ["task", "problems", "output", "tests", "trials", "undoSteps", "tree", "shelf"],
       ["up", "fit", "fitSelection", "zoomIn", "zoomOut"],
       ["follow", "wheelZooms", "theme", "language"],
     ],

@@ -15,7 +15,6 @@ import "../canvas/canvas.js";
 import "./menubar.js";
 import "./robot-pill.js";
 import "./tree.js";
-import {startBeside} from "./beside.js";
 import {askBy, askTab} from "../data/commands.js";
 import {PageElement} from "../data/element.js";
 import {holdKeys} from "../kit/holding.js";
@@ -23,7 +22,7 @@ import {icon} from "../kit/icons.js";
 import {listenForKeys} from "../kit/keys.js";
 import {messageOf, notify, notifyError, OFFLINE, clearErrors, showNoticesOf} from "../kit/notices.js";
 import {page} from "../data/page.js";
-import "../run/bar.js";
+import {stopButton} from "../run/bar.js";
 import {monitor} from "../run/monitor.js";
 import {planned} from "../run/breakpoints.js";
 import {listenForStop} from "../run/stop.js";
@@ -33,9 +32,10 @@ import {chosenBody, isReadyFor} from "../data/robot.js";
 import {started} from "../data/started.js";
 import {actionButton} from "../kit/buttons.js";
 import {resizer, restoreSizes} from "../kit/resizer.js";
+import {restoreLayout} from "./layouts.js";
 import {banner, keepStopInView} from "./shell.js";
 import {initTheme, switchTheme} from "../kit/theme.js";
-import {windowStorage} from "../kit/storage.js";
+import {browserStorage, windowStorage} from "../kit/storage.js";
 import {store} from "../data/store.js";
 import {laterStyles} from "../kit/styles.js";
 import {t} from "../kit/texts.js";
@@ -55,6 +55,7 @@ const LAZY = {
   "hfsm-search": "../panels/search.js",
   "hfsm-output": "../panels/output.js",
   "hfsm-undo-steps": "../panels/undo-steps.js",
+  "hfsm-task": "../panels/task.js",
   "hfsm-tests-panel": "../trials/tests.js",
   "hfsm-trials-panel": "../trials/trials.js",
   "hfsm-monitor-toolbar": "../run/toolbar.js",
@@ -72,6 +73,7 @@ const SIDE = [
   ["hfsm-code-panel", t("Code")],
   ["hfsm-data-panel", t("Data")],
   ["hfsm-monitor-panel", t("Live")],
+  ["hfsm-task", t("Task")],
 ];
 const BOTTOM = [
   ["hfsm-problems", t("Problems")],
@@ -128,6 +130,7 @@ export class HfsmApp extends PageElement {
     this.listen(page, "tab", () => windowStorage.setItem(SHOWN, String(page.tab)));
     this.listen(page, "tab", () => (this.arrives = Boolean(this.elements.get("hfsm-start")?.isConnected)));
     this.listen(store, "connection", () => store.online && clearErrors(OFFLINE));
+    this.listen(page, "tab", () => this.#offerTask());
     this.listen(page, "save", () => perform("save", this.context));
     this.listen(page, "highlight", () => this.canvas.showLive(highlighted()));
     this.listen(page, "automaton", () => page.highlight && this.canvas.showLive(highlighted()));
@@ -164,6 +167,7 @@ export class HfsmApp extends PageElement {
     this.listen(store, "connection", () => this.#showBreakpoints());
     this.listen(store, "connection", () => this.#welcome());
     listenForStop();
+    restoreLayout(this);
     showImports();
     store.connect();
   }
@@ -207,8 +211,10 @@ export class HfsmApp extends PageElement {
    * @param {string[]} options
    */
   async run(options = [], {record = false, dryRun = false} = {}) {
+    const {mayRun, startBeside} = await holdKeys(() => import("./beside.js"));
     const {tab, document: shown} = page;
-    if (!shown) return;
+    if (!shown || monitor.starting === tab) return;
+    if (!(await mayRun(tab, this.context, !options.length && !record && !dryRun))) return;
     page.dispatchEvent(new Event("run")); // what helps to type would cover what runs
     if (!dryRun && !isReadyFor(shown.fields)) {
       const {settle} = await import("./robot-run.js");
@@ -220,9 +226,10 @@ export class HfsmApp extends PageElement {
     started.dismiss(tab);
     import("../run/spoken.js");
     if (dryRun) this.showLive("dryRun");
-    const opens = !this.#wanted.bottom;
-    this.showBottom("hfsm-output", {focuses: false}); // what was selected can be edited meanwhile
-    this.outputOpened = opens;
+    if (!this.#wanted.bottom) {
+      this.showBottom("hfsm-output", {focuses: false}); // what was selected can be edited meanwhile
+      this.outputOpened = true;
+    }
     const body = dryRun ? chosenBody() : "";
     const request = {tab, arguments: [...options, ...planned.argumentsFor(tab)], record, dryRun, body};
     const answer = await monitor.start(tab, () => askBy("start", tab, () => startBeside(request)));
@@ -237,14 +244,14 @@ export class HfsmApp extends PageElement {
     if (document && (document.checked !== document.revision || document.counts.error)) this.showBottom("hfsm-problems");
   }
 
-  /** Show the robot in the corner of the canvas, or fold it. @param {boolean} [folded] by default the other way */
+  /** Show the robot beside the drawing, or fold it. @param {boolean} [folded] by default the other way */
   async foldRobot(folded) {
     const wasThere = this.elements.has("hfsm-robot-dock");
     const dock = /** @type {import("../robot3d/dock.js").RobotDock | undefined} */ (await this.#showRobot());
     await dock?.fold(folded ?? (wasThere && !dock.folded));
   }
 
-  /** Whether the robot is in the corner of the canvas. */
+  /** Whether the robot is beside the drawing. */
   get showsRobot() {
     return Boolean(this.querySelector(".dock"));
   }
@@ -283,6 +290,22 @@ export class HfsmApp extends PageElement {
     this.tree = this.showsTree ? "without-tree" : "with-tree";
   }
 
+  /** Show the task of the exercise, or fold it. */
+  async toggleTask() {
+    const panel = await this.showSide(this.side === "hfsm-task" ? "" : "hfsm-task");
+    if (panel) panel.focusFirst?.();
+    else this.canvas.focusSelected();
+  }
+
+  /** Show the task of an exercise when this browser first shows its document. */
+  #offerTask() {
+    const {task, path} = page.tabState ?? {};
+    const shown = `visualhfsm.task ${store.greeting.root}/${path}`;
+    if (!task || viewing.on || browserStorage.getItem(shown)) return;
+    browserStorage.setItem(shown, "shown");
+    this.showSide("hfsm-task");
+  }
+
   /** Show the menu of the robot. */
   showRobotMenu() {
     /** @type {HTMLElement | null} */ (this.querySelector("#robot-menu"))?.togglePopover(true);
@@ -299,14 +322,12 @@ export class HfsmApp extends PageElement {
 
   /** Follow a component that runs, and show its document. @param {string} component */
   async follow(component) {
-    if (!(await monitor.follow(component))) return;
-    if (monitor.tab) page.show(monitor.tab);
-    else await this.openFollowed();
+    if (await monitor.follow(component)) await this.openFollowed();
   }
 
   /** Open the document of the component that is followed. */
   async openFollowed() {
-    (await import("../run/documents.js")).openFollowed();
+    await (await import("../run/documents.js")).openFollowed();
   }
 
   toggleTheme() {
@@ -324,7 +345,11 @@ export class HfsmApp extends PageElement {
 
   render() {
     const starting = !page.document;
+    const isBeside = Boolean(this.side || this.showsRobot);
     return html` <header>
+        <button type="button" class="skip" ?hidden=${starting} @click=${() => this.canvas.focusSelected()}>
+          ${t("Skip to the drawing")}
+        </button>
         ${
           starting
             ? html`<span class="brand">${icon("layout")}VisualHFSM</span>`
@@ -334,10 +359,22 @@ export class HfsmApp extends PageElement {
         <hfsm-tabs></hfsm-tabs>
         <hfsm-robot></hfsm-robot>
         <div class="monitor-area">${this.elements.get("hfsm-monitor-toolbar") ?? nothing}</div>
+        ${stopButton(this.context)}
       </header>
-      <hfsm-monitor-bar></hfsm-monitor-bar>
+      <div class="second-row" role="region" aria-label=${t("Run and draw")}>
+        <hfsm-monitor-bar></hfsm-monitor-bar>
+        <div class="crumbs" ?hidden=${starting}>
+          ${actionButton("up", this.context, {label: false})}<hfsm-breadcrumbs></hfsm-breadcrumbs>
+        </div>
+        <hfsm-tools ?hidden=${starting}></hfsm-tools>
+        <div class="toolbar" role="toolbar" aria-label=${t("View")} ?hidden=${starting}>
+          ${["undo", "redo", "zoomOut", "zoomIn", "fit", ...(monitor.hasRobot ? ["robotDock"] : [])].map((id) =>
+            actionButton(id, this.context, {label: false}),
+          )}
+        </div>
+      </div>
       ${banner(this.context)}
-      <div class="work ${this.side && !starting ? "beside" : ""} ${this.tree}">
+      <div class="work ${isBeside ? "beside" : ""} ${this.tree}">
         <aside class="left" aria-label=${t("Automata and shelf")} ?hidden=${starting}>
           <div class="stacked">
             <nav aria-label=${t("Tree of automata")}><hfsm-tree></hfsm-tree></nav>
@@ -346,31 +383,32 @@ export class HfsmApp extends PageElement {
           ${resizer({name: t("Width of the tree"), variable: "--left", along: "x", sign: 1, smallest: 120, largest: 480})}
         </aside>
         <main aria-label=${t("Canvas")}>
-          <div class="toolbar" role="toolbar" aria-label=${t("View")} ?hidden=${starting}>
-            ${actionButton("up", this.context, {label: false})}
-            <hfsm-breadcrumbs></hfsm-breadcrumbs><span class="room"></span>
-            ${["undo", "redo", "zoomOut", "zoomIn", "fit"].map((id) => actionButton(id, this.context, {label: false}))}
-          </div>
           <div class="center" ?hidden=${starting}>
-            <div class="drawing">
-              <hfsm-tools></hfsm-tools>${this.canvas}${this.elements.get("hfsm-robot-dock") ?? nothing}
+            <div class="drawing">${this.canvas}</div>
+            <div class="column" ?hidden=${!isBeside}>
+              ${resizer({
+                name: t("Width of the panel"),
+                variable: "--side",
+                along: "x",
+                sign: -1,
+                smallest: 260,
+                largest: 1200,
+              })}
+              <div class="stacked ${this.side ? "with-panel" : ""}">
+                ${this.elements.get("hfsm-robot-dock") ?? nothing}${
+                  this.side
+                    ? html`<section class="side" aria-label=${t("Panel beside the canvas")}>
+                        ${this.#panelTabs(
+                          SIDE.filter(([tag]) => tag !== "hfsm-task" || (page.tabState?.task && !viewing.on)),
+                          this.side,
+                          (tag) => this.showSide(tag),
+                        )}
+                        <div class="content">${this.elements.get(this.side)}</div>
+                      </section>`
+                    : nothing
+                }
+              </div>
             </div>
-            ${
-              this.side
-                ? html`${resizer({
-                      name: t("Width of the panel"),
-                      variable: "--side",
-                      along: "x",
-                      sign: -1,
-                      smallest: 260,
-                      largest: 1200,
-                    })}
-                    <section class="side" aria-label=${t("Panel beside the canvas")}>
-                      ${this.#panelTabs(SIDE, this.side, (tag) => this.showSide(tag))}
-                      <div class="content">${this.elements.get(this.side)}</div>
-                    </section>`
-                : nothing
-            }
           </div>
           ${
             monitor.isShownBeside(page.tab) && !starting && this.bottom !== "hfsm-monitor-timeline"

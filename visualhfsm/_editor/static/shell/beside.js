@@ -1,9 +1,10 @@
 /**
- * Runs beside components that others have started on the same robot: the server refuses them until the user has accepted
- * these, once for each.
+ * What is asked before a run: whether to end the one before it, and whether to run beside components that others have
+ * started on the same robot: the server refuses that until the user has accepted these, once for each.
  */
 
 import {confirm} from "../kit/dialog.js";
+import {isEnabled, perform} from "../kit/registry.js";
 import {started} from "../data/started.js";
 import {RequestError, store} from "../data/store.js";
 import {t} from "../kit/texts.js";
@@ -15,6 +16,23 @@ import {t} from "../kit/texts.js";
 
 /** The components of others beside which the user runs. @type {Set<string>} */
 const accepted = new Set();
+
+/**
+ * Whether a tab may run: while its component does, the user is asked, who may reload it where that `serves` as well.
+ *
+ * @param {number} tab @param {import("../kit/registry.js").Context} context @param {boolean} serves
+ */
+export async function mayRun(tab, context, serves) {
+  const {component = "", status = "ended"} = started.of(tab) ?? {};
+  if (["ended", "stopping"].includes(status)) return true;
+  /** @type {import("../kit/dialog.js").Choice[]} */
+  const choices = [["again", t("Run again")]];
+  if (serves && isEnabled("reload", context)) choices.push(["reload", t("Reload"), "primary"]);
+  const title = t("{component} runs", {component});
+  const choice = await confirm({title, text: t("Run it again, from its beginning? That ends it first."), choices});
+  if (choice === "reload") perform("reload", context);
+  return choice === "again";
+}
 
 /**
  * Start a component; ask first whether to run beside those of others.

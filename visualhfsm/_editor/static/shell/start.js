@@ -58,7 +58,7 @@ const BEGINNINGS = [
   {
     template: "empty",
     name: t("Empty"),
-    text: t("An empty component."),
+    text: t("Start with a blank sheet."),
     picture: svg`<circle cx="90" cy="43" r="15" fill="none" stroke="var(--strong-line)" stroke-width="1.6"
         stroke-dasharray="4 4"></circle>
       <path d="M90 36v14M83 43h14" stroke="var(--strong-line)" stroke-width="1.6"></path>`,

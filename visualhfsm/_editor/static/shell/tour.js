@@ -59,7 +59,7 @@ const STEPS = [
   {
     selector: "hfsm-menubar",
     title: t("Data and code"),
-    text: html`${rich("{key} opens the code of the selected element beside the canvas. The menu Data has the parts of the robot that the component uses, its cycle, variables and functions.", {key: kbd(keyOf("editCode"))})}`,
+    text: html`${rich("{key} opens the code of the selected element beside the canvas. The menu Data has the parts of the robot that the behavior uses, its cycle, variables and functions.", {key: kbd(keyOf("editCode"))})}`,
   },
   {
     selector: "hfsm-status",

@@ -300,7 +300,7 @@ function choose(row) {
 /** Open the sub-automaton of a row, or the code of a state without one. @param {Row} row */
 function enter(row) {
   if (row.child !== undefined) page.open(row.child);
-  else page.edit({kind: "state", automaton: row.automaton, id: row.state, part: "code"});
+  else page.edit({kind: "state", automaton: row.automaton, id: row.state});
 }
 
 /**

@@ -11,7 +11,7 @@ import {html, nothing} from "lit";
 import {ask} from "../data/commands.js";
 import {PageElement} from "../data/element.js";
 import {icon} from "../kit/icons.js";
-import {keyOf} from "../kit/keys.js";
+import {offers, wordButton} from "../kit/buttons.js";
 import {monitor} from "../run/monitor.js";
 import {messageOf, notify} from "../kit/notices.js";
 import {page} from "../data/page.js";
@@ -20,7 +20,7 @@ import {decimal, n, t} from "../kit/texts.js";
 import {covered, gapsIn, highlightOf, summary} from "../data/covered.js";
 import {showMarks, showNoMarks, showTested} from "../data/marks.js";
 import {wordsFor} from "../code/places.js";
-import {moveAmongRows} from "../kit/rows.js";
+import {moveAmongRows, pathOf} from "../kit/rows.js";
 
 const MOST_GAPS = 300; // that are listed
 /** @type {Record<string, string>} */
@@ -78,33 +78,16 @@ class TestsPanel extends PageElement {
       <div class="list-tools">
         ${
           running
-            ? html`<button
-                type="button"
-                class="tool"
-                ?disabled=${tests.status === "stopping"}
-                @click=${() => ask("stopTests", {tab: page.tab})}
-              >
-                ${t("Stop")}
-              </button>`
-            : html`<button
-                type="button"
-                class="tool"
-                ?disabled=${!tests.tests.length || !store.online}
-                @click=${() => this.#run([])}
-              >
-                ${tabState.dirty ? t("Save and run all tests") : t("Run all tests")}
-              </button>`
+            ? wordButton(t("Stop"), () => ask("stopTests", {tab: page.tab}), {disabled: tests.status === "stopping"})
+            : wordButton(tabState.dirty ? t("Save and run all tests") : t("Run all tests"), () => this.#run([]), {
+                disabled: !tests.tests.length || !store.online,
+              })
         }
         ${
           monitor.component && monitor.tab === page.tab && !running
-            ? html`<button
-                type="button"
-                class="tool"
-                title=${t("Write what the run did into a new file of tests, and run that")}
-                @click=${() => this.#keepRun()}
-              >
-                ${t("Record the run as a test")}
-              </button>`
+            ? wordButton(t("Record the run as a test"), () => this.#keepRun(), {
+                title: t("Write what the run did into a new file of tests, and run that"),
+              })
             : nothing
         }
         <span role="status">${running ? t("Tests run…") : summary(tests.tests)}</span>
@@ -181,16 +164,12 @@ class TestsPanel extends PageElement {
         ></span>
         <span class="message">${words(name)}</span>
         <span class="where">${file}${outcome ? `, ${decimal(seconds, 1)} s` : ""}</span>
-        <button
-          type="button"
-          class="link"
-          ?disabled=${running || !store.online}
-          aria-label=${t("Run {name}", {name: words(name)})}
-          title=${t("Run this test")}
-          @click=${() => this.#run([`${file}::${name}`])}
-        >
-          ${icon("run")}
-        </button>
+        ${wordButton(icon("run"), () => this.#run([`${file}::${name}`]), {
+          kind: "link",
+          label: t("Run {name}", {name: words(name)}),
+          title: t("Run this test"),
+          disabled: running || !store.online,
+        })}
       </div>
       ${reason ? html`<pre class="test-reason">${reason}</pre>` : nothing}
       ${
@@ -206,9 +185,12 @@ class TestsPanel extends PageElement {
 
   #none() {
     const name = page.tabState?.path.replace(/^.*\//, "") ?? "";
-    return html`<p class="empty">
-      ${t("No test names {name} yet. Try it without a robot ({key}), and record that run as a test; or write a file whose name begins with test_, beside the document or in a folder tests.", {name, key: keyOf("tryIt")})}
-    </p>`;
+    return html`<div class="empty">
+      <p>
+        ${t("No test names {name} yet. Try it without a robot, and record that run as a test; or write a file whose name begins with test_, beside the document or in a folder tests.", {name})}
+      </p>
+      ${offers({tryIt: t("Try it without a robot")}, this.context)}
+    </div>`;
   }
 
   /** Run tests of the document as it is shown. @param {string[]} names */
@@ -222,14 +204,9 @@ class TestsPanel extends PageElement {
   #ofRecording() {
     return html`<div class="list-panel">
       <div class="list-tools">
-        <button
-          type="button"
-          class="tool"
-          ?disabled=${!monitor.recording || monitor.tab !== page.tab || !store.online}
-          @click=${() => this.#keepRecording()}
-        >
-          ${t("Make this recording a test")}
-        </button>
+        ${wordButton(t("Make this recording a test"), () => this.#keepRecording(), {
+          disabled: !monitor.recording || monitor.tab !== page.tab || !store.online,
+        })}
       </div>
       <p class="empty">
         ${t("The test runs the document as it is now, without a robot, with the parameters of the recording, the events from outside, and what was forced and set by hand. It expects the same states in the same order, each within half a second of its time.")}
@@ -240,7 +217,7 @@ class TestsPanel extends PageElement {
   /** Write what the shown recording contains as a test of the document of its name, and run it. */
   async #keepRecording() {
     const {component} = monitor;
-    const path = await (await import("../run/documents.js")).recordedDocument();
+    const path = await (await import("../run/documents.js")).documentBelow();
     if (!path) return;
     await (await import("../data/files.js")).openPath(path);
     if (page.tabState?.path === path) await this.#keepRun(component);
@@ -277,7 +254,7 @@ function gapRow(document, {place, line, what, failed}) {
   const path = wordsFor(document, place);
   const isElement = place.kind !== "automaton";
   const name = wordsFor(document, isElement ? {...place, part: ""} : place).at(-1);
-  const where = [...(isElement ? path : path.slice(0, -1)), line && t("line {line}", {line})];
+  const where = [...(isElement ? path : path.slice(0, -1)), ...(line ? [t("line {line}", {line})] : [])];
   return html`<li>
     <button type="button" class="row" @click=${() => page.jump(place, line ? {line, column: 1} : {})}>
       <span
@@ -286,7 +263,7 @@ function gapRow(document, {place, line, what, failed}) {
         aria-label=${failed ? t("failed: ") : t("not passed: ")}
       ></span>
       <span class="message"><strong>${name}</strong> ${what}</span>
-      <span class="where">${where.filter(Boolean).join(" › ")}</span>
+      ${pathOf(where)}
     </button>
   </li>`;
 }

@@ -14,12 +14,14 @@ import {icon} from "../kit/icons.js";
 import {messageOf} from "../kit/notices.js";
 import {page} from "../data/page.js";
 import {store} from "../data/store.js";
-import {actionButton} from "../kit/buttons.js";
-import {t} from "../kit/texts.js";
+import {offers, wordButton} from "../kit/buttons.js";
+import {n, t} from "../kit/texts.js";
 import {monitor} from "../run/monitor.js";
 import {MOST_RUNS, duration, endings, requestOf, statePaths, verbOf} from "./asking.js";
 import "./trials-view.js";
 import {showMarks, showNoMarks} from "../data/marks.js";
+
+const FIRST_RUNS = 10; // that are offered
 
 /** @type {[Robot, string][]} */
 const ROBOTS = [
@@ -77,9 +79,9 @@ class TrialsPanel extends PageElement {
     if (!page.document) return html`<p class="empty">${t("No document is open.")}</p>`;
     if (page.tabState?.recording) return this.#inRecording();
     if (this.refusal)
-      return html`<div class="empty trials-refused">
+      return html`<div class="empty">
         <p>${this.refusal}.</p>
-        ${page.tabState?.path ? nothing : actionButton("save", this.context)}
+        ${page.tabState?.path ? nothing : offers({save: t("Save")}, this.context)}
       </div>`;
     if (!trials?.plan)
       return trials?.error
@@ -88,8 +90,9 @@ class TrialsPanel extends PageElement {
     return html`<div class="trials-panel">
       <div class="trials-setup">${this.#setup(trials, trials.plan)}</div>
       <div class="trials-results ${trials.outdated ? "outdated" : ""}" tabindex="-1">
-        ${this.#notes(trials)}
+        ${this.#notes(trials)} ${trials.view ? nothing : this.#first()}
         <hfsm-trials
+          ?hidden=${!trials.view}
           .view=${trials.view}
           .opens=${trials.recording === null && store.online}
           @trial=${(/** @type {CustomEvent<number>} */ {detail}) => this.#show(detail)}
@@ -101,13 +104,13 @@ class TrialsPanel extends PageElement {
   /** What is shown below a recording: the way back, if it is that of a trial. */
   #inRecording() {
     const origin = store.workspace.tabs.find(({tab}) => tab === this.origin);
-    return html`<div class="empty trials-refused">
+    return html`<div class="empty">
       <p>${t("A recording contains this document. Save a copy to run trials of it.")}</p>
       ${
         origin
-          ? html`<button type="button" class="action" @click=${() => page.show(origin.tab)}>
-              ${icon("trials")}<span class="text">${t("Back to the trials of {title}", {title: origin.title})}</span>
-            </button>`
+          ? html`<div class="offers">
+              ${this.#button("trials", t("Back to the trials of {title}", {title: origin.title}), () => page.show(origin.tab))}
+            </div>`
           : nothing
       }
     </div>`;
@@ -129,21 +132,14 @@ class TrialsPanel extends PageElement {
             ?disabled=${running}
             @input=${this.#input}
         /></label>
+        ${plan.file ? nothing : this.#choices(plan, running)}
         ${
           running
-            ? html`<button
-                type="button"
-                class="action"
-                ?disabled=${trials.status === "stopping"}
-                @click=${() => ask("stopTrials", {tab: page.tab})}
-              >
-                ${icon("stop")}<span class="text">${t("Stop")}</span>
-              </button>`
+            ? this.#button("stop", t("Stop"), () => ask("stopTrials", {tab: page.tab}), trials.status === "stopping")
             : html`<button type="submit" class="action primary" ?disabled=${!store.online}>
                 ${icon("run")}<span class="text">${verbOf(trials, this.draft)}</span>
               </button>`
         }
-        ${plan.file ? nothing : this.#choices(plan, running)}
       </form>
       ${progress(trials)} ${facts(t("What varies"), plan.varies)} ${facts(t("What happens"), plan.happens)}
       ${this.#counting(plan)} ${facts(t("What stays"), plan.fixed)}
@@ -162,7 +158,7 @@ class TrialsPanel extends PageElement {
           ${statePaths(page.document).map((path) => html`<option value=${path} ?selected=${path === state}>${path}</option>`)}
         </select></label
       ><label
-        >${t("Within")}
+        >${t("Within (s)")}
         <input
           type="number"
           name="limit"
@@ -172,9 +168,7 @@ class TrialsPanel extends PageElement {
           required
           .value=${String(limit)}
           ?disabled=${running}
-          @input=${this.#input}
-        />
-        s</label
+          @input=${this.#input} /></label
       ><label
         >${t("Robot")}
         <select name="robot" ?disabled=${running} @change=${this.#input}>
@@ -240,13 +234,33 @@ class TrialsPanel extends PageElement {
   };
 
   /** @param {SubmitEvent} event */
-  #submit = async (event) => {
+  #submit = (event) => {
     event.preventDefault();
+    this.#run();
+  };
+
+  /** What is offered before the first trial. */
+  #first() {
+    const words = n("Run {count} trial", "Run {count} trials", FIRST_RUNS);
+    return html`<div class="empty">
+      <p>${t("There are no trials yet.")}</p>
+      <div class="offers">
+        ${this.#button("run", words, () => this.#run({...this.draft, runs: FIRST_RUNS}), !store.online)}
+      </div>
+    </div>`;
+  }
+
+  /** @param {string} image @param {string} words @param {() => unknown} act */
+  #button(image, words, act, disabled = false) {
+    return wordButton(html`${icon(image)}<span class="text">${words}</span>`, act, {kind: "action", disabled});
+  }
+
+  async #run(draft = this.draft) {
     const trials = store.trials.get(page.tab);
     if (!trials?.plan) return;
-    if ((await ask("startTrials", {tab: page.tab, ...requestOf(trials, trials.plan, this.draft)})) !== undefined)
+    if ((await ask("startTrials", {tab: page.tab, ...requestOf(trials, trials.plan, draft)})) !== undefined)
       this.draft = {};
-  };
+  }
 
   /** Show another document. */
   #turn() {

@@ -103,12 +103,12 @@ def test_pasted_states_do_not_hide_others_and_go_where_they_are_put() -> None:
 
 
 @pytest.mark.parametrize(
-    "place", [{}, {"x": 131.0, "y": 77.0}], ids=["beside what was copied", "at the pointer"]
+    ("x", "y"), [(None, None), (131.0, 77.0)], ids=["beside what was copied", "at the pointer"]
 )
-def test_pasted_states_never_touch_others_however_often(place: dict[str, float]) -> None:
+def test_pasted_states_never_touch_others_however_often(x: float | None, y: float | None) -> None:
     document = tree()
     for content in [copy_states(document, 1, [1]), copy_states(document, 1, [1, 2])] * 3:
-        document = PasteStates(automaton=1, content=content, **place).apply(document)
+        document = PasteStates(automaton=1, content=content, x=x, y=y).apply(document)
     states = automaton(document, 1).states
     assert len(states) == 11
     assert all(math.dist((a.x, a.y), (b.x, b.y)) > 2 * RADIUS for a, b in combinations(states, 2))

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from codegen.hfsm.document import Document
 from codegen.messages import Message
 from tests.support.documents import document, state, sub, transition
 from visualhfsm._base.errors import EditError
-from visualhfsm._document.commands.text import Correction, CorrectName
-from visualhfsm._document.places import Place
+from visualhfsm._document.commands.text import Correction, CorrectName, StraightenText
+from visualhfsm._document.places import Place, texts_in
 from visualhfsm._document.problems import Problem, find_problems
 from visualhfsm._document.serialization import parse, written
 
@@ -139,3 +141,53 @@ CODE = Place(kind="state", automaton=1, id=1, part="code")
 def test_what_stands_there_no_longer_is_not_replaced(where: Correction) -> None:
     with pytest.raises(EditError):
         CorrectName(name="sped", meant="speed", at=(where,)).apply(one("print(sped)"))
+
+
+def test_an_import_with_a_misspelt_file_is_corrected(tmp_path: Path) -> None:
+    (tmp_path / "parts").mkdir()
+    for name in ("search.xml", "parts/look.xml"):
+        (tmp_path / name).write_text(document(sub(1, 0, state(1, "a", initial=True))))
+    for written_name, meant in (("serach.xml", "search.xml"), ("look.xml", "parts/look.xml")):
+        text = document(
+            sub(1, 0, state(1, "top", initial=True, child=2)),
+            f'<SubAutomata id="2" idFather="1"><import automaton="1">{written_name}</import></SubAutomata>\n',
+        )
+        problem = next(each for each in find_problems(text, tmp_path / "main.xml") if each.code == "E550")
+        after = fixed(parse(text, Message("Cannot read")), problem)
+        imported = after.automata[1].imported
+        assert imported is not None
+        assert (imported.file.text, imported.automaton) == (meant, 1)
+        assert find_problems(written(after), tmp_path / "main.xml") == []
+
+
+def pasted() -> Document:
+    text = document(
+        sub(
+            1, 0, state(1, "a", "log(“a”)", initial=True), state(2, "b"),
+            transition(1, 1, 2, "x –\u00a01 > 2"),
+            INPUT.replace("'red'", "‘red’"), variables="x = “é”",
+        ),
+        head=LISTS.replace("1.0", "−1.0") + PROPERTY.format("x =\u00a01"),
+    )  # fmt: skip
+    return parse(text, Message("Cannot read"))
+
+
+@pytest.mark.parametrize(
+    ("place", "expected"),
+    [
+        (Place(kind="state", automaton=1, id=1, part="code"), 'log("a")'),
+        (Place(kind="transition", automaton=1, id=1, part="trigger"), "x - 1 > 2"),
+        (Place(kind="automaton", automaton=1, part="variables"), 'x = "é"'),
+        (Place(kind="automaton", automaton=1, part="inputs", name="default"), "'red'"),
+        (Place(kind="document", part="parameters", name="default"), "-1.0"),
+        (Place(kind="document", part="properties", name="expression"), "x = 1"),
+    ],
+)
+def test_pasted_code_is_straightened_where_it_stands(place: Place, expected: str) -> None:
+    before = pasted()
+    after = StraightenText(place=place).apply(before)
+    changed = [
+        (one, other) for one, other in zip(texts_in(before), texts_in(after), strict=True) if one != other
+    ]
+    assert [(each.place, each.text) for _, each in changed] == [(place, expected)]
+    assert StraightenText(place=place).apply(after) is after

@@ -14,8 +14,15 @@ from codegen.hfsm.document import Document
 from tests.support.documents import document, problems, state, sub, transition
 from visualhfsm._base.errors import EditError
 from visualhfsm._document.commands.base import Command
-from visualhfsm._document.commands.variables import HandUpVariable, PassVariable, ShareVariable, TakeOutput
+from visualhfsm._document.commands.variables import (
+    HandUpVariable,
+    PassVariable,
+    ShareVariable,
+    TakeDefault,
+    TakeOutput,
+)
 from visualhfsm._document.serialization import written
+from zenoh_ice import typed
 
 
 def tree(
@@ -159,3 +166,59 @@ def test_after_sharing_no_code_has_the_name_alone(uses: list[str]) -> None:
     assert code_of(after, 2).count("self.hits") == sum(
         use.count("hits") - use.count("'hits'") - use.count("# hits") for use in uses
     )
+
+
+def declared(variables: str, of: str = "output", type: str = "float", default: str = "0.0") -> Document:
+    """Return a document whose root has `count` as an output or input."""
+    item = f"<{of}><name>count</name><type>{type}</type><default>{default}</default></{of}>"
+    text = document(sub(1, 0, item, state(1, "a", "count += 1", initial=True), variables=variables))
+    found = parse_document(text, Path("walk.xml"), Diagnostics())
+    assert found is not None
+    return found
+
+
+@pytest.mark.parametrize(
+    ("variables", "type", "left", "taken"),
+    [
+        ("count = 0", "float", "", ("float", "0")),
+        ("a = 1\n# b\ncount: int = 3\nc = 2", "int", "a = 1\n# b\nc = 2", ("int", "3")),
+        ("count = [1, '#']  # #\nx = -2.5", "int", "x = -2.5", ("object", "[1, '#']")),
+        ("count = 'é'", "bool", "", ("str", "'é'")),
+        ("count = None\nx = 1", "str", "x = 1", ("object", "None")),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("kind", ["output", "input"])
+def test_a_default_is_taken_from_the_variables(
+    kind: str, variables: str, type: str, left: str, taken: tuple[str, str]
+) -> None:
+    command = typed.convert({"automaton": 1, "list": f"{kind}s", "name": "count"}, TakeDefault)
+    (root,) = command.apply(declared(variables, kind, type, "")).automata
+    (item,) = (*root.inputs, *root.outputs)
+    assert (item.type.text, item.default.text) == taken
+    assert root.variables.text == left
+
+
+def test_an_output_with_the_default_of_the_variables_is_right(tmp_path: Path) -> None:
+    before = declared("count = 0", default="")
+    assert "E528" in found_in(tmp_path, before)
+    after = TakeDefault(automaton=1, list="outputs", name="count").apply(before)
+    assert found_in(tmp_path, after) == []
+
+
+@pytest.mark.parametrize(
+    "variables",
+    [
+        "",
+        "x = 1",
+        "count = now()",
+        "count, x = 0, 1",
+        "count = x = 0",
+        "count = 0; x = 1",
+        "count += 1",
+        "count == 1",
+        "counter = 1",
+    ],
+)
+def test_what_is_no_default_stays_in_the_variables(variables: str) -> None:
+    with pytest.raises(EditError, match="default"):
+        TakeDefault(automaton=1, list="outputs", name="count").apply(declared(variables))

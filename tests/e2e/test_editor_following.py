@@ -1,0 +1,137 @@
+"""The page shows the component of the shown document running, whoever started it, and ends none by surprise."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, Locator, expect
+
+from tests.support.browser import EditorPage
+from tests.support.editor import Editor
+from tests.support.monitor import (
+    DOCUMENT,
+    expect_current,
+    monitor_page,
+    robot_and_editor,
+    run,
+    started_elsewhere,
+    status,
+)
+from tests.support.robot_server import ServedRobot
+
+
+@pytest.fixture
+def path(root: Path) -> Path:
+    return root / "walk.xml"
+
+
+@pytest.fixture
+def served(path: Path) -> Iterator[tuple[ServedRobot, Editor]]:
+    with robot_and_editor(path) as served:
+        yield served
+
+
+@pytest.fixture
+def shown(browser: Browser, served: tuple[ServedRobot, Editor]) -> Iterator[EditorPage]:
+    with monitor_page(browser, served[1]) as shown:
+        yield shown
+
+
+def expect_running(shown: EditorPage, component: str = "walk") -> None:
+    """Wait until a component is shown running."""
+    expect(shown.page.locator("hfsm-monitor-bar .component")).to_have_text(component)
+    expect(status(shown)).to_have_text("Running")
+
+
+def steering(shown: EditorPage) -> Locator:
+    """The switch that says whether the window may steer what it follows."""
+    return shown.page.locator("hfsm-monitor-bar [role=switch]")
+
+
+def show(shown: EditorPage, document: str) -> None:
+    """Show an open document."""
+    shown.page.locator("hfsm-tabs").get_by_role("tab", name=document).click()
+
+
+def test_a_page_that_is_loaded_again_shows_what_it_has_started_and_steers_it(shown: EditorPage) -> None:
+    run(shown)
+    shown.page.reload()
+    expect_running(shown)
+    expect_current(shown, "wait")
+    expect(steering(shown)).to_have_text("Steering")
+    shown.press("F8")
+    expect(status(shown)).to_have_text("Paused")
+
+
+def test_another_window_shows_what_runs_and_only_watches(
+    shown: EditorPage, browser: Browser, served: tuple[ServedRobot, Editor]
+) -> None:
+    with monitor_page(browser, served[1]) as early:
+        run(shown)
+        expect_running(early)
+        with monitor_page(browser, served[1]) as late:
+            expect_running(late)
+            expect_current(late, "wait")
+            expect(steering(late)).to_have_text("Only watching")
+        early.press("Alt+Shift+a")  # unfollow
+        expect(status(early)).to_have_count(0)
+        shown.press("Shift+F5")
+        expect(status(shown)).to_have_text("Ended: stopped")
+        expect(status(early)).to_have_count(0)
+        run(shown)
+        expect_running(early)
+
+
+def test_what_a_terminal_starts_is_shown_beside_its_document(
+    shown: EditorPage, served: tuple[ServedRobot, Editor], path: Path
+) -> None:
+    with started_elsewhere(served[0], path):
+        expect_running(shown)
+        expect_current(shown, "wait")
+        shown.press("F5")
+        refusal = shown.page.get_by_role("alert").filter(
+            has_text="walk runs already, and was not started here"
+        )
+        expect(refusal).to_be_visible()
+        expect_running(shown)
+
+
+def test_each_document_that_is_shown_shows_its_own_run(shown: EditorPage, root: Path) -> None:
+    run(shown)
+    (root / "patrol.xml").write_text(DOCUMENT)
+    with shown.editor.window() as other:
+        other.ask("open", path="patrol.xml")
+    show(shown, "patrol")
+    expect_running(shown)  # the other one, since this does not run
+    shown.press("F5")
+    expect_running(shown, "patrol")
+    show(shown, "walk")
+    expect_running(shown, "walk")
+    expect_current(shown, "wait")
+    show(shown, "patrol")
+    expect_running(shown, "patrol")
+
+
+def test_run_asks_before_it_ends_what_runs(shown: EditorPage) -> None:
+    page = shown.page
+    run(shown)
+    shown.press("F8")
+    expect(status(shown)).to_have_text("Paused")
+    shown.press("F5")
+    dialog = page.get_by_role("dialog", name="walk runs")
+    expect(dialog.get_by_role("button", name="Reload")).to_be_focused()
+    assert shown.violations("dialog") == []
+    shown.press("Escape")
+    expect(dialog).to_have_count(0)
+    expect(status(shown)).to_have_text("Paused")
+    shown.press("F5", "Enter")
+    expect(page.locator(".notice", has_text="Reloaded.")).to_be_visible()
+    expect(status(shown)).to_have_text("Paused")
+    shown.press("Alt+Shift+t")
+    expect(dialog.get_by_role("button", name="Run again")).to_be_focused()
+    expect(dialog.get_by_role("button", name="Reload")).to_have_count(0)
+    shown.press("Escape", "F5")
+    dialog.get_by_role("button", name="Run again").click()
+    expect_running(shown)
