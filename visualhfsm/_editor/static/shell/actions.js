@@ -3,7 +3,7 @@
 import {canvasActions, drawnSelection} from "../canvas/actions.js";
 import * as commands from "../data/commands.js";
 import {holdKeys} from "../kit/holding.js";
-import {layoutActions} from "./layouts.js";
+import {browserStorage} from "../kit/storage.js";
 import {monitorActions, monitoredSelection} from "../run/actions.js";
 import {monitor} from "../run/monitor.js";
 import {page} from "../data/page.js";
@@ -27,6 +27,15 @@ function stop() {
 }
 
 const files = () => import("../data/files.js");
+
+/** A layout that the user chooses. @param {string} id @param {string} label @param {string} icon @param {string} hint */
+const layout = (id, label, icon, hint) => ({
+  ...{id, label, icon, hint},
+  words: t("panels, views, workspace"),
+  run: async (/** @type {import("../kit/registry.js").Context} */ {app}) =>
+    (await import("./layouts.js")).choose(app, id),
+  checked: () => browserStorage.getItem("visualhfsm.layout") === id,
+});
 
 addActions([
   {
@@ -373,7 +382,9 @@ addActions([
     hint: t("on or off"),
     checked: ({app}) => app.showsTree,
   },
-  ...layoutActions,
+  layout("layoutDraw", t("Draw"), "state", t("the drawing and its code")),
+  layout("layoutRun", t("Run and watch"), "run", t("the drawing and the robot")),
+  layout("layoutLookBack", t("Look back"), "timing", t("the drawing, the robot, its values and the timeline")),
   {
     id: "theme",
     label: t("Light or dark"),

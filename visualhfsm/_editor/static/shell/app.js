@@ -32,7 +32,6 @@ import {chosenBody, isReadyFor} from "../data/robot.js";
 import {started} from "../data/started.js";
 import {actionButton} from "../kit/buttons.js";
 import {resizer, restoreSizes} from "../kit/resizer.js";
-import {restoreLayout} from "./layouts.js";
 import {banner, keepStopInView} from "./shell.js";
 import {initTheme, switchTheme} from "../kit/theme.js";
 import {browserStorage, windowStorage} from "../kit/storage.js";
@@ -167,7 +166,8 @@ export class HfsmApp extends PageElement {
     this.listen(store, "connection", () => this.#showBreakpoints());
     this.listen(store, "connection", () => this.#welcome());
     listenForStop();
-    restoreLayout(this);
+    if (browserStorage.getItem("visualhfsm.layout"))
+      import("./layouts.js").then((module) => module.restoreLayout(this));
     showImports();
     store.connect();
   }

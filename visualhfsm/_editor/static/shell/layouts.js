@@ -7,7 +7,6 @@
  */
 
 import {browserStorage} from "../kit/storage.js";
-import {t} from "../kit/texts.js";
 
 const CHOSEN = "visualhfsm.layout";
 /** As they are at first. @type {Record<string, Arrangement>} */
@@ -16,6 +15,9 @@ const FIRST = {
   layoutRun: {side: "", bottom: "", tree: "", robot: true},
   layoutLookBack: {side: "hfsm-monitor-panel", bottom: "hfsm-monitor-timeline", tree: "without-tree", robot: true},
 };
+
+/** Whether the layout is kept when the page is left. */
+let isKept = false;
 
 /** The layout that was chosen last; "" for none. */
 const chosen = () => browserStorage.getItem(CHOSEN) ?? "";
@@ -29,8 +31,10 @@ function keep({side, bottom, tree, showsRobot: robot}) {
 }
 
 /** @param {HfsmApp} app @param {string} id */
-async function choose(app, id) {
-  keep(app);
+export async function choose(app, id) {
+  if (isKept) keep(app);
+  else addEventListener("pagehide", () => keep(app)); // the page has just been loaded, or nothing was chosen before
+  isKept = true;
   browserStorage.setItem(CHOSEN, id);
   /** @type {Arrangement} */
   const {side, bottom, tree, robot} = {...FIRST[id], ...JSON.parse(browserStorage.getItem(keyOf(id)) ?? "{}")};
@@ -40,23 +44,5 @@ async function choose(app, id) {
 
 /** Arrange the page as it was left. @param {HfsmApp} app */
 export function restoreLayout(app) {
-  addEventListener("pagehide", () => keep(app));
   if (chosen() in FIRST) choose(app, chosen());
 }
-
-/** @param {string} id @param {string} label @param {string} image @param {string} hint */
-const action = (id, label, image, hint) => ({
-  id,
-  label,
-  hint,
-  icon: image,
-  words: t("panels, views, workspace"),
-  run: (/** @type {{app: HfsmApp}} */ {app}) => choose(app, id),
-  checked: () => chosen() === id,
-});
-
-export const layoutActions = [
-  action("layoutDraw", t("Draw"), "state", t("the drawing and its code")),
-  action("layoutRun", t("Run and watch"), "run", t("the drawing and the robot")),
-  action("layoutLookBack", t("Look back"), "timing", t("the drawing, the robot, its values and the timeline")),
-];
