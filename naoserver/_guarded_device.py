@@ -81,6 +81,8 @@ class GuardedDevice:
         """Return the newest snapshot of the joints without blocking."""
         self.with_coupled: Final = safety.with_coupled
         """Return joints, in their order, and all that share a motor with them."""
+        self.require_motor: Final = safety.require_motor
+        """Raise InvalidCommand for an unknown or a passive joint."""
         self._device = device
         self._safety = safety
         self.gate: Final = gate
@@ -170,6 +172,11 @@ class GuardedDevice:
             if joints := self.claims.release(activity):
                 self._apply(self._safety.hold(joints, self.read()))
 
+    def forget(self, joint: str) -> None:
+        """Leave a joint to the activity that has claimed it, and that moves it in a way of its own."""
+        with self._lock:
+            self._safety.forget(joint)
+
     def stiffen(
         self, stiffnesses: Mapping[str, float], seconds: float, *, client: str = "", activity: str = ""
     ) -> dict[str, float]:
@@ -180,7 +187,7 @@ class GuardedDevice:
         """
         with self._lock:
             self.gate.require(client, begun=bool(activity))
-            _require_reached(stiffnesses, self.read().faults)
+            require_reached(stiffnesses, self.read().faults)
             safe = self._safety.safe_stiffnesses(stiffnesses)
             if not self._closed:
                 self._device.command_stiffnesses(safe, seconds)
@@ -238,7 +245,7 @@ class GuardedDevice:
                 joint, f"{joint} keeps the robot upright: use postures or motions, or make its legs limp"
             )
         if reading.faults:
-            _require_reached(joints, reading.faults)
+            require_reached(joints, reading.faults)
 
     def _obey(self, command: Callable[[JointReading], Outcome]) -> Outcome:
         with self._lock:
@@ -260,7 +267,7 @@ class GuardedDevice:
         return outcome
 
 
-def _require_reached(joints: Iterable[str], faults: Mapping[str, JointFault]) -> None:
+def require_reached(joints: Iterable[str], faults: Mapping[str, JointFault]) -> None:
     """Raise InvalidCommand if the servo of a joint is lost."""
     for joint in joints:
         if (fault := faults.get(joint)) is not None and fault.lost:

@@ -239,6 +239,11 @@ class JointSafety:
                 found += (pair.leader, pair.follower)
         return tuple(dict.fromkeys(found))
 
+    def forget(self, joint: str) -> None:
+        """Leave a joint to something else: nothing that was commanded to it before goes on."""
+        for former in (self._drives, self._goals, self._clients, self._issued):
+            former.pop(joint, None)
+
     def hold(self, joints: Iterable[str], reading: JointReading) -> Outcome:
         """Stop joints at once, wherever they are, except passive ones."""
         outcome = Outcome()
@@ -323,14 +328,18 @@ class JointSafety:
         Raises InvalidCommand for an unknown or a passive joint, or a value not finite.
         """
         for joint, value in values.items():
-            if joint not in self._facts:
-                name = joint[:_LONGEST_NAME]
-                raise InvalidCommand(name, f"there is no joint {name!r}; there are {', '.join(self._facts)}")
-            if joint in self._passive:
-                raise InvalidCommand(joint, f"{joint} has no motor: it moves with what touches it")
+            self.require_motor(joint)
             if not math.isfinite(value):
                 raise InvalidCommand(joint, f"{joint}: a {what} of {value} is not a finite number")
         return dict(values)
+
+    def require_motor(self, joint: str) -> None:
+        """Raise InvalidCommand for an unknown or a passive joint."""
+        if joint not in self._facts:
+            name = joint[:_LONGEST_NAME]
+            raise InvalidCommand(name, f"there is no joint {name!r}; there are {', '.join(self._facts)}")
+        if joint in self._passive:
+            raise InvalidCommand(joint, f"{joint} has no motor: it moves with what touches it")
 
     def speed_cap(self, joint: str, reading: JointReading) -> float:
         """Return the highest speed that a command gets at a reading, in rad/s or m/s."""

@@ -11,6 +11,7 @@ from contextlib import ExitStack
 from typing import Any, Final
 
 from naoserver._event_log import EventLog
+from naoserver._gain_guard import GainGuard
 from naoserver._gate import Gate
 from naoserver._guarded_device import GuardedDevice
 from naoserver._motions.player import PERIOD, MotionPlayer
@@ -188,7 +189,11 @@ class Assembly:
             self._add_hinge(body, Hinge(name, axes))
         if (neck := facts.neck) is not None:
             self._add(NeckSpeed=NeckSpeedI(body, neck), Head=PoseHeadI(body, neck))
-        self._add(Body=JointsI(body))
+        gains = None
+        if self._robot.gains is not None and facts.gains is not None:
+            gains = GainGuard(self._robot.gains, body, facts, facts.gains, self.options.safety)
+            self.watched.append(gains)
+        self._add(Body=JointsI(body, gains))
         return body
 
     def _add_walk(self, walker: Walker) -> WalkTo:

@@ -41,6 +41,8 @@ class Body(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, eq=Fal
     fixed_joints: Annotated[tuple[parts.Joint, ...], Meta(max_length=parts.MOST_PARTS)] = ()
     """Places where a link is fixed to another, at the angle 0."""
     gears: dict[str, parts.Gear] = {}
+    gains: parts.Gains | None = None
+    """None for motors that follow positions only, as those of a Nao."""
     play: parts.Play | None = None
     """None for gears like those of a Nao."""
     couplings: tuple[parts.Coupling, ...] = ()

@@ -1,4 +1,4 @@
-"""Optional abilities besides joints and cameras: a walk, balance, senses, lights, voice, sounds, a stage.
+"""Optional abilities besides joints and cameras: gains, walk, balance, senses, lights, voice, sounds, stage.
 
 Each is an attribute of `Robot`, None if the robot lacks it; the server adds servants for those that exist.
 The contract of `naoserver.robot` applies here, too: methods may be called from any thread, reading methods
@@ -12,7 +12,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import Final, Literal, Protocol, runtime_checkable
+from typing import Final, Literal, NamedTuple, Protocol, runtime_checkable
 
 Vector = tuple[float, float, float]
 
@@ -39,6 +39,35 @@ class Odometry:
     y: float
     heading: float
     """In rad, within (-pi, pi]."""
+
+
+class JointCommand(NamedTuple):
+    """What the motor of a joint follows: it gives kp (position - angle) + kd (velocity - speed) + torque.
+
+    In rad, rad/s and N m, or m, m/s and N of a slide. It never takes the joint out of its range, or beyond
+    its highest speed.
+    """
+
+    position: float
+    velocity: float
+    torque: float
+    kp: float
+    kd: float
+    lower: float
+    """The lower end of the range, which the angle of another joint may narrow."""
+    upper: float
+    max_speed: float
+
+
+@runtime_checkable
+class GainControl(Protocol):
+    """Motors that follow commands with gains, as those of most humanoids; those of a Nao do not."""
+
+    def command(self, commands: Mapping[str, JointCommand]) -> None:
+        """Let some motors follow commands, each until the next command of any kind to its joint.
+
+        Meanwhile the setpoint of the joint is where the joint is. Stiffness limits the torque, as ever.
+        """
 
 
 @runtime_checkable

@@ -18,6 +18,10 @@ class SafetyOptions:
     """Speed of a position command that gives none, as a fraction of the full speed: JdeRobot's."""
     velocity_timeout: float = 0.5
     """Wall seconds after which a velocity command stops unless it is renewed."""
+    gains_timeout: float = 0.2
+    """Wall seconds after which joints no longer follow commands with gains unless they are renewed."""
+    damping_time: float = 0.5
+    """Wall seconds for which such joints are damped then, before they are held where they are."""
     ramp_time: float = 0.25
     """Robot seconds in which a velocity command accelerates a joint from rest to full speed."""
     period: float = 0.02

@@ -128,6 +128,15 @@ class Gear(_Part, frozen=True):
     """Angle in rad to which the spring of a passive joint pulls it."""
 
 
+class Gains(_Part, frozen=True):
+    """The highest gains that the motors of a body take by command."""
+
+    kp: _Positive
+    """In N m/rad."""
+    kd: _Positive
+    """In N m s/rad."""
+
+
 class Inertia(Struct, frozen=True, forbid_unknown_fields=True):
     """Moments and products of inertia about the centre of mass in link axes in kg m^2."""
 

@@ -13,7 +13,8 @@ Contract of every implementation
   at that velocity until the next command. Velocity 0 holds the setpoint where it is. The newest command of
   a joint replaces the one before, of either kind; joints that a command does not name keep theirs.
   Commands take effect at the next control tick. The setpoint of a limp motor follows its joint, so that
-  nothing jumps when it becomes stiff again.
+  nothing jumps when it becomes stiff again; so does that of a motor that follows a command with gains,
+  until the next position or velocity.
 - **Small steps.** A server that is killed or hangs must not leave a motor on its way to a far goal: send
   setpoints in small steps, and set the watchdog of the bus, which holds every motor once nothing comes.
   Hardware that has none, and goes to its goals by itself, gets a `naoserver.hardware.dead_man` switch.
@@ -47,7 +48,17 @@ from typing import TYPE_CHECKING, Final, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.capabilities import Balancer, Lights, Loudspeaker, OwnPostures, Senses, Stage, Voice, Walker
+from naoserver.capabilities import (
+    Balancer,
+    GainControl,
+    Lights,
+    Loudspeaker,
+    OwnPostures,
+    Senses,
+    Stage,
+    Voice,
+    Walker,
+)
 from naoserver.parts import CameraFacts, JointFacts
 from zenoh_ice import Clock
 
@@ -161,6 +172,10 @@ class Robot(JointDevice, Protocol):
     @property
     def mechanisms(self) -> tuple[JointDevice, ...]:
         """Devices besides the robot: the balls of a simulation; empty on a real robot."""
+
+    @property
+    def gains(self) -> GainControl | None:
+        """What lets its motors follow commands with gains; None when they cannot."""
 
     @property
     def walker(self) -> Walker | None:

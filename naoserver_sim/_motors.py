@@ -1,4 +1,4 @@
-"""The motors of the model: setpoints that move at limited speed, stiffness and heat; and their gears."""
+"""The motors of the model: setpoints that move at limited speed, stiffness, gains, heat; and their gears."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from naoserver.capabilities import JointCommand
 from naoserver.parts import MotorHeat, Play
 
 Array = NDArray[np.float64]
@@ -39,15 +40,11 @@ class SetpointController:
         return self._setpoints.copy()
 
     def move(self, motors: NDArray[np.intp], targets: Array, speeds: Array) -> None:
-        """Move some setpoints to targets, which may be infinite, at speeds; 0 holds one where it is."""
+        """Move some setpoints to targets, or without end to infinite ones; a speed of 0 holds one."""
         self.commands[motors] += 1
         self._targets[motors] = np.clip(targets, self._lower[motors], self._upper[motors])
         self._speeds[motors] = np.minimum(speeds, self._max_speeds[motors])
         self._moving = True
-
-    def drive(self, motors: NDArray[np.intp], velocities: Array) -> None:
-        """Move some setpoints at velocities until their limits or the next command."""
-        self.move(motors, np.copysign(np.inf, velocities), np.abs(velocities))
 
     def place(self, motors: NDArray[np.intp], positions: Array, out: Array) -> None:
         """Set the setpoints of some motors to fixed positions at once; fill `out`."""
@@ -72,6 +69,12 @@ _TIME_CONSTANT: Final = 300.0
 """Seconds in which a motor gets 63 % nearer to the temperature that its torque leads to; assumed."""
 
 
+_BRAKING: Final = 0.05
+"""Seconds in which a motor that follows a command with gains could stop before the end of its range."""
+_SPEED_BAND: Final = 0.2
+"""Part of its highest speed in which such a motor loses its torque: much less would swing at these steps."""
+
+
 class Motors:
     """Stiffness and temperature of every motor of a model; `tick` belongs to the thread of the physics.
 
@@ -79,6 +82,10 @@ class Motors:
     current. A motor warms by the square of its torque, as by the current in its winding: the continuous
     torque of its data sheet heats it to `heat.hot`, above which it gives less torque; without `heat`, motors
     stay as they are.
+
+    A motor follows a position with the gains of its gear, or a command that brings its own. It then gives no
+    torque that would take its joint out of the command's range or beyond its speed: the torque decreases with
+    the distance to the highest speed, as in a real motor, and this speed with that to the end of the range.
     """
 
     def __init__(self, mj: mujoco.MjModel, heat: MotorHeat | None = None) -> None:
@@ -94,6 +101,16 @@ class Motors:
         self.temperatures: Array = np.full(mj.nu, AMBIENT)
         self.limp: NDArray[np.intp] = np.zeros(0, dtype=np.intp)
         """The limp motors."""
+        self.follows: NDArray[np.bool_] = np.zeros(mj.nu, dtype=bool)
+        """Whether each motor follows commands with gains."""
+        self.following: NDArray[np.intp] = self.limp
+        """The motors that do."""
+        self.loose: NDArray[np.intp] = self.limp
+        """Both: the setpoints of these motors follow their joints."""
+        self._followed = np.zeros((mj.nu, len(JointCommand._fields)))
+        self._most = self._forces[:, 1].copy()
+        joints = mj.actuator_trnid[:, 0]
+        self._qpos, self._dofs = mj.jnt_qposadr[joints], mj.jnt_dofadr[joints]
         self._wanted = self.stiffnesses.copy()
         self._rates = np.zeros(mj.nu)
         self._changing = False
@@ -105,6 +122,47 @@ class Motors:
         change = np.abs(self._wanted[motors] - self.stiffnesses[motors])
         self._rates[motors] = change / seconds if seconds > 0.0 else np.inf
         self._changing = True
+
+    def follow(self, motors: NDArray[np.intp], commands: Array) -> None:
+        """Let some motors follow commands with gains: a row of fields of `JointCommand` for each."""
+        self._followed[motors] = commands
+        _, velocities, torques, kp, kd = commands.T[:5]
+        mj = self._mj
+        mj.actuator_gainprm[motors, 0] = kp
+        mj.actuator_biasprm[motors, 0] = torques + kd * velocities
+        mj.actuator_biasprm[motors, 1], mj.actuator_biasprm[motors, 2] = -kp, -kd
+        if not self.follows[motors].all():
+            self.follows[motors] = True
+            self._sort()
+
+    def obey(self, motors: NDArray[np.intp]) -> None:
+        """Let some motors follow their setpoints."""
+        if self.follows[motors].any():
+            self.follows[motors] = False
+            self._mj.actuator_biasprm[motors, 0] = 0.0
+            self._sort()
+            self._apply()
+
+    def wanted(self) -> Array:
+        """Return the positions that motors of `following` are to be at."""
+        positions: Array = self._followed[self.following, 0]
+        return positions
+
+    def limit(self, qpos: Array, qvel: Array) -> None:
+        """Limit the torques of motors of `following` by range and speed, before each step of the physics."""
+        motors = self.following
+        _, _, _, _, _, lower, upper, highest = self._followed[motors].T
+        angles, speeds, most = qpos[self._qpos[motors]], qvel[self._dofs[motors]], self._most[motors]
+        braking = most / (_SPEED_BAND * highest)
+        for column, end in enumerate((lower, upper)):
+            allowed = np.minimum(np.maximum((end - angles) / _BRAKING, -highest), highest)
+            torques = np.minimum(np.maximum(braking * (allowed - speeds), -most), most)
+            self._mj.actuator_forcerange[motors, column] = torques
+
+    def _sort(self) -> None:
+        self.following = np.flatnonzero(self.follows)
+        self.limp = np.flatnonzero(self.stiffnesses == 0.0)
+        self.loose = np.union1d(self.following, self.limp)
 
     def cool(self) -> None:
         """Give every motor the temperature of the air."""
@@ -118,7 +176,7 @@ class Motors:
             reach = self._rates * seconds
             self.stiffnesses += np.clip(self._wanted - self.stiffnesses, -reach, reach)
             self._changing = bool((self.stiffnesses != self._wanted).any())
-            self.limp = np.flatnonzero(self.stiffnesses == 0.0)
+            self._sort()
             self._apply()
         elif self._derated or (self._heat and np.count_nonzero(self.temperatures > self._heat.hot)):
             self._apply()
@@ -128,10 +186,11 @@ class Motors:
         if (heat := self._heat) is not None:
             cool = np.clip((heat.too_hot - self.temperatures) / (heat.too_hot - heat.hot), 0.0, 1.0)
         self._derated = bool((cool < 1.0).any())
-        mj = self._mj
-        mj.actuator_gainprm[:, 0] = self._gains * self.stiffnesses
-        mj.actuator_biasprm[:, 1:3] = self._biases * self.stiffnesses[:, None]
-        mj.actuator_forcerange[:] = self._forces * (self.stiffnesses * cool)[:, None]
+        mj, obeying, stiffnesses = self._mj, ~self.follows, self.stiffnesses[:, None]
+        mj.actuator_gainprm[obeying, 0] = (self._gains * self.stiffnesses)[obeying]
+        mj.actuator_biasprm[obeying, 1:3] = (self._biases * stiffnesses)[obeying]
+        mj.actuator_forcerange[:] = self._forces * stiffnesses * cool[:, None]
+        self._most = mj.actuator_forcerange[:, 1].copy()
 
 
 PLAY: Final = Play(delay=2, least_backlash=math.radians(0.5), most_backlash=math.radians(2.0))

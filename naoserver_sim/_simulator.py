@@ -115,9 +115,20 @@ class Simulator:
 
     def hold(self, motors: NDArray[np.intp], positions: Array) -> None:
         """Let some motors hold positions at once."""
+        self.motors.obey(motors)
         self.setpoints.place(motors, positions, self.commands)
         if self._gears is not None:
             self._gears.settle(motors, positions)
+
+    def move(self, motors: NDArray[np.intp], targets: Array, speeds: Array) -> None:
+        """Move the setpoints of some motors to targets, as `SetpointController.move` does."""
+        self.motors.obey(motors)
+        self.setpoints.move(motors, targets, speeds)
+
+    def follow(self, motors: NDArray[np.intp], commands: Array) -> None:
+        """Let some motors follow commands with gains: a row of fields of `JointCommand` for each."""
+        self.setpoints.commands[motors] += 1
+        self.motors.follow(motors, commands)
 
     def advance(self, ticks: int) -> None:
         """Step some ticks in the caller's thread and publish each state. Raises RobotError if it explodes."""
@@ -129,11 +140,13 @@ class Simulator:
             while self._orders:
                 self._orders.popleft()()
             motors.tick(self.tick_period, data.actuator_force)
-            if motors.limp.size:  # the setpoint of a limp motor follows its joint
-                setpoints.place(motors.limp, data.actuator_length[motors.limp], self.commands)
+            if motors.loose.size:  # the setpoint of a motor that nothing holds follows its joint
+                setpoints.place(motors.loose, data.actuator_length[motors.loose], self.commands)
             setpoints.tick(self.tick_period, self.commands)
             for part in self.parts:
                 part(self.tick_period)
+            if motors.following.size:
+                self.commands[motors.following] = motors.wanted()
             if gears is not None:
                 gears.tick(self.commands, data.actuator_length, data.ctrl)
             self._step()
@@ -152,10 +165,17 @@ class Simulator:
 
     def _step(self) -> None:
         """Step the physics for a tick. Sensors measure only in its last step: nobody reads them before."""
+        mj, data, motors = self.mj, self.data, self.motors
         self._option.disableflags |= _SENSORS
-        mujoco.mj_step(self.mj, self.data, nstep=STEPS_PER_TICK - 1)
+        if motors.following.size:
+            for _ in range(STEPS_PER_TICK - 1):
+                motors.limit(data.qpos, data.qvel)
+                mujoco.mj_step(mj, data)
+            motors.limit(data.qpos, data.qvel)
+        else:
+            mujoco.mj_step(mj, data, nstep=STEPS_PER_TICK - 1)
         self._option.disableflags &= ~_SENSORS
-        mujoco.mj_step(self.mj, self.data)
+        mujoco.mj_step(mj, data)
 
     def _take_snapshot(self) -> Snapshot:
         data = self.data

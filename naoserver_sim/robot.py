@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from naoserver.bodies import DEFAULT_BODY, find_body
 from naoserver.body import Body
-from naoserver.capabilities import OwnPostures
+from naoserver.capabilities import JointCommand, OwnPostures
 from naoserver.errors import RobotError
 from naoserver.expression import FadingLights, TimedSounds, TimedVoice
 from naoserver.footsteps import Footsteps
@@ -91,11 +91,12 @@ class SimulatedDevice:
         _, speeds = self._given({name: max_speeds[name] for name in targets})
         values = (values - index.offsets[places]) / index.ratios[places]
         speeds = np.abs(speeds / index.ratios[places])
-        self._order(self._simulator.setpoints.move, places, values, speeds)
+        self._order(self._simulator.move, places, values, speeds)
 
     def command_velocities(self, velocities: Mapping[str, float]) -> None:
         places, values = self._given(velocities)
-        self._order(self._simulator.setpoints.drive, places, values / self._index.ratios[places])
+        values /= self._index.ratios[places]
+        self._order(self._simulator.move, places, np.copysign(np.inf, values), np.abs(values))
 
     def command_stiffnesses(self, stiffnesses: Mapping[str, float], seconds: float) -> None:
         self._order(self._simulator.motors.stiffen, *self._given(stiffnesses), seconds)
@@ -126,6 +127,19 @@ class SimulatedDevice:
 
     def _order(self, action: Callable[..., None], places: list[int], *values: object) -> None:
         self._simulator.order(partial(action, self._index.motors[places], *values))
+
+
+class SimulatedGains:
+    """Commands with gains to the motors of a robot. Implements GainControl."""
+
+    def __init__(self, simulator: Simulator, index: DeviceIndex) -> None:
+        self._simulator = simulator
+        self._motors = {joint.name: motor for joint, motor in zip(index.joints, index.motors, strict=True)}
+
+    def command(self, commands: Mapping[str, JointCommand]) -> None:
+        motors = np.array([self._motors[name] for name in commands])
+        rows = np.array([*commands.values()])
+        self._simulator.order(lambda: self._simulator.follow(motors, rows))
 
 
 def _way_of(model: Model, simulator: Simulator, sensors: SensorRecord, *, noise: bool) -> Way | None:
@@ -210,6 +224,7 @@ class SimulatedRobot(SimulatedDevice):
         super().__init__(body.title or body.name, simulator, model.robot)
         self.body: Final = body
         self.cameras: Final = model.cameras
+        self.gains: Final = SimulatedGains(simulator, model.robot) if body.gains else None
         self.senses: Final = SimulatedSenses(model, simulator, SenseNoise() if noise else None, random)
         self.walker: Final[Way | None] = _way_of(model, simulator, self.senses.record, noise=noise)
         walker = self.walker

@@ -8,6 +8,8 @@ from zenoh_ice import generated as ice
 from ..jderobot.common import CommandRefusedException, InvalidValueException
 
 __all__ = [
+    "JointCommand",
+    "JointCommands",
     "JointLimits",
     "JointLimitsSeq",
     "JointNames",
@@ -52,7 +54,24 @@ class JointState(ice.Struct):
     """Temperatures of the motors in degrees Celsius."""
 
 
-class JointsPrx(ice.ObjectPrx, id="::nao::Joints", fingerprint="2693ae7f19237d2c"):
+class JointCommand(ice.Struct):
+    """What the motor of a joint follows: it gives kp (position - angle) + kd (velocity - speed) + torque in N
+    m, within its limits.
+    """
+
+    position: float = 0.0
+    """In rad."""
+    velocity: float = 0.0
+    """In rad/s."""
+    torque: float = 0.0
+    """In N m."""
+    kp: float = 0.0
+    """In N m/rad."""
+    kd: float = 0.0
+    """In N m s/rad."""
+
+
+class JointsPrx(ice.ObjectPrx, id="::nao::Joints", fingerprint="ae6b2fd9c604abc3"):
     """Read and command all joints in one call."""
 
     @ice.operation(idempotent=True)
@@ -77,6 +96,13 @@ class JointsPrx(ice.ObjectPrx, id="::nao::Joints", fingerprint="2693ae7f19237d2c
     def setStiffnesses(self, stiffnesses: JointTargets, seconds: float) -> JointTargets:
         """Set how strongly some joints hold, from 0, limp, to 1, within some seconds; returns what was
         set.
+        """
+
+    @ice.operation(throws=(InvalidValueException, CommandRefusedException))
+    def setJointCommands(self, commands: JointCommands) -> JointCommands:
+        """Let the motors of some joints follow commands with gains, if they can. Commands that are not
+        renewed within 0.2 s end: the joints are damped for 0.5 s, and then held where they are. Returns
+        the commands that had to be limited, as they were.
         """
 
     @ice.operation(idempotent=True, stop=True)
@@ -110,6 +136,8 @@ class Joints(ice.Object, proxy=JointsPrx):
         current: ice.Current,
     ) -> JointTargets: ...
     @ice.abstractmethod
+    def setJointCommands(self, commands: JointCommands, current: ice.Current) -> JointCommands: ...
+    @ice.abstractmethod
     def stop(self, current: ice.Current) -> None: ...
 
 
@@ -120,3 +148,5 @@ JointNames = list[str]
 JointTargets = dict[str, float]
 """A target in rad for each joint named; of a hand 0 is closed and 1 open."""
 JointLimitsSeq = list[JointLimits]
+JointCommands = dict[str, JointCommand]
+"""A command for each joint named."""

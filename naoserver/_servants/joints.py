@@ -13,6 +13,7 @@ from typing import Final
 import msgspec
 
 from interfaces import jderobot, nao
+from naoserver._gain_guard import GainGuard
 from naoserver._guarded_device import GuardedDevice
 from naoserver._servants import shared
 from naoserver.parts import Axis, Hinge, HingeAxis
@@ -124,10 +125,11 @@ _LONGEST_CHANGE: Final = 60.0
 
 
 class JointsI(nao.Joints):
-    """Read and command all joints of a device."""
+    """Read and command all joints of a device; `gains` are None if its motors take none by command."""
 
-    def __init__(self, device: GuardedDevice) -> None:
+    def __init__(self, device: GuardedDevice, gains: GainGuard | None) -> None:
         self._device = device
+        self._gains = gains
         self.stream: Final = shared.StateStream(device.read, self.getJointStatePublisher, _state)
 
     def getJointNames(self, current: Current) -> list[str]:
@@ -156,6 +158,15 @@ class JointsI(nao.Joints):
         shared.require_within(0.0, _LONGEST_CHANGE, seconds=seconds)
         with shared.refusals_raised():
             return self._device.stiffen(stiffnesses, seconds, client=current.client)
+
+    def setJointCommands(
+        self, commands: dict[str, nao.JointCommand], current: Current
+    ) -> dict[str, nao.JointCommand]:
+        if self._gains is None:
+            why = "take no gains by command: they go to positions; stiffnesses say how strongly they hold"
+            raise jderobot.InvalidValueException(f"the motors of {self._device.name} {why}", "commands")
+        with shared.refusals_raised():
+            return self._gains.command(commands, current.client)
 
     def stop(self, current: Current) -> None:
         self._device.hold()

@@ -356,6 +356,19 @@ class FakeDevice:
                 before = self._stiffnesses[name].at(self._time)
                 self._stiffnesses[name] = Ramp(before, value, self._time, seconds)
 
+    def follow(self, commands: Mapping[str, capabilities.JointCommand]) -> None:
+        """Move joints by commands with gains to where their torques are 0: nothing else acts on them."""
+        moves = {}
+        for name, by in commands.items():
+            torque = by.torque + by.kd * by.velocity
+            target, speed = math.copysign(math.inf, torque), by.max_speed if torque else 0.0
+            if by.kp > 0.0:
+                target, speed = by.position + torque / by.kp, by.max_speed
+            elif by.kd > 0.0:
+                speed = min(speed, abs(torque) / by.kd)
+            moves[name] = min(max(target, by.lower), by.upper), speed
+        self._command(moves)
+
     def place(self, positions: Mapping[str, float]) -> None:
         """Put some joints at positions at once, where they rest: for tests, to set a scene."""
         with self._lock:
@@ -416,6 +429,13 @@ _BALL_JOINTS: Final = (
 _COLORS: Final = {"BallRed": (220, 30, 30), "BallGreen": (30, 200, 40)}
 
 
+class FakeGains:
+    """Commands with gains to the joints of a device. Implements GainControl."""
+
+    def __init__(self, device: FakeDevice) -> None:
+        self.command: Final = device.follow
+
+
 class FakeRobot(FakeDevice):
     """A robot without physics, of the body of a Nao by default. Implements Robot.
 
@@ -442,6 +462,7 @@ class FakeRobot(FakeDevice):
         self._driven: Mapping[str, float] = {}
         angles = body.complete(posture or body.resting_angles)
         super().__init__(body.title or body.name, body.joints, self.clock, angles, body.couplings)
+        self.gains: Final = FakeGains(self) if body.gains else None
         self._camera_failure = camera_failure
         self.cameras: Final = body.cameras
         self.mechanisms: Final = tuple(

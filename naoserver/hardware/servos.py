@@ -117,6 +117,7 @@ class ServoRobot:
     """
 
     mechanisms: tuple[JointDevice, ...] = ()
+    gains: capabilities.GainControl | None = None
     walker: capabilities.Walker | None = None
     balancer: capabilities.Balancer | None = None
     lights: capabilities.Lights | None = None

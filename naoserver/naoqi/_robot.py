@@ -141,6 +141,7 @@ class NaoqiRobot:
         self.body: Final = body
         self.joints: Final = body.joints
         self.mechanisms: Final = ()
+        self.gains: Final = None
         self.balancer: Final = None
         self.stage: Final = None
         self.control_loop: Final = None

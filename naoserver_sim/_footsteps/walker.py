@@ -38,6 +38,7 @@ _CALM: Final = 0.01
 """Distance in m of the capture point from the middle between the feet within which a robot stands calmly."""
 _CALM_PERIOD: Final = 0.015
 """Least seconds between two corrections of a robot that stands calmly: every second tick has one."""
+_FOLLOWING: Final = "its legs follow commands with gains"
 _RESTING: Final = 0.5
 """Seconds of rest after which legs that are held near the stance balance again."""
 
@@ -184,6 +185,8 @@ class FootstepWalker(Way):
 
     def _hindrance(self, stiffnesses: Array) -> str:
         """Return why it can neither walk nor balance; empty when it can."""
+        if self._simulator.motors.follows[self._limbs.leg_motors].any():
+            return _FOLLOWING
         inertial = self._sensors.inertial()
         weak = limp(stiffnesses[self._limbs.leg_motors], "legs")
         if max(abs(inertial.roll), abs(inertial.pitch)) > (_LEANING if weak else TILT):

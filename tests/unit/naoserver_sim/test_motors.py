@@ -1,3 +1,5 @@
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -19,7 +21,9 @@ def position(motor, target, speed):
 
 
 def velocity(motor, value):
-    return lambda controller: controller.drive(np.array([motor]), np.array([value]))
+    return lambda controller: controller.move(
+        np.array([motor]), np.array([math.copysign(math.inf, value)]), np.array([abs(value)])
+    )
 
 
 def run(controller, ticks):

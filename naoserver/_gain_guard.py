@@ -1,0 +1,254 @@
+"""Commands with gains behind their safety layer: limited, and each for as long as its client renews it."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Iterable, Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass
+from functools import partial
+from typing import Final
+
+from interfaces import nao
+from naoserver._guarded_device import GuardedDevice, require_reached
+from naoserver._safety import clamp
+from naoserver.body import Body
+from naoserver.capabilities import GainControl, JointCommand
+from naoserver.errors import InvalidCommand
+from naoserver.options import SafetyOptions
+from naoserver.parts import Gains, RangeTable
+from naoserver.robot import JointReading
+from zenoh_ice.text import few
+
+_SOURCE: Final = "Gains"
+_FIELDS: Final = ("position", "velocity", "torque", "kp", "kd")
+
+
+@dataclass(slots=True)
+class _Followed:
+    """The command that a joint follows now."""
+
+    command: JointCommand
+    client: str
+    deadline: float
+    """In steady wall time."""
+    damped: bool = False
+
+
+class GainGuard:
+    """Pass commands with gains to `control`. Implements Watched.
+
+    The gate of `body` accepts or refuses each command; its joints belong to the client until they are held
+    again. What a client does not renew is damped, and then held, as is what a lost client commanded; a stop
+    holds at once. Positions, speeds, torques and gains are limited by the facts and the `options`. Of a pair
+    of joints that could hit each other, both are to be commanded, and so are all joints of the legs of a
+    robot that balances: its client does that now.
+    """
+
+    def __init__(
+        self, control: GainControl, body: GuardedDevice, facts: Body, gains: Gains, options: SafetyOptions
+    ) -> None:
+        self.name: Final = "commands with gains"
+        self._control = control
+        self._body = body
+        self._events = body.events
+        self._gains = gains
+        self._options = options
+        self._tables = facts.tables
+        self._ruled = {joint for rule in facts.speed_rules for joint in rule.slower}
+        self._limits = {  # the command with the highest value of each kind
+            joint.name: JointCommand(
+                joint.upper,
+                options.speed_fraction * joint.max_velocity,
+                joint.max_torque,
+                gains.kp,
+                gains.kd,
+                joint.lower,
+                joint.upper,
+                options.speed_fraction * joint.max_velocity,
+            )
+            for joint in facts.joints
+            if joint.name in facts.motors
+        }
+        self._damping = {
+            joint.name: min(facts.gears[joint.gear].damping if joint.gear else gains.kd, gains.kd)
+            for joint in facts.joints
+        }
+        self._lock = threading.Lock()
+        self._followed: dict[str, _Followed] = {}
+        self._closed = False
+
+    def command(self, commands: Mapping[str, nao.JointCommand], client: str) -> dict[str, nao.JointCommand]:
+        """Let joints follow commands until the timeout; return those that were limited, as they were.
+
+        Raises InvalidCommand or CommandRefused, and then commands nothing.
+        """
+        limited: dict[str, nao.JointCommand] = {}
+        with self._lock:
+            self._body.gate.require(client)
+            reading, now = self._body.read(), self._events.wall_time()
+            safe = {joint: self._safe(joint, given, limited) for joint, given in commands.items()}
+            self._admit(commands, reading, client)
+            for joint, command in self._apart(safe, reading).items():
+                if command.position != safe[joint].position:
+                    limited[joint] = nao.JointCommand(*command[:5])
+                safe[joint] = command
+            if safe and not self._closed:
+                self._claim(safe)
+                self._control.command(safe)
+                deadline = now + self._options.gains_timeout
+                for joint, command in safe.items():
+                    self._followed[joint] = _Followed(command, client, deadline)
+        self._body.check_within(self._options.period)
+        return limited
+
+    def moves_for(self, client: str) -> bool:
+        """Return whether joints follow the commands of a client, or are damped after them."""
+        with self._lock:
+            return any(each.client == client for each in self._followed.values())
+
+    def drop_client(self, client: str) -> None:
+        """Damp what follows the commands of a lost client."""
+        with self._lock:
+            lost = [
+                joint for joint, each in self._followed.items() if each.client == client and not each.damped
+            ]
+            self._damp(lost)
+        self._report(lost, "the client that commanded it is gone", "lost")
+
+    def watch(self) -> float | None:
+        """Damp and hold what was not renewed; return the wall seconds until the next check, None at rest."""
+        with self._lock:
+            now = self._events.wall_time()
+            late = [joint for joint, each in self._followed.items() if now >= each.deadline]
+            ended = [joint for joint in late if self._followed[joint].damped]
+            late = [joint for joint in late if joint not in ended]
+            self._damp(late)
+            for joint in ended:
+                self._hold(joint)
+            newest = {joint: each.command for joint, each in self._followed.items()}
+            if narrowed := self._apart(newest, self._body.read()):
+                self._control.command(narrowed)
+            due = self._options.period if self._followed else None
+        if late:
+            self._events.count_timeout()
+        timeout = self._options.gains_timeout
+        self._report(late, f"its command with gains was not renewed within {timeout:g} s", "timeout")
+        return due
+
+    def close(self) -> None:
+        """Hold what follows commands, and refuse further ones."""
+        with self._lock:
+            self._closed = True
+            for joint in [*self._followed]:
+                self._hold(joint)
+
+    # -- the rules ---------------------------------------------------------------------------------------
+
+    def _safe(
+        self, joint: str, given: nao.JointCommand, limited: dict[str, nao.JointCommand]
+    ) -> JointCommand:
+        """Return a command within the limits of its joint; one that was not is added to `limited`."""
+        most = self._limits.get(joint)
+        if most is None:
+            self._body.require_motor(joint)
+            raise InvalidCommand(joint, f"{joint} shares its motor with another joint: command that one")
+        speed = self._body.speed_cap(joint) if joint in self._ruled else most.max_speed
+        position, velocity, torque, kp, kd = given.position, given.velocity, given.torque, given.kp, given.kd
+        if not (
+            most.lower <= position <= most.upper
+            and -speed <= velocity <= speed
+            and -most.torque <= torque <= most.torque
+            and 0.0 <= kp <= most.kp
+            and 0.0 <= kd <= most.kd
+        ):
+            for field in _FIELDS:
+                value = getattr(given, field)
+                if not math.isfinite(value):
+                    raise InvalidCommand(joint, f"{joint}: a {field} of {value} is not a finite number")
+            if min(kp, kd) < 0.0:
+                raise InvalidCommand(joint, f"{joint}: a gain of {min(kp, kd):g} is negative")
+            position = clamp(position, most.lower, most.upper)
+            velocity, torque = clamp(velocity, -speed, speed), clamp(torque, -most.torque, most.torque)
+            kp, kd = min(kp, most.kp), min(kd, most.kd)
+            limited[joint] = nao.JointCommand(position, velocity, torque, kp, kd)
+        return JointCommand(position, velocity, torque, kp, kd, most.lower, most.upper, speed)
+
+    def _admit(self, joints: Mapping[str, object], reading: JointReading, client: str) -> None:
+        """Raise InvalidCommand unless a client may command the joints together."""
+        if reading.faults:
+            require_reached(joints, reading.faults)
+        for joint in joints:
+            if (each := self._followed.get(joint)) and each.client != client and not each.damped:
+                raise InvalidCommand(
+                    joint, f"{joint} follows the commands of another client now: stop it first"
+                )
+        balancing = set(self._body.balancing())
+        if (lone := balancing & joints.keys()) and lone != balancing:
+            joint, others = min(lone), few(sorted(balancing - joints.keys()))
+            raise InvalidCommand(joint, f"{joint} keeps the robot upright: command also {others}, or none")
+        for table in self._tables:
+            pair = {table.independent, table.dependent}
+            if len(lone := pair & joints.keys()) == 1 and not pair <= self._followed.keys():
+                joint, other = *lone, *(pair - lone)
+                raise InvalidCommand(joint, f"{joint} could hit what {other} moves: command also {other}")
+
+    def _apart(self, commands: Mapping[str, JointCommand], reading: JointReading) -> dict[str, JointCommand]:
+        """Return commands of joints that could hit each other, so that they do not."""
+        narrowed = {}
+        for table in self._tables:
+            if table.dependent in commands:
+                narrowed[table.dependent] = self._narrow(table, commands[table.dependent], reading)
+            if table.independent in commands and table.steepest:
+                command, other = commands[table.independent], self._limits[table.dependent]
+                speed = min(command.max_speed, other.max_speed / table.steepest)
+                narrowed[table.independent] = command._replace(max_speed=speed)
+        return narrowed
+
+    def _narrow(self, table: RangeTable, command: JointCommand, reading: JointReading) -> JointCommand:
+        """Return a command in the range that the other joint leaves until the next check."""
+        place, own = self._body.index(table.independent), self._limits[table.dependent]
+        angle = reading.positions[place]
+        lower, upper = table.over((angle, angle + 1.5 * self._options.period * reading.velocities[place]))
+        lower, upper = max(lower, own.lower), min(upper, own.upper)
+        return command._replace(position=clamp(command.position, lower, upper), lower=lower, upper=upper)
+
+    # -- what becomes of joints --------------------------------------------------------------------------
+
+    def _claim(self, joints: Iterable[str]) -> None:
+        """Claim joints that follow no command yet. Raises InvalidCommand, and then claims none."""
+        with ExitStack() as undo:
+            for joint in joints:
+                if joint not in self._followed:
+                    self._body.claims.claim(_activity(joint), (joint,), partial(self._stop, joint))
+                    undo.callback(self._body.claims.release, _activity(joint))
+                    self._body.forget(joint)
+            undo.pop_all()
+
+    def _damp(self, joints: Iterable[str]) -> None:
+        now, commands = self._events.wall_time(), {}
+        for joint in joints:
+            each = self._followed[joint]
+            kd = self._damping[joint]
+            commands[joint] = each.command = each.command._replace(velocity=0.0, torque=0.0, kp=0.0, kd=kd)
+            each.damped, each.deadline = True, now + self._options.damping_time
+        if commands:
+            self._control.command(commands)
+
+    def _stop(self, joint: str) -> None:
+        with self._lock:
+            self._hold(joint)
+
+    def _hold(self, joint: str) -> None:
+        """Hold a joint where it is, and release it."""
+        if self._followed.pop(joint, None) is not None:
+            self._body.free(_activity(joint))
+
+    def _report(self, joints: list[str], why: str, kind: str) -> None:
+        if joints:
+            self._events.add(nao.Severity.Warning, _SOURCE, f"damped {few(joints)}: {why}", kind)
+
+
+def _activity(joint: str) -> str:
+    return f"commands with gains to {joint}"

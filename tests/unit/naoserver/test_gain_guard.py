@@ -1,0 +1,76 @@
+"""Commands with gains behind their safety layer, on a robot without physics, in virtual time."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from interfaces.nao import JointCommand
+from naoserver._gain_guard import GainGuard
+from naoserver.assembly import Assembly
+from naoserver.bodies import find_body
+from naoserver.errors import CommandRefused, InvalidCommand
+from naoserver.fake import FakeRobot
+from naoserver.options import SafetyOptions, ServerOptions
+from zenoh_ice import VirtualClock
+
+OPTIONS = SafetyOptions()
+JOINT = "Left_Elbow_Pitch"
+
+
+@pytest.fixture
+def rig():
+    clock = VirtualClock()
+    robot = FakeRobot(clock, body=find_body("T1"))
+    assembly = Assembly(robot, ServerOptions(), clock)
+    guard = next(each for each in assembly.watched if isinstance(each, GainGuard))
+
+    def live(seconds, renew=lambda: None):
+        for _ in range(round(seconds / OPTIONS.period)):
+            renew()
+            clock.advance(OPTIONS.period)
+            assembly.jobs[0].run()
+
+    return SimpleNamespace(robot=robot, assembly=assembly, guard=guard, live=live, body=assembly.body)
+
+
+def position(rig, joint=JOINT):
+    return rig.robot.read().positions[rig.body.index(joint)]
+
+
+def stiffly(position, **values):
+    return JointCommand(position=position, kp=50.0, kd=2.0, **values)
+
+
+def test_joints_go_where_gains_pull_them(rig):
+    rig.live(1.0, lambda: rig.guard.command({JOINT: stiffly(0.5)}, "ann"))
+    assert position(rig) == pytest.approx(0.5, abs=0.01)
+
+
+def test_what_is_not_renewed_is_damped_and_then_held(rig):
+    rig.guard.command({JOINT: JointCommand(velocity=0.5, kd=2.0)}, "ann")
+    rig.live(OPTIONS.gains_timeout + 2 * OPTIONS.period)
+    there = position(rig)
+    assert rig.guard.moves_for("ann")
+    rig.live(OPTIONS.damping_time)
+    assert position(rig) == pytest.approx(there, abs=0.01)
+    assert not rig.guard.moves_for("ann")
+    rig.body.move({JOINT: 0.0}, {})  # nobody has it
+
+
+def test_the_joints_belong_to_their_client(rig):
+    rig.guard.command({JOINT: stiffly(0.5)}, "ann")
+    with pytest.raises(InvalidCommand, match="commands with gains"):
+        rig.body.move({JOINT: 0.0}, {}, client="ben")
+    with pytest.raises(InvalidCommand, match="another client"):
+        rig.guard.command({JOINT: stiffly(0.0)}, "ben")
+
+
+def test_a_stop_holds_at_once(rig):
+    rig.guard.command({JOINT: JointCommand(velocity=1.0, kd=2.0)}, "ann")
+    rig.live(0.1)
+    rig.assembly.gate.stop("enough")
+    there = position(rig)
+    with pytest.raises(CommandRefused):
+        rig.guard.command({JOINT: stiffly(0.5)}, "ann")
+    rig.live(1.0)
+    assert position(rig) == pytest.approx(there, abs=0.05)
