@@ -22,6 +22,10 @@ from naoserver.robot import JointReading
 from zenoh_ice.text import few
 
 _SOURCE: Final = "Gains"
+_AHEAD: Final = 0.06
+"""Seconds that are looked ahead, so that a joint makes way in time for one that could hit it."""
+_MAKING_WAY: Final = 0.5
+"""Part of the speed of the one that makes way at which the other may come: both have to accelerate."""
 _FIELDS: Final = ("position", "velocity", "torque", "kp", "kd")
 
 
@@ -202,7 +206,7 @@ class GainGuard:
                 narrowed[table.dependent] = self._narrow(table, commands[table.dependent], reading)
             if table.independent in commands and table.steepest:
                 command, other = commands[table.independent], self._limits[table.dependent]
-                speed = min(command.max_speed, other.max_speed / table.steepest)
+                speed = min(command.max_speed, _MAKING_WAY * other.max_speed / table.steepest)
                 narrowed[table.independent] = command._replace(max_speed=speed)
         return narrowed
 
@@ -210,7 +214,7 @@ class GainGuard:
         """Return a command in the range that the other joint leaves until the next check."""
         place, own = self._body.index(table.independent), self._limits[table.dependent]
         angle = reading.positions[place]
-        lower, upper = table.over((angle, angle + 1.5 * self._options.period * reading.velocities[place]))
+        lower, upper = table.over((angle, angle + _AHEAD * reading.velocities[place]))
         lower, upper = max(lower, own.lower), min(upper, own.upper)
         return command._replace(position=clamp(command.position, lower, upper), lower=lower, upper=upper)
 

@@ -72,7 +72,9 @@ _TIME_CONSTANT: Final = 300.0
 _BRAKING: Final = 0.05
 """Seconds in which a motor that follows a command with gains could stop before the end of its range."""
 _SPEED_BAND: Final = 0.2
-"""Part of its highest speed in which such a motor loses its torque: much less would swing at these steps."""
+"""Part of its highest speed in which such a motor loses its torque."""
+_CALM: Final = 0.5
+"""Part of a joint's momentum that such a motor may take in a step of the physics: with 2, it would swing."""
 
 
 class Motors:
@@ -111,6 +113,7 @@ class Motors:
         self._most = self._forces[:, 1].copy()
         joints = mj.actuator_trnid[:, 0]
         self._qpos, self._dofs = mj.jnt_qposadr[joints], mj.jnt_dofadr[joints]
+        self._calm = _CALM * mj.dof_M0[self._dofs] / mj.opt.timestep
         self._wanted = self.stiffnesses.copy()
         self._rates = np.zeros(mj.nu)
         self._changing = False
@@ -148,15 +151,16 @@ class Motors:
         positions: Array = self._followed[self.following, 0]
         return positions
 
-    def limit(self, qpos: Array, qvel: Array) -> None:
+    def limit(self, data: mujoco.MjData) -> None:
         """Limit the torques of motors of `following` by range and speed, before each step of the physics."""
         motors = self.following
         _, _, _, _, _, lower, upper, highest = self._followed[motors].T
-        angles, speeds, most = qpos[self._qpos[motors]], qvel[self._dofs[motors]], self._most[motors]
-        braking = most / (_SPEED_BAND * highest)
+        dofs, most = self._dofs[motors], self._most[motors]
+        angles, speeds, loads = data.qpos[self._qpos[motors]], data.qvel[dofs], data.qfrc_bias[dofs]
+        braking = np.minimum(most / (_SPEED_BAND * highest), self._calm[motors])
         for column, end in enumerate((lower, upper)):
             allowed = np.minimum(np.maximum((end - angles) / _BRAKING, -highest), highest)
-            torques = np.minimum(np.maximum(braking * (allowed - speeds), -most), most)
+            torques = np.minimum(np.maximum(loads + braking * (allowed - speeds), -most), most)
             self._mj.actuator_forcerange[motors, column] = torques
 
     def _sort(self) -> None:

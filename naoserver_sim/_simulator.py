@@ -169,9 +169,9 @@ class Simulator:
         self._option.disableflags |= _SENSORS
         if motors.following.size:
             for _ in range(STEPS_PER_TICK - 1):
-                motors.limit(data.qpos, data.qvel)
+                motors.limit(data)
                 mujoco.mj_step(mj, data)
-            motors.limit(data.qpos, data.qvel)
+            motors.limit(data)
         else:
             mujoco.mj_step(mj, data, nstep=STEPS_PER_TICK - 1)
         self._option.disableflags &= ~_SENSORS

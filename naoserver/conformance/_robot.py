@@ -210,6 +210,7 @@ def _stands(robot: Robot) -> bool:
 
 
 JOINT: Final = Need("no joint that may move alone", lambda robot: free_joints(robot.body))
+GAINS: Final = Need("no commands with gains", lambda robot: robot.gains and robot.body.gains)
 COUPLING: Final = Need("no couplings", lambda robot: robot.body.couplings)
 CAMERA: Final = Need("no camera", lambda robot: robot.cameras)
 INERTIAL_UNIT: Final = Need("no inertial unit", lambda robot: robot.body.inertial_unit)

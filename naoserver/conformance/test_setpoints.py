@@ -5,8 +5,10 @@ from dataclasses import dataclass
 import pytest
 
 from interfaces.nao import JointsPrx
+from naoserver.capabilities import JointCommand
 from naoserver.conformance._robot import (
     COUPLING,
+    GAINS,
     JOINT,
     ROOM,
     RobotClient,
@@ -52,6 +54,16 @@ class Moved:
 
     def drive(self, velocity: float) -> None:
         self.robot.command_velocities({self.name: velocity})
+
+    def pull(self, target: float) -> None:
+        """Pull it to a target as strongly as its gear, and hold its speed down as strongly."""
+        body, joint = self.robot.body, self.joint
+        assert self.robot.gains is not None
+        assert body.gains is not None
+        gear = body.gears[joint.gear]
+        kp, kd = min(gear.stiffness, body.gains.kp), min(gear.damping, body.gains.kd)
+        command = JointCommand(target, 0.0, 0.0, kp, kd, joint.lower, joint.upper, self.speed)
+        self.robot.gains.command({self.name: command})
 
     def stiffen(self, stiffness: float) -> None:
         self.robot.command_stiffnesses({self.name: stiffness}, 0.1)
@@ -141,6 +153,23 @@ def test_the_newest_command_replaces_the_one_before(moved: Moved) -> None:
     assert moved.setpoint(moved.robot.read()) == pytest.approx(there, abs=abs(way) / 5), (
         "a position replaces the position before"
     )
+
+
+@needs(JOINT, GAINS)
+def test_a_joint_follows_a_command_with_gains_until_the_next_one(moved: Moved) -> None:
+    """A joint follows a command with gains, and its setpoint follows the joint, until the next command."""
+    moved.pull(moved.target)
+    moved.nao.readings(
+        lambda reading: abs(moved.position(reading) - moved.target) < moved.tolerance,
+        f"gains pull {moved.name} to {moved.target:.3g}",
+    )
+    for reading in moved.nao.watched(WHILE):
+        away = abs(moved.setpoint(reading) - moved.position(reading))
+        assert away < moved.tolerance, f"the setpoint of {moved.name}, pulled by gains, is {away:.3g} away"
+    moved.drive(0.0)
+    assert moved.drift(WHILE) < moved.tolerance, f"velocity 0 does not hold {moved.name} where gains left it"
+    moved.go(moved.start, moved.speed)
+    moved.arrives(moved.start, f"{moved.name} heeds positions again")
 
 
 @needs(JOINT)

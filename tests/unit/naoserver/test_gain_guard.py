@@ -1,5 +1,6 @@
 """Commands with gains behind their safety layer, on a robot without physics, in virtual time."""
 
+import math
 from types import SimpleNamespace
 
 import pytest
@@ -15,6 +16,10 @@ from zenoh_ice import VirtualClock
 
 OPTIONS = SafetyOptions()
 JOINT = "Left_Elbow_Pitch"
+
+
+def stiffly(position, **values):
+    return JointCommand(position=position, kp=50.0, kd=2.0, **values)
 
 
 @pytest.fixture
@@ -37,10 +42,6 @@ def position(rig, joint=JOINT):
     return rig.robot.read().positions[rig.body.index(joint)]
 
 
-def stiffly(position, **values):
-    return JointCommand(position=position, kp=50.0, kd=2.0, **values)
-
-
 def test_joints_go_where_gains_pull_them(rig):
     rig.live(1.0, lambda: rig.guard.command({JOINT: stiffly(0.5)}, "ann"))
     assert position(rig) == pytest.approx(0.5, abs=0.01)
@@ -55,6 +56,39 @@ def test_what_is_not_renewed_is_damped_and_then_held(rig):
     assert position(rig) == pytest.approx(there, abs=0.01)
     assert not rig.guard.moves_for("ann")
     rig.body.move({JOINT: 0.0}, {})  # nobody has it
+
+
+def test_what_a_lost_client_commanded_is_damped(rig):
+    rig.guard.command({JOINT: JointCommand(velocity=0.5, kd=2.0)}, "ann")
+    rig.guard.drop_client("ann")
+    there = position(rig)
+    rig.live(OPTIONS.damping_time + 2 * OPTIONS.period)
+    assert position(rig) == pytest.approx(there, abs=0.01)
+    assert not rig.guard.moves_for("ann")
+
+
+def test_values_are_limited_and_said(rig):
+    wild = JointCommand(position=99.0, velocity=-99.0, torque=999.0, kp=1e9, kd=1e9)
+    facts, gains = rig.body.facts(JOINT), rig.robot.body.gains
+    assert rig.guard.command({JOINT: wild}, "ann") == {
+        JOINT: JointCommand(
+            position=facts.upper,
+            velocity=-facts.max_velocity,
+            torque=facts.max_torque,
+            kp=gains.kp,
+            kd=gains.kd,
+        )
+    }
+
+
+@pytest.mark.parametrize(
+    "bad", [stiffly(math.nan), stiffly(0.0, torque=math.inf), JointCommand(kp=-1.0), JointCommand(kd=-1.0)]
+)
+def test_what_makes_no_sense_is_refused_and_nothing_is_commanded(rig, bad):
+    with pytest.raises(InvalidCommand, match=JOINT):
+        rig.guard.command({"AAHead_yaw": stiffly(0.3), JOINT: bad}, "ann")
+    assert not rig.guard.moves_for("ann")
+    rig.body.claims.check(["AAHead_yaw"])
 
 
 def test_the_joints_belong_to_their_client(rig):
