@@ -17,7 +17,7 @@ from naoserver.conformance import (
     test_setpoints,
     test_walk,
 )
-from naoserver.conformance._robot import CAMERA, ROOM
+from naoserver.conformance._robot import CAMERA, GAINS, ROOM
 from naoserver.fake import FakeRobot
 from naoserver.options import SafetyOptions, ServerOptions
 from tests.support.conformance import BODIES, FAMILIES, robots
@@ -57,7 +57,7 @@ def pytest_generate_tests(metafunc):
     topic = sys.modules[metafunc.function.__module__]
     needs = [need for mark in metafunc.definition.iter_markers("needs") for need in mark.args]
     needs += [need for mark in [getattr(topic, "pytestmark", None)] if mark for need in mark.args]
-    bodies = OF_BODIES.get(topic, [H25])
+    bodies = FAMILIES if GAINS in needs else OF_BODIES.get(topic, [H25])
     chosen = robots(partial(able, needs), bodies=bodies, weight=topic in WEIGHTY)
     if CAMERA in needs:
         chosen = [pytest.param(*one.values, marks=[*one.marks, pytest.mark.gl], id=one.id) for one in chosen]
