@@ -17,16 +17,15 @@ from naoserver.body import Body
 from naoserver.capabilities import GainControl, JointCommand
 from naoserver.errors import InvalidCommand
 from naoserver.options import SafetyOptions
-from naoserver.parts import Gains, RangeTable
+from naoserver.parts import Gains
 from naoserver.robot import JointReading
 from zenoh_ice.text import few
 
-_SOURCE: Final = "Gains"
 _AHEAD: Final = 0.06
 """Seconds that are looked ahead, so that a joint makes way in time for one that could hit it."""
 _MAKING_WAY: Final = 0.5
 """Part of the speed of the one that makes way at which the other may come: both have to accelerate."""
-_FIELDS: Final = ("position", "velocity", "torque", "kp", "kd")
+_ACTIVITY: Final = "commands with gains to {}"
 
 
 @dataclass(slots=True)
@@ -57,20 +56,19 @@ class GainGuard:
         self._control = control
         self._body = body
         self._events = body.events
-        self._gains = gains
         self._options = options
         self._tables = facts.tables
         self._ruled = {joint for rule in facts.speed_rules for joint in rule.slower}
-        self._limits = {  # the command with the highest value of each kind
-            joint.name: JointCommand(
-                joint.upper,
-                options.speed_fraction * joint.max_velocity,
-                joint.max_torque,
-                gains.kp,
-                gains.kd,
-                joint.lower,
-                joint.upper,
-                options.speed_fraction * joint.max_velocity,
+        self._limits = {  # the least and the highest of each field, without those of the range
+            joint.name: (
+                (joint.lower, -joint.max_velocity * options.speed_fraction, -joint.max_torque, 0.0, 0.0),
+                (
+                    joint.upper,
+                    joint.max_velocity * options.speed_fraction,
+                    joint.max_torque,
+                    gains.kp,
+                    gains.kd,
+                ),
             )
             for joint in facts.joints
             if joint.name in facts.motors
@@ -79,7 +77,7 @@ class GainGuard:
             joint.name: min(facts.gears[joint.gear].damping if joint.gear else gains.kd, gains.kd)
             for joint in facts.joints
         }
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()
         self._followed: dict[str, _Followed] = {}
         self._closed = False
 
@@ -100,7 +98,7 @@ class GainGuard:
                 safe[joint] = command
             if safe and not self._closed:
                 self._claim(safe)
-                self._control.command(safe)
+                self._control.command_gains(safe)
                 deadline = now + self._options.gains_timeout
                 for joint, command in safe.items():
                     self._followed[joint] = _Followed(command, client, deadline)
@@ -115,9 +113,8 @@ class GainGuard:
     def drop_client(self, client: str) -> None:
         """Damp what follows the commands of a lost client."""
         with self._lock:
-            lost = [
-                joint for joint, each in self._followed.items() if each.client == client and not each.damped
-            ]
+            own = (joint for joint, each in self._followed.items() if each.client == client)
+            lost = [joint for joint in own if not self._followed[joint].damped]
             self._damp(lost)
         self._report(lost, "the client that commanded it is gone", "lost")
 
@@ -133,7 +130,7 @@ class GainGuard:
                 self._hold(joint)
             newest = {joint: each.command for joint, each in self._followed.items()}
             if narrowed := self._apart(newest, self._body.read()):
-                self._control.command(narrowed)
+                self._control.command_gains(narrowed)
             due = self._options.period if self._followed else None
         if late:
             self._events.count_timeout()
@@ -142,11 +139,9 @@ class GainGuard:
         return due
 
     def close(self) -> None:
-        """Hold what follows commands, and refuse further ones."""
+        """Pass no further command on: the body holds what follows one."""
         with self._lock:
             self._closed = True
-            for joint in [*self._followed]:
-                self._hold(joint)
 
     # -- the rules ---------------------------------------------------------------------------------------
 
@@ -154,30 +149,19 @@ class GainGuard:
         self, joint: str, given: nao.JointCommand, limited: dict[str, nao.JointCommand]
     ) -> JointCommand:
         """Return a command within the limits of its joint; one that was not is added to `limited`."""
-        most = self._limits.get(joint)
-        if most is None:
-            self._body.require_motor(joint)
+        if joint not in self._limits:
+            self._body.check({joint: 0.0}, "command")
             raise InvalidCommand(joint, f"{joint} shares its motor with another joint: command that one")
-        speed = self._body.speed_cap(joint) if joint in self._ruled else most.max_speed
-        position, velocity, torque, kp, kd = given.position, given.velocity, given.torque, given.kp, given.kd
-        if not (
-            most.lower <= position <= most.upper
-            and -speed <= velocity <= speed
-            and -most.torque <= torque <= most.torque
-            and 0.0 <= kp <= most.kp
-            and 0.0 <= kd <= most.kd
-        ):
-            for field in _FIELDS:
-                value = getattr(given, field)
-                if not math.isfinite(value):
-                    raise InvalidCommand(joint, f"{joint}: a {field} of {value} is not a finite number")
-            if min(kp, kd) < 0.0:
-                raise InvalidCommand(joint, f"{joint}: a gain of {min(kp, kd):g} is negative")
-            position = clamp(position, most.lower, most.upper)
-            velocity, torque = clamp(velocity, -speed, speed), clamp(torque, -most.torque, most.torque)
-            kp, kd = min(kp, most.kp), min(kd, most.kd)
-            limited[joint] = nao.JointCommand(position, velocity, torque, kp, kd)
-        return JointCommand(position, velocity, torque, kp, kd, most.lower, most.upper, speed)
+        least, most = self._limits[joint]
+        values = (given.position, given.velocity, given.torque, given.kp, given.kd)
+        if not all(map(math.isfinite, values)):
+            for field, value in zip(JointCommand._fields, values, strict=False):
+                self._body.check({joint: value}, field)
+        safe = [min(max(value, low), high) for value, low, high in zip(values, least, most, strict=True)]
+        if safe != [*values]:
+            limited[joint] = nao.JointCommand(*safe)
+        speed = self._body.speed_cap(joint) if joint in self._ruled else most[1]
+        return JointCommand._make((*safe, least[0], most[0], speed))
 
     def _admit(self, joints: Mapping[str, object], reading: JointReading, client: str) -> None:
         """Raise InvalidCommand unless a client may command the joints together."""
@@ -185,9 +169,7 @@ class GainGuard:
             require_reached(joints, reading.faults)
         for joint in joints:
             if (each := self._followed.get(joint)) and each.client != client and not each.damped:
-                raise InvalidCommand(
-                    joint, f"{joint} follows the commands of another client now: stop it first"
-                )
+                raise InvalidCommand(joint, f"{joint} follows another client's commands: stop it first")
         balancing = set(self._body.balancing())
         if (lone := balancing & joints.keys()) and lone != balancing:
             joint, others = min(lone), few(sorted(balancing - joints.keys()))
@@ -202,21 +184,19 @@ class GainGuard:
         """Return commands of joints that could hit each other, so that they do not."""
         narrowed = {}
         for table in self._tables:
-            if table.dependent in commands:
-                narrowed[table.dependent] = self._narrow(table, commands[table.dependent], reading)
-            if table.independent in commands and table.steepest:
-                command, other = commands[table.independent], self._limits[table.dependent]
-                speed = min(command.max_speed, _MAKING_WAY * other.max_speed / table.steepest)
-                narrowed[table.independent] = command._replace(max_speed=speed)
+            first, second = table.independent, table.dependent
+            place, (least, most) = self._body.index(first), self._limits[second]
+            if second in commands:
+                angle, command = reading.positions[place], commands[second]
+                lower, upper = table.over((angle, angle + _AHEAD * reading.velocities[place]))
+                lower = max(lower, least[0])
+                upper = max(lower, min(upper, most[0]))
+                position = clamp(command.position, lower, upper)
+                narrowed[second] = command._replace(position=position, lower=lower, upper=upper)
+            if first in commands and table.steepest:
+                speed = min(commands[first].max_speed, _MAKING_WAY * most[1] / table.steepest)
+                narrowed[first] = commands[first]._replace(max_speed=speed)
         return narrowed
-
-    def _narrow(self, table: RangeTable, command: JointCommand, reading: JointReading) -> JointCommand:
-        """Return a command in the range that the other joint leaves until the next check."""
-        place, own = self._body.index(table.independent), self._limits[table.dependent]
-        angle = reading.positions[place]
-        lower, upper = table.over((angle, angle + _AHEAD * reading.velocities[place]))
-        lower, upper = max(lower, own.lower), min(upper, own.upper)
-        return command._replace(position=clamp(command.position, lower, upper), lower=lower, upper=upper)
 
     # -- what becomes of joints --------------------------------------------------------------------------
 
@@ -225,34 +205,27 @@ class GainGuard:
         with ExitStack() as undo:
             for joint in joints:
                 if joint not in self._followed:
-                    self._body.claims.claim(_activity(joint), (joint,), partial(self._stop, joint))
-                    undo.callback(self._body.claims.release, _activity(joint))
+                    activity = _ACTIVITY.format(joint)
+                    self._body.claims.claim(activity, (joint,), partial(self._hold, joint))
+                    undo.callback(self._body.claims.release, activity)
                     self._body.forget(joint)
             undo.pop_all()
 
     def _damp(self, joints: Iterable[str]) -> None:
         now, commands = self._events.wall_time(), {}
         for joint in joints:
-            each = self._followed[joint]
-            kd = self._damping[joint]
+            each, kd = self._followed[joint], self._damping[joint]
             commands[joint] = each.command = each.command._replace(velocity=0.0, torque=0.0, kp=0.0, kd=kd)
             each.damped, each.deadline = True, now + self._options.damping_time
         if commands:
-            self._control.command(commands)
-
-    def _stop(self, joint: str) -> None:
-        with self._lock:
-            self._hold(joint)
+            self._control.command_gains(commands)
 
     def _hold(self, joint: str) -> None:
         """Hold a joint where it is, and release it."""
-        if self._followed.pop(joint, None) is not None:
-            self._body.free(_activity(joint))
+        with self._lock:
+            if self._followed.pop(joint, None) is not None:
+                self._body.free(_ACTIVITY.format(joint))
 
     def _report(self, joints: list[str], why: str, kind: str) -> None:
         if joints:
-            self._events.add(nao.Severity.Warning, _SOURCE, f"damped {few(joints)}: {why}", kind)
-
-
-def _activity(joint: str) -> str:
-    return f"commands with gains to {joint}"
+            self._events.add(nao.Severity.Warning, self.name, f"damped {few(joints)}: {why}", kind)

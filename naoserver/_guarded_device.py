@@ -81,8 +81,7 @@ class GuardedDevice:
         """Return the newest snapshot of the joints without blocking."""
         self.with_coupled: Final = safety.with_coupled
         """Return joints, in their order, and all that share a motor with them."""
-        self.require_motor: Final = safety.require_motor
-        """Raise InvalidCommand for an unknown or a passive joint."""
+        self.check: Final = safety.check
         self._device = device
         self._safety = safety
         self.gate: Final = gate

@@ -166,8 +166,8 @@ class JointSafety:
         With `full_speed`, a speed is limited only by the motor, not by the options: for tested motions.
         Raises InvalidCommand, and then commands nothing.
         """
-        wanted = self._check(targets, "target")
-        limits = self._check({joint: speeds[joint] for joint in wanted if joint in speeds}, "speed")
+        wanted = self.check(targets, "target")
+        limits = self.check({joint: speeds[joint] for joint in wanted if joint in speeds}, "speed")
         for joint, speed in limits.items():
             if speed < 0:
                 raise InvalidCommand(joint, f"{joint}: a speed of {speed:g} is negative")
@@ -197,7 +197,7 @@ class JointSafety:
 
         Raises InvalidCommand, and then commands nothing.
         """
-        wanted = self._check(velocities, "velocity")
+        wanted = self.check(velocities, "velocity")
         outcome = Outcome(limitations=couple(wanted, self._rates))
         self._wake(reading)
         deadline = now + self.options.velocity_timeout
@@ -224,7 +224,7 @@ class JointSafety:
 
         Raises InvalidCommand unless every stiffness is from 0 to 1.
         """
-        wanted = self._check(stiffnesses, "stiffness")
+        wanted = self.check(stiffnesses, "stiffness")
         for joint, value in wanted.items():
             if not 0.0 <= value <= 1.0:
                 raise InvalidCommand(joint, f"{joint}: a stiffness of {value:g} is not from 0 to 1")
@@ -322,24 +322,20 @@ class JointSafety:
 
     # -- the rules --------------------------------------------------------------------------------------
 
-    def _check(self, values: Mapping[str, float], what: str) -> dict[str, float]:
+    def check(self, values: Mapping[str, float], what: str) -> dict[str, float]:
         """Return a copy of the values.
 
         Raises InvalidCommand for an unknown or a passive joint, or a value not finite.
         """
         for joint, value in values.items():
-            self.require_motor(joint)
+            if joint not in self._facts:
+                name = joint[:_LONGEST_NAME]
+                raise InvalidCommand(name, f"there is no joint {name!r}; there are {', '.join(self._facts)}")
+            if joint in self._passive:
+                raise InvalidCommand(joint, f"{joint} has no motor: it moves with what touches it")
             if not math.isfinite(value):
                 raise InvalidCommand(joint, f"{joint}: a {what} of {value} is not a finite number")
         return dict(values)
-
-    def require_motor(self, joint: str) -> None:
-        """Raise InvalidCommand for an unknown or a passive joint."""
-        if joint not in self._facts:
-            name = joint[:_LONGEST_NAME]
-            raise InvalidCommand(name, f"there is no joint {name!r}; there are {', '.join(self._facts)}")
-        if joint in self._passive:
-            raise InvalidCommand(joint, f"{joint} has no motor: it moves with what touches it")
 
     def speed_cap(self, joint: str, reading: JointReading) -> float:
         """Return the highest speed that a command gets at a reading, in rad/s or m/s."""

@@ -97,6 +97,8 @@ class Assembly:
         self._safety = SafetyI(self.gate, self.moves_for)
         self._add(Clock=self._clock, Safety=self._safety)
         self._add(Description=DescriptionI(robot.body, robot.looks))
+        self.gains: GainGuard | None = None
+        """What lets joints follow commands with gains; None when its motors take none."""
         self.body: Final = self._add_body()
         """The robot's joints behind the safety layer."""
         self.walk_to: Final = None if robot.walker is None else self._add_walk(robot.walker)
@@ -189,11 +191,10 @@ class Assembly:
             self._add_hinge(body, Hinge(name, axes))
         if (neck := facts.neck) is not None:
             self._add(NeckSpeed=NeckSpeedI(body, neck), Head=PoseHeadI(body, neck))
-        gains = None
         if self._robot.gains is not None and facts.gains is not None:
-            gains = GainGuard(self._robot.gains, body, facts, facts.gains, self.options.safety)
-            self.watched.append(gains)
-        self._add(Body=JointsI(body, gains))
+            self.gains = GainGuard(self._robot.gains, body, facts, facts.gains, self.options.safety)
+            self.watched.append(self.gains)
+        self._add(Body=JointsI(body, self.gains))
         return body
 
     def _add_walk(self, walker: Walker) -> WalkTo:

@@ -63,7 +63,7 @@ class JointCommand(NamedTuple):
 class GainControl(Protocol):
     """Motors that follow commands with gains, as those of most humanoids; those of a Nao do not."""
 
-    def command(self, commands: Mapping[str, JointCommand]) -> None:
+    def command_gains(self, commands: Mapping[str, JointCommand]) -> None:
         """Let some motors follow commands, each until the next command of any kind to its joint.
 
         Meanwhile the setpoint of the joint is where the joint is. Stiffness limits the torque, as ever.

@@ -110,6 +110,8 @@ class Motors:
         self.loose: NDArray[np.intp] = self.limp
         """Both: the setpoints of these motors follow their joints."""
         self._followed = np.zeros((mj.nu, len(JointCommand._fields)))
+        self.targets: Array = self._followed[:, 0]
+        """Where the motors that do are to be."""
         self._most = self._forces[:, 1].copy()
         joints = mj.actuator_trnid[:, 0]
         self._qpos, self._dofs = mj.jnt_qposadr[joints], mj.jnt_dofadr[joints]
@@ -146,14 +148,10 @@ class Motors:
             self._sort()
             self._apply()
 
-    def wanted(self) -> Array:
-        """Return the positions that motors of `following` are to be at."""
-        positions: Array = self._followed[self.following, 0]
-        return positions
-
     def limit(self, data: mujoco.MjData) -> None:
         """Limit the torques of motors of `following` by range and speed, before each step of the physics."""
-        motors = self.following
+        if not (motors := self.following).size:
+            return
         _, _, _, _, _, lower, upper, highest = self._followed[motors].T
         dofs, most = self._dofs[motors], self._most[motors]
         angles, speeds, loads = data.qpos[self._qpos[motors]], data.qvel[dofs], data.qfrc_bias[dofs]

@@ -146,7 +146,7 @@ class Simulator:
             for part in self.parts:
                 part(self.tick_period)
             if motors.following.size:
-                self.commands[motors.following] = motors.wanted()
+                self.commands[motors.following] = motors.targets[motors.following]
             if gears is not None:
                 gears.tick(self.commands, data.actuator_length, data.ctrl)
             self._step()
@@ -165,17 +165,14 @@ class Simulator:
 
     def _step(self) -> None:
         """Step the physics for a tick. Sensors measure only in its last step: nobody reads them before."""
-        mj, data, motors = self.mj, self.data, self.motors
         self._option.disableflags |= _SENSORS
-        if motors.following.size:
-            for _ in range(STEPS_PER_TICK - 1):
-                motors.limit(data)
-                mujoco.mj_step(mj, data)
-            motors.limit(data)
-        else:
-            mujoco.mj_step(mj, data, nstep=STEPS_PER_TICK - 1)
+        at_once = 1 if self.motors.following.size else STEPS_PER_TICK - 1
+        for _ in range(0, STEPS_PER_TICK - 1, at_once):
+            self.motors.limit(self.data)
+            mujoco.mj_step(self.mj, self.data, nstep=at_once)
+        self.motors.limit(self.data)
         self._option.disableflags &= ~_SENSORS
-        mujoco.mj_step(mj, data)
+        mujoco.mj_step(self.mj, self.data)
 
     def _take_snapshot(self) -> Snapshot:
         data = self.data

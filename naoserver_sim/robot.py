@@ -101,6 +101,10 @@ class SimulatedDevice:
     def command_stiffnesses(self, stiffnesses: Mapping[str, float], seconds: float) -> None:
         self._order(self._simulator.motors.stiffen, *self._given(stiffnesses), seconds)
 
+    def command_gains(self, commands: Mapping[str, JointCommand]) -> None:
+        places = [self._places[name] for name in commands]
+        self._order(self._simulator.follow, places, np.array([*commands.values()]))
+
     def place(self, positions: Mapping[str, float]) -> None:
         """Put some joints at positions at once, where they rest: for tests, to set a scene.
 
@@ -127,19 +131,6 @@ class SimulatedDevice:
 
     def _order(self, action: Callable[..., None], places: list[int], *values: object) -> None:
         self._simulator.order(partial(action, self._index.motors[places], *values))
-
-
-class SimulatedGains:
-    """Commands with gains to the motors of a robot. Implements GainControl."""
-
-    def __init__(self, simulator: Simulator, index: DeviceIndex) -> None:
-        self._simulator = simulator
-        self._motors = {joint.name: motor for joint, motor in zip(index.joints, index.motors, strict=True)}
-
-    def command(self, commands: Mapping[str, JointCommand]) -> None:
-        motors = np.array([self._motors[name] for name in commands])
-        rows = np.array([*commands.values()])
-        self._simulator.order(lambda: self._simulator.follow(motors, rows))
 
 
 def _way_of(model: Model, simulator: Simulator, sensors: SensorRecord, *, noise: bool) -> Way | None:
@@ -224,7 +215,7 @@ class SimulatedRobot(SimulatedDevice):
         super().__init__(body.title or body.name, simulator, model.robot)
         self.body: Final = body
         self.cameras: Final = model.cameras
-        self.gains: Final = SimulatedGains(simulator, model.robot) if body.gains else None
+        self.gains: Final = self if body.gains else None
         self.senses: Final = SimulatedSenses(model, simulator, SenseNoise() if noise else None, random)
         self.walker: Final[Way | None] = _way_of(model, simulator, self.senses.record, noise=noise)
         walker = self.walker

@@ -63,7 +63,7 @@ class Moved:
         gear = body.gears[joint.gear]
         kp, kd = min(gear.stiffness, body.gains.kp), min(gear.damping, body.gains.kd)
         command = JointCommand(target, 0.0, 0.0, kp, kd, joint.lower, joint.upper, self.speed)
-        self.robot.gains.command({self.name: command})
+        self.robot.gains.command_gains({self.name: command})
 
     def stiffen(self, stiffness: float) -> None:
         self.robot.command_stiffnesses({self.name: stiffness}, 0.1)

@@ -356,7 +356,7 @@ class FakeDevice:
                 before = self._stiffnesses[name].at(self._time)
                 self._stiffnesses[name] = Ramp(before, value, self._time, seconds)
 
-    def follow(self, commands: Mapping[str, capabilities.JointCommand]) -> None:
+    def command_gains(self, commands: Mapping[str, capabilities.JointCommand]) -> None:
         """Move joints by commands with gains to where their torques are 0: nothing else acts on them."""
         moves = {}
         for name, by in commands.items():
@@ -429,13 +429,6 @@ _BALL_JOINTS: Final = (
 _COLORS: Final = {"BallRed": (220, 30, 30), "BallGreen": (30, 200, 40)}
 
 
-class FakeGains:
-    """Commands with gains to the joints of a device. Implements GainControl."""
-
-    def __init__(self, device: FakeDevice) -> None:
-        self.command: Final = device.follow
-
-
 class FakeRobot(FakeDevice):
     """A robot without physics, of the body of a Nao by default. Implements Robot.
 
@@ -462,7 +455,7 @@ class FakeRobot(FakeDevice):
         self._driven: Mapping[str, float] = {}
         angles = body.complete(posture or body.resting_angles)
         super().__init__(body.title or body.name, body.joints, self.clock, angles, body.couplings)
-        self.gains: Final = FakeGains(self) if body.gains else None
+        self.gains: Final = self if body.gains else None
         self._camera_failure = camera_failure
         self.cameras: Final = body.cameras
         self.mechanisms: Final = tuple(

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from interfaces.nao import JointCommand
-from naoserver._gain_guard import GainGuard
 from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
 from naoserver.errors import InvalidCommand
@@ -24,7 +23,7 @@ def rig():
     clock = VirtualClock()
     robot = SimulatedRobot(clock=clock, body=find_body("T1"), world=load_world("empty"))
     assembly = Assembly(robot, ServerOptions(), clock)
-    guard = next(each for each in assembly.watched if isinstance(each, GainGuard))
+    guard = assembly.gains
 
     def live(seconds, renew=lambda: None):
         for _ in range(round(seconds / OPTIONS.period)):
