@@ -59,16 +59,11 @@ class GainGuard:
         self._options = options
         self._tables = facts.tables
         self._ruled = {joint for rule in facts.speed_rules for joint in rule.slower}
+        speeds = {joint.name: options.speed_fraction * joint.max_velocity for joint in facts.joints}
         self._limits = {  # the least and the highest of each field, without those of the range
             joint.name: (
-                (joint.lower, -joint.max_velocity * options.speed_fraction, -joint.max_torque, 0.0, 0.0),
-                (
-                    joint.upper,
-                    joint.max_velocity * options.speed_fraction,
-                    joint.max_torque,
-                    gains.kp,
-                    gains.kd,
-                ),
+                (joint.lower, -speeds[joint.name], -joint.max_torque, 0.0, 0.0),
+                (joint.upper, speeds[joint.name], joint.max_torque, gains.kp, gains.kd),
             )
             for joint in facts.joints
             if joint.name in facts.motors

@@ -172,7 +172,7 @@ class GuardedDevice:
                 self._apply(self._safety.hold(joints, self.read()))
 
     def forget(self, joint: str) -> None:
-        """Leave a joint to the activity that has claimed it, and that moves it in a way of its own."""
+        """Leave a joint to the activity that has claimed it, and that moves it without setpoints."""
         with self._lock:
             self._safety.forget(joint)
 

@@ -56,13 +56,10 @@ class Moved:
         self.robot.command_velocities({self.name: velocity})
 
     def pull(self, target: float) -> None:
-        """Pull it to a target as strongly as its gear, and hold its speed down as strongly."""
-        body, joint = self.robot.body, self.joint
+        """Pull it to a target as strongly as its gear does."""
         assert self.robot.gains is not None
-        assert body.gains is not None
-        gear = body.gears[joint.gear]
-        kp, kd = min(gear.stiffness, body.gains.kp), min(gear.damping, body.gains.kd)
-        command = JointCommand(target, 0.0, 0.0, kp, kd, joint.lower, joint.upper, self.speed)
+        gear, ends = self.robot.body.gears[self.joint.gear], (self.joint.lower, self.joint.upper)
+        command = JointCommand(target, 0.0, 0.0, gear.stiffness, gear.damping, *ends, self.speed)
         self.robot.gains.command_gains({self.name: command})
 
     def stiffen(self, stiffness: float) -> None:

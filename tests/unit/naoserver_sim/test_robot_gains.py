@@ -24,6 +24,7 @@ def rig():
     robot = SimulatedRobot(clock=clock, body=find_body("T1"), world=load_world("empty"))
     assembly = Assembly(robot, ServerOptions(), clock)
     guard = assembly.gains
+    assert guard is not None
 
     def live(seconds, renew=lambda: None):
         for _ in range(round(seconds / OPTIONS.period)):
