@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 import threading
 from collections.abc import Iterable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
+from operator import le
 from typing import Final
 
 from interfaces import nao
@@ -148,15 +148,14 @@ class GainGuard:
             self._body.check({joint: 0.0}, "command")
             raise InvalidCommand(joint, f"{joint} shares its motor with another joint: command that one")
         least, most = self._limits[joint]
-        values = (given.position, given.velocity, given.torque, given.kp, given.kd)
-        if not all(map(math.isfinite, values)):
+        values: tuple[float, ...] = (given.position, given.velocity, given.torque, given.kp, given.kd)
+        if not (all(map(le, least, values)) and all(map(le, values, most))):  # also if it is not a number
             for field, value in zip(JointCommand._fields, values, strict=False):
                 self._body.check({joint: value}, field)
-        safe = [min(max(value, low), high) for value, low, high in zip(values, least, most, strict=True)]
-        if safe != [*values]:
-            limited[joint] = nao.JointCommand(*safe)
+            values = tuple(map(clamp, values, least, most))
+            limited[joint] = nao.JointCommand(*values)
         speed = self._body.speed_cap(joint) if joint in self._ruled else most[1]
-        return JointCommand._make((*safe, least[0], most[0], speed))
+        return JointCommand._make((*values, least[0], most[0], speed))
 
     def _admit(self, joints: Mapping[str, object], reading: JointReading, client: str) -> None:
         """Raise InvalidCommand unless a client may command the joints together."""

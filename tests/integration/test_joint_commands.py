@@ -1,6 +1,5 @@
 """Commands with gains, as clients give them over Zenoh."""
 
-
 import pytest
 
 from interfaces.jderobot import CommandRefusedException, InvalidValueException
