@@ -366,7 +366,8 @@ def test_errors_of_a_start_and_of_a_run_lead_to_their_code(shown: EditorPage) ->
     shown.page.get_by_role("textbox", name="count", exact=True).fill("null")
     shown.press("Enter")
     expect(status(shown)).to_contain_text("Ended: '>' not supported")
-    notice(shown, "ended: '>' not supported")
+    spoken = shown.page.locator("hfsm-canvas [aria-live]")
+    expect(spoken).to_contain_text("walk ended: '>' not supported")
     shown.page.get_by_role("tab", name=re.compile("^Errors")).click()
     error = shown.page.get_by_role("list", name="Errors of the behavior").get_by_role("button").first
     sign, message = error.get_by_role("img").bounding_box(), error.locator(".message").bounding_box()

@@ -266,7 +266,8 @@ export class HfsmCanvas extends HTMLElement {
   async beginRename(kind, id) {
     if (this.readOnly) return;
     if (kind === "annotation") await (await this.#annotating()).write(id);
-    else (await this.#renaming()).begin(kind, id);
+    else if (this.rename) this.rename.begin(kind, id);
+    else await holdKeys(async () => (await this.#renaming()).begin(kind, id));
   }
 
   async #renaming() {
