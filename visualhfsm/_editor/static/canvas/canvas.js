@@ -108,6 +108,7 @@ export class HfsmCanvas extends HTMLElement {
       this.#reveal();
     });
     page.addEventListener("say", ({detail}) => this.announce(detail));
+    page.addEventListener("alert", ({detail}) => this.announce(detail, "assertive"));
     this.redraw();
   }
 
@@ -250,8 +251,9 @@ export class HfsmCanvas extends HTMLElement {
     this.hint.hidden = !text;
   }
 
-  /** Announce a text to screen readers. @param {string} text */
-  announce(text) {
+  /** Announce a text to screen readers, at once if it is "assertive". @param {string} text */
+  announce(text, urgency = "polite") {
+    this.speech.setAttribute("aria-live", urgency);
     this.speech.textContent = text;
   }
 

@@ -31,7 +31,7 @@ const SECTIONS = {
  *   typing replaces it. Without `focus`, the focus stays where it is
  * @typedef {{tab: number, code: readonly import("./protocol.js").PassedCode[]}} Tested
  * @typedef {{tab: null, automaton: null, selection: null, change: null, highlight: null, tested: null,
- *   reveal: {legible: boolean} | null, save: null, run: null, "focus-canvas": null, say: string, edit: Place & At,
+ *   reveal: {legible: boolean} | null, save: null, run: null, "focus-canvas": null, say: string, alert: string, edit: Place & At,
  *   data: {section: string, place?: Place & At}}} PageEvents
  */
 

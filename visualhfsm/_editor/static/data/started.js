@@ -97,7 +97,7 @@ class Started {
     const outcome = message ? subjected(message, component) : t("{component} has ended", {component});
     this.dismiss(tab);
     if (place) {
-      page.dispatchEvent(new CustomEvent("say", {detail: `${outcome}.`})); // the second row shows it
+      page.dispatchEvent(new CustomEvent("alert", {detail: `${outcome}.`})); // the second row shows it
       return;
     }
     const why = outputLog.lastError(tab);
