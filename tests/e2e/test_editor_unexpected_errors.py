@@ -9,6 +9,8 @@ from playwright.sync_api import Locator, Route, expect
 
 from tests.support.browser import EditorPage
 
+SCRIPT = {"content-type": "text/javascript", "cache-control": "no-store"}
+
 
 @pytest.fixture
 def shown(shown: EditorPage) -> Iterator[EditorPage]:
@@ -58,10 +60,12 @@ def test_a_browser_that_is_too_old_gets_a_sentence(shown: EditorPage) -> None:
 
     def without_popovers(route: Route) -> None:
         answer = route.fetch()
-        route.fulfill(response=answer, body=answer.text().replace(":popover-open", ":unheard-of"))
+        kept = {**answer.headers, "cache-control": "no-store"}  # other pages are to have the true one
+        body = answer.text().replace(":popover-open", ":unheard-of")
+        route.fulfill(response=answer, headers=kept, body=body)
 
     shown.page.route("**/theme.css", without_popovers)
-    shown.page.route("**/app.js", lambda route: route.fulfill(content_type="text/javascript", body=""))
+    shown.page.route("**/app.js", lambda route: route.fulfill(headers=SCRIPT, body=""))
     shown.page.reload()
     expect(sentence).to_be_visible()
     assert shown.violations() == []
