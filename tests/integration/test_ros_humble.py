@@ -91,7 +91,9 @@ def test_messages_of_both_are_heard(met: Met) -> None:
     inbox = Inbox()
     subscription = ours.create_subscription(RANGE, "/sonars", inbox, QoS(depth=100))
     publishers = [each.publisher(RANGE, "/sonars") for each in outside]
-    until(lambda: subscription.publishers == len(publishers))
+    until(
+        lambda: subscription.publishers == len(publishers) and all(each.node.is_heard() for each in outside)
+    )
     for number in range(10):
         for publish in publishers:
             publish(range=float(number), variance=0.5)

@@ -145,6 +145,11 @@ class GenuineNode:
         attachments = self._end("MP", type_name, type_hash, topic)
         return lambda data: publisher.put(data, attachment=attachments())
 
+    def is_heard(self) -> bool:
+        """Return whether somebody hears each of its publishers."""
+        publishers = [each for each in self._held if isinstance(each, zenoh.Publisher)]
+        return all(each.matching_status.matching for each in publishers)  # type: ignore[attr-defined]
+
     def client(self, type_name: str, type_hash: str, service: str) -> Callable[[bytes, float], bytes]:
         """Announce a client; return what calls the service within some seconds."""
         of_service = key(self._domain, service, type_name, type_hash)
