@@ -182,11 +182,11 @@ class Endpoint:
         self.node.on_close(self, None)
         with self._turn:  # Zenoh cannot withdraw what is in use
             while self._declared:  # the token first
-                withdraw(self._declared.pop())
+                _withdraw(self._declared.pop())
         self.others.close()
 
 
-def withdraw(declared: Any) -> None:  # noqa: ANN401
+def _withdraw(declared: Any) -> None:  # noqa: ANN401
     """Withdraw what was declared; advanced publishers and subscribers end with their last reference.
 
     To undeclare these, Zenoh (1.10) waits for a lock of the session and keeps Python's meanwhile; another

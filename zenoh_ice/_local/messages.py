@@ -188,7 +188,7 @@ def new_socket() -> socket.socket:
 
 
 def end_in_children(make: Callable[[], socket.socket]) -> socket.socket:
-    """Make a socket that forked children close: else its other end would not notice this process end."""
+    """Make a socket that forked children close: its other end is to notice the end of this process."""
     with _forking:
         made = make()
         _sockets.add(made)

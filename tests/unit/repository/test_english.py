@@ -16,7 +16,7 @@ from typing import Final
 
 import pytest
 
-from tests.support.processes import REPOSITORY
+from tests.support.places import ROOT
 
 RETIRED: Final = {
     r"tells?|told|telling": "report, log, return, notify, say or distinguish",
@@ -64,10 +64,10 @@ READ: Final = (
 SUFFIXES: Final = frozenset({".csv", ".html", ".idl", ".json", ".md", ".py", ".toml", ".xml", ".yml"})
 HIDDEN: Final = frozenset({"node_modules", "__pycache__"})
 VENDORED: Final = frozenset(
-    REPOSITORY / each for each in ("visualhfsm/_editor/static/languages", "visualhfsm/_editor/static/vendor")
+    ROOT / each for each in ("visualhfsm/_editor/static/languages", "visualhfsm/_editor/static/vendor")
 )
 """Libraries of others, and translations."""
-PAGE: Final = REPOSITORY / "visualhfsm/_editor/static/languages/es.json"
+PAGE: Final = ROOT / "visualhfsm/_editor/static/languages/es.json"
 """The texts of the editor's page, each with its translation."""
 SEARCHED: Final = "speak talk voice text tell word sentence hello"
 """Words that users of the page may search for."""
@@ -115,8 +115,8 @@ def files(place: Path) -> Iterator[Path]:
 @pytest.mark.parametrize("name", READ)
 def test_retired_words_stay_retired(name: str) -> None:
     problems = [
-        f"{path.relative_to(REPOSITORY)}:{line}: {word!r} is retired, write: {instead}"
-        for path in sorted(files(REPOSITORY / name))
+        f"{path.relative_to(ROOT)}:{line}: {word!r} is retired, write: {instead}"
+        for path in sorted(files(ROOT / name))
         for line, word, instead in (retired_in_code if path.suffix == ".py" else retired)(
             path.read_text("utf-8", "replace").replace(SEARCHED, "")
         )
@@ -130,7 +130,7 @@ def test_retired_words_stay_retired_on_the_page() -> None:
 
 
 def test_every_package_is_read() -> None:
-    packages = {path.parent.name for path in REPOSITORY.glob("*/__init__.py")}
+    packages = {path.parent.name for path in ROOT.glob("*/__init__.py")}
     assert packages <= {*READ, "tests"}, "add the new package to READ"
 
 
