@@ -363,6 +363,19 @@ def test_a_scheduler_that_hangs_ends_the_run(tmp_path: Path, project: Path, clus
             cluster.scheduler.process.send_signal(signal.SIGCONT)
 
 
+def test_a_killed_scheduler_is_said_alike_by_whoever_notices_first(
+    tmp_path: Path, project: Path, cluster: DaskCluster
+) -> None:
+    out = tmp_path / "rolls.outcomes.jsonl"
+    with ThreadPoolExecutor(1) as aside:
+        looks_always = ClusterLimits(check=0.0)
+        trials = aside.submit(run_with, looks_always, plan(project, ENDLESS), cluster, out)
+        some_are_done(out, trials.done)
+        cluster.kill(cluster.scheduler)
+        with pytest.raises(TrialsError, match="its scheduler does not answer any more"):
+            trials.result(FOREVER)
+
+
 def test_a_server_that_is_no_scheduler_is_not_waited_for() -> None:
     with (
         socket.create_server(("127.0.0.1", 0)) as silent,

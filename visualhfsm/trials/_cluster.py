@@ -53,9 +53,11 @@ class Cluster:
             ModuleNotFoundError, "a cluster needs the package distributed: pip install 'visualhfsm[cluster]'"
         ):
             from distributed import Client, KilledWorker  # needs the package Dask
+            from distributed.comm import CommClosedError
         self._address = address
         self._limits: Final = limits
         self.lost: Final[tuple[type[BaseException], ...]] = (KilledWorker,)
+        self._broken: Final[tuple[type[OSError], ...]] = (ConnectionError, CommClosedError)
         with _without_warnings():
             found, self.workers = _look_at(address, limits)
             _compare_versions(address, found)
@@ -123,7 +125,7 @@ class Cluster:
     def check(self) -> None:
         """Raise TrialsError when the scheduler, or every worker, has been lost, or no trial ends any more."""
         if self._client.status != "running":
-            raise self._left(Message("its scheduler does not answer any more"))
+            raise self._gone()
         now = time.monotonic()
         if now - self._looked < self._limits.check:
             return
@@ -136,7 +138,12 @@ class Cluster:
         if now - self._moved > limit:
             raise self._left(Message("none of its trials has ended for {limit:g} s", limit=limit))
 
+    def _gone(self) -> TrialsError:
+        return self._left(Message("its scheduler does not answer any more"))
+
     def _silent(self, error: OSError) -> TrialsError:
+        if isinstance(error, self._broken):  # seen before Dask notes it in the client's status
+            return self._gone()
         return self._left(Message("its scheduler does not answer: {reason}", reason=reason(error)))
 
     def _left(self, why: Message) -> TrialsError:
