@@ -15,7 +15,7 @@ from naoserver._guarded_device import GuardedDevice, require_reached
 from naoserver._safety import clamp
 from naoserver.body import Body
 from naoserver.capabilities import GainControl, JointCommand
-from naoserver.errors import InvalidCommand
+from naoserver.errors import CommandRefused, InvalidCommand
 from naoserver.options import SafetyOptions
 from naoserver.parts import Gains
 from naoserver.robot import JointReading
@@ -97,6 +97,12 @@ class GainGuard:
                 deadline = now + self._options.gains_timeout
                 for joint, command in safe.items():
                     self._followed[joint] = _Followed(command, client, deadline)
+            try:
+                self._body.gate.require(client)
+            except CommandRefused:  # an emergency stop came in between, before the claim
+                for joint in safe:
+                    self._hold(joint)
+                raise
         self._body.check_within(self._options.period)
         return limited
 

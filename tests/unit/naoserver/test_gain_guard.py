@@ -96,6 +96,21 @@ def test_the_joints_belong_to_their_client(rig):
         rig.guard.command({JOINT: stiffly(0.0)}, "ben")
 
 
+def test_a_stop_between_the_check_of_a_command_and_its_claim_holds(rig, monkeypatch):
+    claim = rig.body.claims.claim
+
+    def claimed_after_a_stop(*arguments):
+        rig.assembly.gate.stop("in between")
+        claim(*arguments)
+
+    monkeypatch.setattr(rig.body.claims, "claim", claimed_after_a_stop)
+    there = position(rig)
+    with pytest.raises(CommandRefused):
+        rig.guard.command({JOINT: JointCommand(velocity=1.0, kd=2.0)}, "ann")
+    rig.live(0.1)
+    assert position(rig) == pytest.approx(there, abs=0.01)
+
+
 def test_a_stop_holds_at_once(rig):
     rig.guard.command({JOINT: JointCommand(velocity=1.0, kd=2.0)}, "ann")
     rig.live(0.1)
