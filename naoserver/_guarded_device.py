@@ -107,6 +107,11 @@ class GuardedDevice:
         """Return the place of a joint in every reading."""
         return self._index[joint]
 
+    def angles(self, *, measured: bool) -> dict[str, float]:
+        """Return the measured angle, or else the setpoint, of every joint by name, in rad or m."""
+        reading = self.read()
+        return dict(zip(self._index, reading.positions if measured else reading.commands, strict=True))
+
     def goal(self, joint: str) -> Goal:
         """Return target and speed of the joint's position command; without one, its setpoint and 0."""
         with self._lock:

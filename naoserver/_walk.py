@@ -363,7 +363,7 @@ class WalkTo:
     def __init__(
         self, guard: WalkGuard, robot_time: Callable[[], float], on_begin: Callable[[], None]
     ) -> None:
-        self._guard = guard
+        self.guard: Final = guard
         self._robot_time = robot_time
         self._on_begin = on_begin
         self._lock = threading.Lock()
@@ -387,7 +387,7 @@ class WalkTo:
 
         Raises InvalidCommand when the robot cannot walk now, CommandRefused when the client may not command.
         """
-        self._guard.let_go(client)
+        self.guard.let_go(client)
         with self._lock:
             self._drive(way, client, None)
             self._way = way
@@ -399,7 +399,7 @@ class WalkTo:
     def stop(self) -> None:
         """End the walk; on both feet, if it has feet."""
         with self._lock:
-            self._guard.stop()
+            self.guard.stop()
             if self._way is not None:
                 self._wait_until_it_stands("stopped")
 
@@ -410,14 +410,14 @@ class WalkTo:
             if way is None:
                 return
             if self._commanded != STILL:
-                self._state = replace(self._state, progress=way.progress(self._guard.read()))
+                self._state = replace(self._state, progress=way.progress(self.guard.read()))
                 if self._robot_time() > self._end:
-                    self._guard.stop()
+                    self.guard.stop()
                     self._wait_until_it_stands(f"it did not get there within {way.patience:.0f} s")
                 else:
                     self._renew(way)
             # The joints are free when the guard has nothing more to watch.
-            if self._commanded == STILL and self._guard.watch() is None:
+            if self._commanded == STILL and self.guard.watch() is None:
                 self._finish(ActionStatus.Stopped if self._state.message else ActionStatus.Done)
 
     def _renew(self, way: Way) -> None:
@@ -425,15 +425,15 @@ class WalkTo:
             self._drive(way, self._client, self._commanded)
         except RobotError as error:
             with suppress(InvalidCommand):  # another command has replaced it, or the walk has ended
-                self._guard.drive(asdict(STILL), self._client, after=self._commanded)
-            if self._guard.commanded() == STILL:
+                self.guard.drive(asdict(STILL), self._client, after=self._commanded)
+            if self.guard.commanded() == STILL:
                 self._wait_until_it_stands(str(error))
             else:
                 self._finish(ActionStatus.Stopped, str(error))
 
     def _drive(self, way: Way, client: str, after: WalkVelocity | None) -> None:
-        self._guard.drive(asdict(way.velocity(self._guard.read())), client, after=after)
-        self._commanded = self._guard.commanded()  # as it was limited
+        self.guard.drive(asdict(way.velocity(self.guard.read())), client, after=after)
+        self._commanded = self.guard.commanded()  # as it was limited
 
     def _wait_until_it_stands(self, message: str) -> None:
         self._commanded = STILL

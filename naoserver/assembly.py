@@ -14,13 +14,23 @@ from naoserver._event_log import EventLog
 from naoserver._gain_guard import GainGuard
 from naoserver._gate import Gate
 from naoserver._guarded_device import GuardedDevice
+from naoserver._joint_paths import PERIOD as PATH_PERIOD
+from naoserver._joint_paths import JointPaths
 from naoserver._motions.player import PERIOD, MotionPlayer
 from naoserver._motions.routes import situation_of
 from naoserver._safety import JointSafety
 from naoserver._servants.camera import BodyHistory, CameraI
 from naoserver._servants.expression import HearingI, LedsI, SoundsI, SpeechI
 from naoserver._servants.joints import JointsI, NeckSpeedI, Pose3DEncodersI, Pose3DMotorsI, PoseHeadI
-from naoserver._servants.moves import EncodersI, KeyFramePosturesI, MotionsI, MotorsI, OwnPosturesI, WalkI
+from naoserver._servants.moves import (
+    EncodersI,
+    KeyFramePosturesI,
+    MotionsI,
+    MotorsI,
+    OwnPosturesI,
+    PosturesI,
+    WalkI,
+)
 from naoserver._servants.sensors import (
     BatteryI,
     FootPressureI,
@@ -103,6 +113,8 @@ class Assembly:
         """The robot's joints behind the safety layer."""
         self.walk_to: Final = None if robot.walker is None else self._add_walk(robot.walker)
         """Its walk to a place; None when it does not walk."""
+        self.walk: Final = None if self.walk_to is None else self.walk_to.guard
+        """Its walk behind the safety layer."""
         if robot.senses is not None:
             self._add_senses(robot.senses)
         if robot.stage is not None:
@@ -127,11 +139,18 @@ class Assembly:
             self._add(Sounds=SoundsI(robot.loudspeaker, time))
         self.player: Final = self._add_motions()
         """The player of motions."""
+        self.postures: Final = self._add_postures(self.player)
+        """Its ways into postures; None when it knows none."""
         self.health: Final = HealthI(robot, self.gate, self._cameras)
         self._add(Health=self.health)
         self.jobs: Final[list[Job]] = self._jobs()
         """Periodic jobs, except those that the robot's own control loop does."""
-        self._moves: Final = [self._action_job("motions", PERIOD, self.player)]
+        self.paths: Final = JointPaths(self.body, robot.clock, self._wake)
+        """What moves joints along curves."""
+        self._moves: Final = [
+            self._action_job("motions", PERIOD, self.player),
+            self._action_job("paths", PATH_PERIOD, self.paths),
+        ]
         """The jobs that move the robot along a path, for as long as it lasts."""
         if self.walk_to is not None:
             self._moves.append(self._action_job("walk", WALK_PERIOD, self.walk_to))
@@ -151,6 +170,7 @@ class Assembly:
             for watched in self.watched:
                 steps.callback(watched.drop_client, client)
             steps.callback(self.player.drop_client, client)
+            steps.callback(self.paths.stop, client)
 
     def moves_for(self, client: str) -> bool:
         """Return whether anything still moves because a client commanded it."""
@@ -239,14 +259,19 @@ class Assembly:
         player = MotionPlayer(robot.body, self.body, lambda: situation_of(robot), self._begin_motion)
         if player.motions:
             self._add(Motions=MotionsI(player))
-        if robot.postures is not None:
-            postures = OwnPosturesI(robot.postures, self.body)
-            self.gate.on_stop(robot.postures.stop)
-            self.watched.append(postures)
-            self._add(Postures=postures)
-        elif robot.body.postures:
-            self._add(Postures=KeyFramePosturesI(player))
         return player
+
+    def _add_postures(self, player: MotionPlayer) -> PosturesI | None:
+        postures: PosturesI | None = None
+        if (own := self._robot.postures) is not None:
+            postures = way = OwnPosturesI(own, self.body)
+            self.gate.on_stop(own.stop)
+            self.watched.append(way)
+        elif self._robot.body.postures:
+            postures = KeyFramePosturesI(player)
+        if postures is not None:
+            self._add(Postures=postures)
+        return postures
 
     def _begin_motion(self) -> None:
         """Play a motion as it is: it may also use hands and knees."""
@@ -284,7 +309,7 @@ class Assembly:
             self._history.job,
         ]
 
-    def _action_job(self, name: str, period: float, action: MotionPlayer | WalkTo) -> Job:
+    def _action_job(self, name: str, period: float, action: MotionPlayer | JointPaths | WalkTo) -> Job:
         clock = self._robot.clock
         return Periodic(name, clock, lambda: period, action.tick, thread="state", wanted=lambda: action.busy)
 

@@ -65,6 +65,11 @@ class Kinematics:
         """Return the place of a link in the root's frame."""
         return self._link_frames(link, angles)[1]
 
+    def joints_of(self, name: str) -> list[str]:
+        """Return the joints between the root and an effector, or the link of a joint, the root's first."""
+        joints = (segment.joint.name for segment in self._ways[self._link_of(name)])
+        return [joint for joint in joints if joint in self.body.joint]
+
     def soles(self, angles: Mapping[str, float]) -> list[Matrix]:
         """Return the places of the soles in the root's frame, the left one first."""
         return [

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_left
 from collections.abc import Mapping, Sequence
+from dataclasses import astuple
 from enum import StrEnum
 from functools import cached_property
 from itertools import pairwise
@@ -17,7 +18,7 @@ from typing import Annotated, Final, Literal
 from msgspec import Meta, Struct
 from msgspec.structs import replace
 
-from naoserver.capabilities import Color, Vector
+from naoserver.capabilities import Color, FootReading, Vector
 from naoserver.errors import RobotError
 from naoserver.footsteps import Footsteps
 
@@ -391,6 +392,15 @@ class Sole(_Part, frozen=True):
     """Height in m of the link's frame above the plane."""
     pressure: dict[str, Vector] = {}
     """Places of its pressure sensors in m: none, or `FrontLeft`, `FrontRight`, `RearLeft` and `RearRight`."""
+
+    def center(self, foot: FootReading) -> tuple[float, float]:
+        """Return x and y of the center of the forces in m in the link's frame; 0 for a free foot."""
+        if foot.total <= 0.0:
+            return 0.0, 0.0
+        places = (self.pressure.get(corner, NOWHERE) for corner in CORNERS)
+        moments = [(force * x, force * y) for force, (x, y, _) in zip(astuple(foot), places, strict=True)]
+        x, y = map(sum, zip(*moments, strict=True))
+        return x / foot.total, y / foot.total
 
 
 class Sonar(_Part, frozen=True):

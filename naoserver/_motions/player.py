@@ -121,7 +121,7 @@ class MotionPlayer:
             if self._closed:
                 return
             action = _Action(kind, name, route, max(pace, SLOWEST_PACE), client)
-            first = route.next_leg(self.situation(), self._commands())
+            first = route.next_leg(self.situation(), self._device.angles(measured=False))
             if first is not None:
                 self._require_cool(first)
             self._finish(ActionStatus.Stopped, f"{action.activity} began")
@@ -197,7 +197,8 @@ class MotionPlayer:
         time = self.robot_time() - action.since
         if time >= leg.duration / action.pace + _SETTLING_TIME:
             self._check(leg, self._device.read())
-            self._begin_leg(action, action.route.next_leg(self.situation(), self._commands()))
+            commands = self._device.angles(measured=False)
+            self._begin_leg(action, action.route.next_leg(self.situation(), commands))
             if action.leg is None:
                 self._finish(
                     ActionStatus.Stopped if action.cut_short else ActionStatus.Done, action.cut_short
@@ -210,7 +211,7 @@ class MotionPlayer:
         self._progress[action.kind] = replace(self.progress(action.kind), progress=part)
         self._check(leg, reading)
         wanted = leg.at((time + _AHEAD) * action.pace, begin)
-        commands = dict(zip(self._names, reading.commands, strict=True))
+        commands = dict(zip(self._names, reading.commands, strict=True))  # of the same moment
         # After a late tick a joint may be too far behind to catch up at once.
         speeds = {
             joint: min(abs(angle - commands[joint]) / _AHEAD, self.body.joint[joint].max_velocity)
@@ -228,7 +229,7 @@ class MotionPlayer:
             return
         joints = self._device.with_coupled(leg.keys)
         self._device.claims.claim(action.activity, joints, lambda: self._let_go(action))
-        action.begin, action.since = self._commands(), self.robot_time()
+        action.begin, action.since = self._device.angles(measured=False), self.robot_time()
         stiffnesses = zip(self._names, self._device.read().stiffnesses, strict=True)
         limp = [joint for joint, stiffness in stiffnesses if stiffness < _STIFF and joint in joints]
         if limp:
@@ -270,9 +271,6 @@ class MotionPlayer:
                 if joint in leg.keys and temperature >= heat.hot:
                     message = f"{joint} is at {temperature:.0f} degrees: let it cool below {heat.hot:.0f}"
                     raise RouteError(message)
-
-    def _commands(self) -> dict[str, float]:
-        return dict(zip(self._names, self._device.read().commands, strict=True))
 
     def _hold(self, leg: Motion | None) -> None:
         self._device.hold(leg.keys if leg else ())

@@ -160,6 +160,14 @@ class PosturesI(Postures):
     def go(self, name: str, fraction: float, client: str) -> None:
         """Begin to go to a posture. Raises InvalidCommand or CommandRefused."""
 
+    @abstractmethod
+    def halt(self) -> None:
+        """Stop on the way to a posture."""
+
+    @abstractmethod
+    def posture(self) -> str:
+        """Return the posture that the body is in; empty when it is in none."""
+
     def getPostures(self, current: Current) -> list[str]:
         return list(self.names)
 
@@ -168,6 +176,12 @@ class PosturesI(Postures):
         shared.require_positive(1.0, fraction=fraction)
         with shared.refusals_raised():
             self.go(name, fraction, current.client)
+
+    def stop(self, current: Current) -> None:
+        self.halt()
+
+    def getPosture(self, current: Current) -> str:
+        return self.posture()
 
     def getPostureState(self, current: Current) -> ActionState:
         return self.progress()
@@ -192,10 +206,10 @@ class KeyFramePosturesI(PosturesI):
         route = PostureRoute(self._player.body, name, self._player.motions.values(), fraction)
         self._player.begin(POSTURE, name, route, client=client)
 
-    def stop(self, current: Current) -> None:
+    def halt(self) -> None:
         self._player.stop(POSTURE)
 
-    def getPosture(self, current: Current) -> str:
+    def posture(self) -> str:
         return nearest_posture(self._player.body, self._player.situation())
 
 
@@ -237,7 +251,7 @@ class OwnPosturesI(PosturesI):
             self._body.gate.require(client)
             if self._closed:
                 return
-            self._body.claims.claim(_WAY, joints, self._end)
+            self._body.claims.claim(_WAY, joints, self.halt)
             try:
                 self._postures.go(name, fraction)
             except RobotError:
@@ -249,13 +263,15 @@ class OwnPosturesI(PosturesI):
         try:
             self._body.gate.require(client)
         except CommandRefused:  # an emergency stop came in between
-            self._end()
+            self.halt()
             raise
 
-    def stop(self, current: Current) -> None:
-        self._end()
+    def halt(self) -> None:
+        """Stop on the way, and free the joints: they need nothing more to come to rest."""
+        self._postures.stop()
+        self._body.claims.release(_WAY)
 
-    def getPosture(self, current: Current) -> str:
+    def posture(self) -> str:
         return self._postures.current()
 
     def watch(self) -> float | None:
@@ -273,12 +289,7 @@ class OwnPosturesI(PosturesI):
         """Stop on the way, and refuse further ones."""
         with self._lock:
             self._closed = True
-        self._end()
-
-    def _end(self) -> None:
-        """Stop on the way, and free the joints: they need nothing more to come to rest."""
-        self._postures.stop()
-        self._body.claims.release(_WAY)
+        self.halt()
 
     def _poll(self) -> PostureProgress:
         with self._lock:

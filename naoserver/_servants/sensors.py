@@ -14,7 +14,7 @@ from naoserver._gate import Gate
 from naoserver._servants.shared import StateStream, refusals_raised, require_finite
 from naoserver.body import Body
 from naoserver.capabilities import FootReading, Pose, SenseReading, Senses, Stage, Truth, Vector
-from naoserver.parts import CORNERS, NOWHERE, Sole
+from naoserver.parts import Sole
 from zenoh_ice import Current
 
 
@@ -108,16 +108,9 @@ def _inertial(reading: SenseReading) -> nao.InertialReading:
 
 def _foot(foot: FootReading, sole: Sole) -> nao.FootReading:
     """Return the forces on a sole and their center in the foot's frame in m."""
-    total = foot.total
-    pressures = (foot.front_left, foot.front_right, foot.rear_left, foot.rear_right)
-    places = [sole.pressure.get(sensor, NOWHERE) for sensor in CORNERS]
-    x, y = (
-        sum(pressure * place[axis] for pressure, place in zip(pressures, places, strict=True)) / total
-        if total > 0.0
-        else 0.0
-        for axis in (0, 1)
-    )
-    return nao.FootReading(*pressures, total=total, centerX=x, centerY=y)
+    x, y = sole.center(foot)
+    pressures = foot.front_left, foot.front_right, foot.rear_left, foot.rear_right
+    return nao.FootReading(*pressures, total=foot.total, centerX=x, centerY=y)
 
 
 def _sonar(reading: SenseReading) -> nao.SonarReading:

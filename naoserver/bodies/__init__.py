@@ -101,3 +101,10 @@ def family_of(body: Body) -> tuple[Traversable, Body] | None:
         return None
     first = find_body(next(name for name, known in _KNOWN.items() if known.folder == folder))
     return (_HERE / folder, first) if first.joint.keys() >= body.joint.keys() else None
+
+
+def require_family(body: Body, first: str, what: str) -> None:
+    """Raise RobotError, which begins with `what`, unless a body is of the family of the body `first`."""
+    family = family_of(body)
+    if family is None or family[1] is not find_body(first):
+        raise RobotError(f"{what}; this robot is a {body.title or body.name}")

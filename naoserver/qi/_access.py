@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import logging
 import threading
 from collections.abc import Callable, Iterable
 from contextlib import ExitStack
-from dataclasses import asdict
 from functools import wraps
 from pathlib import Path
 from typing import Any, Final, TypeVar
@@ -14,29 +12,24 @@ from typing import Any, Final, TypeVar
 import qi
 
 from interfaces.nao import ActionStatus
-from naoserver._servants.moves import PosturesI
-from naoserver._walk import WalkGuard, way_to
+from naoserver._joint_paths import PERIOD
+from naoserver._lasting_walk import LastingWalk
+from naoserver._walk import way_to
 from naoserver.assembly import Assembly
-from naoserver.capabilities import STILL, Odometry, Support, WalkVelocity
-from naoserver.errors import HardwareFailure, InvalidCommand, RobotError
+from naoserver.capabilities import Odometry, Support, WalkVelocity
+from naoserver.errors import HardwareFailure, InvalidCommand
 from naoserver.kinematics import Matrix, kinematics_of, rotation
 from naoserver.qi._arguments import JointNames, Operation, text
 from naoserver.qi._calls import Faults, failed
-from naoserver.qi._clients import MOTION, SERVER, Belongings, Call, CallTable, Client, begins_any
+from naoserver.qi._clients import MOTION, Belongings, Call, CallTable, Client, begins_any
 from naoserver.robot import Robot
 
-_logger = logging.getLogger(__name__)
-
-PERIOD: Final = 0.02
-"""Robot seconds between two setpoints: ALMotion's cycle."""
 _TORSO = 0
 _WORLD = 1
 _ROBOT = 2
 """NAOqi's numbers of frames."""
 _END_LIMIT: Final = 5.0
 """Robot seconds within which a walk or a motion has to end."""
-RENEWAL: Final = 0.15
-"""Wall seconds after which a command is renewed: well within the guard's timeout."""
 
 A = TypeVar("A")
 
@@ -64,19 +57,19 @@ class Access:
         """The places of its parts."""
         self.joints: Final = JointNames(robot.body)
         """Their names, and those of the chains."""
-        self.walk: Final = next((guard for guard in assembly.watched if isinstance(guard, WalkGuard)), None)
+        self.angles: Final = assembly.body.angles
+        """Return the measured angle or the setpoint of every joint in rad."""
+        self.walk: Final = assembly.walk
         """Its walk; None when it has none."""
-        self.walk_to: Final = assembly.walk_to
-        """Its walk to a place; None when it has none."""
         self.player: Final = assembly.player
+        self.paths: Final = assembly.paths
+        """What moves its joints along curves."""
         self.hearing: Final = assembly.hearing
         """Passes on what is said to it, as text."""
-        postures = assembly.servants["Postures"]
-        assert isinstance(postures, PosturesI)
-        self.postures: Final = postures
+        self.postures: Final = needed(assembly.postures, "knows no postures")
         self.support = Support.LEGS
         """The feet over which it balances while paths of its legs are followed."""
-        self.walking: Final = Walking(self)
+        self.walking: Final = Walking(self, assembly)
         """Its walk, renewed."""
         self.lend: Callable[[object], object] = lambda lent: lent
         """Return an object as one that libqi lends to clients, and releases."""
@@ -101,7 +94,7 @@ class Access:
             steps.callback(self._drop_client, client.name)
             with self.calls.stopping(lambda call: call.client is client):
                 client.gone = True
-                self.walking.drop(client)
+                self.walking.drop(client.name)
 
     def _stop(self) -> None:
         """End all calls that move the robot, in an emergency, lest one begins after the reset."""
@@ -123,12 +116,6 @@ class Access:
             return
         if not set(self.joints.chains["Legs"]).isdisjoint(joints):
             balancer.command(self.support)
-
-    def angles(self, *, measured: bool) -> dict[str, float]:
-        """Return the measured angle or the setpoint of every joint in rad."""
-        reading = self.body.read()
-        values = reading.positions if measured else reading.commands
-        return {joint.name: value for joint, value in zip(self.body.joints, values, strict=True)}
 
     def place(self, name: object, frame: object, *, measured: bool) -> Matrix:
         """Return where a joint, effector or camera is, by measured angles or by setpoints.
@@ -193,84 +180,36 @@ def delegated(kind: type[Service], operation: Operation) -> Operation:
     return perform
 
 
-class Walking:
-    """Walk through the guard, and renew its commands until something ends the walk.
+class Walking(LastingWalk):
+    """Walk for calls, until something ends it: unlike on the real robot, also the loss of the client."""
 
-    The guard stops commands that are not renewed. A walk continues until stopMove, another client, a fall,
-    the emergency stop or the service's end, and unlike that of the real robot until its client is lost.
-    """
+    def __init__(self, access: Access, assembly: Assembly) -> None:
+        super().__init__(assembly)
+        self._walk_to = assembly.walk_to
+        self._calls = access.calls
 
-    def __init__(self, access: Access) -> None:
-        self._walker = access.robot.walker
-        self._access = access
-        self._lock = threading.Lock()
-        self._wanted = STILL
-        self._client = SERVER  # of the wanted velocity
-
-    @property
-    def guard(self) -> WalkGuard:
-        """The walk behind its safety layer. Raises HardwareFailure when there is none."""
-        return needed(self._access.walk, "does not walk")
-
-    @property
-    def active(self) -> bool:
-        """Whether a velocity is commanded."""
-        return self._access.walk is not None and self._access.walk.commanded() != STILL
-
-    @property
-    def moving(self) -> bool:
-        """Whether it moves the legs: from a command until it stands on both feet again."""
-        return self.active or (self._walker is not None and self._walker.walking)
-
-    def go(self, velocity: WalkVelocity, limits: WalkVelocity | None = None) -> None:
+    def begin(self, velocity: WalkVelocity, limits: WalkVelocity | None = None) -> None:
         """Walk at a velocity within limits until further notice. Raises as `WalkGuard.drive` does."""
-        calls = self._access.calls
-        with calls.beginning() as may, self._lock:
+        with self._calls.beginning() as may:
             if may:
-                self._client = calls.current.client
-                self.guard.drive(asdict(velocity), self._client.name, limits)
-                self._wanted = self.guard.commanded()  # as it was limited
-
-    def stop(self) -> None:
-        """End the walk on both feet, never refused."""
-        with self._lock:
-            self._wanted = STILL
-            if self._access.walk is not None:
-                self._access.walk.stop()
-
-    def drop(self, client: Client) -> None:
-        """Renew the velocity of a lost client no more; the guard stops it."""
-        with self._lock:
-            if self._client is client:
-                self._wanted = STILL
+                self.go(velocity, self._calls.current.client.name, limits)
 
     def go_to(
         self, call: Call, place: tuple[float, float, float], start: Odometry, highest: WalkVelocity
     ) -> bool:
         """Walk to a place in m and rad relative to `start`; return whether the robot arrived."""
-        walk_to = needed(self._access.walk_to, "does not walk")
-        with self._access.calls.beginning(call) as may, self._lock:
+        walk_to = needed(self._walk_to, "does not walk")
+        with self._calls.beginning(call) as may:
             if not may:
                 return False
-            self._client, self._wanted = call.client, STILL
+            self.drop()
             walk_to.begin(way_to(place, start, highest), call.client.name)
             count = walk_to.state().count
         while walk_to.busy and walk_to.state().count == count:
             if call.wait(PERIOD):
-                with self._lock:
+                with self._calls.beginning(call):
                     if walk_to.busy and walk_to.state().count == count:  # no later walk has replaced it
                         self.guard.stop()
                 return False
         now = walk_to.state()
         return now.count == count and now.status is ActionStatus.Done
-
-    def renew(self) -> None:
-        """Renew the commanded velocity, unless something ended the walk; due every RENEWAL while `active`."""
-        with self._lock:
-            if self._wanted == STILL:
-                return
-            try:
-                self.guard.drive(asdict(self._wanted), self._client.name, after=self._wanted)
-            except RobotError as error:
-                _logger.warning("the walk ends: %s", error)
-                self._wanted = STILL

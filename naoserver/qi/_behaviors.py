@@ -1,25 +1,122 @@
-"""ALBehaviorManager, ALAnimationPlayer and ALFrameManager: motions of the server, and animations.
+"""Postures of the whole body, motions of the server and animations, under the names of each version of NAOqi.
 
-Each is a behavior, which is stopped by stopBehavior and its kin, by whatever stops all motion, and by the end
-of its program.
+A motion or an animation is a behavior, which is stopped by stopBehavior and its kin, by whatever stops all
+motion, and by the end of its program.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import PurePosixPath
 from typing import Final
 
 from interfaces.nao import ActionStatus
 from naoserver._motions.motion_file import Motion
-from naoserver._motions.routes import MotionRoute, Route
+from naoserver._motions.routes import MotionRoute
 from naoserver._servants.moves import MOTION
 from naoserver.errors import InvalidCommand
 from naoserver.qi._access import Access, Service, delegated
 from naoserver.qi._animations import TAGS, AnimationRoute, find_animation, load_animations
-from naoserver.qi._arguments import chosen, constant, keepable, kept, refused, text, texts
-from naoserver.qi._clients import Activity, Call, Client, begins, begins_any
-from naoserver.qi._modules import CHECK_PERIOD
-from naoserver.qi._postures import ALRobotPosture
+from naoserver.qi._arguments import (
+    chosen,
+    constant,
+    fraction,
+    keepable,
+    kept,
+    number,
+    refused,
+    text,
+    texts,
+    within,
+)
+from naoserver.qi._clients import CHECK_PERIOD, Activity, Call, Client, begins, begins_any
+
+UNKNOWN: Final = "Unknown"
+_NAMES: Final[Mapping[str, tuple[str, str]]] = {
+    "Crouch": ("Crouching", "Crouch"),
+    "LyingBack": ("LyingBack", "Back"),
+    "LyingBelly": ("LyingBelly", "Belly"),
+    **dict.fromkeys(("Sit", "SitRelax"), ("Sitting", "Sit")),
+    **dict.fromkeys(("Stand", "StandInit", "StandZero"), ("Standing", "Stand")),
+}
+"""The family of each posture, and what NAOqi 1 calls it."""
+
+
+class ALRobotPosture(Service):
+    """Go into postures, and report the current one."""
+
+    @begins(Activity.POSTURE)
+    def goToPosture(self, call: Call, postureName: object, maxSpeedFraction: object) -> bool:
+        """End a walk, and go to a posture at a fraction of full pace; returns whether it was reached.
+
+        A fraction above 1 means full pace, as on a robot.
+        """
+        postures = self._access.postures
+        name = chosen(postureName, "posture", postures.names)
+        pace = fraction(min(number(maxSpeedFraction, "the fraction"), 1.0), "the fraction")
+        self._access.free(call)
+        with self._access.calls.beginning(call) as may:
+            if not may:
+                return False
+            postures.go(name, pace, call.client.name)
+            count = postures.progress().count
+        while (now := postures.progress()).status is ActionStatus.Moving and now.count == count:
+            if call.wait(CHECK_PERIOD):
+                # Half way it might fall, while at its end the robot is safe.
+                if not call.client.gone and postures.progress().count == count:
+                    postures.halt()
+                return False
+        return now.status is ActionStatus.Done and now.count == count
+
+    applyPosture = goToPosture
+
+    setMaxTryNumber = constant("Do nothing: it tries once, or fails.", pMaxTryNumber=within(0, 1000))
+
+    def stopMove(self) -> None:
+        """Stop on the way to a posture; calls that wait for the end of a walk no longer go there."""
+        with self._access.calls.stopping(begins_any(Activity.POSTURE)):
+            self._access.postures.halt()
+
+    def getPosture(self) -> str:
+        """Return the current posture, or `Unknown`."""
+        return self._access.postures.posture() or UNKNOWN
+
+    def _pose(self) -> str:
+        """Return what NAOqi 1 calls the current posture."""
+        return _NAMES.get(self.getPosture(), (UNKNOWN, UNKNOWN))[1]
+
+    def getPostureFamily(self) -> str:
+        """Return the family of the current posture, such as `Standing`."""
+        return _NAMES.get(self.getPosture(), (UNKNOWN, UNKNOWN))[0]
+
+    def getPostureList(self) -> list[str]:
+        """Return the names of the postures."""
+        return list(self._access.postures.names)
+
+    def getPostureFamilyList(self) -> list[str]:
+        """Return the names of the families."""
+        return sorted({_NAMES[name][0] for name in self._access.postures.names})
+
+
+class ALRobotPose(Service):
+    """The current posture under its name in NAOqi 1."""
+
+    def __init__(self, access: Access) -> None:
+        super().__init__(access)
+        self._postures = access.service(ALRobotPosture)
+        self._newest = UNKNOWN, self._robot.clock.now()
+
+    def getActualPoseAndTime(self) -> list[object]:
+        """Return the current posture, and the seconds since it was first seen here."""
+        pose, now = self._postures._pose(), self._robot.clock.now()
+        if pose != self._newest[0]:
+            self._newest = pose, now
+        return [pose, now - self._newest[1]]
+
+    def getPoseNames(self) -> list[str]:
+        """Return the names of the postures."""
+        return [*dict.fromkeys(pose for _, pose in _NAMES.values()), UNKNOWN]
+
 
 _PACE: Final = 0.8
 _FOLDER: Final = PurePosixPath("/home/nao/behaviors")
@@ -100,14 +197,14 @@ class ALBehaviorManager(Service):
 
     def _start(self, call: Call, motion: Motion) -> int:
         """Start a behavior for a call; return the count of the player, 0 if the call was stopped."""
-        route: Route = MotionRoute(self._access.player.body, motion, self._access.player.motions.values())
-        if motion.name in load_animations():
-            route = AnimationRoute(self._access.player.body, motion)
+        player = self._access.player
+        kind = AnimationRoute if motion.name in load_animations() else MotionRoute
+        route = kind(player.body, motion, player.motions.values())
         with self._access.calls.beginning(call) as may:
             if not may:
                 return 0
-            self._access.player.begin(MOTION, motion.name, route, client=call.client.name)
-            return self._access.player.progress(MOTION).count
+            player.begin(MOTION, motion.name, route, client=call.client.name)
+            return player.progress(MOTION).count
 
     def _runs(self, count: int) -> bool:
         """Return whether the behavior with a count of the player runs."""

@@ -3,7 +3,7 @@
 It handles these pitfalls of libqi in Python: a blocking method occupies one of its few threads, so long
 calls return a future and run in a pool; an exception exposes the path and line of the code, so errors are
 failed futures, which expose only their text; every method of a registered object can be called, so a bare
-facade with only the operations is registered.
+facade with only the operations is registered, those of the service and those that every service has.
 """
 
 from __future__ import annotations
@@ -11,32 +11,155 @@ from __future__ import annotations
 import inspect
 import logging
 import math
-import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import replace
 from fnmatch import fnmatchcase
-from typing import Any, Final
-from weakref import WeakSet
+from itertools import count
+from typing import Any, Final, NamedTuple
 
 import qi
 
 from naoserver.capabilities import Senses, SonarReading
-from naoserver.errors import HardwareFailure, InvalidCommand, RobotError
+from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand, RobotError
 from naoserver.expression import Hearing
 from naoserver.fake.robot import FakeSenses
-from naoserver.qi._arguments import number, number_within, text, texts
+from naoserver.qi._arguments import chosen, constant, listed, number, number_within, text, texts
 from naoserver.qi._clients import (
+    CHECK_PERIOD,
     MOST_WAITING,
     MOST_WAITING_URGENT,
+    Activity,
     Call,
     CallTable,
     Client,
     QiLimits,
     running,
 )
-from naoserver.qi._modules import Module, Operation, operation_of
-from zenoh_ice import Clock
+
+VERSION: Final = "2.8.6.23"
+"""Version of the emulated NAOqi."""
+
+
+class Operation(NamedTuple):
+    """An operation of a service, as clients call it."""
+
+    name: str
+    """With its service: `ALMotion::setAngles`."""
+    method: Callable[..., Any]
+    signature: inspect.Signature
+    """The parameters of the client."""
+    long: bool
+    """Whether a `call` precedes them."""
+    urgent: bool
+    activities: frozenset[Activity]
+    description: str
+
+
+def operation_of(name: str, method: Callable[..., Any]) -> Operation:
+    """Return the operation that a method of a service performs."""
+    signature = inspect.signature(method)
+    parameters = list(signature.parameters.values())
+    long = "call" in signature.parameters
+    return Operation(
+        name,
+        method,
+        signature.replace(parameters=parameters[long:]),
+        long,
+        getattr(method, "urgent", False),
+        getattr(method, "begins", frozenset()),
+        inspect.getdoc(method) or "",
+    )
+
+
+class Module:
+    """The common operations of all services."""
+
+    def __init__(
+        self,
+        name: str,
+        description: str,
+        operations: Mapping[str, Operation],
+        invoke: Callable[..., object],
+        calls: CallTable,
+    ) -> None:
+        """Describe the service `name`, whose `operations`, these included, may be added later."""
+        self._name = name
+        self._description = description
+        self._operations = operations
+        self._invoke = invoke
+        self._calls = calls
+        self._numbers = count(1)
+        self._tasks: dict[float, Any] = {}  # futures of those that may be running
+
+    # -- tasks -------------------------------------------------------------------------------------------
+
+    def pCall(self, call_: object) -> int:
+        """Start a call, a list of the operation's name and its arguments; return the number of its task."""
+        method, *arguments = listed(call_, "call") or [""]
+        operation = self._operation(method)
+        for task in [task for task, future in self._tasks.copy().items() if future.isFinished()]:
+            self._tasks.pop(task, None)
+        future = self._invoke(operation, self._calls.current.client, *arguments, awaited=False)
+        task = next(self._numbers)
+        if isinstance(future, qi.Future):
+            self._tasks[task] = future
+        return task
+
+    def isRunning(self, task: object) -> bool:
+        """Return whether a task is running."""
+        future = self._tasks.get(number(task, "task"))
+        return future is not None and not future.isFinished()
+
+    def wait(self, call: Call, task: object, timeout: object) -> bool:
+        """Wait until a task has ended, or for some ms; 0 for no limit. Return whether it still runs."""
+        clock, limit = self._calls.clock, number(timeout, "timeout") / 1000 or math.inf
+        end = clock.now() + limit
+        while (running := self.isRunning(task)) and clock.now() < end and not call.wait(CHECK_PERIOD):
+            pass
+        return running
+
+    def stop(self, task: object) -> None:
+        """Cancel a task."""
+        if (future := self._tasks.get(number(task, "task"))) is not None:
+            future.cancel()
+
+    # -- reflection --------------------------------------------------------------------------------------
+
+    ping = constant("Return True.", True)
+    version = constant("Return the version of NAOqi.", VERSION)
+    getBrokerName = constant("Return the name of the broker of all services.", "naoqi")
+
+    def getMethodList(self) -> list[str]:
+        """Return the names of the operations."""
+        return sorted(self._operations)
+
+    def getMethodHelp(self, methodName: object) -> list[object]:
+        """Return name and description of an operation, and a list of its parameters: a name and a text."""
+        operation = self._operation(methodName)
+        parameters = [[parameter, ""] for parameter in _parameters(operation)]
+        return [methodName, operation.description, parameters]
+
+    def getModuleHelp(self) -> list[str]:
+        """Return name and description of the service."""
+        return [self._name, self._description]
+
+    def getUsage(self, name: object) -> str:
+        """Return how an operation is called, as text."""
+        operation = self._operation(name)
+        return f"{name}({', '.join(_parameters(operation))}): {operation.description}"
+
+    def _operation(self, name: object) -> Operation:
+        return self._operations[chosen(name, "operation", self._operations)]
+
+
+def _parameters(operation: Operation) -> list[str]:
+    """Return the names of an operation's parameters; `...` stands for any number of further ones."""
+    return [
+        "..." if parameter.kind is parameter.VAR_POSITIONAL else name.strip("_")
+        for name, parameter in operation.signature.parameters.items()
+    ]
+
 
 _logger = logging.getLogger(__name__)
 
@@ -135,16 +258,10 @@ class Calls:
     run in the threads of their client.
     """
 
-    def __init__(
-        self, clock: Clock, calls: CallTable, faults: Faults, limits: QiLimits | None = None
-    ) -> None:
-        self._clock = clock
+    def __init__(self, calls: CallTable, faults: Faults, limits: QiLimits | None = None) -> None:
         self._end_limit = (limits or QiLimits()).end
         self._calls = calls
         self._faults = faults
-        self._clients: WeakSet[Client] = WeakSet()
-        self._lock = threading.Lock()
-        self._closed = False
 
     def facade(self, name: str, parts: Sequence[object]) -> Callable[[Client], object]:
         """Return the factory of a client's object with only the public methods of some parts, as `name`."""
@@ -168,14 +285,7 @@ class Calls:
 
     def close(self) -> None:
         """Stop the running calls, begin no others, and wait, with a limit, for their end."""
-        with self._lock:
-            self._closed = True
-            clients = list(self._clients)
-        with self._calls.stopping(lambda _call: True):
-            pass
-        for client in clients:
-            client.close()
-        if not self._calls.wait_for_end(self._end_limit):
+        if not self._calls.close(self._end_limit):
             _logger.error("calls of programs did not end within %g s", self._end_limit)
 
     def invoke(
@@ -189,7 +299,7 @@ class Calls:
             return failed(f"{name}: {error}")
         delay = self._faults._delay(name)
         long = operation.long or delay > 0.0
-        call = Call(self._clock, client, operation.activities, arguments, awaited=long and awaited)
+        call = Call(self._calls.clock, client, operation.activities, arguments, awaited=long and awaited)
 
         def work() -> object:
             call.stopped.wait(delay)
@@ -235,35 +345,28 @@ class Calls:
         """Do the work of a long call in a thread of its client; return the future of its result."""
         promise = qi.Promise(lambda _promise: call.stop())
 
-        def give_up() -> None:
-            """Answer a call that was stopped before a thread took it."""
+        def result() -> object:
+            if not call.stopped.is_set():
+                return work()
             if call.refusal:
-                promise.setError(f"{name}: {call.refusal}")
-            else:
-                promise.setValue(None)
+                raise CommandRefused(call.refusal)
+            return None
 
-        def run() -> None:
-            if call.stopped.is_set():
-                give_up()
-                return
+        def settle() -> None:
             try:
-                promise.setValue(work())
+                promise.setValue(result())
             except Exception as error:  # noqa: BLE001 - whatever it is, the client hears of it
                 promise.setError(_reported(name, error))
 
         def ended(done: Future[None]) -> None:
             self._calls.remove(call)
-            if done.cancelled():
-                give_up()
+            if done.cancelled():  # stopped before a thread took it
+                settle()
 
-        client = call.client
-        with self._lock:
-            if self._closed:
-                return failed(f"{name}: the robot is shutting down")
-            self._clients.add(client)
+        threads = call.client.urgent_threads if urgent else call.client.threads
         try:
             self._calls.add(call, MOST_WAITING_URGENT if urgent else MOST_WAITING)
-            call.work = (client.urgent_threads if urgent else client.threads).submit(run)
+            call.work = threads.submit(settle)
         except InvalidCommand as error:
             return failed(f"{name}: {error}")
         except RuntimeError as error:  # the program is gone, or no thread can start

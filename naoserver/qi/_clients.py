@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum, auto
 from typing import Any, Final, TypeVar
 
@@ -42,6 +42,9 @@ MOST_WAITING: Final = 1000
 """Maximum long calls of a client that run or wait; further ones are refused."""
 MOST_WAITING_URGENT: Final = MOST_WAITING + 16
 """The same where the further one stops something."""
+
+CHECK_PERIOD: Final = 0.05
+"""Robot seconds between two checks of what a call waits for."""
 
 
 class Activity(Enum):
@@ -101,37 +104,29 @@ SERVER: Final = Client("NAOqi")
 """Stands for the server itself, where no client called."""
 
 
+@dataclass(eq=False)
 class Call:
     """A call from its arrival on, perhaps before a thread took it.
 
     An operation whose first parameter is `call` is a long call: it gets its `Call`, and a thread.
     """
 
-    def __init__(
-        self,
-        clock: Clock,
-        client: Client = SERVER,
-        activities: frozenset[Activity] = frozenset(),
-        arguments: tuple[object, ...] = (),
-        *,
-        awaited: bool = False,
-    ) -> None:
-        self.stopped: Final = threading.Event()
-        """Set when it is to end: by its caller, by another call that stops it, or with its client."""
-        self.client: Final = client
-        self.activities: Final = activities
-        self.arguments: Final = arguments
-        self.awaited: Final = awaited
-        """Whether it is a long call whose end its program awaits; it does not await that of a task."""
-        self.work: Future[None] | None = None
-        """Its place in the queue of its client's threads."""
-        self.refusal = ""
-        """The error of its caller if it was stopped before it began; empty if that is none."""
-        self._clock = clock
+    clock: Clock
+    client: Client = SERVER
+    activities: frozenset[Activity] = frozenset()
+    arguments: tuple[object, ...] = ()
+    awaited: bool = field(default=False, kw_only=True)
+    """Whether it is a long call whose end its program awaits; it does not await that of a task."""
+    stopped: threading.Event = field(default_factory=threading.Event, init=False)
+    """Set when it is to end: by its caller, by another call that stops it, or with its client."""
+    work: Future[None] | None = field(default=None, init=False)
+    """Its place in the queue of its client's threads."""
+    refusal: str = field(default="", init=False)
+    """The error of its caller if it was stopped before it began; empty if that is none."""
 
     def wait(self, seconds: float) -> bool:
         """Wait some robot seconds; return at once, and True, when the call is stopped."""
-        return self._clock.wait(self.stopped, seconds)
+        return self.clock.wait(self.stopped, seconds)
 
     def stop(self) -> None:
         """Make it end; one that still waits for a thread ends at once."""
@@ -162,6 +157,7 @@ class CallTable:
         self._fewer = threading.Condition(self._lock)
         self._calls: dict[Client, set[Call]] = {}
         self._own = Call(clock)
+        self._closed = False
 
     @property
     def current(self) -> Call:
@@ -171,9 +167,11 @@ class CallTable:
     def add(self, call: Call, most: float = MOST_WAITING) -> None:
         """Register a call at its arrival; that of a lost client is stopped.
 
-        Raises InvalidCommand when `most` calls of its client are registered already.
+        Raises InvalidCommand when `most` calls of its client are registered already, and after the end.
         """
         with self._lock:
+            if self._closed:
+                raise InvalidCommand("call", "the robot is shutting down")
             own = self._calls.setdefault(call.client, set())
             if len(own) >= most:
                 raise InvalidCommand("call", f"{most} calls of this program run or wait already")
@@ -194,8 +192,10 @@ class CallTable:
                 del self._calls[call.client]
             self._fewer.notify_all()
 
-    def wait_for_end(self, seconds: float) -> bool:
-        """Wait until every call has ended; return whether they have within some wall seconds."""
+    def close(self, seconds: float) -> bool:
+        """Stop all calls, and take no more; return whether they have ended within some wall seconds."""
+        with self.stopping(lambda _call: True):
+            self._closed = True
         with self._fewer:
             return self._fewer.wait_for(lambda: not self._calls, seconds)
 

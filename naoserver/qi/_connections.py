@@ -20,6 +20,7 @@ import struct
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
+from dataclasses import dataclass, field
 from typing import Any, Final, NamedTuple
 from urllib.parse import urlsplit
 
@@ -122,9 +123,7 @@ class Connections:
         self._limits = limits or QiLimits()
         self._open: dict[asyncio.Task[None], _Program] = {}
         self._loop = asyncio.new_event_loop()
-        self._changed = asyncio.Event()
-        self._closing = False
-        self._pause = 0.0
+        self._pauses: asyncio.Queue[float | None] = asyncio.Queue()  # in s; None is the end
         self._thread = threading.Thread(
             target=self._run, args=(listening,), name="NAOqi connections", daemon=True
         )
@@ -132,22 +131,13 @@ class Connections:
 
     def interrupt(self, seconds: float) -> None:
         """Close every connection soon, and accept again after some wall seconds."""
-
-        def begin() -> None:
-            self._pause = seconds
-            self._changed.set()
-
-        self._loop.call_soon_threadsafe(self._loop.call_later, _ANSWERING, begin)
+        begin = self._pauses.put_nowait
+        self._loop.call_soon_threadsafe(self._loop.call_later, _ANSWERING, begin, seconds)
 
     def close(self) -> None:
         """Close every connection, and wait, with a limit, until each client is dealt with as lost."""
-
-        def begin() -> None:
-            self._closing = True
-            self._changed.set()
-
         with suppress(RuntimeError):  # the loop has ended, since it could not listen again
-            self._loop.call_soon_threadsafe(begin)
+            self._loop.call_soon_threadsafe(self._pauses.put_nowait, None)
         self._thread.join(self._limits.end)
         if self._thread.is_alive():
             _logger.error("%s did not end within %g s", self._thread.name, self._limits.end)
@@ -163,22 +153,20 @@ class Connections:
     async def _accept(self, listening: socket.socket | None) -> None:
         while listening is not None:
             server = await asyncio.start_server(self._begin, sock=listening)
-            await self._changed.wait()
-            self._changed.clear()
+            pause = await self._pauses.get()
             server.close()
             for task in self._open:
                 task.cancel()
             await asyncio.gather(*self._open, return_exceptions=True)
-            listening = await self._listen_again()
+            listening = await self._listen_again(pause)
 
-    async def _listen_again(self) -> socket.socket | None:
+    async def _listen_again(self, pause: float | None) -> socket.socket | None:
         """Return the socket to listen on after a pause; None at the end."""
         with suppress(TimeoutError):
-            async with asyncio.timeout(self._pause):
-                while not self._closing:
-                    await self._changed.wait()
-                    self._changed.clear()
-        if self._closing:
+            while pause is not None:
+                async with asyncio.timeout(pause):
+                    pause = await self._pauses.get()
+        if pause is None:
             return None
         try:
             return self._bind(self._port)
@@ -225,33 +213,27 @@ class _Refused(Exception):
     """A message is not passed on; the text says why."""
 
 
+@dataclass(eq=False)
 class _Program:
     """A connection of a program, and that to libqi that belongs to it."""
 
-    def __init__(
-        self,
-        offer: Offer,
-        admit: Callable[[], Client],
-        reader: asyncio.StreamReader,
-        writer: asyncio.StreamWriter,
-        talk_limit: float,
-    ) -> None:
-        self.client: Client | None = None
-        """The program as a client; None until it first addresses a service."""
-        self._offer = offer
-        self._admit = admit
-        self._reader = reader
-        self._writer = writer
-        self._talk_limit = talk_limit
-        self._key = ""
-        self._lent: dict[int, tuple[int, int]] = {}  # addresses of lent objects by service
-        self._origins: dict[tuple[int, int], int] = {}  # and the reverse
-        self._borrowing: asyncio.Future[tuple[int, bytes]] | None = None
-        # Calls by their numbers, and whether the program wants answers.
-        self._unanswered: dict[int, bool] = {}
-        self._fewer = asyncio.Event()  # whenever fewer short ones may be left
-        self._links: set[tuple[int, int, bytes]] = set()  # by object and number
-        self._own_calls = itertools.count(_OWN_CALLS)
+    _offer: Offer
+    _admit: Callable[[], Client]
+    _reader: asyncio.StreamReader
+    _writer: asyncio.StreamWriter
+    _talk_limit: float
+    client: Client | None = None
+    """The program as a client; None until it first addresses a service."""
+    _key: str = ""
+    # Addresses of lent objects by service, and the reverse.
+    _lent: dict[int, tuple[int, int]] = field(default_factory=dict)
+    _origins: dict[tuple[int, int], int] = field(default_factory=dict)
+    _borrowing: asyncio.Future[tuple[int, bytes]] | None = None
+    # Calls by their numbers, and whether the program wants answers.
+    _unanswered: dict[int, bool] = field(default_factory=dict)
+    _fewer: asyncio.Event = field(default_factory=asyncio.Event)  # whenever fewer short ones may be left
+    _links: set[tuple[int, int, bytes]] = field(default_factory=set)  # by object and number
+    _own_calls: Iterator[int] = field(default_factory=lambda: itertools.count(_OWN_CALLS))
 
     async def pass_messages(self) -> None:
         """Pass messages both ways until one side is gone, or breaks the rules."""

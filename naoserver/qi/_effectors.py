@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import cmath
 import math
-from bisect import bisect_left
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import partial
+from collections.abc import Callable, Iterable
 from typing import Final
 
 import numpy as np
 
+from naoserver._effector_paths import EVERY_AXIS, LEGS, Waypoints, curves_along, reach_places
+from naoserver._joint_paths import Curve, check_times
 from naoserver.errors import InvalidCommand
-from naoserver.kinematics import Kinematics, Matrix, between, matrix_of
+from naoserver.kinematics import Kinematics, Matrix, matrix_of
 from naoserver.qi._access import Access, Service
 from naoserver.qi._arguments import (
     Check,
-    JointNames,
     Operation,
     chosen,
     fraction,
@@ -29,15 +28,8 @@ from naoserver.qi._arguments import (
 )
 from naoserver.qi._clients import Activity, Call, begins
 from naoserver.qi._motion import ALMotion
-from naoserver.qi._trajectory import Trajectory, check_times, smooth_trajectory
 
 _EFFECTORS: Final = ("Head", "LArm", "RArm", "LLeg", "RLeg", "Torso")
-LEGS: Final = ("LLeg", "RLeg")
-EVERY_AXIS: Final = 63
-"""The mask of all axes: 1, 2 and 4 for x, y and z, 8, 16 and 32 for the rotations about them."""
-_SPACING: Final = 0.1
-"""Robot seconds between the places of a path whose angles are computed; more on a path of more places."""
-_MOST_PLACES: Final = 300
 _HALF: Final = 0.05
 """Half of the distance in m between the feet of NAOqi's stance."""
 
@@ -84,34 +76,23 @@ def _interpolation(read: _Read) -> Operation:
             paths = [paths]
             masks = [axisMasks]
             times = [times]
-        moved: dict[str, tuple[list[Matrix], int, list[float]]] = {}
+        moved: dict[str, Waypoints] = {}
         lists = listed(paths, "paths", len(names)), listed(masks, "axisMasks", len(names))
         for name, path, mask, own in zip(
             names, *lists, number_lists(times, "times", len(names)), strict=True
         ):
-            moved[name] = [read(each) for each in _places(path)], _mask(mask), own
-            check_times(name, own, len(moved[name][0]))
-        end = max((own[-1] for _, _, own in moved.values()), default=0.0)
-        count = min(max(1, round(end / _SPACING)), _MOST_PLACES)
-        joints = _moving(moved, self._access.joints)
+            moved[name] = Waypoints(own, [read(each) for each in _places(path)], _mask(mask))
+            check_times(name, own, len(moved[name].places))
+        joints = _moving(moved, self._access.kinematics)
 
-        def angles(start: dict[str, float]) -> dict[str, Trajectory]:
+        def angles(start: dict[str, float]) -> dict[str, Curve]:
             base = self._access.place("Torso", frame, measured=False)
-            ways, kinematics = {}, self._access.kinematics
-            for name, (places, mask, own) in moved.items():
-                here = base @ kinematics.place_of(name, start)
-                goals = places if isAbsolute else [_moved(here, place) for place in places]
-                ways[name] = partial(_at, [0.0, *own], [here, *goals]), mask
-            moments = [end * (i + 1) / count for i in range(count)]
-            found, keys = start, []
-            for moment in moments:
-                wanted = {name: (way(moment), mask) for name, (way, mask) in ways.items()}
-                found = reach_places(kinematics, wanted, base, start, near=found)
-                keys.append(found)
-            return {
-                joint: smooth_trajectory(joint, start[joint], moments, [key[joint] for key in keys])
-                for joint in joints
-            }
+            ways, kinematics = dict(moved), self._access.kinematics
+            if not isAbsolute:
+                for name, way in moved.items():
+                    here = base @ kinematics.place_of(name, start)
+                    ways[name] = way._replace(places=[_moved(here, place) for place in way.places])
+            return curves_along(kinematics, ways, base, start, joints)
 
         self._motion._follow(call, "positionInterpolation", joints, angles)
 
@@ -139,7 +120,7 @@ def _targets(read: _Read, *, absolute: bool) -> Operation:
         for name, goal in zip(names, map(read, goals), strict=True):
             wanted[name] = (goal if absolute else _moved(base @ kinematics.place_of(name, start), goal), mask)
         found = reach_places(kinematics, wanted, base, start, near=start)
-        joints = _moving(names, self._access.joints)
+        joints = _moving(names, kinematics)
         self._motion._send(joints, [found[joint] for joint in joints], fractionMaxSpeed)
 
     return send
@@ -207,10 +188,10 @@ def _mask(value: object) -> int:
     return int(number_within(one, "axisMask", 0, EVERY_AXIS))
 
 
-def _moving(effectors: Iterable[str], joints: JointNames) -> list[str]:
+def _moving(effectors: Iterable[str], kinematics: Kinematics) -> list[str]:
     """Return the joints that move effectors."""
-    chains = (joints.chains["Legs" if name == "Torso" else name] for name in effectors)
-    return [joint for chain in chains for joint in chain if joint not in joints.hands]
+    moved = (leg for name in effectors for leg in (LEGS if name == "Torso" else (name,)))
+    return [joint for name in moved for joint in kinematics.joints_of(name)]
 
 
 def _moved(place: Matrix, change: Matrix) -> Matrix:
@@ -219,45 +200,6 @@ def _moved(place: Matrix, change: Matrix) -> Matrix:
     moved[:3, 3] += change[:3, 3]
     moved[:3, :3] = change[:3, :3] @ place[:3, :3]
     return moved
-
-
-def _at(times: Sequence[float], places: Sequence[Matrix], moment: float) -> Matrix:
-    """Return the place on a path at a time; straight from place to place."""
-    later = min(bisect_left(times, moment), len(times) - 1)
-    before = max(later - 1, 0)
-    span = times[later] - times[before]
-    share = min(1.0, (moment - times[before]) / span) if span > 0.0 else 1.0
-    return between(places[before], places[later], share)
-
-
-def reach_places(
-    kinematics: Kinematics,
-    wanted: Mapping[str, tuple[Matrix, int]],
-    base: Matrix,
-    start: Mapping[str, float],
-    *,
-    near: Mapping[str, float],
-) -> dict[str, float]:
-    """Return angles near `near` that bring effectors to places, in the frame in which the torso is at `base`.
-
-    `start` are the angles at the beginning: when the torso moves, the feet stay where they were then.
-    """
-    torso = base
-    if (moved := wanted.get("Torso")) is not None:
-        goal, mask = moved
-        torso = base.copy()
-        if mask & 56:
-            torso[:3, :3] = goal[:3, :3]
-        for axis in range(3):
-            if mask >> axis & 1:
-                torso[axis, 3] = goal[axis, 3]
-        feet = {leg: (base @ kinematics.place_of(leg, start), EVERY_AXIS) for leg in LEGS}
-        wanted = {**feet, **{name: goal for name, goal in wanted.items() if name != "Torso"}}
-    inverse, bits = np.linalg.inv(torso), range(6)
-    goals = {
-        name: (inverse @ place, [bool(mask >> i & 1) for i in bits]) for name, (place, mask) in wanted.items()
-    }
-    return kinematics.reach(goals, near)
 
 
 def _legs_and_steps(legs: object, steps: object) -> tuple[list[str], list[list[float]]]:

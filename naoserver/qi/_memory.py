@@ -17,8 +17,7 @@ from naoserver.errors import InvalidCommand
 from naoserver.qi._access import Access, Service
 from naoserver.qi._arguments import chosen, keepable, kept, number_within, one_of, switch, text, texts
 from naoserver.qi._clients import Call, Client
-from naoserver.qi._readings import TOUCH, Part, parts_of
-from naoserver.qi._sensors import Extractor
+from naoserver.qi._sensors import TOUCH, Extractor, Part, parts_of
 
 _logger = logging.getLogger(__name__)
 

@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import astuple
+from functools import partial
+from operator import mul
 from typing import Final
 
+from naoserver._joint_paths import PERIOD, Curve, Key, Path, check_times, smooth_curve
 from naoserver._naoqi_names import gait_limits
 from naoserver.capabilities import WalkVelocity
 from naoserver.errors import InvalidCommand
 from naoserver.kinematics import numbers_of
-from naoserver.qi._access import PERIOD, Access, Service
+from naoserver.qi._access import Access, Service
 from naoserver.qi._arguments import (
     Check,
     Operation,
@@ -30,10 +33,8 @@ from naoserver.qi._arguments import (
     texts,
     vector,
 )
-from naoserver.qi._clients import MOTION, Activity, Call, begins, begins_any
-from naoserver.qi._modules import CHECK_PERIOD
-from naoserver.qi._postures import ALRobotPosture
-from naoserver.qi._trajectory import JointTasks, Key, Trajectory, check_times, smooth_trajectory
+from naoserver.qi._behaviors import ALRobotPosture
+from naoserver.qi._clients import CHECK_PERIOD, MOTION, Activity, Call, begins, begins_any
 
 _PEAK: Final = 1.5
 """Ratio of the highest to the mean speed of a cubic from rest to rest."""
@@ -60,8 +61,8 @@ _ROBOT_CONFIG: Final[dict[str, object]] = {
     **dict.fromkeys(("Number of Legs", "Number of Arms"), 2),
 }
 
-_Paths = Callable[[dict[str, float]], dict[str, Trajectory]]
-"""Trajectories of joints from their present angles."""
+_Paths = Callable[[dict[str, float]], dict[str, Curve]]
+"""Curves of joints from their present angles."""
 
 
 def _reflex(what: str, default: bool = True, **part: Check) -> tuple[Operation, Operation]:
@@ -76,7 +77,7 @@ class ALMotion(Service):
         super().__init__(access)
         self._body = access.body
         self._joints = access.joints
-        self._tasks = JointTasks(access)
+        self._paths = access.paths
         self._postures = access.service(ALRobotPosture)
         self._walking = access.walking
 
@@ -111,10 +112,10 @@ class ALMotion(Service):
         angles = number_lists(angleLists, "angleLists", len(joints))
         times = number_lists(timeLists, "timeLists", len(joints))
 
-        def paths(start: dict[str, float]) -> dict[str, Trajectory]:
+        def paths(start: dict[str, float]) -> dict[str, Curve]:
             origins = dict.fromkeys(joints, 0.0) if isAbsolute else start
             return {
-                joint: smooth_trajectory(joint, start[joint], moments, [origins[joint] + key for key in keys])
+                joint: smooth_curve(joint, start[joint], moments, [origins[joint] + key for key in keys])
                 for joint, keys, moments in zip(joints, angles, times, strict=True)
             }
 
@@ -129,13 +130,13 @@ class ALMotion(Service):
         targets = dict(zip(joints, numbers(targetAngles, "targetAngles", len(joints)), strict=True))
         share = fraction(maxSpeedFraction, "the fraction")
 
-        def paths(start: dict[str, float]) -> dict[str, Trajectory]:
+        def paths(start: dict[str, float]) -> dict[str, Curve]:
             duration = PERIOD
             for joint, target in targets.items():
                 speed = min(share * self._body.facts(joint).max_velocity, self._body.speed_cap(joint))
                 duration = max(duration, _PEAK * abs(target - start[joint]) / speed)
             return {
-                joint: smooth_trajectory(joint, start[joint], [duration], [target])
+                joint: smooth_curve(joint, start[joint], [duration], [target])
                 for joint, target in targets.items()
             }
 
@@ -151,8 +152,8 @@ class ALMotion(Service):
         points = listed(controlPoints, "controlPoints", len(joints))
         keys = {joint: _bezier_keys(joint, moments[i], points[i]) for i, joint in enumerate(joints)}
 
-        def paths(start: dict[str, float]) -> dict[str, Trajectory]:
-            return {joint: Trajectory(joint, Key(0.0, start[joint]), keys[joint]) for joint in joints}
+        def paths(start: dict[str, float]) -> dict[str, Curve]:
+            return {joint: Curve(joint, Key(0.0, start[joint]), keys[joint]) for joint in joints}
 
         self._follow(call, "angleInterpolationBezier", joints, paths)
 
@@ -227,14 +228,14 @@ class ALMotion(Service):
     def move(self, x: object, y: object, theta: object, *moveConfig: object) -> None:
         """Walk at a velocity in m/s and rad/s until further notice; returns at once."""
         wanted = WalkVelocity(number(x, "x"), number(y, "y"), number(theta, "theta"))
-        self._walking.go(wanted, self._walk_limits(moveConfig))
+        self._walking.begin(wanted, self._walk_limits(moveConfig))
 
     @begins(Activity.WALK)
     def moveToward(self, x: object, y: object, theta: object, *moveConfig: object) -> None:
         """Walk at fractions, from -1 to 1, of the top velocities until further notice; returns at once."""
         shares = [number_within(v, what, -1.0, 1.0) for v, what in ((x, "x"), (y, "y"), (theta, "theta"))]
         highest = astuple(self._walk_limits(moveConfig))
-        self._walking.go(WalkVelocity(*(share * limit for share, limit in zip(shares, highest, strict=True))))
+        self._walking.begin(WalkVelocity(*map(mul, shares, highest)))
 
     @begins(Activity.WALK)
     def setWalkTargetVelocity(
@@ -306,18 +307,18 @@ class ALMotion(Service):
 
     def getTaskList(self) -> list[list[object]]:
         """Return name, number, broker and joints of each task that moves joints."""
-        return [[task.name, task.number, "", sorted(task.joints)] for task in self._tasks.all()]
+        return [[task.name, task.number, "", sorted(task.joints)] for task in self._paths.all()]
 
     def areResourcesAvailable(self, resourceNames: object) -> bool:
         """Return whether no task moves any of some joints."""
         joints = self._joints.of(resourceNames)
-        return all(task.joints.isdisjoint(joints) for task in self._tasks.all())
+        return all(task.joints.isdisjoint(joints) for task in self._paths.all())
 
     def killTask(self, motionTaskID: object) -> bool:
         """Cancel a task; returns whether there was one."""
-        calls = [task.call for task in self._tasks.all() if task.number == motionTaskID]
-        with self._access.calls.stopping(lambda call: call in calls):
-            return bool(calls)
+        events = [task.stopped for task in self._paths.all() if task.number == motionTaskID]
+        with self._access.calls.stopping(lambda call: call.stopped in events):
+            return bool(events)
 
     def killTasksUsingResources(self, resourceNames: object) -> None:
         """Cancel the calls that move any of some joints along a path, or wait for it."""
@@ -427,7 +428,7 @@ class ALMotion(Service):
         calls = self._access.calls
         with calls.beginning() as may:
             if may:
-                self._tasks.take(joints)
+                self._paths.take(joints)
                 goals = dict(zip(joints, targets, strict=True))
                 self._body.move(goals, speeds, client=calls.current.client.name)
 
@@ -450,9 +451,11 @@ class ALMotion(Service):
 
     def _follow(self, call: Call, name: str, joints: Sequence[str], paths: _Paths) -> None:
         """Move joints along paths from their setpoints, once no other task moves them."""
-        with self._tasks.task(name, joints, call) as task:
-            if joints and not call.stopped.is_set():
-                self._tasks.follow(task, paths(self._access.angles(measured=False)))
+        access, client = self._access, call.client.name
+        may_step = partial(access.calls.beginning, call)
+        path = Path(name, frozenset(joints), client, call.stopped, may_step, access.balance)
+        if joints:
+            self._paths.follow(path, lambda: paths(access.angles(measured=False)))
 
     def _walk_limits(self, configs: Sequence[object]) -> WalkVelocity:
         """Return the highest velocities with some parameters of the gait, for both feet or for each.

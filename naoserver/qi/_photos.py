@@ -47,12 +47,10 @@ def _setting(name: str, does: str, check: Check) -> tuple[Operation, Operation]:
 class ALPhotoCapture(Service):
     """Take photos, and write them into files."""
 
+    _camera, _resolution, _interval, _format = 0, 2, 200, "jpg"
+
     def __init__(self, access: Access) -> None:
         super().__init__(access)
-        self._camera = 0
-        self._resolution = 2
-        self._interval = 200
-        self._format = "jpg"
         self._made: set[Path] = set()
 
     setCameraID, getCameraID = _setting("_camera", "number of the camera", _number(range(len(CAMERAS))))

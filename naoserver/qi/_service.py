@@ -21,11 +21,12 @@ import msgspec
 import qi
 
 import naoserver.qi
+from naoserver._lasting_walk import RENEWAL
 from naoserver._libqi import start_libqi
 from naoserver.assembly import Assembly
 from naoserver.errors import HardwareFailure
 from naoserver.jobs import JobThreads, Periodic
-from naoserver.qi._access import RENEWAL, Access, Service
+from naoserver.qi._access import Access, Service
 from naoserver.qi._calls import Calls
 from naoserver.qi._clients import Client
 from naoserver.qi._connections import Connections, Offer
@@ -78,7 +79,7 @@ def serve(robot: Robot, assembly: Assembly, url: str, *, disk: Path | None, faul
     with ExitStack() as steps:  # all run, the last first, whatever they raise
         folder = disk or Path(steps.enter_context(tempfile.TemporaryDirectory(prefix="nao-disk-")))
         access = Access(robot, assembly, folder, faults=faults)
-        calls = Calls(robot.clock, access.calls, access.faults)
+        calls = Calls(access.calls, access.faults)
         parts: dict[str, Sequence[object]] = {
             name: [access.service(kind) for kind in kinds] for name, kinds in SERVICES.items()
         }

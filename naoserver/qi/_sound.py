@@ -32,8 +32,7 @@ from naoserver.qi._arguments import (
     text,
     within,
 )
-from naoserver.qi._clients import SERVER, Activity, Belongings, Call, Client, begins, begins_any
-from naoserver.qi._modules import CHECK_PERIOD
+from naoserver.qi._clients import CHECK_PERIOD, SERVER, Activity, Belongings, Call, Client, begins, begins_any
 
 _logger = logging.getLogger(__name__)
 

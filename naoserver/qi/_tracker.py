@@ -256,7 +256,7 @@ class ALTracker(Service):
             return
         limits = self._motion._walk_limits([])
         forward = min(max(_SPEED * rest, -limits.forward), limits.forward) if abs(turn) < 0.6 else 0.0
-        self._walking.go(WalkVelocity(forward, 0.0, min(max(turn, -limits.turn), limits.turn)), limits)
+        self._walking.begin(WalkVelocity(forward, 0.0, min(max(turn, -limits.turn), limits.turn)), limits)
 
     def _aim(self, yaw: float, pitch: float, share: float) -> None:
         """Send the head to angles, within its range."""

@@ -6,12 +6,13 @@ from typing import Final
 
 import numpy as np
 
+from naoserver._effector_paths import EVERY_AXIS, LEGS, POSITION, reach_places
 from naoserver.capabilities import Support
 from naoserver.kinematics import Matrix
 from naoserver.qi._access import Access, Service
 from naoserver.qi._arguments import chosen, constant, number, one_of, switch, vector
 from naoserver.qi._clients import SERVER, Activity, Call, Client, begins
-from naoserver.qi._effectors import EVERY_AXIS, LEGS, EffectorMotion, reach_places
+from naoserver.qi._effectors import EffectorMotion
 from naoserver.qi._motion import ALMotion
 
 _SUPPORTS: Final = ("Legs", *LEGS)
@@ -19,8 +20,6 @@ _STATES: Final = ("Fixed", "Plane", "Free")
 _EFFECTORS: Final = ("Head", "LArm", "RArm")
 _ROBOT: Final = 2
 """NAOqi's number of the robot's frame."""
-_POSITION: Final = 7
-"""The mask of the axes x, y and z."""
 _PACE: Final = 0.3
 """Fraction of full speed at which an effector follows its target."""
 _AHEAD: Final = 0.02
@@ -118,7 +117,7 @@ class WholeBody(Service):
             _, pitch, yaw = target
             self._motion.setAngles("Head", [yaw, pitch], _PACE)
         else:
-            self._effectors.setPosition(name, _ROBOT, [*target, 0.0, 0.0, 0.0], _PACE, _POSITION)
+            self._effectors.setPosition(name, _ROBOT, [*target, 0.0, 0.0, 0.0], _PACE, POSITION)
 
     wbEnableEffectorOptimization = constant(
         "Do nothing but check the values: effectors are never given up for balance.",

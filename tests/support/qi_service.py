@@ -11,9 +11,9 @@ from naoserver.assembly import Assembly
 from naoserver.fake import FakeRobot
 from naoserver.options import ServerOptions
 from naoserver.qi._access import Access
+from naoserver.qi._behaviors import ALRobotPosture
 from naoserver.qi._clients import SERVER, Activity, Call, Client, running
 from naoserver.qi._motion import ALMotion
-from naoserver.qi._postures import ALRobotPosture
 from tests.support.limits import EVENT_LIMIT
 from tests.support.stepped_clock import SteppedClock
 from zenoh_ice import VirtualClock
@@ -76,6 +76,7 @@ class Rig:
             self.clock.advance(_STEP)
             if self.robot.control_loop is None:
                 self.assembly.player.tick()
+                self.assembly.paths.tick()
                 if self.assembly.walk_to is not None:
                     self.assembly.walk_to.tick()
             for watched in self.assembly.watched:

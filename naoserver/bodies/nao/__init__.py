@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import Final
 
-from naoserver.bodies import family_of, find_body
+from naoserver.bodies import find_body, require_family
 from naoserver.body import Body
-from naoserver.errors import RobotError
 
 H25: Final = find_body("H25")
 H21: Final = find_body("H21")
@@ -15,6 +14,4 @@ H21: Final = find_body("H21")
 
 def require_nao(body: Body, what: str) -> None:
     """Raise RobotError, which begins with `what` needs NAOqi, unless a body is that of a Nao."""
-    family = family_of(body)
-    if family is None or family[1] is not H25:
-        raise RobotError(f"{what}, the system of the Nao; this robot is a {body.title or body.name}")
+    require_family(body, H25.name, f"{what}, the system of the Nao")

@@ -16,9 +16,8 @@ from types import MappingProxyType
 from typing import Final
 
 from naoserver._motions.motion_file import Key, Motion, MotionError, parse_motion
-from naoserver._motions.routes import Route, RouteError, Situation, stance_of
+from naoserver._motions.routes import MotionRoute, RouteError, Situation, stance_of
 from naoserver.bodies.nao import H25
-from naoserver.body import Body
 from naoserver.parts import Stance
 from zenoh_ice.toml_file import read_text
 
@@ -77,20 +76,12 @@ def _returning(motion: Motion) -> Motion:
     return replace(motion, keys={joint: (*keys, Key(end, None)) for joint, keys in motion.keys.items()})
 
 
-class AnimationRoute:
-    """An animation of a robot that stands, in whichever posture. Implements Route."""
+class AnimationRoute(MotionRoute):
+    """An animation of a robot that stands, in whichever posture."""
 
-    def __init__(self, body: Body, animation: Motion) -> None:
-        self._body = body
-        self._legs = [animation]
-
-    def next_leg(self, situation: Situation, commands: Mapping[str, float]) -> Motion | None:  # noqa: ARG002
+    def next_leg(self, situation: Situation, commands: Mapping[str, float]) -> Motion | None:
         """Return the animation, then None. Raises RouteError unless the robot stands."""
         stance = stance_of(self._body, situation)
         if self._legs and stance is not Stance.STANDING:
             raise RouteError(f"{self._legs[0].name} needs a robot that stands, and it is {stance}")
-        return self._legs.pop() if self._legs else None
-
-    def abandoned(self) -> Route | None:
-        """Return None: it ends at once with its client."""
-        return None
+        return super().next_leg(situation, commands)

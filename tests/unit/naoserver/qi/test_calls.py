@@ -60,15 +60,16 @@ def service(client):
 
 @pytest.fixture
 def calls():
-    clock = WallClock()
-    calls = Calls(clock, CallTable(clock), Faults())
+    calls = Calls(CallTable(WallClock()), Faults())
     yield calls
     calls.close()
 
 
 @pytest.fixture
 def client():
-    return Client("Ada")
+    client = Client("Ada")
+    yield client
+    client.close()
 
 
 @pytest.fixture
@@ -95,11 +96,16 @@ def test_too_many_stops_of_a_program_are_refused_but_not_after_too_many_other_ca
 
 
 def test_closing_does_not_wait_for_ever_for_a_call_that_hangs(client, service, caplog):
-    clock = WallClock()
-    calls = Calls(clock, CallTable(clock), Faults(), QiLimits(end=IMPATIENT))
+    calls = Calls(CallTable(WallClock()), Faults(), QiLimits(end=IMPATIENT))
     facade: Any = calls.facade("Service", [service])(client)
     facade.hang()
     assert service.begun.wait(EVENT_LIMIT)
     calls.close()
     service.free.set()
     assert "calls of programs did not end within 0.1 s" in caplog.text
+
+
+@pytest.mark.parametrize("operation", ["long", "short"])
+def test_nothing_begins_after_the_end(calls, facade, operation):
+    calls.close()
+    assert "the robot is shutting down" in getattr(facade, operation)().error()

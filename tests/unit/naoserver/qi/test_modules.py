@@ -32,9 +32,7 @@ class Arm:
 
 @pytest.fixture
 def arm():
-    clock = WallClock()
-    table = CallTable(clock)
-    calls = Calls(clock, table, Faults())
+    calls = Calls(CallTable(WallClock()), Faults())
     yield calls.facade("ALArm", [Arm()])(Client("test"))
     calls.close()
 

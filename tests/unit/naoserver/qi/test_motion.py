@@ -3,12 +3,14 @@
 import math
 
 import pytest
+from msgspec.structs import replace
 
 pytest.importorskip("qi")
 
 from naoserver.bodies.nao import H25
 from naoserver.capabilities import STILL
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
+from naoserver.fake import FakeRobot
 from naoserver.qi._behaviors import ALBehaviorManager
 from naoserver.qi._effectors import EffectorMotion
 from tests.support.limits import EVENT_LIMIT
@@ -405,11 +407,12 @@ def test_a_behavior_that_is_not_there(rig):
         rig.access.service(ALBehaviorManager).startBehavior("fly")
 
 
-def test_a_robot_without_a_walk_says_so(rig):
-    rig.access.walk = None
+def test_a_robot_without_a_walk_says_so():
+    rig = Rig(lambda clock: FakeRobot(clock, body=replace(H25, walk=None)))
     with pytest.raises(HardwareFailure, match="does not walk"):
         rig.motion.moveToward(1.0, 0.0, 0.0)
     rig.motion.stopMove()
+    rig.close()
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ import pytest
 pytest.importorskip("qi")
 
 from naoserver.errors import InvalidCommand
-from naoserver.qi._postures import ALRobotPose
+from naoserver.qi._behaviors import ALRobotPose
 
 
 def test_a_posture_at_more_than_full_pace_is_gone_to_at_full_pace(rig):

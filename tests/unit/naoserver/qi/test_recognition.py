@@ -6,7 +6,7 @@ pytest.importorskip("qi")
 
 from naoserver.errors import InvalidCommand
 from naoserver.qi._clients import Client, running
-from naoserver.qi._recognition import ALSpeechRecognition
+from naoserver.qi._speech import ALSpeechRecognition
 
 NOTHING = ["", -3.0]
 
