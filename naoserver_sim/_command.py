@@ -50,6 +50,10 @@ naoserver-sim --camera Camera=640x480@15                   larger images
 
 naoserver-sim --qi tcp://127.0.0.1:9559                    programs written for NAOqi drive it too
 
+naoserver-sim --body G1 --unitree                          its maker's programs drive it too
+
+naoserver-sim --body T1 --booster                          programs written for B1LocoClient drive it too
+
 naoserver-sim --world soccer --noise                       on a field, with noise like a real robot's
 
 naoserver-sim --body T1                                    another robot: a Booster T1
@@ -64,6 +68,8 @@ naoserver-sim --realm two --listen tcp/127.0.0.1:7448      a second robot beside
 _SWITCH_INTERVAL: Final = 0.0005  # s
 _CHECK_PERIOD: Final = 0.5  # s
 
+_Entering = Callable[[Robot, Assembly], AbstractContextManager[str]]
+"""Serves a robot in another way, too, in a `with` block that gets the URL."""
 
 _Speed = Annotated[
     str, typer.Option(metavar="FACTOR|max", help="Robot seconds per wall second, such as 1, 5 or 20.")
@@ -126,6 +132,22 @@ _Qi = Annotated[
         help="Serve it as NAOqi too, for programs that use qi, such as at tcp://127.0.0.1:9559.",
     ),
 ]
+_Unitree = Annotated[
+    bool,
+    typer.Option("--unitree", help="Serve a G1 over DDS on loopback too, for its maker's programs."),
+]
+_Booster = Annotated[
+    bool,
+    typer.Option(
+        "--booster", help="Serve a T1 over DDS on loopback too, for programs that use B1LocoClient."
+    ),
+]
+_DdsDomain = Annotated[
+    int,
+    typer.Option(
+        min=0, max=232, help="With --unitree or --booster: the domain of DDS; real robots are in 0."
+    ),
+]
 
 
 @app.command(epilog=_EPILOG)
@@ -147,6 +169,9 @@ def naoserver_sim(
     resume_after_reset: ResumeAfterReset = False,
     qi: _Qi = None,
     disk: Disk = None,
+    unitree: _Unitree = False,
+    booster: _Booster = False,
+    dds_domain: _DdsDomain = 1,
 ) -> None:
     """Simulate a robot and its surroundings in MuJoCo, and serve them.
 
@@ -171,10 +196,21 @@ def naoserver_sim(
             f"--qi {qi} beside [security]: NAOqi has no passwords, so that any program at this address"
             " would do what no role grants; leave out --qi, or serve the robot without [security]"
         )
-    naoqi = None if qi is None else partial(find_entrance("qi"), url=qi, disk=disk)
+    makers = [name for name, served in (("unitree", unitree), ("booster", booster)) if served]
+    if makers and settings.security != Security():
+        raise ConfigurationException(
+            f"--{makers[0]} beside [security]: its programs have no passwords, so that any would do what no"
+            f" role grants; leave out --{makers[0]}, or serve the robot without [security]"
+        )
+    entrances: dict[str, _Entering] = {}
+    if qi is not None:
+        entrances["NAOqi"] = partial(find_entrance("qi"), url=qi, disk=disk)
+    for maker in makers:
+        entrances[maker.capitalize()] = partial(find_entrance(maker), url=f"dds:{dds_domain}")
     if robots > 1:
         with stop_on_signals() as stop:
-            run_team(team_commands(sys.argv[1:], robots, settings, seed=seed, qi=qi), stop)
+            domain = dds_domain if makers else None
+            run_team(team_commands(sys.argv[1:], robots, settings, seed=seed, qi=qi, domain=domain), stop)
         return
     sys.setswitchinterval(_SWITCH_INTERVAL)
     with (
@@ -185,23 +221,22 @@ def naoserver_sim(
     ):
         check_cameras(options.cameras, robot.cameras)
         robot.start()  # first: clients that find the server wait only briefly for its servants
-        _serve(robot, settings, options, naoqi, stop)
+        _serve(robot, settings, options, entrances, stop)
 
 
 def _serve(
     robot: SimulatedRobot,
     settings: Settings,
     options: ServerOptions,
-    naoqi: Callable[[Robot, Assembly], AbstractContextManager[str]] | None,
+    entrances: Mapping[str, _Entering],
     stop: threading.Event,
 ) -> None:
-    """Serve a started robot until `stop` is set, also by the entrance for NAOqi's programs if it has one."""
+    """Serve a started robot until `stop` is set, also by entrances, each with the name of its programs."""
     with initialize(settings) as communicator, latch_of(settings) as latch:
         adapter = communicator.createObjectAdapter("NaoServer")
         with serve(robot, adapter, options, latch=latch) as assembly, ExitStack() as also:
-            if naoqi is not None:
-                url = also.enter_context(naoqi(robot, assembly))
-                typer.echo(f"NAOqi: {url}")
+            for programs, enter in entrances.items():
+                typer.echo(f"{programs}: {also.enter_context(enter(robot, assembly))}")
             adapter.activate()
             endpoints = ", ".join(settings.reached_at)
             text = f"ready: realm {settings.realm}, {endpoints}, {len(robot.cameras)} cameras"
@@ -257,7 +292,7 @@ def check_cameras(requested: Mapping[str, CameraOptions], cameras: Sequence[Came
             raise typer.BadParameter(message, param_hint="--camera")
 
 
-_REPLACED: Final = ("--robots", "--realm", "--listen", "--connect", "--seed", "--qi")
+_REPLACED: Final = ("--robots", "--realm", "--listen", "--connect", "--seed", "--qi", "--dds-domain")
 """Options with a value that is different for each robot."""
 _PORT: Final = re.compile(r":(\d+)(?=$|[?#/])")
 _POLL_PERIOD: Final = 0.1  # s
@@ -265,7 +300,13 @@ _END_LIMIT: Final = 5.0  # s for a robot's process to end on request
 
 
 def team_commands(
-    options: Sequence[str], robots: int, settings: Settings, *, seed: int | None = None, qi: str | None = None
+    options: Sequence[str],
+    robots: int,
+    settings: Settings,
+    *,
+    seed: int | None = None,
+    qi: str | None = None,
+    domain: int | None = None,
 ) -> list[list[str]]:
     """Return the command of each robot: the given options, except those that differ between robots.
 
@@ -285,6 +326,8 @@ def team_commands(
             own += ["--seed", str(seed + number)]
         if qi is not None:
             own += ["--qi", _later_port(qi, number)]
+        if domain is not None:
+            own += ["--dds-domain", str(domain + number)]
         commands.append([sys.executable, "-P", "-m", "naoserver_sim", *shared, *own])
     return commands
 

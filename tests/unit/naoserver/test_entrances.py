@@ -1,18 +1,32 @@
+import tomllib
+from importlib.metadata import EntryPoint
+
 import pytest
 
 from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
+from naoserver.booster import serve_as_booster
 from naoserver.errors import RobotError
 from naoserver.fake import FakeRobot
 from naoserver.options import ServerOptions
 from naoserver.qi import serve_as_naoqi
 from naoserver.server import find_entrance
+from naoserver.unitree import serve_as_unitree
 from tests.support.bodies import CART
+from tests.support.places import ROOT
 from zenoh_ice import VirtualClock
 
 
 def test_naoqi_is_an_entrance_of_an_installed_package():
     assert find_entrance("qi") is serve_as_naoqi
+
+
+@pytest.mark.parametrize(("maker", "serve"), [("unitree", serve_as_unitree), ("booster", serve_as_booster)])
+def test_the_project_declares_the_entrances_of_makers(maker, serve):
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    declared = project["entry-points"]["naoserver.entrances"][maker]
+    assert EntryPoint(maker, declared, "naoserver.entrances").load() is serve
+    assert project["optional-dependencies"][maker] == ["cyclonedds==11.0.1"]
 
 
 def test_an_entrance_that_no_package_provides():

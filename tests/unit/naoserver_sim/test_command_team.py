@@ -40,6 +40,12 @@ def test_robots_draw_different_numbers_and_serve_naoqi_at_different_ports():
     assert commands[1].count("--seed") == 1
 
 
+def test_each_robot_serves_its_makers_programs_in_a_domain_of_its_own():
+    commands = team_commands(["--booster", "--dds-domain=7"], 2, SETTINGS, domain=7)
+    assert [own(command)[-2:] for command in commands] == [["--dds-domain", "7"], ["--dds-domain", "8"]]
+    assert own(commands[1]).count("--booster") == 1
+
+
 def test_port_that_the_system_picks_stays_so():
     second = team_commands([], 2, Settings(listen=("tcp/127.0.0.1:0",), connect=()))[1]
     assert own(second) == ["--realm", "nao2", "--listen", "tcp/127.0.0.1:0"]

@@ -42,6 +42,14 @@ def named_on_pages() -> frozenset[str]:
     return frozenset(name for path in paths for name in NAMED_ON_PAGES.findall(path.read_text("utf-8")))
 
 
+@cache
+def entrances() -> frozenset[str]:
+    """Return the modules that the project declares as entrances, which commands find without an import."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    declared = project["entry-points"]["naoserver.entrances"].values()
+    return frozenset(each.partition(":")[0] for each in declared)
+
+
 def package_of(module: str) -> str:
     return module.partition(".")[0]
 
@@ -58,9 +66,10 @@ def importers(module: str) -> Iterator[str]:
 
 
 def is_used_elsewhere(module: str) -> bool:
-    """Return whether others use a module, or something below it, or run it as a command."""
+    """Return whether others use a module, or something below it, or run it as a command or an entrance."""
     return (
         module in named_on_pages()
+        or module in entrances()
         or module.rpartition(".")[2].startswith("test_")  # pytest collects it
         or f"{module}.__main__" in graph().modules
         or any(importers(module))

@@ -1,0 +1,159 @@
+"""The joints of a G1 as its maker's programs know them: states 500 times a second, and commands with gains.
+
+Messages are packed by `struct`: the types of cyclonedds would take ten times the time. The checksum goes over
+the layout in C, which has more padding than the wire.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+import struct
+import zlib
+from array import array
+from itertools import chain, count
+from typing import Final
+
+from interfaces.nao import JointCommand, Severity
+from naoserver._programs import Programs
+from naoserver.bodies import find_body
+from naoserver.capabilities import InertialReading, Odometry
+from naoserver.errors import HardwareFailure, RobotError
+from naoserver.robot import LIMP, JointReading
+from zenoh_ice.text import few
+
+PERIOD: Final = 0.002
+"""Wall seconds between two states."""
+_TICKS: Final = round(1000.0 * PERIOD)
+"""The same in ms; programs wait until the tick is not 0."""
+_SLOTS: Final = 35
+"""Motors in a message: a G1 has the first 29, in the order of its joints."""
+_MODE_MACHINE: Final = 5
+"""The maker's number of a G1 with 29 motors."""
+_COMMAND: Final = struct.Struct("<2BBx5fI" + "B3x5fI" * (_SLOTS - 1) + "5I")
+_COMMAND_IN_C: Final = struct.Struct("<2B2x" + "B3x5fI" * _SLOTS + "4I")
+_STATE: Final = struct.Struct("<8x2B2x4x13f2xBx4f2hf7I" + "B3x4f2hf7I" * (_SLOTS - 1) + "60x")
+_TICK, _FIRST_MOTOR, _STATE_CHECKSUM = 12, 70, _STATE.size - 4
+"""Where they begin in a state."""
+_NO_MOTOR: Final = (0,) * 15
+_PLACE: Final = struct.Struct("<iI4x13f16x8f400x")
+"""Time, inertial unit, position, height and velocity, among members that are 0."""
+_WINDOW: Final = 0.1
+"""Robot seconds over which the velocity is measured."""
+_REVERSED: Final = bytes(int(f"{byte:08b}"[::-1], 2) for byte in range(256))
+_SOURCE: Final = "Unitree"
+
+
+def checksum(layout: bytes | bytearray) -> int:
+    """Return the maker's checksum of some words, in C's layout.
+
+    It is a cyclic redundancy check over the bits of each word from the highest, with the polynomial
+    0x04C11DB7, begun with all bits set, neither reflected nor inverted at the end.
+    """
+    words = array("I", layout)
+    words.byteswap()
+    value = zlib.crc32(words.tobytes().translate(_REVERSED)) ^ 0xFFFFFFFF
+    return int(f"{value:032b}"[::-1], 2)
+
+
+class Joints:
+    """Pack the states of a robot in one thread, and pass commands on to the guard of gains in another one."""
+
+    def __init__(self, programs: Programs) -> None:
+        robot = programs.robot
+        self._programs = programs
+        self._robot = robot
+        self._events = programs.assembly.events
+        self._names = [joint.name for joint in find_body("G1").joints]
+        places = {joint.name: place for place, joint in enumerate(robot.joints)}
+        self._places = [places.get(name) for name in self._names]
+        self._volts = robot.body.battery.voltage if robot.body.battery else 0.0
+        self._ticks = count(_TICKS, _TICKS)
+        self._reading: JointReading | None = None
+        self._packed = bytearray()
+        self._past = self._where()
+        self._velocity = 0j
+        self._height = programs.height()
+
+    def obey(self, data: bytes, client: str) -> None:
+        """Let the motors whose mode is not 0 follow a command; the events say what is ignored or limited."""
+        try:
+            limited = self._command(data, client)
+        except RobotError as error:
+            self._events.add(Severity.Warning, _SOURCE, f"ignored a low command: {error}", "ignored")
+        else:
+            if limited:
+                text = f"limited a low command to {few([*limited])}"
+                self._events.add(Severity.Warning, _SOURCE, text, "limited")
+
+    def _command(self, data: bytes, client: str) -> dict[str, JointCommand]:
+        if len(data) != _COMMAND.size:
+            raise HardwareFailure(f"it has {len(data)} bytes, not {_COMMAND.size}")
+        values = _COMMAND.unpack(data)
+        if checksum(_COMMAND_IN_C.pack(*values[:-1])) != values[-1]:
+            raise HardwareFailure("its checksum is wrong")
+        if (gains := self._programs.assembly.gains) is None:
+            raise HardwareFailure("the motors of this robot take no gains by command")
+        motors = zip(self._names, range(2, len(values), 7), strict=False)
+        on = {name: JointCommand(*values[at + 1 : at + 6]) for name, at in motors if values[at]}
+        return gains.command(on, client)
+
+    def state(self) -> bytes:
+        """Return the newest state, with its number and checksum."""
+        reading = self._robot.read()
+        if reading is not self._reading:
+            self._reading, self._packed = reading, bytearray(self._pack(reading))
+        packed, first = self._packed, _FIRST_MOTOR
+        struct.pack_into("<I", packed, _TICK, next(self._ticks) % 2**32)
+        # C pads the end of the inertial unit, and the mode of the first motor by two bytes more.
+        layout = packed[:first] + b"\0\0" + packed[first : first + 2] + b"\0\0" + packed[first + 2 : -4]
+        struct.pack_into("<I", packed, _STATE_CHECKSUM, checksum(layout))
+        return bytes(packed)
+
+    def _pack(self, reading: JointReading) -> bytes:
+        motors = [
+            _NO_MOTOR
+            if at is None
+            else (
+                reading.stiffnesses[at] >= LIMP,
+                reading.positions[at],
+                reading.velocities[at],
+                0.0,
+                reading.torques[at],
+                *[round(reading.temperatures[at])] * 2,
+                self._volts,
+                *[0] * 7,
+            )
+            for at in self._places
+        ]
+        motors += [_NO_MOTOR] * (_SLOTS - len(motors))
+        return _STATE.pack(0, _MODE_MACHINE, *self._inertial(), *chain.from_iterable(motors))
+
+    def place(self) -> bytes:
+        """Return where the robot believes it is, and how fast, in its own frame."""
+        now = self._where()
+        if not 0.0 <= (seconds := now.time - self._past.time) < _WINDOW:
+            way = complex(now.x - self._past.x, now.y - self._past.y) * cmath.rect(1.0, -now.heading)
+            self._velocity = way / seconds if seconds > 0.0 else 0j
+            self._past, self._height = now, self._programs.height()
+        seconds, part = divmod(round(1e9 * now.time), 10**9)
+        x, y, turn = self._velocity.real, self._velocity.imag, self._senses().angular_velocity[2]
+        height = self._height
+        return _PLACE.pack(seconds, part, *self._inertial(), now.x, now.y, height, height, x, y, 0.0, turn)
+
+    def _inertial(self) -> tuple[float, ...]:
+        """Return orientation w, x, y, z, rate, acceleration, and roll, pitch and yaw."""
+        unit = self._senses()
+        angles = unit.roll, unit.pitch, self._where().heading
+        (cr, sr), (cp, sp), (cy, sy) = ((math.cos(each / 2), math.sin(each / 2)) for each in angles)
+        w, x = cr * cp * cy + sr * sp * sy, sr * cp * cy - cr * sp * sy
+        y, z = cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy
+        return (w, x, y, z, *unit.angular_velocity, *unit.acceleration, *angles)
+
+    def _senses(self) -> InertialReading:
+        senses = self._robot.senses
+        return InertialReading() if senses is None else senses.inertial()
+
+    def _where(self) -> Odometry:
+        walker = self._robot.walker
+        return Odometry(0.0, 0.0, 0.0, 0.0) if walker is None else walker.odometry()

@@ -1,0 +1,86 @@
+"""The services and topics of a G1 on DDS."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any, Final
+
+from naoserver._dds import NEWEST, Wire, Writer
+from naoserver._programs import Operation, Programs
+from naoserver.assembly import Assembly
+from naoserver.capabilities import BatteryReading
+from naoserver.jobs import Job, JobThreads
+from naoserver.robot import Robot
+from naoserver.unitree import _skills, _types
+from naoserver.unitree._joints import PERIOD, Joints
+from naoserver.unitree._loco import CODES, Loco
+
+_SLOW_PERIOD: Final = 0.05
+"""Wall seconds between two states of the battery."""
+
+
+@contextmanager
+def serve(robot: Robot, assembly: Assembly, url: str) -> Iterator[str]:
+    """Serve a robot in a `with` block, which gets the URL. Raises RobotError for a domain it cannot join."""
+    programs = Programs(robot, assembly, "Unitree", CODES)
+    loco = Loco(programs).operations
+    services = {
+        "loco": loco,  # under both names, by which versions of the maker's program look for it
+        "sport": loco,
+        "arm": _skills.arm(programs),
+        "voice": _skills.voice(programs),
+        "motion_switcher": _skills.ModeSwitch(programs).operations,
+    }
+    joints = Joints(programs)
+    with Wire(url, "Unitree", programs.renew, programs.drop) as wire:
+        for name, operations in services.items():
+            writer = wire.writer(f"rt/api/{name}/response", _types.Response)
+            wire.listen(f"rt/api/{name}/request", _types.Request, _answering(programs, operations, writer))
+        wire.listen("rt/lowcmd", _types.LowCmd, joints.obey, NEWEST, raw=True)
+        with JobThreads(_publications(wire, robot, joints)):
+            wire.start()
+            yield url
+
+
+def _answering(
+    programs: Programs, operations: Mapping[int, Operation], writer: Writer
+) -> Callable[[Any, str], None]:
+    """Return what performs the calls of a service, and answers them."""
+
+    def answer(request: Any, client: str) -> None:  # noqa: ANN401 - cyclonedds has no types
+        identity = request.header.identity
+        code, data = programs.answer(operations, identity.api_id, request.parameter, client)
+        if not request.header.policy.noreply:
+            writer.send(_types.Response(_types.ResponseHeader(identity, _types.Status(code)), data, []))
+
+    return answer
+
+
+def _publications(wire: Wire, robot: Robot, joints: Joints) -> list[Job]:
+    """Return the jobs that publish topics."""
+    return [
+        wire.publish("rt/lowstate", _types.LowState, PERIOD, joints.state),
+        wire.publish("rt/odommodestate", _types.SportModeState, PERIOD, joints.place),
+        wire.publish("rt/lf/bmsstate", _types.BmsState, _SLOW_PERIOD, lambda: _battery(robot)),
+    ]
+
+
+def _battery(robot: Robot) -> Any:  # noqa: ANN401
+    """Return the state of the battery, in mV, mA and degrees Celsius."""
+    facts, now = robot.body.battery, BatteryReading() if robot.senses is None else robot.senses.read().battery
+    charge, warmth = (0.0 if math.isnan(each) else each for each in (now.charge, now.temperature))
+    volts = facts.voltage if facts else 0.0
+    return _types.BmsState(
+        *(0, 0, 0, [0] * 40),
+        bmsvoltage=[round(1000.0 * volts), 0, 0],
+        current=round(1000.0 * now.current),
+        soc=round(100.0 * charge),
+        soh=100,
+        temperature=[round(warmth)] * 12,
+        cycle=0,
+        manufacturer_date=0,
+        bmsstate=[0] * 5,
+        reserve=[0] * 3,
+    )

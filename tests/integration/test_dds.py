@@ -1,0 +1,105 @@
+"""A domain of DDS with programs in it: messages arrive with their program's name, and lost programs are told."""
+
+from __future__ import annotations
+
+import threading
+import time
+
+import pytest
+
+from naoserver.errors import RobotError
+from tests.support.dds import free_domain
+from tests.support.limits import EVENT_LIMIT
+
+pytest.importorskip("cyclonedds", reason="the extra unitree is not installed")
+from cyclonedds.domain import DomainParticipant
+from cyclonedds.pub import DataWriter
+from cyclonedds.topic import Topic
+
+from naoserver import _dds
+from naoserver._dds import Wire, Writer
+from naoserver.unitree._types import Identity, Status
+
+DOMAIN = free_domain()
+
+
+class Ears:
+    """A wire that listens to two topics, one of them raw."""
+
+    def __init__(self) -> None:
+        self.heard: list[tuple[object, str]] = []
+        self.lost: list[str] = []
+        self.renewed = threading.Event()
+        self.wire = Wire(f"dds:{DOMAIN}", "Test", self.renewed.set, self.lost.append)
+        self.wire.listen("calls", Identity, lambda message, client: self.heard.append((message, client)))
+        self.wire.listen("raw", Status, lambda data, client: self.heard.append((data, client)), raw=True)
+        self.wire.start()
+
+
+@pytest.fixture
+def ears():
+    ears = Ears()
+    with ears.wire:
+        yield ears
+
+
+def writer(topic, kind):
+    participant = DomainParticipant(DOMAIN)
+    made = DataWriter(participant, Topic(participant, topic, kind))
+    until(made.get_matched_subscriptions)
+    return made
+
+
+def until(condition):
+    limit = time.monotonic() + EVENT_LIMIT
+    while not condition():
+        assert time.monotonic() < limit, "it does not happen"
+        time.sleep(0.005)
+
+
+def test_messages_arrive_with_the_name_of_their_program(ears):
+    first, second = writer("calls", Identity), writer("calls", Identity)
+    first.write(Identity(1, 2))
+    second.write(Identity(3, 4))
+    until(lambda: len(ears.heard) == 2)
+    assert {(message.id, message.api_id) for message, _ in ears.heard} == {(1, 2), (3, 4)}
+    assert len({client for _, client in ears.heard}) == 2
+
+
+def test_a_program_that_leaves_is_dropped(ears):
+    program = writer("calls", Identity)
+    program.write(Identity(1, 2))
+    until(lambda: ears.heard)
+    del program
+    until(lambda: ears.lost)
+    assert ears.lost == [ears.heard[0][1]]
+
+
+def test_at_the_end_all_programs_are_dropped(ears):
+    program = writer("calls", Identity)
+    program.write(Identity(1, 2))
+    until(lambda: ears.heard)
+    ears.wire.__exit__(None, None, None)
+    assert ears.lost == [ears.heard[0][1]]
+
+
+@pytest.mark.parametrize("fast", [True, False])
+def test_bytes_arrive_as_they_were_sent(ears, monkeypatch, fast):
+    if not fast:  # as with a package that has no such functions
+        monkeypatch.setattr(_dds, "ddspy_take", None)
+        monkeypatch.setattr(_dds, "ddspy_write", None)
+    program = Writer(writer("raw", Status))
+    assert program.wanted
+    program.send(b"\x07\0\0\0")
+    until(lambda: ears.heard)
+    assert ears.heard[0][0] == b"\x07\0\0\0"
+
+
+def test_what_programs_command_is_renewed_without_messages(ears):
+    assert ears.renewed.wait(EVENT_LIMIT)
+
+
+@pytest.mark.parametrize("url", ["dds:233", "dds:", "tcp://127.0.0.1", "dds:1 "])
+def test_what_is_no_domain_is_refused(url):
+    with pytest.raises(RobotError, match="is no domain of DDS: write dds:0 to dds:232"):
+        Wire(url, "Test", lambda: None, lambda _client: None)

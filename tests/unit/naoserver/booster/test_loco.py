@@ -1,0 +1,333 @@
+"""The operations of the T1's service of the walk, in virtual time and without DDS."""
+
+from __future__ import annotations
+
+import json
+import math
+import random
+import sys
+
+import pytest
+
+from naoserver._programs import Programs
+from naoserver.assembly import Assembly
+from naoserver.bodies import find_body
+from naoserver.booster import serve_as_booster
+from naoserver.booster._loco import (
+    BAD_REQUEST,
+    CODES,
+    CONFLICT,
+    CUSTOM,
+    DAMPING,
+    PREPARE,
+    REFUSED,
+    SOCCER,
+    WALKING,
+    Loco,
+)
+from naoserver.errors import RobotError
+from naoserver.fake import FakeRobot
+from naoserver.kinematics import kinematics_of
+from naoserver.options import ServerOptions
+from zenoh_ice import VirtualClock
+
+MODE, MOVE, HEAD, WAVE, HEAD_ON, GET_UP, GET_MODE, STATUS, INFO, SHOOT = (
+    *(2000, 2001, 2004, 2005, 2006, 2008),
+    *(2017, 2018, 2022, 2024),
+)
+HAND = 2009
+GET_UP_WITH_MODE, UPPER_BODY, RESET, HEAD_WITH_TIME = 2025, 2030, 2031, 2043
+ALL = range(2000, 2051)
+ELBOW = 4
+"""The maker's number of the left elbow's pitch."""
+
+
+class Rig:
+    """A T1 without physics behind its guards, and the service in front of them."""
+
+    def __init__(self) -> None:
+        self.clock = VirtualClock()
+        self.robot = FakeRobot(self.clock, body=find_body("T1"))
+        self.assembly = Assembly(self.robot, ServerOptions(), self.clock)
+        self.programs = Programs(self.robot, self.assembly, "Booster", CODES)
+        self.loco = Loco(self.programs)
+
+    def ask(self, operation: int, body: object = None, client: str = "program") -> tuple[int, str]:
+        text = body if isinstance(body, str) else json.dumps(body or {})
+        return self.programs.answer(self.loco.operations, operation, text, client)
+
+    def call(self, operation: int, body: object = None, client: str = "program") -> int:
+        return self.ask(operation, body, client)[0]
+
+    def mode(self, mode: int, client: str = "program") -> int:
+        return self.call(MODE, {"mode": mode}, client)
+
+    def move(self, forward: float = 0.1, turn: float = 0.0, client: str = "program") -> int:
+        return self.call(MOVE, {"vx": forward, "vy": 0.0, "vyaw": turn}, client)
+
+    def follow(self, motors: dict[int, float], client: str = "program") -> None:
+        """Let motors follow positions; the others have weight 0."""
+        commands = [(motors.get(n, 0.0), 0.0, 0.0, 50.0, 2.0, float(n in motors)) for n in range(23)]
+        self.loco.follow(commands, client)
+
+    def advance(self, seconds: float) -> None:
+        for _ in range(round(seconds / 0.1)):
+            self.clock.advance(0.1)
+            self.assembly.player.tick()
+            self.assembly.paths.tick()
+            self.programs.renew()
+            for watched in self.assembly.watched:
+                watched.watch()
+
+    @property
+    def forward(self) -> float:
+        assert self.robot.walker is not None
+        return self.robot.walker.commanded().forward
+
+    def angle(self, joint: str) -> float:
+        return self.robot.read().positions[self.robot.body.joint_names.index(joint)]
+
+
+@pytest.fixture
+def rig():
+    rig = Rig()
+    yield rig
+    rig.robot.close()
+
+
+def test_a_move_lasts_until_the_next_one(rig):
+    rig.move()
+    rig.advance(60.0)
+    assert rig.forward == pytest.approx(0.1)
+    rig.move(0.0)
+    assert rig.forward == 0.0
+
+
+def test_a_move_ends_with_its_program(rig):
+    rig.move()
+    rig.programs.drop("program")
+    assert rig.forward == 0.0
+
+
+def test_a_velocity_in_single_precision_is_not_beyond_a_limit(rig):
+    highest = rig.robot.walker.limits.forward
+    rig.move(highest + 1e-8)
+    assert rig.assembly.events.snapshot()[1] == 0
+
+
+@pytest.mark.parametrize("mode", [DAMPING, PREPARE, CUSTOM])
+def test_it_walks_in_two_modes_alone(rig, mode):
+    assert rig.mode(mode) == 0
+    assert rig.move() == CONFLICT
+    assert rig.call(SHOOT) == CONFLICT
+
+
+@pytest.mark.parametrize("mode", [DAMPING, PREPARE, CUSTOM])
+def test_a_mode_without_a_walk_ends_the_walk(rig, mode):
+    rig.move()
+    assert rig.mode(mode) == 0
+    assert rig.forward == 0.0
+
+
+def test_damped_it_crouches_and_then_stands_up_to_walk(rig):
+    rig.mode(DAMPING)
+    rig.advance(5.0)
+    assert rig.programs.posture() == "Crouch"
+    rig.mode(WALKING)
+    rig.advance(5.0)
+    assert rig.programs.posture() != "Crouch"
+    assert rig.move() == 0
+
+
+@pytest.mark.parametrize("mode", range(5))
+def test_the_mode_is_reported(rig, mode):
+    rig.mode(mode)
+    assert rig.ask(GET_MODE) == (0, json.dumps({"mode": mode}))
+
+
+def test_the_status_names_what_it_does(rig):
+    rig.call(WAVE, {"hand_action": 0, "hand_index": 1})
+    status = json.loads(rig.ask(STATUS)[1])
+    assert status == {"current_mode": WALKING, "current_body_control": 3, "current_actions": [2]}
+
+
+def test_it_says_what_it_is(rig):
+    assert json.loads(rig.ask(INFO)[1])["model"] == "T1"
+
+
+def test_the_head_turns_to_angles(rig):
+    rig.call(HEAD, {"pitch": 0.4, "yaw": -0.5})
+    rig.advance(2.0)
+    assert (rig.angle("Head_pitch"), rig.angle("AAHead_yaw")) == pytest.approx((0.4, -0.5), abs=1e-3)
+
+
+def test_the_head_takes_the_time_that_it_is_given(rig):
+    rig.call(HEAD_WITH_TIME, {"pitch": 0.4, "yaw": 0.0, "time_millis": 4000})
+    rig.advance(2.0)
+    assert rig.angle("Head_pitch") == pytest.approx(0.2, abs=0.05)
+
+
+def test_the_head_turns_in_a_direction_until_it_is_stopped(rig):
+    rig.call(HEAD_ON, {"pitch_direction": 1, "yaw_direction": 0})
+    rig.advance(0.5)
+    rig.call(HEAD_ON, {"pitch_direction": 0, "yaw_direction": 0})
+    there = rig.angle("Head_pitch")
+    rig.advance(2.0)
+    assert 0.0 < rig.angle("Head_pitch") == pytest.approx(there, abs=0.05)
+
+
+def test_it_waves_until_the_hand_closes(rig):
+    rig.call(WAVE, {"hand_action": 0, "hand_index": 1})
+    rig.advance(1.0)
+    assert rig.angle("Right_Shoulder_Pitch") < -1.0
+    rig.call(WAVE, {"hand_action": 1, "hand_index": 1})
+    rig.advance(5.0)
+    assert rig.angle("Right_Shoulder_Pitch") == pytest.approx(0.0, abs=0.1)
+
+
+def test_it_shoots(rig):
+    assert rig.call(SHOOT) == 0
+    assert json.loads(rig.ask(STATUS)[1])["current_body_control"] == 9
+
+
+def test_getting_up_leads_to_a_mode(rig):
+    rig.mode(DAMPING)
+    rig.call(GET_UP, {"version": 0})
+    assert json.loads(rig.ask(GET_MODE)[1])["mode"] == WALKING
+    rig.call(GET_UP_WITH_MODE, {"mode": SOCCER, "version": 0})
+    assert json.loads(rig.ask(GET_MODE)[1])["mode"] == SOCCER
+
+
+def test_odometry_begins_anew_where_it_is_reset(rig):
+    rig.move(0.1, turn=0.3)
+    rig.advance(3.0)
+    rig.call(RESET, "")
+    assert rig.loco.place() == pytest.approx((0.0, 0.0, 0.0))
+    rig.call(RESET, {"x": 1.0, "y": 2.0, "theta": math.pi / 2})
+    assert rig.loco.place() == pytest.approx((1.0, 2.0, math.pi / 2))
+    rig.move(0.1)
+    rig.advance(1.0)
+    x, y, _heading = rig.loco.place()
+    assert (x, y) == pytest.approx((1.0, 2.1), abs=0.02)
+
+
+def test_joints_follow_commands_in_the_custom_mode_alone(rig):
+    with pytest.raises(RobotError, match="mode 3"):
+        rig.follow({ELBOW: 0.5})
+    rig.mode(CUSTOM)
+    rig.follow({ELBOW: 0.5})
+    rig.advance(0.1)
+    assert rig.angle("Left_Elbow_Pitch") > 0.0
+
+
+def test_the_upper_body_follows_commands_beside_the_walk(rig):
+    rig.call(UPPER_BODY, {"start": True})
+    rig.move()
+    rig.follow({ELBOW: 0.5})
+    rig.advance(0.1)
+    assert rig.angle("Left_Elbow_Pitch") > 0.0
+    with pytest.raises(RobotError, match="mode 3"):
+        rig.follow({14: 0.5})
+
+
+def test_it_walks_after_the_custom_mode_while_commands_still_come(rig):
+    rig.mode(CUSTOM)
+    rig.follow({ELBOW: 0.0})
+    assert [rig.mode(WALKING), rig.move()] == [0, 0]
+
+
+def test_after_an_emergency_stop_calls_are_refused(rig):
+    rig.move()
+    rig.assembly.gate.stop("a test")
+    assert [rig.move(), rig.mode(WALKING), rig.call(SHOOT)] == [CONFLICT] * 3
+    rig.assembly.gate.reset()
+    rig.advance(0.5)
+    assert rig.forward == 0.0
+
+
+def test_who_holds_the_lease_moves_it(rig):
+    rig.assembly.gate.acquire("behavior", "dance", 30.0)
+    calls = rig.move(), rig.mode(WALKING), rig.call(HEAD, {"pitch": 0.1, "yaw": 0.0}), rig.call(SHOOT)
+    assert calls == (CONFLICT,) * 4
+
+
+@pytest.mark.parametrize(
+    ("operation", "body", "code"),
+    [
+        (2007, "", REFUSED),
+        (2011, '{"src": 0, "dst": 2}', REFUSED),
+        (2016, '{"dance_id": 0}', REFUSED),
+        (2016, '{"dance_id": 1000}', 0),
+        (2038, '{"start": true, "version": 0}', REFUSED),
+        (2**62, "{}", REFUSED),
+        (WAVE, '{"hand_action": 0, "hand_index": 0}', REFUSED),
+        (MODE, '{"mode": 5}', BAD_REQUEST),
+        (MODE, '{"mode": -1}', BAD_REQUEST),
+        (MODE, '{"mode": 2.0}', BAD_REQUEST),
+        (MODE, "", BAD_REQUEST),
+        (MOVE, '{"vx": 1e999, "vy": 0, "vyaw": 0}', BAD_REQUEST),
+        (MOVE, '{"vx": 0.1}', BAD_REQUEST),
+        (MOVE, "[" * 4000, BAD_REQUEST),
+        (MOVE, " " * 5000 + '{"vx": 0.1, "vy": 0, "vyaw": 0}', BAD_REQUEST),
+        (HEAD_WITH_TIME, f'{{"pitch": 0, "yaw": 0, "time_millis": {"9" * 3000}}}', BAD_REQUEST),
+    ],
+    ids=lambda value: str(value)[:30],
+)
+def test_what_it_cannot_is_refused_by_the_makers_code(rig, operation, body, code):
+    assert rig.call(operation, body) == code
+
+
+def test_mutated_calls_are_answered_and_keep_the_walk_within_its_limits(rig):
+    draw = random.Random(55)
+    whole = (
+        '{"vx": 0.1, "vy": 0, "vyaw": 0, "mode": 2, "pitch": 0.1, "yaw": 0, "time_millis": 5, "start": true}'
+    )
+    highest = rig.robot.walker.limits.forward
+    for _ in range(300):
+        place = draw.randrange(len(whole))
+        text = whole[:place] + chr(draw.randrange(0xD7FF)) + whole[place + draw.randrange(4) :]
+        rig.call(draw.choice(ALL), text)
+        assert abs(rig.forward) <= highest
+
+
+def test_without_the_package_it_names_the_extra(rig, monkeypatch):
+    for name in [name for name in sys.modules if name.startswith(("naoserver.booster._", "naoserver._dds"))]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "cyclonedds", None)
+    for name in [name for name in sys.modules if name.startswith("cyclonedds.")]:
+        monkeypatch.delitem(sys.modules, name)
+    with pytest.raises(RobotError, match=r"not installed; type: pip install 'visualhfsm\[booster\]'"):
+        serve_as_booster(rig.robot, rig.assembly, "dds:1")
+
+
+def test_no_other_robot_than_a_t1_is_served():
+    clock = VirtualClock()
+    robot = FakeRobot(clock, body=find_body("G1"))
+    assembly = Assembly(robot, ServerOptions(), clock)
+    with pytest.raises(RobotError, match="--booster serves a Booster T1; this robot is a Unitree G1"):
+        serve_as_booster(robot, assembly, "dds:1")
+
+
+def posture(x: float, y: float, z: float) -> dict[str, object]:
+    """Return a posture as the maker's programs send it."""
+    return {"position": {"x": x, "y": y, "z": z}, "orientation": {"roll": -1.57, "pitch": -1.57, "yaw": 0.0}}
+
+
+@pytest.mark.parametrize(("hand", "effector", "side"), [(0, "LArm", 1.0), (1, "RArm", -1.0)])
+@pytest.mark.parametrize("way", [{}, {"has_aux": True, "aux_posture": posture(0.2, 0.3, 0.1)}])
+def test_a_hand_goes_to_a_place_in_the_frame_of_the_trunk(rig, hand, effector, side, way):
+    goal = (0.3, side * 0.25, 0.1)
+    body = {"target_posture": posture(*goal), "time_millis": 1000, "hand_index": hand}
+    assert rig.call(HAND, body | way) == 0
+    rig.advance(2.5)
+    angles = rig.assembly.body.angles(measured=False)
+    place = kinematics_of(rig.robot.body).place_of(effector, angles)
+    assert place[:3, 3] == pytest.approx(goal, abs=0.005)
+
+
+@pytest.mark.parametrize(
+    "change", [{"hand_index": 2}, {"time_millis": 0}, {"time_millis": 10**9}, {"target_posture": None}]
+)
+def test_a_hand_that_is_none_and_a_way_that_is_none(rig, change):
+    body = {"target_posture": posture(0.3, 0.25, 0.1), "time_millis": 1000, "hand_index": 0}
+    assert rig.call(HAND, body | change) == BAD_REQUEST

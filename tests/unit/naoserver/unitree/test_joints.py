@@ -1,0 +1,169 @@
+"""States and commands of the G1's joints as bytes, in virtual time and without DDS."""
+
+from __future__ import annotations
+
+import math
+import random
+import struct
+from collections.abc import Sequence
+
+import pytest
+
+from naoserver._programs import Programs
+from naoserver.assembly import Assembly
+from naoserver.bodies import find_body
+from naoserver.capabilities import WalkVelocity
+from naoserver.fake import FakeRobot
+from naoserver.options import SafetyOptions, ServerOptions
+from naoserver.unitree._joints import Joints, checksum
+from naoserver.unitree._loco import CODES
+from zenoh_ice import VirtualClock
+
+OPTIONS = SafetyOptions()
+ELBOW = 18
+"""The maker's number of the left elbow."""
+WIRE = struct.Struct("<2BBx5fI" + "B3x5fI" * 34 + "5I")
+IN_C = struct.Struct("<2B2x" + "B3x5fI" * 35 + "4I")
+
+
+def slow_checksum(layout: bytes) -> int:
+    """Compute the maker's checksum bit by bit."""
+    value = 0xFFFFFFFF
+    for (word,) in struct.iter_unpack("<I", layout):
+        for place in range(31, -1, -1):
+            carry = (value >> 31) ^ (word >> place & 1)
+            value = (value << 1 & 0xFFFFFFFF) ^ (0x04C11DB7 if carry else 0)
+    return value
+
+
+def command(motors: dict[int, Sequence[float]], *, change: int = 0) -> bytes:
+    """Return a command: for each motor position, velocity, torque, kp and kd."""
+    values: list[float] = [0, 5]
+    for motor in range(35):
+        values += [motor in motors, *motors.get(motor, (0.0,) * 5), 0]
+    values += [0] * 4
+    return WIRE.pack(*values, slow_checksum(IN_C.pack(*values)) ^ change)
+
+
+class Rig:
+    def __init__(self) -> None:
+        self.clock = VirtualClock()
+        self.robot = FakeRobot(self.clock, body=find_body("G1"))
+        self.assembly = Assembly(self.robot, ServerOptions(), self.clock)
+        self.programs = Programs(self.robot, self.assembly, "Unitree", CODES)
+        self.joints = Joints(self.programs)
+
+    def live(self, seconds: float, data: bytes = b"") -> None:
+        for _ in range(round(seconds / OPTIONS.period)):
+            if data:
+                self.joints.obey(data, "program")
+            self.clock.advance(OPTIONS.period)
+            self.assembly.jobs[0].run()
+
+    def position(self, motor: int) -> float:
+        return self.robot.read().positions[motor]
+
+    def events(self) -> str:
+        return "\n".join(event.message for event in self.assembly.events.snapshot()[0])
+
+
+@pytest.fixture
+def rig():
+    rig = Rig()
+    yield rig
+    rig.robot.close()
+
+
+def test_the_checksum_is_that_of_the_maker():
+    data = random.Random(1).randbytes(4 * 50)
+    assert checksum(data) == slow_checksum(data)
+
+
+def test_a_command_moves_its_joints_alone(rig):
+    before = rig.robot.read().positions
+    rig.live(1.0, command({ELBOW: (before[ELBOW] + 0.2, 0, 0, 60, 2)}))
+    assert rig.position(ELBOW) == pytest.approx(before[ELBOW] + 0.2, abs=0.02)
+    moved = [one != two for one, two in zip(before, rig.robot.read().positions, strict=True)]
+    assert moved == [motor == ELBOW for motor in range(29)]
+
+
+def test_the_death_of_its_program_holds_what_it_moved(rig):
+    rig.live(0.2, command({ELBOW: (0, 1.0, 0, 0, 5)}))
+    rig.programs.drop("program")
+    there = rig.position(ELBOW)
+    rig.live(OPTIONS.damping_time + 0.2)
+    assert rig.position(ELBOW) == pytest.approx(there, abs=0.05)
+    assert not rig.assembly.moves_for("program")
+
+
+def test_a_silent_program_moves_nothing_on(rig):
+    rig.live(0.2, command({ELBOW: (0, 1.0, 0, 0, 5)}))
+    rig.live(OPTIONS.gains_timeout + OPTIONS.damping_time + 0.2)
+    there = rig.position(ELBOW)
+    rig.live(0.5)
+    assert rig.position(ELBOW) == there
+    assert not rig.assembly.moves_for("program")
+
+
+@pytest.mark.parametrize(
+    ("data", "event"),
+    [
+        (command({})[:-4], "it has 996 bytes, not 1000"),
+        (command({ELBOW: (0, 0, 0, 60, 2)}, change=1), "its checksum is wrong"),
+        (command({ELBOW: (math.nan, 0, 0, 60, 2)}), "left_elbow_joint"),
+        (command({ELBOW: (99.0, 0, 0, 60, 2)}), "limited a low command to left_elbow_joint"),
+    ],
+    ids=["size", "checksum", "not a number", "beyond its range"],
+)
+def test_the_events_say_what_a_command_is_not(rig, data, event):
+    rig.joints.obey(data, "program")
+    assert event in rig.events()
+
+
+def test_a_stopped_robot_ignores_commands(rig):
+    rig.assembly.gate.stop("a test")
+    before = rig.position(ELBOW)
+    rig.live(0.3, command({ELBOW: (before + 0.2, 0, 0, 60, 2)}))
+    assert rig.position(ELBOW) == before
+    assert "ignored a low command" in rig.events()
+
+
+def test_random_commands_keep_every_joint_within_its_range(rig):
+    draw = random.Random(55)
+    for _ in range(300):
+        values = [[draw.uniform(-1, 1) * 10 ** draw.randint(0, 38) for _ in range(5)] for _ in range(35)]
+        rig.live(OPTIONS.period, command(dict(enumerate(values))))
+        for facts, at in zip(rig.robot.joints, rig.robot.read().positions, strict=True):
+            assert facts.lower - 1e-6 <= at <= facts.upper + 1e-6
+
+
+def test_a_state_is_what_the_types_say(rig):
+    pytest.importorskip("cyclonedds", reason="the extra unitree is not installed")
+    from naoserver.unitree._types import LowState
+
+    rig.joints.state()
+    state = LowState.deserialize(b"\0\1\0\0" + rig.joints.state())
+    reading = rig.robot.read()
+    assert [motor.q for motor in state.motor_state[:29]] == pytest.approx(reading.positions)
+    assert [motor.mode for motor in state.motor_state] == [1] * 29 + [0] * 6
+    assert (state.mode_machine, state.tick) == (5, 4)
+    assert state.imu_state.quaternion == [1.0, 0.0, 0.0, 0.0]
+    assert state.imu_state.accelerometer[2] == pytest.approx(9.81)
+    flat = state.serialize(use_version_2=False)[4:]
+    layout = flat[:70] + b"\0\0" + flat[70:72] + b"\0\0" + flat[72:-4]
+    assert state.crc == slow_checksum(layout)
+
+
+def test_where_it_is_and_how_fast_is_in_its_odometry(rig):
+    pytest.importorskip("cyclonedds", reason="the extra unitree is not installed")
+    from naoserver.unitree._types import SportModeState
+
+    rig.programs.drive(WalkVelocity(forward=0.2), 9.0, "program")
+    for _ in range(5):
+        rig.clock.advance(0.1)
+        rig.joints.place()
+    place = SportModeState.deserialize(b"\0\1\0\0" + rig.joints.place())
+    where = rig.robot.walker.odometry()
+    assert place.position[:2] == pytest.approx([where.x, where.y])
+    assert place.velocity == pytest.approx([0.2, 0.0, 0.0], abs=0.01)
+    assert place.stamp.sec + place.stamp.nanosec / 1e9 == pytest.approx(where.time)

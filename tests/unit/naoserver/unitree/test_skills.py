@@ -1,0 +1,88 @@
+"""The operations of the G1's services of the arms, of sound and light, and of its modes, in virtual time."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from naoserver._programs import Programs
+from naoserver.assembly import Assembly
+from naoserver.bodies import find_body
+from naoserver.fake import FakeRobot
+from naoserver.options import ServerOptions
+from naoserver.unitree import _skills
+from naoserver.unitree._loco import CODES, NOT_AVAILABLE, NOT_IMPLEMENTED, WRONG_PARAMETER
+from naoserver.unitree._skills import NO_ACTION
+from zenoh_ice import VirtualClock
+
+WAVE, RELEASE = '{"data": 26}', '{"data": 99}'
+
+
+class Rig:
+    def __init__(self) -> None:
+        clock = VirtualClock()
+        self.robot = FakeRobot(clock, body=find_body("G1"))
+        self.assembly = Assembly(self.robot, ServerOptions(), clock)
+        self.programs = Programs(self.robot, self.assembly, "Unitree", CODES)
+        self.arm, self.voice = _skills.arm(self.programs), _skills.voice(self.programs)
+        self.modes = _skills.ModeSwitch(self.programs).operations
+
+    def call(self, service, operation, parameter="{}"):
+        return self.programs.answer(service, operation, parameter, "program")
+
+
+@pytest.fixture
+def rig():
+    rig = Rig()
+    yield rig
+    rig.robot.close()
+
+
+def test_it_waves_until_it_is_released(rig):
+    assert rig.call(rig.arm, 7106, WAVE) == (0, "")
+    assert rig.assembly.moves_for("program")
+    assert rig.call(rig.arm, 7106, RELEASE) == (0, "")
+    assert not rig.assembly.moves_for("program")
+
+
+def test_who_holds_the_lease_moves_the_arms(rig):
+    rig.assembly.gate.acquire("behavior", "dance", 30.0)
+    assert rig.call(rig.arm, 7106, WAVE)[0] == NOT_AVAILABLE
+
+
+def test_it_says_a_text(rig):
+    assert rig.call(rig.voice, 1001, '{"index": 0, "text": "Hello", "speaker_id": 1}') == (0, "")
+    assert rig.robot.voice.utterance().text == "Hello"
+
+
+def test_its_light_has_the_color(rig):
+    assert rig.call(rig.voice, 1010, '{"R": 255, "G": 0, "B": 51}') == (0, "")
+    assert rig.robot.lights.colors()["Head"] == pytest.approx((1.0, 0.0, 0.2))
+
+
+def test_a_program_takes_the_joints_and_gives_them_back(rig):
+    rig.call(rig.arm, 7106, WAVE)
+    assert json.loads(rig.call(rig.modes, 1001)[1])["name"] == "ai"
+    assert rig.call(rig.modes, 1003) == (0, "")
+    assert not rig.assembly.moves_for("program")
+    assert json.loads(rig.call(rig.modes, 1001)[1])["name"] == ""
+    assert rig.call(rig.modes, 1002, '{"name": "ai"}') == (0, "")
+    assert json.loads(rig.call(rig.modes, 1001)[1])["name"] == "ai"
+
+
+@pytest.mark.parametrize(
+    ("service", "operation", "parameter", "code"),
+    [
+        ("arm", 7106, '{"data": 18}', NO_ACTION),
+        ("arm", 7106, '{"data": 1e999}', WRONG_PARAMETER),
+        ("arm", 7106, '{"data": 1e300}', NO_ACTION),
+        ("arm", 7107, "{}", NOT_IMPLEMENTED),
+        ("voice", 1001, '{"text": " "}', WRONG_PARAMETER),
+        ("voice", 1005, "{}", NOT_IMPLEMENTED),
+        ("voice", 1010, '{"R": 256, "G": 0, "B": 0}', WRONG_PARAMETER),
+        ("modes", 1002, '{"name": "advanced"}', WRONG_PARAMETER),
+    ],
+)
+def test_what_it_cannot_is_refused_by_the_makers_code(rig, service, operation, parameter, code):
+    assert rig.call(getattr(rig, service), operation, parameter)[0] == code
