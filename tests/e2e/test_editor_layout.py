@@ -138,6 +138,21 @@ class TestBesideARobot:
         assert Box.of(drawing).area >= WITHOUT_TREE * 1280 * 800
         assert live.radius_of("go") == scale
 
+    def test_the_second_row_is_one_line_that_scrolls(self, live: EditorPage) -> None:
+        status = live.page.locator(".live-status")
+        words = status.evaluate_handle("status => status.lastChild")  # as long as what an error may say
+        words.evaluate("words => words.textContent = words.textContent.repeat(30)")
+        for width in (1440, 1280, 683, 390):
+            live.resize(width, 800)
+            row = Box.of(live.page.get_by_role("region", name="Run and draw"))
+            for name in ("Pause", "State", "See the robot"):
+                button = live.page.locator(".second-row").get_by_role("button", name=name).first
+                button.focus()
+                assert Box.of(button).is_within(row)
+            assert Box.of(status).height < 1.5 * Box.of(live.button("Pause")).height
+            assert live.page.evaluate(HANGS_OUT) == [0, 0, 0]
+        live.page.evaluate("document.querySelector('hfsm-monitor-bar').requestUpdate()")
+
     @pytest.mark.parametrize(("width", "height"), SIZES)
     def test_the_drawing_has_most_of_the_window_beside_a_panel(
         self, live: EditorPage, width: int, height: int
