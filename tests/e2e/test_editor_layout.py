@@ -188,6 +188,16 @@ class TestBesideARobot:
         if (width, height) in {(1440, 900), (390, 844)}:
             assert live.violations() == []
 
+    def test_on_a_phone_the_fields_of_a_transition_have_the_panel(self, live: EditorPage) -> None:
+        live.resize(390, 844)
+        live.transition("late").locator(".knob").click()
+        live.edit_code()
+        fields = live.page.locator(".code-panel > .sections")
+        assert fields.evaluate("each => each.scrollHeight === each.clientHeight")
+        event = live.page.locator("label", has=live.page.get_by_role("radio", name="Event"))
+        event.scroll_into_view_if_needed()
+        assert Box.of(event).is_within(Box.of(live.page.locator(".side > .content")))
+
     def test_the_page_itself_never_scrolls_whatever_panels_it_shows(self, live: EditorPage) -> None:
         page = live.page
         page.locator("body > [role=status]").wait_for(state="attached")  # what says aloud what the run does
@@ -309,6 +319,8 @@ def test_a_finger_meets_large_targets_and_names_that_can_be_read(browser: Browse
         page = shown.page
         page.evaluate("document.querySelector('hfsm-canvas').viewport.zoom(0.5)")
         assert page.evaluate(SMALL_NAMES) == []
+        assert not page.get_by_role("tab", name="walk").locator(".name-end").evaluate(CUT)
+        expect(page.locator(".all-tabs")).to_have_count(0)
         for panel in ("showSide('hfsm-data-panel')", "showBottom('hfsm-problems')"):
             page.evaluate(f"document.querySelector('hfsm-app').{panel}")
             assert page.evaluate(SMALL_TARGETS) == []
