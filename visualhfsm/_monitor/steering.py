@@ -10,8 +10,6 @@ import math
 from collections.abc import Mapping
 from typing import Any, Final
 
-from msgspec.structs import replace
-
 from codegen.messages import Message
 from interfaces.hfsm import Explanation, HfsmMonitorPrx, ReloadReport
 from interfaces.jderobot import InvalidValueException
@@ -71,7 +69,7 @@ async def operate(monitor: HfsmMonitorPrx, action: str, arguments: Mapping[str, 
         monitor = monitor.ice_invocationTimeout(RELOAD_PATIENCE)
     found = await _call(getattr(monitor, action), arguments, Message("the component"))
     if isinstance(found, ReloadReport):
-        return replace(found, notKept=[translated(printable(each)) for each in found.notKept])
+        found.notKept = [translated(printable(each)) for each in found.notKept]
     return translate_explanation(found) if isinstance(found, Explanation) else found
 
 
