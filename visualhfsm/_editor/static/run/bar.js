@@ -242,7 +242,7 @@ class MonitorBar extends MonitorElement {
     if (tab && tab === page.tab) return nothing;
     if (tab)
       return html`<button type="button" class="link" @click=${() => page.show(tab)}>
-        ${t("Show {document}", {document: monitor.structure?.document ?? t("its document")})}
+        ${t("Show {document}", {document: store.workspace.tabs.find((each) => each.tab === tab)?.title})}
       </button>`;
     if (!monitor.structure) return nothing;
     return html`<button type="button" class="link" @click=${() => this.context.app.openFollowed()}>
