@@ -81,7 +81,7 @@ STOP_AREA = """() => {
   const {left, right, top, bottom} = button.getBoundingClientRect();
   return [left, right, top, document.elementFromPoint(left + 3, (top + bottom) / 2) === button];
 }"""
-WIDTHS = (320, 421, 561, 641, 721, 861, 1701, 1101)
+WIDTHS = (320, 421, 561, 641, 721, 861, 901, 1701, 1101)
 """The narrowest windows of each layout in styles/*.css; the last one has room for all that the test clicks."""
 
 
