@@ -139,6 +139,9 @@ class TestBesideARobot:
         assert live.radius_of("go") == scale
 
     def test_the_second_row_is_one_line_that_scrolls(self, live: EditorPage) -> None:
+        for width in (1280, 1101, 901, 683):
+            live.resize(width, 800)
+            assert live.page.locator(".second-row").evaluate("row => row.scrollWidth - row.clientWidth") == 0
         status = live.page.locator(".live-status")
         words = status.evaluate_handle("status => status.lastChild")  # as long as what an error may say
         words.evaluate("words => words.textContent = words.textContent.repeat(30)")
