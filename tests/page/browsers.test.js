@@ -67,3 +67,7 @@ test("nothing later is used", () => {
   );
   assert.deepEqual(found, []);
 });
+
+test("what Safari knows by another name has that, too", () => {
+  for (const text of code) assert.doesNotMatch(text, /(?<!-webkit-user-select: none; |-webkit-)\buser-select/);
+});
