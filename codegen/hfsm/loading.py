@@ -66,7 +66,10 @@ def compile_document(
     found = Diagnostics()
     loaded = load_document(path, output, found, include, document=document, generated=generated)
     if loaded is not None and with_model:
-        _report_violations(loaded, path, found)
+        from .model_checker import QUICK_LIMIT, check_model, report_model
+
+        model = check_model(loaded.document, path, limit=QUICK_LIMIT, effects=loaded.effects)
+        report_model(model, found, quick=True)
     diagnostics.add_all(found, leave_out=[Severity.NOTE])
     if loaded is None or found.has_errors:
         return None
@@ -80,17 +83,6 @@ def compile_document(
         diagnostics.error(Code.UNREADABLE_FILE, message, Location(path))
         return None
     return [GeneratedFile(target, loaded.component)]
-
-
-def _report_violations(loaded: LoadedDocument, path: Path, diagnostics: Diagnostics) -> None:
-    """Report what can never happen, and properties that are violated or invalid, with a short run.
-
-    What it cannot decide is not reported: `check_document` explores more.
-    """
-    from .model_checker import QUICK_LIMIT, check_model, report_model
-
-    report = check_model(loaded.document, path, limit=QUICK_LIMIT, effects=loaded.effects)
-    report_model(report, diagnostics, quick=True)
 
 
 def check_document(
@@ -136,7 +128,8 @@ def load_document(
 
     `output` is the directory of its component, by default that of the document. `include` are directories
     with packages of proxies, and with files to import. `document` is the parsed content if it has not been
-    saved yet; `generated` are packages of proxies that are about to be written.
+    saved yet; `generated` are packages of proxies that are about to be written. States that are never entered
+    or left are reported here where imports are missing, since the model checker does not run then.
     """
     errors = len(diagnostics.errors)
     if document is None:
@@ -154,6 +147,10 @@ def load_document(
     effects = CodeEffects(analysis)
     check(effects, interfaces, diagnostics)
     if len(diagnostics.errors) > errors:
+        if any(each.imported for each in document.automata):
+            from .model_checker import report_graph
+
+            report_graph(effects, diagnostics)
         return None
     component = generate(analysis, interfaces)
     check_generated(component, analysis, diagnostics)

@@ -123,3 +123,6 @@ def test_focus_and_selection_look_different(shown: EditorPage, forced: Literal["
         assert sign.evaluate(color) == plain
         shown.state("followBall").focus()
         expect(ring).to_be_hidden()
+    shown.page.locator("hfsm-canvas .surface").focus()
+    for ring in shown.page.locator("hfsm-canvas .focus-ring").all():
+        expect(ring).to_be_hidden()

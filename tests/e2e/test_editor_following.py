@@ -71,6 +71,10 @@ def test_another_window_shows_what_runs_and_only_watches(
     with monitor_page(browser, served[1]) as early:
         run(shown)
         expect_running(early)
+        with shown.page.expect_popup() as opened:
+            shown.choose_in("View", "Another window")
+        expect(opened.value.locator(".live-status")).to_have_text("Running")
+        opened.value.close()
         with monitor_page(browser, served[1]) as late:
             expect_running(late)
             expect_current(late, "wait")
@@ -105,8 +109,11 @@ def test_each_document_that_is_shown_shows_its_own_run(shown: EditorPage, root: 
         other.ask("open", path="patrol.xml")
     show(shown, "patrol")
     expect_running(shown)  # the other one, since this does not run
+    shown.press("Control+m")
+    expect(shown.page.get_by_role("tab", name="Problems", selected=True)).to_be_visible()
     shown.press("F5")
     expect_running(shown, "patrol")
+    expect(shown.page.get_by_role("tab", name="Problems", selected=True)).to_be_visible()
     show(shown, "walk")
     expect_running(shown, "walk")
     expect_current(shown, "wait")

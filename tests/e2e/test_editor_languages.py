@@ -283,6 +283,8 @@ def test_what_a_component_and_the_robot_say_is_in_the_language_of_the_page(
         shown.press("w")
         expect(page.get_by_role("tooltip")).to_contain_text("su momento llega tras")
         expect(page.get_by_role("tooltip")).to_contain_text("era falsa al evaluarla hace")
+        shown.press("Escape", "Delete", "F9")
+        expect(page.locator(".notice")).to_contain_text("estaba en el estado wait, que ya no existe")
         page.locator(".stop-button").click()
         expect(page.locator(".banner.error")).to_contain_text("se pulsó STOP en el editor")
 

@@ -138,6 +138,24 @@ class TestBesideARobot:
         assert Box.of(drawing).area >= WITHOUT_TREE * 1280 * 800
         assert live.radius_of("go") == scale
 
+    def test_the_second_row_is_one_line_that_scrolls(self, live: EditorPage) -> None:
+        for width in (1280, 1101, 901, 683):
+            live.resize(width, 800)
+            assert live.page.locator(".second-row").evaluate("row => row.scrollWidth - row.clientWidth") == 0
+        status = live.page.locator(".live-status")
+        words = status.evaluate_handle("status => status.lastChild")  # as long as what an error may say
+        words.evaluate("words => words.textContent = words.textContent.repeat(30)")
+        for width in (1440, 1280, 683, 390):
+            live.resize(width, 800)
+            row = Box.of(live.page.get_by_role("region", name="Run and draw"))
+            for name in ("Pause", "State", "See the robot"):
+                button = live.page.locator(".second-row").get_by_role("button", name=name).first
+                button.focus()
+                assert Box.of(button).is_within(row)
+            assert Box.of(status).height < 1.5 * Box.of(live.button("Pause")).height
+            assert live.page.evaluate(HANGS_OUT) == [0, 0, 0]
+        live.page.evaluate("document.querySelector('hfsm-monitor-bar').requestUpdate()")
+
     @pytest.mark.parametrize(("width", "height"), SIZES)
     def test_the_drawing_has_most_of_the_window_beside_a_panel(
         self, live: EditorPage, width: int, height: int
@@ -172,6 +190,16 @@ class TestBesideARobot:
         assert page.evaluate("document.documentElement.scrollWidth") <= width
         if (width, height) in {(1440, 900), (390, 844)}:
             assert live.violations() == []
+
+    def test_on_a_phone_the_fields_of_a_transition_have_the_panel(self, live: EditorPage) -> None:
+        live.resize(390, 844)
+        live.transition("late").locator(".knob").click()
+        live.edit_code()
+        fields = live.page.locator(".code-panel > .sections")
+        assert fields.evaluate("each => each.scrollHeight === each.clientHeight")
+        event = live.page.locator("label", has=live.page.get_by_role("radio", name="Event"))
+        event.scroll_into_view_if_needed()
+        assert Box.of(event).is_within(Box.of(live.page.locator(".side > .content")))
 
     def test_the_page_itself_never_scrolls_whatever_panels_it_shows(self, live: EditorPage) -> None:
         page = live.page
@@ -294,6 +322,8 @@ def test_a_finger_meets_large_targets_and_names_that_can_be_read(browser: Browse
         page = shown.page
         page.evaluate("document.querySelector('hfsm-canvas').viewport.zoom(0.5)")
         assert page.evaluate(SMALL_NAMES) == []
+        assert not page.get_by_role("tab", name="walk").locator(".name-end").evaluate(CUT)
+        expect(page.locator(".all-tabs")).to_have_count(0)
         for panel in ("showSide('hfsm-data-panel')", "showBottom('hfsm-problems')"):
             page.evaluate(f"document.querySelector('hfsm-app').{panel}")
             assert page.evaluate(SMALL_TARGETS) == []

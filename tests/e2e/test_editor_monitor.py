@@ -244,7 +244,7 @@ def test_a_run_is_shown_beside_its_own_document_and_started_from_a_state(
     expect(values).to_be_visible()
 
     open_document(shown, "other")
-    expect(shown.button("Show guide.xml")).to_be_visible()
+    expect(shown.button("Show guide")).to_be_visible()
     expect(values).to_be_visible()
     shown.button("Stop").click()
     expect(status(shown)).to_have_count(0)

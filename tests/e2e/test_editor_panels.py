@@ -387,6 +387,8 @@ def test_entry_and_exit_code_and_arguments_have_tabs_that_arrows_go_through(
     edit(shown, "wait")
     shown.page.get_by_role("tab", name="Entry").click()
     expect(shown.page.get_by_role("textbox", name="Entry code of the state wait")).to_be_focused()
+    hint = Box.of(shown.page.locator(".side .cm-placeholder"))
+    assert hint.is_within(Box.of(shown.page.locator(".side .cm-scroller")))
     shown.page.get_by_role("tab", name="Entry").focus()
     shown.press("ArrowRight", "ArrowRight")
     expect(shown.page.get_by_role("tab", name="Exit, not empty")).to_be_focused()

@@ -92,6 +92,8 @@ def test_problems_are_counted_beyond_the_list_and_say_what_they_assume(
     expect(shown.page.get_by_role("list", name="Problems").locator("button.row")).to_have_count(1000)
     expect(shown.page.get_by_text("1000 of 1014 are listed")).to_be_visible()
     expect(shown.page.get_by_role("treeitem", name="last, warning")).to_be_visible()
+    expect(shown.page.locator("hfsm-problems code").first).to_have_text("enough")
+    expect(shown.page.locator("hfsm-problems")).not_to_contain_text("`")
     expect(shown.page.get_by_text(re.compile("hold as long as cycles begin"))).to_have_count(1)
 
 

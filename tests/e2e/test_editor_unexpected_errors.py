@@ -55,7 +55,7 @@ def test_an_unexpected_error_is_shown_once_and_the_page_can_be_loaded_again(show
 
 
 def test_a_browser_that_is_too_old_gets_a_sentence(shown: EditorPage) -> None:
-    sentence = shown.page.get_by_text("VisualHFSM needs a newer browser: Firefox 128")
+    sentence = shown.page.get_by_text("VisualHFSM needs a newer browser: Firefox 125")
     expect(sentence).to_be_hidden()
 
     def without_popovers(route: Route) -> None:

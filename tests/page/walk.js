@@ -67,9 +67,11 @@ try {
     await see("hfsm-canvas .state", `State ${name}`);
   }
   await one.choose("wait");
-  await press("t", "Enter");
-  await page.waitForSelector(".transition[data-key]", LIMIT);
-  await press("Escape");
+  await press("t", ".", "Enter");
+  await see(".rename");
+  await page.keyboard.type("later");
+  await press("Enter");
+  await see("hfsm-canvas .transition", "Transition later from wait to go");
 
   // Copy, and paste in a second window; undo.
   await one.choose("walk");

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from codegen.messages import Message
-from interfaces.hfsm import Explanation, HfsmMonitorPrx
+from interfaces.hfsm import Explanation, HfsmMonitorPrx, ReloadReport
 from interfaces.jderobot import InvalidValueException
 from interfaces.nao import GroundTruthPrx, SafetyPrx, ScenePrx
 from visualhfsm._base.errors import VisualHfsmError
@@ -68,6 +68,8 @@ async def operate(monitor: HfsmMonitorPrx, action: str, arguments: Mapping[str, 
     if action == "reload":
         monitor = monitor.ice_invocationTimeout(RELOAD_PATIENCE)
     found = await _call(getattr(monitor, action), arguments, Message("the component"))
+    if isinstance(found, ReloadReport):
+        found.notKept = [translated(printable(each)) for each in found.notKept]
     return translate_explanation(found) if isinstance(found, Explanation) else found
 
 

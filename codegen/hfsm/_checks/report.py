@@ -35,7 +35,7 @@ class Report:
         """Say once what cannot be seen because of imports that failed."""
         if self._missing:
             message = Message(
-                "not checked without {files}: what is there, what can never happen, conflicts and properties",
+                "not checked without {files}: what is there, what can never fire, conflicts and properties",
                 files=self._files,
             )
             self.note(Code.NOT_SEEN, message, self._missing[0])

@@ -17,7 +17,15 @@ Users read `docs/explanation/model-checker.md`.
 
 from __future__ import annotations
 
-from ._checker import ASSUMPTIONS, DEFAULT_LIMIT, QUICK_LIMIT, ModelReport, check_model, report_model
+from ._checker import (
+    ASSUMPTIONS,
+    DEFAULT_LIMIT,
+    QUICK_LIMIT,
+    ModelReport,
+    check_model,
+    report_graph,
+    report_model,
+)
 from ._conflicts import Command, Commands, Conflict, is_command, read_operations
 from ._counterexample import Counterexample, Step
 from ._reachability import Reachability, WhyNever
@@ -44,5 +52,6 @@ __all__ = [
     "check_model",
     "is_command",
     "read_operations",
+    "report_graph",
     "report_model",
 ]

@@ -22,6 +22,7 @@ from ._reachability import (
     StateResult,
     TransitionResult,
     WhyNever,
+    by_graph,
     find_reachable,
     state_results,
     transition_results,
@@ -182,9 +183,7 @@ def report_model(report: ModelReport, diagnostics: Diagnostics, *, quick: bool =
     properties.
     """
     reporter = _Reporter(report, diagnostics)
-    for state in report.states:
-        if state.why is WhyNever.GRAPH:
-            reporter.never_entered(state)
+    reporter.never_entered()
     for transition in report.transitions:
         if transition.why not in (WhyNever.NONE, WhyNever.ORIGIN, WhyNever.EVENT):
             reporter.never_fires(transition)
@@ -202,27 +201,33 @@ def report_model(report: ModelReport, diagnostics: Diagnostics, *, quick: bool =
             reporter.property(result)
 
 
+def report_graph(effects: CodeEffects, diagnostics: Diagnostics) -> None:
+    """Report what transitions show of states, whatever makes them fire: in a part of a document, too."""
+    model = read_model(effects.analysis.document, effects.analysis.path, effects=effects)
+    reporter = _Reporter(ModelReport(model, (), (), (), (), work=0, complete=False), diagnostics)
+    reporter.never_entered()
+    reporter.never_left()
+
+
 class _Reporter:
     def __init__(self, report: ModelReport, diagnostics: Diagnostics) -> None:
         self._found = report
         self._model = report.model
         self._report = Report(report.model.path, diagnostics)
-        self._possible = {
+        self._impossible = {
             (item.automaton, item.state)
             for item in report.states
-            if item.reachability is not Reachability.IMPOSSIBLE
+            if item.reachability is Reachability.IMPOSSIBLE
         }
 
-    def never_entered(self, result: StateResult) -> None:
-        model = self._model.by_id[result.automaton]
-        state = next(item.source for item in model.states if item.source.id == result.state)
-        initial = model.states[model.initial].source
-        message = Message(
-            "no transitions lead from {initial} to {state}",
-            initial=state_label(initial),
-            state=state_label(state),
-        )
-        self._report.warning(Code.NEVER_ENTERED, message, self._report.place(state), assumes=ASSUMPTIONS)
+    def never_entered(self) -> None:
+        for model in self._model.automata:
+            initial, connected = model.states[model.initial].source, by_graph(model)
+            for state in (each.source for each in model.states if each.index not in connected):
+                if (model.source.id, initial.id) not in self._impossible:
+                    labels: dict[str, Value] = {"initial": state_label(initial), "state": state_label(state)}
+                    message = Message("no transitions lead from {initial} to {state}", **labels)
+                    self._report.warning(Code.NEVER_ENTERED, message, state, assumes=ASSUMPTIONS)
 
     def never_fires(self, result: TransitionResult) -> None:
         model = self._model.by_id[result.automaton]
@@ -250,7 +255,7 @@ class _Reporter:
                 first = Message("{transition} fires first", transition=transition_label(other.source))
                 notes.append(Note(first, place))
         target = model.states[transition.target]
-        if (result.automaton, target.source.id) not in self._possible:
+        if (result.automaton, target.source.id) in self._impossible:
             path = self._model.state_path(model.index, target.index)
             entered = Message("the state `{path}` is never entered", path=path)
             notes.append(Note(entered, self._report.place(target.source)))
@@ -260,7 +265,7 @@ class _Reporter:
     def _endless(self, state: StateModel) -> tuple[Message, list[Note]]:
         """Return why the automata below a state never finish, and notes that name them."""
         for child in (self._model.automata[index].source for index in state.children):
-            if not any(each.final and (child.id, each.id) in self._possible for each in child.states):
+            if not any(each.final and (child.id, each.id) not in self._impossible for each in child.states):
                 message = Message("none of its states that can be reached is final")
                 notes = [Note(message, self._report.place(child))]
                 return Message("automaton {id} never finishes", id=child.id), notes
@@ -269,7 +274,11 @@ class _Reporter:
     def never_left(self) -> None:
         """Report states without a way out, in automata that have other states."""
         for model in self._model.automata:
-            entered = [each for each in model.states if (model.source.id, each.source.id) in self._possible]
+            entered = [
+                model.states[index]
+                for index in sorted(by_graph(model))
+                if (model.source.id, model.states[index].source.id) not in self._impossible
+            ]
             for state in entered if len(entered) > 1 else ():
                 if not state.final and all(each.target == state.index for each in state.outgoing):
                     label = state_label(state.source)

@@ -128,11 +128,11 @@ def state_results(fireability: Fireability, reached: Reached) -> list[StateResul
     """Return the result of every state."""
     results = []
     for automaton in fireability.model.automata:
-        index, by_graph = automaton.index, _by_graph(automaton)
+        index, connected = automaton.index, by_graph(automaton)
         for state in automaton.states:
             may_be = index in reached.unknown and state.index in fireability.states[index]
             found = _verdict(state.index in reached.states[index], may_be)
-            is_cut_off = bool(reached.states[index]) and state.index not in by_graph
+            is_cut_off = bool(reached.states[index]) and state.index not in connected
             why = WhyNever.GRAPH if is_cut_off else WhyNever.NONE
             results.append(StateResult(automaton.source.id, state.source.id, found, why))
     return results
@@ -162,7 +162,8 @@ def _verdict(is_seen: bool, may_be: bool) -> Reachability:
     return Reachability.UNDECIDED if may_be else Reachability.IMPOSSIBLE
 
 
-def _by_graph(automaton: AutomatonModel) -> set[int]:
+def by_graph(automaton: AutomatonModel) -> set[int]:
+    """Return the states to which transitions lead from the initial one, if all of them can fire."""
     found = {automaton.initial}
     new = [automaton.initial]
     while new:

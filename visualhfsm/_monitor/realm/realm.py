@@ -122,7 +122,7 @@ def refusals(component: str) -> Iterator[None]:
     except (NoSuchElement, InvalidValue, JderobotException) as error:
         raise VisualHfsmError(translated(printable(error.what))) from error
     except ReloadRefused as error:
-        reason = printable(error.reason)
+        reason = translated(printable(error.reason))
         raise VisualHfsmError.because(
             "not reloaded, {component} runs on as it was: {reason}", component=component, reason=reason
         ) from error

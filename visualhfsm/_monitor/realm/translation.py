@@ -2,8 +2,8 @@
 
 They are programs that speak English. A text that a template below gives is that message; any other, such as
 what a newer program says, stays as it is. The templates are those of `hfsm_runtime` (errors of a component,
-and why a transition does not fire), of `zenoh_ice` (a server that is offline) and those of robots in
-`robot_texts.py`.
+its reloads, why a transition does not fire), of `zenoh_ice` (a server that is offline) and those of robots
+in `robot_texts.py`.
 """
 
 from __future__ import annotations
@@ -107,7 +107,32 @@ _ERRORS: Final = (
 )
 """What `hfsm_runtime` says of an automaton, and `zenoh_ice` of a server."""
 
-_SAID: Final = (*_ERRORS, *OF_ROBOTS)
+_RELOADS: Final = (
+    template("{what}; its exit code did not run"),
+    template("automaton {id} ({name}) is gone, which was in {state}"),
+    template("automaton {id} ({name}) is gone"),
+    template("automaton {id} ({name}) was in the state {state}, which is gone, and restarts in {other}"),
+    template("automaton {id} ({name}) has no state {state}"),
+    template("automaton {id} ({name}) has no transition {transition}"),
+    template("no code of automaton {id} ({name}) uses {names} any more"),
+    template("the output {output} of automaton {id} ({name}) is {kind} now and has its default again"),
+    template("the parameter {name} is {kind} now and has its default again"),
+    template("the parameter {name} is gone"),
+    template("self.{name} was an attribute, and is now defined by the document"),
+    template("a breakpoint is dropped: {reason}"),
+    template("the component cannot be created: {reason}"),
+    template(
+        "the cycle of {automaton} in the state {state} did not end within {seconds} s: its code must not "
+        "block"
+    ),
+    Message(
+        "a component that is recorded is not reloaded, as its recording is of one document: start it again "
+        "without --record"
+    ),
+)
+"""What it says of a reload: what could not be kept, and why it was refused."""
+
+_SAID: Final = (*_ERRORS, *_RELOADS, *OF_ROBOTS)
 
 
 def translated(text: str) -> Message:
@@ -144,11 +169,7 @@ def translate_explanation(explanation: Explanation) -> Explanation:
 
 def _why_not(text: str) -> Message:
     found = _with_number(_filled(known_text(text, _WHY_NOT), "reason", _why_not))
-    return _filled(_filled(found, "parts", _in_states), "guard", _guard)
-
-
-def _guard(text: str) -> Message:
-    return known_text(text, _GUARD)
+    return _filled(_filled(found, "parts", _in_states), "guard", lambda text: known_text(text, _GUARD))
 
 
 def _in_states(text: str) -> Message:

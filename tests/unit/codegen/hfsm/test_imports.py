@@ -269,6 +269,7 @@ def test_an_import_that_fails_hides_no_other_check(tmp_path: Path, file: str, co
 
     alone = [("N608", False)] if file != "nested.xml" else []
     alone += [] if file in {"broken.xml", "nested.xml"} else [(code, False)]
+    alone += [("N515", False)]  # of the state `end`, which is not final
     assert sorted(check("self.head.getPose()", transition(1, 1, 2, "1000", type="time"))) == sorted(alone)
     found = check(lines, go)
     assert sorted(found) == sorted(
@@ -278,9 +279,9 @@ def test_an_import_that_fails_hides_no_other_check(tmp_path: Path, file: str, co
             *[("W528", False), ("W529", False)],
         ]
     )
-    assert sorted(check("x = = 1", transition(1, 1, 9, "True"))) == sorted(
-        [*alone, ("E514", False), ("E520", False)]
-    )
+    broken = check("x = = 1", transition(1, 1, 9, "True"), transition(2, 1, 2, "x = = 1"))
+    assert sorted(broken) == sorted([*alone, ("E514", False), ("E520", False), ("E520", False)])
+    assert ("W514", False) in check("", transition(1, 2, 1, "go", type="event"))
 
 
 def test_what_is_passed_to_an_import_that_fails_is_no_mistake(tmp_path: Path) -> None:
@@ -294,6 +295,24 @@ def test_what_is_passed_to_an_import_that_fails_is_no_mistake(tmp_path: Path) ->
     diagnostics = Diagnostics()
     check_document(path, diagnostics)
     assert [found.code for found in diagnostics] == ["E550", "N608"]
+
+
+def test_which_states_are_never_entered_or_left_is_checked_without_an_import(tmp_path: Path) -> None:
+    (tmp_path / "part.xml").write_text(document(sub(1, 0, state(1, "in"), state(2, "lost in the part"))))
+    states = [state(1, "top", initial=True, child=2), state(2, "alone", child=3), state(3, "end")]
+    text = document(
+        sub(1, 0, *states, transition(1, 1, 3, "", type="finished")),
+        imported("absent.xml"),
+        imported("part.xml", id=3),
+    )
+    (tmp_path / "main.xml").write_text(text)
+    diagnostics = Diagnostics()
+    check_document(tmp_path / "main.xml", diagnostics)
+    assert [(each.code, each.message) for each in diagnostics if each.code in {"N515", "W514"}] == [
+        ("W514", "no transitions lead from `top` to `alone`"),
+        ("N515", "no transition leads away from `end`: the automaton stays there"),
+        ("W514", "no transitions lead from `in` to `lost in the part`"),
+    ]
 
 
 def test_one_line_says_what_is_not_checked_without_files(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ const ALLOWED = new Set([
   ..."nextTab previousTab followComponent unfollow follow livePanel robotDock robotView cameras timeline backToLive".split(
     " ",
   ),
-  ..."layoutDraw layoutRun layoutLookBack".split(" "),
+  ..."layoutDraw layoutRun layoutLookBack newWindow".split(" "),
   ..."interfaces timing variables functions component export stopRobot".split(" "),
 ]);
 

@@ -71,7 +71,7 @@ class MonitorBar extends MonitorElement {
     const {recording, writable, looking} = monitor;
     return html`<span
         class="live-status ${status}"
-        title=${monitor.ended && monitor.isOver ? t("Ended at {time}", {time: clockTime(monitor.ended.at)}) : (why ?? nothing)}
+        title=${`${word}\n${monitor.ended && monitor.isOver ? t("Ended at {time}", {time: clockTime(monitor.ended.at)}) : (why ?? "")}`}
         ><span class="sign" aria-hidden="true"></span>${coded(word)}</span
       >
       ${monitor.isOver ? failureLink(failedRun()) : nothing}
@@ -112,7 +112,7 @@ class MonitorBar extends MonitorElement {
     const run = started.of(page.tab);
     if (run?.status !== "ended" || !run.place) return nothing;
     const failed = started.failed(page.tab);
-    return html`<span class="live-status ${failed ? "failed" : "ended"}"
+    return html`<span class="live-status ${failed ? "failed" : "ended"}" title=${spokenEnd(started.endOf(run))}
         ><span class="sign" aria-hidden="true"></span>${coded(spokenEnd(started.endOf(run)))}</span
       >
       ${failureLink(failed)}<strong class="component">${run.component}</strong>`;
@@ -242,7 +242,7 @@ class MonitorBar extends MonitorElement {
     if (tab && tab === page.tab) return nothing;
     if (tab)
       return html`<button type="button" class="link" @click=${() => page.show(tab)}>
-        ${t("Show {document}", {document: monitor.structure?.document ?? t("its document")})}
+        ${t("Show {document}", {document: store.workspace.tabs.find((each) => each.tab === tab)?.title})}
       </button>`;
     if (!monitor.structure) return nothing;
     return html`<button type="button" class="link" @click=${() => this.context.app.openFollowed()}>

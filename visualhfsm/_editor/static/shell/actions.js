@@ -395,6 +395,13 @@ addActions([
     run: ({app}) => app.toggleTheme(),
   },
   {
+    id: "newWindow",
+    label: t("Another window"),
+    hint: t("such as for the robot on a second screen"),
+    icon: "duplicate",
+    run: () => open(location.href, "_blank", "popup"),
+  },
+  {
     id: "language",
     label: t("Language"),
     words: t("translation, settings"),
@@ -475,7 +482,7 @@ export const MENUS = [
       ["robotDock", "robotView", "cameras", "livePanel", "timeline"],
       ["task", "problems", "output", "tests", "trials", "undoSteps", "tree", "shelf"],
       ["up", "fit", "fitSelection", "zoomIn", "zoomOut"],
-      ["follow", "wheelZooms", "theme", "language"],
+      ["follow", "wheelZooms", "theme", "language", "newWindow"],
     ],
   },
   {title: t("Help"), groups: [["help", "tour", "palette"]]},

@@ -16,7 +16,6 @@ import {importLink} from "../data/import-link.js";
 import {icon} from "../kit/icons.js";
 import {keyOf, spoken} from "../kit/keys.js";
 import {monitor} from "../run/monitor.js";
-import {notifyError} from "../kit/notices.js";
 import {page} from "../data/page.js";
 import {perform} from "../kit/registry.js";
 import {store} from "../data/store.js";
@@ -350,16 +349,8 @@ function stoppedBanner() {
   if (!reason) return nothing;
   return html`<div class="banner error" role="alert">
     ${t("The robot is stopped and refuses commands: {reason}.", {reason})}
-    <button type="button" @click=${resetStop}>${t("Reset the emergency stop")}</button>
+    <button type="button" @click=${() => ask("resetEmergencyStop")}>${t("Reset the emergency stop")}</button>
   </div>`;
-}
-
-async function resetStop() {
-  try {
-    await store.request("resetEmergencyStop");
-  } catch (error) {
-    notifyError(error);
-  }
 }
 
 /** The recording that contains the shown, read-only document. @param {string} path @param {HfsmCanvas} canvas */

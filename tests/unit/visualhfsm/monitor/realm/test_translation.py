@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import msgspec
@@ -12,6 +13,7 @@ import pytest
 from hfsm_runtime import Automaton, State, Transition, VirtualRun
 from hfsm_runtime._timeline import Timeline
 from hfsm_runtime.debugger._explanation import explain
+from hfsm_runtime.virtual import Execution
 from interfaces.hfsm import Explanation
 from naoserver._event_log import EventLog
 from naoserver._gate import Gate
@@ -104,6 +106,21 @@ def test_a_refused_command_and_its_events_are_said_in_spanish() -> None:
     )
 
 
+def test_what_a_reload_could_not_keep_is_said_in_spanish() -> None:
+    count = 0
+    below = Automaton(id=2, name="b", states=(State(id=1, name="red", initial=True, exit=lambda: None),))
+    first = replace(STATES[0], code=lambda: count, children=(below,))
+    run = Execution(component(Automaton(id=1, name="walker", states=(first, STATES[1]))))
+    run.advance(0.35)
+    other = Automaton(id=1, name="walker", states=(State(id=7, name="c", initial=True),))
+    said = [in_spanish({"": translated(each)})[""] for each in run.exchange(component(other))]
+    assert said == [
+        "ningún código del autómata 1 (walker) usa ya count",
+        "el autómata 2 (b), que estaba en red, ya no existe; su código de salida no se ejecutó",
+        "el autómata 1 (walker) estaba en el estado a, que ya no existe, y vuelve a empezar en c",
+    ]
+
+
 ERRORS = {"CommandRefused", "InvalidCommand", "InvalidValueException", "RouteError", "LinkLost"}
 DOORS = ("naoserver/qi", "naoserver/ros2")
 """Programs for other robots come through these, and read what their own robot says."""
@@ -153,6 +170,14 @@ def test_every_refusal_of_a_robot_is_known() -> None:
         (
             "InvalidValueException: LKnee: a speed of -0.5 is negative (field='LKnee')",
             "InvalidValueException: LKnee: una velocidad de -0,5 es negativa (field='LKnee')",
+        ),
+        (
+            "the output found of automaton 2 (b) is int now and has its default again",
+            "la salida found del autómata 2 (b) ahora es int y vuelve a tener su valor por defecto",
+        ),
+        (
+            "a breakpoint is dropped: automaton 1 (walker) has no state 3",
+            "se quita un punto de parada: el autómata 1 (walker) no tiene el estado 3",
         ),
         (
             "1.57 is out of range, limited to -0.25 (3 more since the last report)",
