@@ -25,11 +25,7 @@ const anyStates = (count = 1) => page.states.size >= count;
 const oneState = () => Boolean(page.state);
 const oneTransition = () => Boolean(page.transition);
 const oneAnnotation = () => Boolean(page.annotation);
-/**
- * Whether elements of an automaton have the same number, in an invalid document.
- *
- * @param {Automaton} automaton
- */
+/** Whether elements of an automaton have the same number, in an invalid document. @param {Automaton} automaton */
 const sharesNumbers = ({states, transitions}) =>
   [states, transitions].some((all) => new Set(all.map(({id}) => id)).size < all.length);
 /** The automaton below the selected state if there is exactly one; without a selection, the shown one. */
@@ -74,8 +70,19 @@ function enter({canvas}) {
   else canvas.focusSelected();
 }
 
-/** @param {number} dx @param {number} dy */
-const nudge = (dx, dy) => () => anySelected() && drawable() && commands.moveSelected(dx, dy);
+const STEP = 10; // pixels by which an arrow key moves
+/** @type {{key: string, way: [number, number], move: string, go: string}[]} */
+const DIRECTIONS = [
+  {key: "Left", way: [-1, 0], move: t("Move left"), go: t("Select to the left")},
+  {key: "Right", way: [1, 0], move: t("Move right"), go: t("Select to the right")},
+  {key: "Up", way: [0, -1], move: t("Move up"), go: t("Select above")},
+  {key: "Down", way: [0, 1], move: t("Move down"), go: t("Select below")},
+];
+/** @param {number} step */
+const goOn =
+  (step) =>
+  (/** @type {Context} */ {canvas}) =>
+    canvas.order.goOn(step);
 /** @param {string} side */
 const align = (side) => () => {
   const to = /** @type {Commands["alignStates"]["to"]} */ (side.toLowerCase());
@@ -335,58 +342,24 @@ export const canvasActions = [
     enabled: () => drawable() && page.transitions.size > 0,
     run: () => commands.applyHere("resetHandles", {transitions: [...page.transitions]}),
   },
-  {id: "moveLeft", label: t("Move left"), icon: "", keys: ["ArrowLeft"], scope: "canvas", run: nudge(-10, 0)},
-  {id: "moveRight", label: t("Move right"), icon: "", keys: ["ArrowRight"], scope: "canvas", run: nudge(10, 0)},
-  {id: "moveUp", label: t("Move up"), icon: "", keys: ["ArrowUp"], scope: "canvas", run: nudge(0, -10)},
-  {id: "moveDown", label: t("Move down"), icon: "", keys: ["ArrowDown"], scope: "canvas", run: nudge(0, 10)},
-  {
-    id: "goLeft",
-    label: t("Select to the left"),
+  ...DIRECTIONS.map(({key, way: [x, y], move}) => ({
+    id: `move${key}`,
+    label: move,
     icon: "",
-    keys: ["Alt+ArrowLeft"],
-    scope: "canvas",
-    run: ({canvas}) => canvas.order.goTo([-1, 0]),
-  },
-  {
-    id: "goRight",
-    label: t("Select to the right"),
+    keys: [`Arrow${key}`],
+    scope: /** @type {const} */ ("canvas"),
+    run: () => anySelected() && drawable() && commands.moveSelected(x * STEP, y * STEP),
+  })),
+  ...DIRECTIONS.map(({key, way, go}) => ({
+    id: `go${key}`,
+    label: go,
     icon: "",
-    keys: ["Alt+ArrowRight"],
-    scope: "canvas",
-    run: ({canvas}) => canvas.order.goTo([1, 0]),
-  },
-  {
-    id: "goUp",
-    label: t("Select above"),
-    icon: "",
-    keys: ["Alt+ArrowUp"],
-    scope: "canvas",
-    run: ({canvas}) => canvas.order.goTo([0, -1]),
-  },
-  {
-    id: "goDown",
-    label: t("Select below"),
-    icon: "",
-    keys: ["Alt+ArrowDown"],
-    scope: "canvas",
-    run: ({canvas}) => canvas.order.goTo([0, 1]),
-  },
-  {
-    id: "goNext",
-    label: t("Select next"),
-    icon: "",
-    keys: ["."],
-    scope: "canvas",
-    run: ({canvas}) => canvas.order.goOn(1),
-  },
-  {
-    id: "goBack",
-    label: t("Select previous"),
-    icon: "",
-    keys: [","],
-    scope: "canvas",
-    run: ({canvas}) => canvas.order.goOn(-1),
-  },
+    keys: [`Alt+Arrow${key}`],
+    scope: /** @type {const} */ ("canvas"),
+    run: (/** @type {Context} */ {canvas}) => canvas.order.goTo(way),
+  })),
+  {id: "goNext", label: t("Select next"), icon: "", keys: ["."], scope: "canvas", run: goOn(1)},
+  {id: "goBack", label: t("Select previous"), icon: "", keys: [","], scope: "canvas", run: goOn(-1)},
   {
     id: "fit",
     label: t("Fit"),

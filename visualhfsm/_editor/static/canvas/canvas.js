@@ -144,11 +144,7 @@ export class HfsmCanvas extends HTMLElement {
     this.#lookOutside();
   }
 
-  /**
-   * Show what a running component does in the shown automaton.
-   *
-   * @param {Map<string, Live>} [live]
-   */
+  /** Show what a running component does in the shown automaton. @param {Map<string, Live>} [live] */
   showLive(live) {
     this.#live = live;
     this.drawing.showLive(live);

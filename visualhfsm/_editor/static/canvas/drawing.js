@@ -84,12 +84,7 @@ export class Drawing {
     return this.#stage.at(point)?.key;
   }
 
-  /**
-   * Show an automaton as the document has it.
-   *
-   * @param {Automaton | undefined} automaton
-   * @param {More} more
-   */
+  /** Show an automaton as the document has it. @param {Automaton | undefined} automaton @param {More} more */
   update(automaton, more) {
     const other = automaton?.id !== this.automaton?.id;
     this.automaton = automaton;
@@ -233,12 +228,7 @@ export class Drawing {
   #fresh = [];
   #detailed = true; // whether names and badges are visible; they are placed only then
 
-  /**
-   * Draw a part of the drawing.
-   *
-   * @param {Box} seen
-   * @param {number} scale
-   */
+  /** Draw a part of the drawing. @param {Box} seen @param {number} scale */
   look(seen, scale) {
     this.#last = {seen, scale};
     this.#detailed = scale >= VERY_FAR;
@@ -283,11 +273,7 @@ export class Drawing {
     this.#placeBadges(fresh);
   }
 
-  /**
-   * Place names so that none covers another: all that are drawn, or some beside the others.
-   *
-   * @param {View[]} [fresh]
-   */
+  /** Place names so that none covers another: all that are drawn, or some beside the others. @param {View[]} [fresh] */
   #placeNames(fresh = [...this.#stage.drawn]) {
     const views = fresh.filter((view) => view instanceof TransitionView).sort(inOrder);
     if (!views.length) return;
@@ -366,11 +352,7 @@ export class Drawing {
   /** @type {Map<string, Live>} */
   #live = new Map();
 
-  /**
-   * Show what a running component does.
-   *
-   * @param {Map<string, Live>} [live] by key
-   */
+  /** Show what a running component does. @param {Map<string, Live>} [live] by key */
   showLive(live = new Map()) {
     for (const key of new Set([...live.keys(), ...this.#live.keys()])) {
       const view = this.view(key);

@@ -137,12 +137,7 @@ export class Stage {
     this.#report();
   }
 
-  /**
-   * Draw what is seen, and something around it.
-   *
-   * @param {Box} seen
-   * @param {number} scale
-   */
+  /** Draw what is seen, and something around it. @param {Box} seen @param {number} scale */
   look(seen, scale) {
     this.#last = {seen, scale};
     this.#rests = false;

@@ -68,6 +68,10 @@ export function problemsAt(problems, place) {
   return placed(problems).filter((problem) => samePlace(placeOf(problem), place));
 }
 
+/** The problems of an element, in all its parts. @param {Problem[]} problems @param {Place} place */
+export const problemsOf = (problems, {kind, automaton, id}) =>
+  placed(problems).filter(({place: at}) => at?.kind === kind && at.automaton === automaton && at.id === id);
+
 /**
  * The command that sets the text at a place; the server checks the words of the place.
  *

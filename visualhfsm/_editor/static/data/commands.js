@@ -122,13 +122,7 @@ export function moveSelected(dx, dy) {
   return applyHere("moveItems", {...selectedWithContent(), dx, dy});
 }
 
-/**
- * Rename a state or transition.
- *
- * @param {"state" | "transition"} kind
- * @param {number} id
- * @param {string} name
- */
+/** Rename a state or transition. @param {"state" | "transition"} kind @param {number} id @param {string} name */
 export function rename(kind, id, name) {
   return kind === "state"
     ? applyHere("renameState", {state: id, name})

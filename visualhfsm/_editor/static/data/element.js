@@ -24,6 +24,9 @@ import {store} from "./store.js";
 /** Resolves when the last message of the server has been drawn. */
 export const drawn = () => new Promise((resolve) => requestAnimationFrame(() => setTimeout(resolve)));
 
+/** The declaration of properties that no attribute sets. @param {string[]} names */
+export const properties = (...names) => Object.fromEntries(names.map((name) => [name, {attribute: false}]));
+
 /**
  * An element without a shadow root: style sheet, order of focus and labels are those of the page.
  *

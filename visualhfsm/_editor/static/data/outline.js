@@ -78,11 +78,7 @@ export function triggerFrom(document, automaton, origin) {
   return end && !isTaken ? "finished" : "condition";
 }
 
-/**
- * Transitions in the order of evaluation: by priority, then as in the document.
- *
- * @param {Transition[]} transitions
- */
+/** Transitions in the order of evaluation: by priority, then as in the document. @param {Transition[]} transitions */
 export function outgoing(transitions) {
   /** @param {Transition} transition */
   const rank = ({priority}) => (/^\s*\d{1,9}\s*$/.test(priority) ? Number(priority) : Infinity);

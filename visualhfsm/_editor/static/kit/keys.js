@@ -118,11 +118,7 @@ function holds(scope, focused, canvas) {
   return true;
 }
 
-/**
- * Listen for keys.
- *
- * @param {import("./registry.js").Context} context
- */
+/** Listen for keys. @param {import("./registry.js").Context} context */
 export function listenForKeys(context) {
   /** Actions by the name of their key, such as `Ctrl+Shift+Z`. @type {Map<string, import("./registry.js").Action>} */
   const byKey = new Map();

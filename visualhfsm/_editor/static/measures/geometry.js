@@ -42,13 +42,7 @@ export const contains = (outer, box) =>
   box.top >= outer.top &&
   box.bottom <= outer.bottom;
 
-/**
- * A box that is larger on each side.
- *
- * @param {Box} box
- * @param {number} x
- * @returns {Box}
- */
+/** A box that is larger on each side. @param {Box} box @param {number} x @returns {Box} */
 export const wider = ({left, right, top, bottom}, x, y = x) => ({
   left: left - x,
   right: right + x,
@@ -204,13 +198,7 @@ function stub(from, to, handle) {
   };
 }
 
-/**
- * Points of an arc, about `step` pixels apart.
- *
- * @param {Arc} arc
- * @param {number} step
- * @returns {Point[]}
- */
+/** Points of an arc, about `step` pixels apart. @param {Arc} arc @param {number} step @returns {Point[]} */
 export function pointsOf({start, end, middle}, step) {
   if (!start || !end) return [];
   const control = {x: 2 * middle.x - (start.x + end.x) / 2, y: 2 * middle.y - (start.y + end.y) / 2};

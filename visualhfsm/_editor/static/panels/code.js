@@ -12,8 +12,6 @@ import {PageElement} from "../data/element.js";
 import {page} from "../data/page.js";
 import {store} from "../data/store.js";
 import {t} from "../kit/texts.js";
-import "../code/code-field.js";
-import "../code/text-field.js";
 import {annotationEditor} from "./annotation-editor.js";
 import {PARTS, isSetByArguments, stateEditor} from "./state-editor.js";
 import {transitionEditor} from "./transition-editor.js";
@@ -29,11 +27,7 @@ class CodePanel extends PageElement {
     this.shownPart = "code";
   }
 
-  /**
-   * Show a piece of code; set by the page to edit it.
-   *
-   * @param {Place & At} place
-   */
+  /** Show a piece of code; set by the page to edit it. @param {Place & At} place */
   set place(place) {
     if (place) this.revealed = this.#reveal(place);
   }

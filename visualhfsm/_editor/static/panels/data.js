@@ -55,11 +55,7 @@ class DataPanel extends PageElement {
     this.listen(store, "robot", () => loadIdentities().then(() => this.requestUpdate()));
   }
 
-  /**
-   * Show a section; set by the page, and followed by `place`.
-   *
-   * @param {string} section
-   */
+  /** Show a section; set by the page, and followed by `place`. @param {string} section */
   set section(section) {
     if (section) this.revealed = this.#reveal({kind: "document", part: section});
   }

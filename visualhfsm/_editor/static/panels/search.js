@@ -1,7 +1,7 @@
 /** Search in the names and all code of the document, or of all open ones, and replace in its code. */
 
 import {html, nothing} from "lit";
-import {PageElement} from "../data/element.js";
+import {PageElement, properties} from "../data/element.js";
 import {apply} from "../data/commands.js";
 import {spoken} from "../kit/keys.js";
 import {messageOf, notify} from "../kit/notices.js";
@@ -29,15 +29,7 @@ const inCode = ({place: {part = ""}}) => LINES.test(part) || PHRASES.test(part);
  */
 
 class Search extends PageElement {
-  static properties = {
-    text: {state: true},
-    by: {state: true},
-    whole: {state: true},
-    hits: {state: true},
-    everywhere: {state: true},
-    failed: {state: true},
-    shown: {state: true},
-  };
+  static properties = properties("text", "by", "whole", "hits", "everywhere", "failed", "shown");
   /** @type {typeof PageElement.watches} */
   static watches = {page: ["tab"], store: []};
 
