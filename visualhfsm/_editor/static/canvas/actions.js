@@ -88,8 +88,14 @@ const align = (side) => () => {
   const to = /** @type {Commands["alignStates"]["to"]} */ (side.toLowerCase());
   return commands.applyHere("alignStates", {states: [...page.states], to});
 };
-/** @param {"x" | "y"} along */
-const distribute = (along) => () => commands.applyHere("distributeStates", {states: [...page.states], along});
+const SIDES = [
+  ["Left", t("Align left")],
+  ["Center", t("Align center")],
+  ["Right", t("Align right")],
+  ["Top", t("Align top")],
+  ["Middle", t("Align middle")],
+  ["Bottom", t("Align bottom")],
+];
 
 /** @type {import("../kit/registry.js").Action[]} */
 export const canvasActions = [
@@ -435,34 +441,23 @@ export const canvasActions = [
     enabled: hasDocument,
     run: async ({canvas}) => (await layout()).arrange([...page.shownDocument.automata.values()], canvas),
   },
-  ...[
-    ["Left", t("Align left")],
-    ["Center", t("Align center")],
-    ["Right", t("Align right")],
-    ["Top", t("Align top")],
-    ["Middle", t("Align middle")],
-    ["Bottom", t("Align bottom")],
-  ].map(([to, label]) => ({
+  ...SIDES.map(([to, label]) => ({
     id: `align${to}`,
     label,
     icon: `align${to}`,
     enabled: () => drawable() && anyStates(2),
     run: align(to),
   })),
-  {
-    id: "distributeX",
-    label: t("Distribute horizontally"),
-    icon: "distributeX",
+  ...[
+    {along: /** @type {const} */ ("x"), label: t("Distribute horizontally")},
+    {along: /** @type {const} */ ("y"), label: t("Distribute vertically")},
+  ].map(({along, label}) => ({
+    id: `distribute${along.toUpperCase()}`,
+    label,
+    icon: `distribute${along.toUpperCase()}`,
     enabled: () => drawable() && anyStates(3),
-    run: distribute("x"),
-  },
-  {
-    id: "distributeY",
-    label: t("Distribute vertically"),
-    icon: "distributeY",
-    enabled: () => drawable() && anyStates(3),
-    run: distribute("y"),
-  },
+    run: () => commands.applyHere("distributeStates", {states: [...page.states], along}),
+  })),
   {
     id: "repairNumbers",
     label: t("Repair numbers"),
@@ -499,17 +494,7 @@ export function drawnSelection() {
   if (page.states.size > 1)
     return [
       ["copy", "cut", "group", "frame", "putOnShelf", "delete"],
-      [
-        "alignLeft",
-        "alignCenter",
-        "alignRight",
-        "alignTop",
-        "alignMiddle",
-        "alignBottom",
-        "distributeX",
-        "distributeY",
-        "duplicate",
-      ],
+      [...SIDES.map(([to]) => `align${to}`), "distributeX", "distributeY", "duplicate"],
     ];
   if (anySelected()) return [["delete"], ["resetHandle"]];
   return [];

@@ -1,20 +1,22 @@
 /**
- * Fields of the panel beside the canvas, each with one text of the document.
+ * Fields of the panels beside the canvas, each with one text of the document.
  *
  * @import {Place} from "../data/protocol.js"
+ * @import {TextField} from "../code/text-field.js"
  * @typedef {{tab: number, readonly: boolean}} About
  * @typedef {{label: string, hint?: string, look?: string}} Field `look` is its class
+ * @typedef {Field & Partial<Pick<TextField, "kind" | "suggestions" | "options" | "send" | "mono">>} OfText
  */
 
 import {html, nothing} from "lit";
 import "../code/code-field.js";
 import "../code/text-field.js";
 
-/**
- * @param {About} about @param {Place} place @param {string} text
- * @param {Field & {kind?: string, suggestions?: string[]}} field
- */
-export const textField = (about, place, text, {label, hint = "", look = "section", kind = "text", suggestions = []}) =>
+/** Parts that are wrapped: lines of statements are not. */
+const EXPRESSION = /^(trigger|guard|argument)$/;
+
+/** @param {About} about @param {Place} place @param {string} text @param {OfText} field */
+export const textField = (about, place, text, {label, hint = "", look = "section", kind = "text", ...more}) =>
   html`<hfsm-text-field
     class=${look}
     data-part=${place.part}
@@ -24,7 +26,10 @@ export const textField = (about, place, text, {label, hint = "", look = "section
     .tab=${about.tab}
     .place=${place}
     .text=${text}
-    .suggestions=${suggestions}
+    .suggestions=${more.suggestions ?? []}
+    .options=${more.options ?? []}
+    .send=${more.send}
+    ?mono=${more.mono}
     ?readonly=${about.readonly}
   ></hfsm-text-field>`;
 
@@ -32,7 +37,7 @@ export const textField = (about, place, text, {label, hint = "", look = "section
 export const nameField = (about, place, text, label) =>
   textField(about, {...place, part: "name"}, text, {label, look: "title"});
 
-/** @param {About} about @param {Place} place @param {string} text @param {Field} field one that can `grow` wraps its lines */
+/** @param {About} about @param {Place} place @param {string} text @param {Field} field */
 export const codeField = (about, place, text, {label, hint = "", look = "grow"}) =>
   html`<hfsm-code-field
     class=${look}
@@ -43,6 +48,6 @@ export const codeField = (about, place, text, {label, hint = "", look = "grow"})
     .tab=${about.tab}
     .place=${place}
     .text=${text}
-    ?wraps=${look === "grow"}
+    ?wraps=${EXPRESSION.test(place.part ?? "")}
     ?readonly=${about.readonly}
   ></hfsm-code-field>`;
