@@ -8,11 +8,12 @@
  *   choose: (part: string) => void, readonly: boolean}} About
  */
 
-import {html, live, nothing} from "lit";
+import {html, nothing} from "lit";
 import {apply} from "../data/commands.js";
 import {page} from "../data/page.js";
 import {t} from "../kit/texts.js";
 import {keyOf, placeOf, problemsOf} from "../code/places.js";
+import {tickBox} from "../kit/buttons.js";
 import {problemLines, tabStrip} from "../kit/tabs.js";
 import {codeField, nameField} from "./fields.js";
 import {argumentList, declaredIn, resultList} from "./handed.js";
@@ -63,24 +64,8 @@ export function stateEditor(about) {
   return html` <div class="about">
       ${nameField(about, place, state.name, t("Name of the state"))}
       <div class="marks">
-        <label
-          ><input
-            type="checkbox"
-            .checked=${live(state.initial)}
-            ?disabled=${state.initial || readonly}
-            @change=${() => apply("markInitial", at(place))}
-          />
-          ${t("Initial")}</label
-        >
-        <label
-          ><input
-            type="checkbox"
-            .checked=${live(isFinal(place, state))}
-            ?disabled=${readonly}
-            @change=${(/** @type {From<HTMLInputElement>} */ {target}) => markFinal(place, state, target)}
-          />
-          ${t("Final")}</label
-        >
+        ${tickBox(t("Initial"), state.initial, () => apply("markInitial", at(place)), {disabled: state.initial || readonly})}
+        ${tickBox(t("Final"), isFinal(place, state), ({target}) => markFinal(place, state, target), {disabled: readonly})}
         ${state.children.length ? history(place, state, readonly) : nothing}
       </div>
       ${problemLines(own)}
