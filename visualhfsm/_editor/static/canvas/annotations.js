@@ -211,10 +211,7 @@ export class Annotating {
 /**
  * The area of an annotation after one of its edges was dragged by some pixels. What is written on it keeps its room.
  *
- * @param {Annotation} annotation
- * @param {string} edge
- * @param {number} dx
- * @param {number} dy
+ * @param {Annotation} annotation @param {string} edge @param {number} dx @param {number} dy
  * @returns {Box}
  */
 function dragged(annotation, edge, dx, dy) {

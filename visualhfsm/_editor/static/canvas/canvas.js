@@ -295,9 +295,7 @@ export class HfsmCanvas extends HTMLElement {
    * the name.
    *
    * @template {keyof Commands} Name
-   * @param {Kind} kind
-   * @param {Name} command
-   * @param {FieldsOf<Omit<Commands[Name], "automaton">>} fields
+   * @param {Kind} kind @param {Name} command @param {FieldsOf<Omit<Commands[Name], "automaton">>} fields
    * @returns {Promise<number | undefined>} its id
    */
   add(kind, command, ...fields) {

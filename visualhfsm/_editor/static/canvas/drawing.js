@@ -69,8 +69,7 @@ export class Drawing {
   /**
    * Keep elements on the page, in place of those that were held for the same reason; returns the first of them.
    *
-   * @param {string} reason
-   * @param {...string} keys
+   * @param {string} reason @param {...string} keys
    * @returns {SVGElement | undefined}
    */
   hold(reason, ...keys) {
@@ -337,9 +336,7 @@ export class Drawing {
   /**
    * Mark what is selected.
    *
-   * @param {Set<number>} states
-   * @param {Set<number>} transitions
-   * @param {Set<number>} annotations
+   * @param {Set<number>} states @param {Set<number>} transitions @param {Set<number>} annotations
    */
   select(states, transitions, annotations) {
     this.annotations.select(annotations);
@@ -417,8 +414,7 @@ export class Drawing {
    *
    * @template {State | Transition} Item
    * @template {StateView | TransitionView} View
-   * @param {Map<string, View>} views
-   * @param {Item[]} items
+   * @param {Map<string, View>} views @param {Item[]} items
    * @param {"s" | "t"} prefix of the keys
    * @param {(item: Item) => View} made
    * @returns {{view: View, item: Item, key: string}[]}

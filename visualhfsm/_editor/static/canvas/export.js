@@ -23,8 +23,7 @@ const OF_THE_PAGE = "class tabindex role aria-label aria-pressed aria-hidden dat
 /**
  * The picture of an automaton as an SVG element with its own styles.
  *
- * @param {Automaton} automaton
- * @param {"light" | "dark"} colors
+ * @param {Automaton} automaton @param {"light" | "dark"} colors
  * @returns {SVGSVGElement}
  */
 export function picture(automaton, colors = "light") {

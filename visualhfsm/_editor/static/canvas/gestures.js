@@ -137,8 +137,7 @@ export class Move {
   scrolls = true;
 
   /**
-   * @param {HfsmCanvas} canvas
-   * @param {PointerEvent} event
+   * @param {HfsmCanvas} canvas @param {PointerEvent} event
    * @param {() => void} click called when nothing was moved after all
    */
   constructor(canvas, event, click) {

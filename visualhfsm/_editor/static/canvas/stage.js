@@ -127,8 +127,7 @@ export class Stage {
   /**
    * Keep views drawn, in place of those that were held for the same reason.
    *
-   * @param {string} reason
-   * @param {Iterable<View>} views
+   * @param {string} reason @param {Iterable<View>} views
    */
   hold(reason, views) {
     const held = new Set(views);

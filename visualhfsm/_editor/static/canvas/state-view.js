@@ -224,9 +224,7 @@ const codesOf = ({entry, code, exit}) =>
 /**
  * A badge at the rim of a state, at some half turns, with a glyph and, if there are several, a bar for each.
  *
- * @param {string} kind
- * @param {number} halfTurns
- * @param {string} path
+ * @param {string} kind @param {number} halfTurns @param {string} path
  */
 function badge(kind, halfTurns, path, count = 1) {
   const bars = count > 1 ? Math.min(count, MOST_BARS) : 0;

@@ -90,8 +90,7 @@ export class TransitionView extends ElementView {
   /**
    * Show a transition as it is now.
    *
-   * @param {Transition} transition
-   * @param {More} more
+   * @param {Transition} transition @param {More} more
    * @returns {boolean} whether it looks different
    */
   update(transition, more) {
@@ -231,10 +230,7 @@ export class TransitionView extends ElementView {
   /**
    * Draw the arc between two points through a handle; returns whether anything differs from before.
    *
-   * @param {Point | undefined} from
-   * @param {Point | undefined} to
-   * @param {Point} handle
-   * @param {boolean} isLoop
+   * @param {Point | undefined} from @param {Point | undefined} to @param {Point} handle @param {boolean} isLoop
    */
   place(from, to, handle, isLoop) {
     if (this.#carried) {
@@ -330,8 +326,7 @@ function detailsOf(group, label) {
 /**
  * The texts of a label, the longest first.
  *
- * @param {string} fullName
- * @param {string} fullDetail
+ * @param {string} fullName @param {string} fullDetail
  * @param {number} letters the smallest readable ones
  */
 function textsOf(fullName, fullDetail, letters) {

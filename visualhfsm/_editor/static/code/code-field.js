@@ -120,8 +120,7 @@ export class CodeField extends LitElement {
   /**
    * Place the cursor in the code, and select a number of characters; line and column from 1.
    *
-   * @param {number} line
-   * @param {number} [column]
+   * @param {number} line @param {number} [column]
    */
   async goTo(line, column, {length = 0, focus = true} = {}) {
     await this.#loaded;

@@ -109,8 +109,7 @@ export function interfaceNames(all = []) {
 /**
  * The operations of an entry's interface.
  *
- * @param {{name: string, type: string}} entry
- * @param {InterfaceDescription[] | undefined} all
+ * @param {{name: string, type: string}} entry @param {InterfaceDescription[] | undefined} all
  */
 export function interfaceDetails(entry, all) {
   const type = entry.type.trim();
@@ -186,8 +185,7 @@ async function lookIntoRos(update) {
 /**
  * A list of the content of the graph of ROS, to declare it; read when it is opened.
  *
- * @param {RosInterface[]} declared
- * @param {() => void} update
+ * @param {RosInterface[]} declared @param {() => void} update
  */
 export function rosList(declared, update) {
   const taken = new Set(declared.map(({kind, target}) => `${kind} ${target.trim()}`));

@@ -70,9 +70,7 @@ export class PageElement extends LitElement {
    *
    * @template M
    * @template {keyof M & string} K
-   * @param {Target<M>} target
-   * @param {K} kind
-   * @param {(event: CustomEvent<M[K]>) => void} handler
+   * @param {Target<M>} target @param {K} kind @param {(event: CustomEvent<M[K]>) => void} handler
    */
   listen(target, kind, handler) {
     target.addEventListener(kind, handler, {signal: this.#stop.signal});

@@ -285,8 +285,7 @@ class OwnRobotElement extends PageElement {
    * Ask the server, saying so; undefined when it refuses.
    *
    * @template T
-   * @param {string} busy
-   * @param {() => Promise<T>} request
+   * @param {string} busy @param {() => Promise<T>} request
    */
   async #ask(busy, request) {
     this.busy = busy;

@@ -122,8 +122,7 @@ const PATHS = {
  *
  * @param {string} image the name of the icon
  * @param {string} label for screen readers, and beside the pointer unless there is another `title`
- * @param {() => unknown} act
- * @param {{title?: string, kind?: string, disabled?: boolean}} more
+ * @param {() => unknown} act @param {{title?: string, kind?: string, disabled?: boolean}} more
  */
 export const iconButton = (image, label, act, {title = label, kind = "", disabled = false} = {}) =>
   html`<button

@@ -57,8 +57,7 @@ export const translated = (text) => catalog[text] ?? text;
  *
  * @param {string} one in English, for 1
  * @param {string} other in English, for other numbers
- * @param {number} count
- * @param {Values} [values]
+ * @param {number} count @param {Values} [values]
  */
 export const n = (one, other, count, values) =>
   filled(catalog[one]?.[rules.select(count)] ?? (count === 1 ? one : other), {count, ...values});

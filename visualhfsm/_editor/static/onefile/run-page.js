@@ -48,8 +48,7 @@ async function run() {
  * Answer requests as the server would.
  *
  * @typedef {{time?: number, camera?: string, at?: number, names?: string[], start?: number, end?: number}} Wanted
- * @param {Content} content
- * @param {string[]} moments
+ * @param {Content} content @param {string[]} moments
  * @returns {(op: string, fields?: Wanted) => any}
  */
 const answers = ({times, pictures, body}, moments) => {
@@ -82,8 +81,7 @@ const answers = ({times, pictures, body}, moments) => {
 /**
  * The moment that is shown first: the first one of which all cameras have a picture.
  *
- * @param {string[]} moments
- * @param {Content["pictures"]} pictures
+ * @param {string[]} moments @param {Content["pictures"]} pictures
  */
 function beginning(moments, pictures) {
   const seenFrom = Math.max(...Object.values(pictures).map(([first]) => first?.[0] ?? -Infinity));

@@ -173,8 +173,7 @@ function priority(about, place, fields) {
 /**
  * Names of events: declared ones, those that code sends, and triggers of other transitions.
  *
- * @param {OpenDocument} document
- * @param {Transition} shown
+ * @param {OpenDocument} document @param {Transition} shown
  */
 function knownEvents(document, shown) {
   const names = new Set(document.fields.events.map((each) => each.name));
