@@ -4,7 +4,7 @@
  * @import {From} from "../data/element.js"
  */
 
-import {html, live, nothing} from "lit";
+import {html, nothing} from "lit";
 
 import {icon} from "./icons.js";
 import {ariaKey, spoken} from "./keys.js";
@@ -70,17 +70,6 @@ export const wordButton = (words, act, {kind = "tool", label, title, disabled = 
   >
     ${words}
   </button>`;
-
-/**
- * A box to tick, with its words.
- *
- * @param {string} words @param {boolean} checked @param {(event: From<HTMLInputElement>) => unknown} change
- * @param {{disabled?: boolean, title?: string}} [more]
- */
-export const tickBox = (words, checked, change, {disabled = false, title} = {}) =>
-  html`<label title=${title ?? nothing}
-    ><input type="checkbox" .checked=${live(checked)} ?disabled=${disabled} @change=${change} /> ${words}</label
-  >`;
 
 /**
  * A button that opens a menu.

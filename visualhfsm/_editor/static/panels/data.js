@@ -162,14 +162,14 @@ function automatonData(about) {
             <h3>${t("Variables")} <span class="faint">${t("run once, before everything")}</span></h3>
             ${codeField(about, {...place, part: "variables"}, automaton.variables, {
               label: t("Variables"),
-              hint: "count = 0",
+              example: "count = 0",
             })}
           </div>
           <div class="section">
             <h3>${t("Functions")} <span class="faint">${t("called as self.name() by all automata")}</span></h3>
             ${codeField(about, {...place, part: "functions"}, automaton.functions, {
               label: t("Functions"),
-              hint: "def name(self):\n    ...",
+              example: "def name(self):\n    ...",
             })}
           </div>
           ${isRoot ? "" : entryList(about, "inputs", automaton.inputs, {automaton: automaton.id})}

@@ -4,7 +4,7 @@
  * @import {Place} from "../data/protocol.js"
  * @import {TextField} from "../code/text-field.js"
  * @typedef {{tab: number, readonly: boolean}} About
- * @typedef {{label: string, hint?: string, look?: string}} Field `look` is its class
+ * @typedef {{label: string, hint?: string, look?: string}} Field `hint` is in words, `look` its class
  * @typedef {Field & Partial<Pick<TextField, "kind" | "suggestions" | "options" | "send" | "mono">>} OfText
  */
 
@@ -37,8 +37,8 @@ export const textField = (about, place, text, {label, hint = "", look = "section
 export const nameField = (about, place, text, label) =>
   textField(about, {...place, part: "name"}, text, {label, look: "title"});
 
-/** @param {About} about @param {Place} place @param {string} text @param {Field} field */
-export const codeField = (about, place, text, {label, hint = "", look = "grow"}) =>
+/** @param {About} about @param {Place} place @param {string} text @param {Field & {example?: string}} field */
+export const codeField = (about, place, text, {label, example = "", hint = example, look = "grow"}) =>
   html`<hfsm-code-field
     class=${look}
     data-part=${place.part}

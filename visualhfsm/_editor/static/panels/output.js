@@ -2,7 +2,8 @@
 
 import {html, nothing} from "lit";
 import {PageElement} from "../data/element.js";
-import {offers, tickBox} from "../kit/buttons.js";
+import {offers} from "../kit/buttons.js";
+import {tickBox} from "../kit/tick-box.js";
 import {monitor, spokenStatus} from "../run/monitor.js";
 import {page} from "../data/page.js";
 import {required} from "../kit/required.js";

@@ -13,7 +13,7 @@ import {apply} from "../data/commands.js";
 import {page} from "../data/page.js";
 import {t} from "../kit/texts.js";
 import {keyOf, placeOf, problemsOf} from "../code/places.js";
-import {tickBox} from "../kit/buttons.js";
+import {tickBox} from "../kit/tick-box.js";
 import {problemLines, tabStrip} from "../kit/tabs.js";
 import {codeField, nameField} from "./fields.js";
 import {argumentList, declaredIn, resultList} from "./handed.js";
