@@ -124,8 +124,11 @@ def test_nothing_is_sent_twice_while_nobody_of_humble_listens(met: Met) -> None:
 def test_late_subscriptions_of_both_get_what_is_latched(met: Met) -> None:
     ours, other, outside = met
     publisher = ours.create_publisher(TEXT, "/map", QoS(durability="transient_local", depth=3))
+    early = outside[1].listen(TEXT, "/map")
+    until(lambda: publisher.subscribers == 1)
     for number in range(5):
         publisher.publish(data=str(number))
+    until(lambda: len(early()) == 5)  # Zenoh may not send what is still under way
     late = [each.listen(TEXT, "/map", QoS(durability="transient_local", depth=3)) for each in outside]
     inbox = Inbox()
     other.create_subscription(TEXT, "/map", inbox, QoS(durability="transient_local", depth=3))
