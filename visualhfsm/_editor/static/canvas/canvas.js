@@ -1,7 +1,6 @@
 /**
  * The canvas: shows the automaton of the page and lets it be drawn.
  *
- * @import {Target} from "../kit/events.js"
  * @import {FieldsOf} from "../data/messages.js"
  * @import {Automaton, Commands} from "../data/protocol.js"
  * @import {Annotating} from "./annotations.js"

@@ -16,7 +16,7 @@ import {PageElement} from "../data/element.js";
 import {page} from "../data/page.js";
 import {store} from "../data/store.js";
 import "./entries.js";
-import {codeField, textField} from "./fields.js";
+import {codeField, leave, textField} from "./fields.js";
 import {
   identitiesOf,
   interfaceDetails,
@@ -83,7 +83,7 @@ class DataPanel extends PageElement {
       {id: "component", label: t("Behavior"), problems: ofComponent},
     ];
     const about = {tab: page.tab, document, automaton, readonly: false};
-    return html`<div class="data-panel" @keydown=${this.#press}>
+    return html`<div class="data-panel" @keydown=${leave}>
       ${tabStrip({label: t("Whose data"), tabs, chosen: this.half, choose: (half) => (this.half = half), prefix: "data"})}
       <div class="tab-panel scrolling" role="tabpanel" id="data-panel" aria-labelledby="data-tab-${this.half}">
         ${
@@ -123,13 +123,6 @@ class DataPanel extends PageElement {
       await ("goTo" in section ? section : (inner ?? section)).focus();
     }
   }
-
-  /** @param {KeyboardEvent} event */
-  #press = (event) => {
-    if (event.key !== "Escape" || event.defaultPrevented) return;
-    event.preventDefault();
-    page.dispatchEvent(new Event("focus-canvas"));
-  };
 }
 
 /** @param {Entries} list */

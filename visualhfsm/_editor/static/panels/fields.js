@@ -11,6 +11,7 @@
 import {html, nothing} from "lit";
 import "../code/code-field.js";
 import "../code/text-field.js";
+import {page} from "../data/page.js";
 
 /** Parts that are wrapped: lines of statements are not. */
 const EXPRESSION = /^(trigger|guard|argument)$/;
@@ -51,3 +52,10 @@ export const codeField = (about, place, text, {label, example = "", hint = examp
     ?wraps=${EXPRESSION.test(place.part ?? "")}
     ?readonly=${about.readonly}
   ></hfsm-code-field>`;
+
+/** Escape leads from the fields back to the canvas. @param {KeyboardEvent} event */
+export function leave(event) {
+  if (event.key !== "Escape" || event.defaultPrevented) return;
+  event.preventDefault();
+  page.dispatchEvent(new Event("focus-canvas"));
+}
