@@ -21,6 +21,7 @@ _SIGNS: Final = "←↑→↓↔⇒∀∂∃∅∆∈∏∑−√∞∠∧∨∩
 _NO_BREAK: Final = "\N{NO-BREAK SPACE}"
 _HEAD: Final = "Written by `python -m tools.fonts.letter_widths` from DejaVu Sans 2.35. Do not edit."
 _ABOUT: Final = "Letters without accents by their width, in thousandths of their size."
+_WIDEST: Final = 95  # letters of a row of the table, about
 FILES: Final = (
     _ROOT / "visualhfsm/_drawing/letter_widths.py",
     _ROOT / "visualhfsm/_editor/static/measures/letter-widths.js",
@@ -48,10 +49,12 @@ def letter_widths() -> dict[int, str]:
 
 def written() -> tuple[str, str]:
     """Return the contents of the files."""
-    rows = [
-        (wide, letters.replace("\\", "\\\\").replace('"', '\\"').replace(_NO_BREAK, r"\u00a0"))
-        for wide, letters in letter_widths().items()
-    ]
+    rows = [""]
+    for wide, letters in letter_widths().items():
+        text = letters.replace("\\", "\\\\").replace('"', '\\"').replace(_NO_BREAK, r"\u00a0")
+        if len(rows[-1] + text) > _WIDEST:
+            rows.append("")
+        rows[-1] += f' {wide}: "{text}",'
     python = [
         f'"""{_HEAD}"""',
         "",
@@ -60,7 +63,7 @@ def written() -> tuple[str, str]:
         "",
         "# fmt: off",
         "LETTER_WIDTHS: Final = MappingProxyType({",
-        *(f'    {wide}: "{letters}",' for wide, letters in rows),
+        *(f"   {row}" for row in rows),
         "})",
         f'"""{_ABOUT}"""',
         "",
@@ -71,7 +74,7 @@ def written() -> tuple[str, str]:
         f"/** {_ABOUT} @type {{Record<number, string>}} */",
         "// prettier-ignore",
         "export const LETTER_WIDTHS = {",
-        *(f'  {wide}: "{letters}",' for wide, letters in rows),
+        *(f" {row}" for row in rows),
         "};",
         "",
     ]

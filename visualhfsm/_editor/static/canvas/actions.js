@@ -25,11 +25,7 @@ const anyStates = (count = 1) => page.states.size >= count;
 const oneState = () => Boolean(page.state);
 const oneTransition = () => Boolean(page.transition);
 const oneAnnotation = () => Boolean(page.annotation);
-/**
- * Whether elements of an automaton have the same number, in an invalid document.
- *
- * @param {Automaton} automaton
- */
+/** Whether elements of an automaton have the same number, in an invalid document. @param {Automaton} automaton */
 const sharesNumbers = ({states, transitions}) =>
   [states, transitions].some((all) => new Set(all.map(({id}) => id)).size < all.length);
 /** The automaton below the selected state if there is exactly one; without a selection, the shown one. */
@@ -74,15 +70,32 @@ function enter({canvas}) {
   else canvas.focusSelected();
 }
 
-/** @param {number} dx @param {number} dy */
-const nudge = (dx, dy) => () => anySelected() && drawable() && commands.moveSelected(dx, dy);
+const STEP = 10; // pixels by which an arrow key moves
+/** @type {{key: string, way: [number, number], move: string, go: string}[]} */
+const DIRECTIONS = [
+  {key: "Left", way: [-1, 0], move: t("Move left"), go: t("Select to the left")},
+  {key: "Right", way: [1, 0], move: t("Move right"), go: t("Select to the right")},
+  {key: "Up", way: [0, -1], move: t("Move up"), go: t("Select above")},
+  {key: "Down", way: [0, 1], move: t("Move down"), go: t("Select below")},
+];
+/** @param {number} step */
+const goOn =
+  (step) =>
+  (/** @type {Context} */ {canvas}) =>
+    canvas.order.goOn(step);
 /** @param {string} side */
 const align = (side) => () => {
   const to = /** @type {Commands["alignStates"]["to"]} */ (side.toLowerCase());
   return commands.applyHere("alignStates", {states: [...page.states], to});
 };
-/** @param {"x" | "y"} along */
-const distribute = (along) => () => commands.applyHere("distributeStates", {states: [...page.states], along});
+const SIDES = [
+  ["Left", t("Align left")],
+  ["Center", t("Align center")],
+  ["Right", t("Align right")],
+  ["Top", t("Align top")],
+  ["Middle", t("Align middle")],
+  ["Bottom", t("Align bottom")],
+];
 
 /** @type {import("../kit/registry.js").Action[]} */
 export const canvasActions = [
@@ -335,58 +348,24 @@ export const canvasActions = [
     enabled: () => drawable() && page.transitions.size > 0,
     run: () => commands.applyHere("resetHandles", {transitions: [...page.transitions]}),
   },
-  {id: "moveLeft", label: t("Move left"), icon: "", keys: ["ArrowLeft"], scope: "canvas", run: nudge(-10, 0)},
-  {id: "moveRight", label: t("Move right"), icon: "", keys: ["ArrowRight"], scope: "canvas", run: nudge(10, 0)},
-  {id: "moveUp", label: t("Move up"), icon: "", keys: ["ArrowUp"], scope: "canvas", run: nudge(0, -10)},
-  {id: "moveDown", label: t("Move down"), icon: "", keys: ["ArrowDown"], scope: "canvas", run: nudge(0, 10)},
-  {
-    id: "goLeft",
-    label: t("Select to the left"),
+  ...DIRECTIONS.map(({key, way: [x, y], move}) => ({
+    id: `move${key}`,
+    label: move,
     icon: "",
-    keys: ["Alt+ArrowLeft"],
-    scope: "canvas",
-    run: ({canvas}) => canvas.order.goTo([-1, 0]),
-  },
-  {
-    id: "goRight",
-    label: t("Select to the right"),
+    keys: [`Arrow${key}`],
+    scope: /** @type {const} */ ("canvas"),
+    run: () => anySelected() && drawable() && commands.moveSelected(x * STEP, y * STEP),
+  })),
+  ...DIRECTIONS.map(({key, way, go}) => ({
+    id: `go${key}`,
+    label: go,
     icon: "",
-    keys: ["Alt+ArrowRight"],
-    scope: "canvas",
-    run: ({canvas}) => canvas.order.goTo([1, 0]),
-  },
-  {
-    id: "goUp",
-    label: t("Select above"),
-    icon: "",
-    keys: ["Alt+ArrowUp"],
-    scope: "canvas",
-    run: ({canvas}) => canvas.order.goTo([0, -1]),
-  },
-  {
-    id: "goDown",
-    label: t("Select below"),
-    icon: "",
-    keys: ["Alt+ArrowDown"],
-    scope: "canvas",
-    run: ({canvas}) => canvas.order.goTo([0, 1]),
-  },
-  {
-    id: "goNext",
-    label: t("Select next"),
-    icon: "",
-    keys: ["."],
-    scope: "canvas",
-    run: ({canvas}) => canvas.order.goOn(1),
-  },
-  {
-    id: "goBack",
-    label: t("Select previous"),
-    icon: "",
-    keys: [","],
-    scope: "canvas",
-    run: ({canvas}) => canvas.order.goOn(-1),
-  },
+    keys: [`Alt+Arrow${key}`],
+    scope: /** @type {const} */ ("canvas"),
+    run: (/** @type {Context} */ {canvas}) => canvas.order.goTo(way),
+  })),
+  {id: "goNext", label: t("Select next"), icon: "", keys: ["."], scope: "canvas", run: goOn(1)},
+  {id: "goBack", label: t("Select previous"), icon: "", keys: [","], scope: "canvas", run: goOn(-1)},
   {
     id: "fit",
     label: t("Fit"),
@@ -462,34 +441,23 @@ export const canvasActions = [
     enabled: hasDocument,
     run: async ({canvas}) => (await layout()).arrange([...page.shownDocument.automata.values()], canvas),
   },
-  ...[
-    ["Left", t("Align left")],
-    ["Center", t("Align center")],
-    ["Right", t("Align right")],
-    ["Top", t("Align top")],
-    ["Middle", t("Align middle")],
-    ["Bottom", t("Align bottom")],
-  ].map(([to, label]) => ({
+  ...SIDES.map(([to, label]) => ({
     id: `align${to}`,
     label,
     icon: `align${to}`,
     enabled: () => drawable() && anyStates(2),
     run: align(to),
   })),
-  {
-    id: "distributeX",
-    label: t("Distribute horizontally"),
-    icon: "distributeX",
+  ...[
+    {along: /** @type {const} */ ("x"), label: t("Distribute horizontally")},
+    {along: /** @type {const} */ ("y"), label: t("Distribute vertically")},
+  ].map(({along, label}) => ({
+    id: `distribute${along.toUpperCase()}`,
+    label,
+    icon: `distribute${along.toUpperCase()}`,
     enabled: () => drawable() && anyStates(3),
-    run: distribute("x"),
-  },
-  {
-    id: "distributeY",
-    label: t("Distribute vertically"),
-    icon: "distributeY",
-    enabled: () => drawable() && anyStates(3),
-    run: distribute("y"),
-  },
+    run: () => commands.applyHere("distributeStates", {states: [...page.states], along}),
+  })),
   {
     id: "repairNumbers",
     label: t("Repair numbers"),
@@ -526,17 +494,7 @@ export function drawnSelection() {
   if (page.states.size > 1)
     return [
       ["copy", "cut", "group", "frame", "putOnShelf", "delete"],
-      [
-        "alignLeft",
-        "alignCenter",
-        "alignRight",
-        "alignTop",
-        "alignMiddle",
-        "alignBottom",
-        "distributeX",
-        "distributeY",
-        "duplicate",
-      ],
+      [...SIDES.map(([to]) => `align${to}`), "distributeX", "distributeY", "duplicate"],
     ];
   if (anySelected()) return [["delete"], ["resetHandle"]];
   return [];

@@ -72,8 +72,7 @@ export class AnnotationLayer {
   /**
    * Write those that are in sight; the others have no text yet.
    *
-   * @param {Box} seen
-   * @param {number} scale
+   * @param {Box} seen @param {number} scale
    * @param {(box: Box) => Box[]} [inTheWay] what else is in a part of the drawing, which titles do not cover
    */
   look(seen, scale = 1, inTheWay = () => []) {
@@ -159,8 +158,7 @@ export class AnnotationView {
   /**
    * Show it with other edges, also while they are dragged or it is written: a note is always high enough for its text.
    *
-   * @param {Box} edges
-   * @param {string} [text]
+   * @param {Box} edges @param {string} [text]
    */
   resize(edges, text) {
     this.place({x: edges.left, y: edges.top});
@@ -235,8 +233,7 @@ export class AnnotationView {
   /**
    * Write the title of a frame in letters of a size, or as large as there is room.
    *
-   * @param {number} wanted
-   * @param {(box: Box) => Box[]} [inTheWay]
+   * @param {number} wanted @param {(box: Box) => Box[]} [inTheWay]
    */
   title(wanted, inTheWay = undefined) {
     const {annotation, box, text} = this;

@@ -14,7 +14,7 @@ import {LINE, neededHeight, PADDING, SIZE} from "../measures/annotation-text.js"
 import {areaOf, grown, isFrame, SMALLEST} from "../measures/areas.js";
 import {make} from "./svg.js";
 import {wrapped} from "../measures/text.js";
-import {ARROWS, freePlace, STEP} from "./tools.js";
+import {freePlace, PlacingTool} from "./tools.js";
 
 const TOUCH = 24; // pixels of the window around an edge that is dragged
 const GRIP = 8; // pixels of the window of its sign
@@ -211,10 +211,7 @@ export class Annotating {
 /**
  * The area of an annotation after one of its edges was dragged by some pixels. What is written on it keeps its room.
  *
- * @param {Annotation} annotation
- * @param {string} edge
- * @param {number} dx
- * @param {number} dy
+ * @param {Annotation} annotation @param {string} edge @param {number} dx @param {number} dy
  * @returns {Box}
  */
 function dragged(annotation, edge, dx, dy) {
@@ -265,20 +262,16 @@ export function writeNote(canvas, text, corner) {
   return applyHere("addAnnotation", {kind: "note", ...place, ...NOTE, text});
 }
 
-/** Place a note: with a click, or with arrows and Enter. */
-export class NoteTool {
+/** Place a note. */
+export class NoteTool extends PlacingTool {
   kind = /** @type {"note" | "frame"} */ ("note");
   size = NOTE;
   hint = t("New note: click, or move it with the arrows and press Enter. Esc cancels.");
 
   /** @param {HfsmCanvas} canvas */
   constructor(canvas) {
-    this.canvas = canvas;
-    this.paper = make("rect", {class: "placed-annotation", rx: 5});
-    canvas.sketch.append(this.paper);
-    const {x, y} = canvas.viewport.middle;
-    this.point = {x, y};
-    queueMicrotask(() => this.#to(this.start())); // with the size of the tool's own kind
+    super(canvas, make("rect", {class: "placed-annotation", rx: 5}));
+    queueMicrotask(() => this.to(this.start())); // with the size of the tool's own kind
   }
 
   /** Where it is before it is moved. @returns {Point} */
@@ -286,43 +279,20 @@ export class NoteTool {
     return freePlace(this.canvas, undefined, this.size);
   }
 
-  /** @param {PointerEvent} event */
-  move(event) {
-    this.#to(this.canvas.point(event));
+  /** @param {Point} point @override */
+  to(point) {
+    super.to(point);
+    for (const [name, value] of Object.entries(this.#area)) this.shape.setAttribute(name, String(value));
   }
 
-  /** @param {Point} point */
-  click(point) {
-    this.#to(point);
-    const {canvas, kind, size} = this;
-    const {x, y} = this.#corner();
-    canvas.useTool(undefined);
-    canvas.add("annotation", "addAnnotation", {kind, x, y, ...size});
+  /** @override */
+  put() {
+    this.canvas.add("annotation", "addAnnotation", {kind: this.kind, ...this.#area});
   }
 
-  /** @param {KeyboardEvent} event */
-  key(event) {
-    const arrow = ARROWS[event.key];
-    if (arrow) this.#to({x: this.point.x + arrow[0] * STEP, y: this.point.y + arrow[1] * STEP});
-    else if (event.key === "Enter") this.click(this.point);
-    else return false;
-    this.canvas.viewport.reveal(this.point);
-    return true;
-  }
-
-  cancel() {
-    this.paper.remove();
-  }
-
-  #corner() {
-    return {x: Math.round(this.point.x - this.size.width / 2), y: Math.round(this.point.y - this.size.height / 2)};
-  }
-
-  /** @param {Point} point */
-  #to(point) {
-    this.point = point;
-    for (const [name, value] of Object.entries({...this.#corner(), ...this.size}))
-      this.paper.setAttribute(name, String(value));
+  get #area() {
+    const {width, height} = this.size;
+    return {x: Math.round(this.point.x - width / 2), y: Math.round(this.point.y - height / 2), width, height};
   }
 }
 

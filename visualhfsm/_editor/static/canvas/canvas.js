@@ -1,7 +1,6 @@
 /**
  * The canvas: shows the automaton of the page and lets it be drawn.
  *
- * @import {Target} from "../kit/events.js"
  * @import {FieldsOf} from "../data/messages.js"
  * @import {Automaton, Commands} from "../data/protocol.js"
  * @import {Annotating} from "./annotations.js"
@@ -144,11 +143,7 @@ export class HfsmCanvas extends HTMLElement {
     this.#lookOutside();
   }
 
-  /**
-   * Show what a running component does in the shown automaton.
-   *
-   * @param {Map<string, Live>} [live]
-   */
+  /** Show what a running component does in the shown automaton. @param {Map<string, Live>} [live] */
   showLive(live) {
     this.#live = live;
     this.drawing.showLive(live);
@@ -299,9 +294,7 @@ export class HfsmCanvas extends HTMLElement {
    * the name.
    *
    * @template {keyof Commands} Name
-   * @param {Kind} kind
-   * @param {Name} command
-   * @param {FieldsOf<Omit<Commands[Name], "automaton">>} fields
+   * @param {Kind} kind @param {Name} command @param {FieldsOf<Omit<Commands[Name], "automaton">>} fields
    * @returns {Promise<number | undefined>} its id
    */
   add(kind, command, ...fields) {

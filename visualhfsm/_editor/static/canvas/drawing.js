@@ -69,8 +69,7 @@ export class Drawing {
   /**
    * Keep elements on the page, in place of those that were held for the same reason; returns the first of them.
    *
-   * @param {string} reason
-   * @param {...string} keys
+   * @param {string} reason @param {...string} keys
    * @returns {SVGElement | undefined}
    */
   hold(reason, ...keys) {
@@ -84,12 +83,7 @@ export class Drawing {
     return this.#stage.at(point)?.key;
   }
 
-  /**
-   * Show an automaton as the document has it.
-   *
-   * @param {Automaton | undefined} automaton
-   * @param {More} more
-   */
+  /** Show an automaton as the document has it. @param {Automaton | undefined} automaton @param {More} more */
   update(automaton, more) {
     const other = automaton?.id !== this.automaton?.id;
     this.automaton = automaton;
@@ -233,12 +227,7 @@ export class Drawing {
   #fresh = [];
   #detailed = true; // whether names and badges are visible; they are placed only then
 
-  /**
-   * Draw a part of the drawing.
-   *
-   * @param {Box} seen
-   * @param {number} scale
-   */
+  /** Draw a part of the drawing. @param {Box} seen @param {number} scale */
   look(seen, scale) {
     this.#last = {seen, scale};
     this.#detailed = scale >= VERY_FAR;
@@ -283,11 +272,7 @@ export class Drawing {
     this.#placeBadges(fresh);
   }
 
-  /**
-   * Place names so that none covers another: all that are drawn, or some beside the others.
-   *
-   * @param {View[]} [fresh]
-   */
+  /** Place names so that none covers another: all that are drawn, or some beside the others. @param {View[]} [fresh] */
   #placeNames(fresh = [...this.#stage.drawn]) {
     const views = fresh.filter((view) => view instanceof TransitionView).sort(inOrder);
     if (!views.length) return;
@@ -351,9 +336,7 @@ export class Drawing {
   /**
    * Mark what is selected.
    *
-   * @param {Set<number>} states
-   * @param {Set<number>} transitions
-   * @param {Set<number>} annotations
+   * @param {Set<number>} states @param {Set<number>} transitions @param {Set<number>} annotations
    */
   select(states, transitions, annotations) {
     this.annotations.select(annotations);
@@ -366,11 +349,7 @@ export class Drawing {
   /** @type {Map<string, Live>} */
   #live = new Map();
 
-  /**
-   * Show what a running component does.
-   *
-   * @param {Map<string, Live>} [live] by key
-   */
+  /** Show what a running component does. @param {Map<string, Live>} [live] by key */
   showLive(live = new Map()) {
     for (const key of new Set([...live.keys(), ...this.#live.keys()])) {
       const view = this.view(key);
@@ -435,8 +414,7 @@ export class Drawing {
    *
    * @template {State | Transition} Item
    * @template {StateView | TransitionView} View
-   * @param {Map<string, View>} views
-   * @param {Item[]} items
+   * @param {Map<string, View>} views @param {Item[]} items
    * @param {"s" | "t"} prefix of the keys
    * @param {(item: Item) => View} made
    * @returns {{view: View, item: Item, key: string}[]}

@@ -14,26 +14,16 @@ import {make} from "./svg.js";
 const MARGIN = 24;
 const PIXELS = 2; // of a PNG per pixel of the drawing
 const MOST_PIXELS = 8000; // in one direction, which browsers can still draw
-const INHERITED = ["font-size", "font-weight", "text-anchor"];
-const PRESENTED = [
-  "fill",
-  "fill-opacity",
-  "stroke",
-  "stroke-width",
-  "stroke-opacity",
-  "stroke-dasharray",
-  "stroke-linecap",
-  "stroke-linejoin",
-  "paint-order",
-  "opacity",
-  ...INHERITED,
-];
+/** The styles of a picture, as attributes, and the attributes that only the page needs. */
+const PRESENTED =
+  "fill fill-opacity stroke stroke-width stroke-opacity stroke-dasharray stroke-linecap stroke-linejoin paint-order " +
+  "opacity font-size font-weight text-anchor";
+const OF_THE_PAGE = "class tabindex role aria-label aria-pressed aria-hidden data-key data-angle";
 
 /**
  * The picture of an automaton as an SVG element with its own styles.
  *
- * @param {Automaton} automaton
- * @param {"light" | "dark"} colors
+ * @param {Automaton} automaton @param {"light" | "dark"} colors
  * @returns {SVGSVGElement}
  */
 export function picture(automaton, colors = "light") {
@@ -76,19 +66,9 @@ export function picture(automaton, colors = "light") {
 function styled(element) {
   const style = getComputedStyle(element);
   const copy = /** @type {Element} */ (element.cloneNode(false));
-  for (const name of [
-    "class",
-    "tabindex",
-    "role",
-    "aria-label",
-    "aria-pressed",
-    "aria-hidden",
-    "data-key",
-    "data-angle",
-  ])
-    copy.removeAttribute(name);
+  for (const name of OF_THE_PAGE.split(" ")) copy.removeAttribute(name);
   if (element.childElementCount === 0 || element.tagName === "text") {
-    for (const name of PRESENTED) {
+    for (const name of PRESENTED.split(" ")) {
       const value = style.getPropertyValue(name);
       if (
         value &&

@@ -68,9 +68,7 @@ const extent = (layout) =>
  * Cut a layout into rows below each other. If it `turns`, every second row runs from right to left, so that the way
  * from row to row is short.
  *
- * @param {Layout} layout
- * @param {Transition[]} arcs
- * @param {{aspect: number, turns: boolean}} options
+ * @param {Layout} layout @param {Transition[]} arcs @param {{aspect: number, turns: boolean}} options
  * @returns {Layout}
  */
 function inRows(layout, arcs, {aspect, turns}) {
@@ -128,8 +126,7 @@ const isOdd = (row) => row % 2 === 1;
 /**
  * Where the rows are: each begins below the end of the last one if they turn, or else below its beginning.
  *
- * @param {Interval[]} extents
- * @param {boolean} turns
+ * @param {Interval[]} extents @param {boolean} turns
  */
 function leftsOf(extents, turns) {
   /** @type {number[]} */
@@ -155,8 +152,7 @@ const rounded = (value) => Math.round(value / GRID) * GRID;
 /**
  * Where rows begin: between states and annotations, near equal lengths, where few arcs are cut.
  *
- * @param {Layout} layout
- * @param {Transition[]} arcs
+ * @param {Layout} layout @param {Transition[]} arcs
  * @param {number} aspect of the result
  */
 function cutsOf(layout, arcs, aspect) {
@@ -202,8 +198,7 @@ function gapsIn(taken) {
 /**
  * Handles of arcs between rows: where the arc passes no state and its handle is beside all others.
  *
- * @param {Transition[]} arcs
- * @param {Placed[]} states
+ * @param {Transition[]} arcs @param {Placed[]} states
  * @param {Placed[]} handles that have their places
  * @returns {Placed[]}
  */

@@ -96,29 +96,23 @@ export class Band {
     const point = this.canvas.point(event);
     const [left, right] = [Math.min(start.x, point.x), Math.max(start.x, point.x)];
     const [top, bottom] = [Math.min(start.y, point.y), Math.max(start.y, point.y)];
-    for (const [name, value] of Object.entries({
-      x: left,
-      y: top,
-      width: right - left,
-      height: bottom - top,
-      "stroke-width": 1 / this.canvas.viewport.scale,
-    })) {
+    const drawn = {x: left, y: top, width: right - left, height: bottom - top};
+    for (const [name, value] of Object.entries({...drawn, "stroke-width": 1 / this.canvas.viewport.scale}))
       this.box.setAttribute(name, String(value));
-    }
     /** @param {string} key */
     const within = (key) => {
       const place = this.canvas.drawing.places.get(key); // none yet for an element that another window has just added
       return place && place.x >= left && place.x <= right && place.y >= top && place.y <= bottom;
     };
-    const {states, transitions, annotations} = page.automaton ?? {states: [], transitions: [], annotations: []};
-    const whole = annotations.filter((each) => contains({left, right, top, bottom}, areaOf(each)));
+    /** @param {"states" | "transitions"} kind */
+    const inside = (kind) => (page.automaton?.[kind] ?? []).map(({id}) => id).filter((id) => within(`${kind[0]}${id}`));
+    const whole = (page.automaton?.annotations ?? []).filter((each) =>
+      contains({left, right, top, bottom}, areaOf(each)),
+    );
     page.select({
+      states: new Set([...this.before.states, ...inside("states")]),
+      transitions: new Set([...this.before.transitions, ...inside("transitions")]),
       annotations: new Set([...this.before.annotations, ...whole.map(({id}) => id)]),
-      states: new Set([...this.before.states, ...states.map((each) => each.id).filter((id) => within(`s${id}`))]),
-      transitions: new Set([
-        ...this.before.transitions,
-        ...transitions.map((each) => each.id).filter((id) => within(`t${id}`)),
-      ]),
     });
   }
 
@@ -137,8 +131,7 @@ export class Move {
   scrolls = true;
 
   /**
-   * @param {HfsmCanvas} canvas
-   * @param {PointerEvent} event
+   * @param {HfsmCanvas} canvas @param {PointerEvent} event
    * @param {() => void} click called when nothing was moved after all
    */
   constructor(canvas, event, click) {

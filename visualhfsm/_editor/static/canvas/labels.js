@@ -115,8 +115,7 @@ class Points {
  *
  * @template K
  * @template {Size} S
- * @param {Label<K, S>[]} labels
- * @param {Point[]} states
+ * @param {Label<K, S>[]} labels @param {Point[]} states
  * @param {{arcs?: Arc[], placed?: Placed[], room?: Box, occupied?: Iterable<Box>}} [around] what else is there: arcs,
  *   other labels, and boxes with words; and the room for labels at their full length
  * @returns {Map<K, {middle: Point, size: S}>}
@@ -177,8 +176,7 @@ export function roomOf(states) {
 /**
  * The middle of a label that stands in some direction of its handle.
  *
- * @param {Size & {handle: Point}} label
- * @param {Point} direction
+ * @param {Size & {handle: Point}} label @param {Point} direction
  */
 export function beside(label, direction, far = 0) {
   const {handle, width, height} = label;
@@ -194,9 +192,7 @@ export function beside(label, direction, far = 0) {
  * One of the middles that a label may have, the best first: on the sides of its handle, across its corners, and on its
  * sides further away.
  *
- * @param {number} index
- * @param {Size & {handle: Point}} label
- * @param {Point[]} sides
+ * @param {number} index @param {Size & {handle: Point}} label @param {Point[]} sides
  */
 function placeOf(index, label, sides) {
   const {handle, width, height} = label;

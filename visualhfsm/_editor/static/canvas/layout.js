@@ -86,9 +86,7 @@ function placement(automaton) {
 /**
  * Handles of transitions from a state to itself: each where the arcs of its state leave most room.
  *
- * @param {Transition[]} arcs
- * @param {Placed[]} states
- * @param {Placed[]} handles
+ * @param {Transition[]} arcs @param {Placed[]} states @param {Placed[]} handles
  */
 function loopHandles(arcs, states, handles) {
   const places = new Map(states.map(([id, x, y]) => [id, {x, y}]));

@@ -116,10 +116,7 @@ function markBreakpoint(group, kind, x, y, r) {
 /**
  * Add a child with a class to a group, or remove it.
  *
- * @param {SVGElement} group
- * @param {string} name
- * @param {boolean} wanted
- * @param {() => SVGElement} build
+ * @param {SVGElement} group @param {string} name @param {boolean} wanted @param {() => SVGElement} build
  */
 function markWith(group, name, wanted, build) {
   let found = [...group.children].find((each) => each.classList.contains(name));

@@ -79,21 +79,11 @@ export class Plane {
   }
 }
 
-/**
- * Whether two boxes have a point in common.
- *
- * @param {Box} one
- * @param {Box} other
- */
+/** Whether two boxes have a point in common. @param {Box} one @param {Box} other */
 export const touches = (one, other) =>
   one.left <= other.right && one.right >= other.left && one.top <= other.bottom && one.bottom >= other.top;
 
-/**
- * The cells that a box touches, or undefined if there are more than `most`.
- *
- * @param {Box} box
- * @param {number} most
- */
+/** The cells that a box touches, or undefined if there are more than `most`. @param {Box} box @param {number} most */
 function cellsOf({left, right, top, bottom}, most) {
   const [first, last] = [Math.floor(left / CELL), Math.floor(right / CELL)];
   const [high, low] = [Math.floor(top / CELL), Math.floor(bottom / CELL)];

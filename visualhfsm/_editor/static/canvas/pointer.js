@@ -112,8 +112,7 @@ export class Pointer {
   /**
    * The state or transition at an event; one that was only drawn with others is then drawn by itself.
    *
-   * @param {MouseEvent} event
-   * @param {EventTarget | null} target
+   * @param {MouseEvent} event @param {EventTarget | null} target
    * @returns {SVGElement | null | undefined}
    */
   #groupAt(event, target = event.target) {

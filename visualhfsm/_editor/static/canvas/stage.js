@@ -16,8 +16,8 @@ import {StateView} from "./state-view.js";
 import {make} from "./svg.js";
 import {VERY_FAR} from "./viewport.js";
 
-const MOST = 700; // views that are seen one by one where none has a label
-const LESS = 550; // so many are, once there was a crowd
+const MOST = 300; // views that are seen one by one where none has a label
+const LESS = 250; // so many are, once there was a crowd
 const MARGIN = 0.4; // of the width and height of what is seen
 const AT_ONCE = 100; // views that are drawn in one frame, where the picture is complete without them
 const SPARE = 500; // views that stay while the view moves, though they are no longer near
@@ -127,8 +127,7 @@ export class Stage {
   /**
    * Keep views drawn, in place of those that were held for the same reason.
    *
-   * @param {string} reason
-   * @param {Iterable<View>} views
+   * @param {string} reason @param {Iterable<View>} views
    */
   hold(reason, views) {
     const held = new Set(views);
@@ -137,12 +136,7 @@ export class Stage {
     this.#report();
   }
 
-  /**
-   * Draw what is seen, and something around it.
-   *
-   * @param {Box} seen
-   * @param {number} scale
-   */
+  /** Draw what is seen, and something around it. @param {Box} seen @param {number} scale */
   look(seen, scale) {
     this.#last = {seen, scale};
     this.#rests = false;
@@ -217,7 +211,7 @@ export class Stage {
     const wanted = this.#plane.within(near);
     const missing = [...wanted].filter((view) => !this.#drawn.has(view)).sort((a, b) => a.order - b.order);
     const inSight = missing.filter((view) => touches(view.box, seen));
-    const nearby = missing.filter((view) => !inSight.includes(view));
+    const nearby = missing.filter((view) => !touches(view.box, seen));
     // Where the crowd shows them meanwhile, those in sight may come one after the other, too.
     const count = this.#isCrowded ? AT_ONCE : Math.max(AT_ONCE, inSight.length);
     for (const view of [...inSight, ...nearby].slice(0, count)) this.#draw(view);

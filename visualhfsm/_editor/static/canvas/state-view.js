@@ -3,14 +3,13 @@
  *
  * @import {Problem, State} from "../data/protocol.js"
  * @import {Box, Point} from "../measures/geometry.js"
- * @import {Live} from "./live-marks.js"
  * @typedef {{problem?: Problem, imported: boolean, mark?: string}} More
  */
 
-import {FAILED, sameProblem, SEVERITIES} from "../data/problems.js";
-import {uncoded} from "../kit/coded.js";
+import {sameProblem} from "../data/problems.js";
 import {n, t, visible} from "../kit/texts.js";
-import {BADGES, MARKS} from "./glyphs.js";
+import {ElementView} from "./element-view.js";
+import {BADGES} from "./glyphs.js";
 import {RADIUS} from "../measures/geometry.js";
 import {stateClasses} from "./live-marks.js";
 import {make, template} from "./svg.js";
@@ -35,21 +34,10 @@ const apart = (a, b) => Math.abs(((a - b + Math.PI * 3) % (Math.PI * 2)) - Math.
 const circle = ({x, y}, radius) =>
   `M${x - radius},${y}a${radius},${radius} 0 1 0 ${2 * radius},0a${radius},${radius} 0 1 0 ${-2 * radius},0Z`;
 
-export class StateView {
-  /** Its elements on the page, while it is drawn. @type {SVGElement | undefined} */
-  group = undefined;
-  key = "";
-  /** Its place among all views. */
-  order = 0;
-  words = "";
-  selected = false;
-  /** What it does in a running component. @type {Live | undefined} */
-  live = undefined;
-  /** The text beside the pointer. */
-  tip = "";
-
+export class StateView extends ElementView {
   /** @param {State} state */
   constructor(state) {
+    super();
     this.state = state;
   }
 
@@ -62,17 +50,7 @@ export class StateView {
   #x = NaN;
   #y = NaN;
 
-  /** Its name is a part of it. */
-  get label() {
-    return undefined;
-  }
-
-  /**
-   * Show a state as it is now; returns whether it looks different.
-   *
-   * @param {State} state
-   * @param {More} more
-   */
+  /** Show a state as it is now; returns whether it looks different. @param {State} state @param {More} more */
   update(state, more) {
     const {problem, imported} = more;
     const former = this.#more;
@@ -89,24 +67,11 @@ export class StateView {
     return true;
   }
 
-  /** The classes of its kind, of its marks and of what it does. */
   get classes() {
-    const {state, selected, live} = this;
-    const {problem, mark} = this.#more;
-    const doing = live ? Object.entries(stateClasses(live)).map(([name, holds]) => holds && name) : [];
-    const kinds = [
-      "state",
-      state.children.length && "parent",
-      state.initial && "initial",
-      state.final && "final",
-      problem && `has-${problem.severity}`,
-      codesOf(state).length && "has-code",
-      problem?.code === FAILED && "failed",
-      mark && `is-${mark}`,
-      selected && "selected",
-      ...doing,
-    ];
-    return kinds.filter(Boolean).join(" ");
+    const {children, initial, final} = this.state;
+    const hasCode = codesOf(this.state).length > 0;
+    const kinds = ["state", children.length && "parent", initial && "initial", final && "final", hasCode && "has-code"];
+    return this.classesOf(kinds, this.#more, this.live ? stateClasses(this.live) : {});
   }
 
   /** What is seen of it from far away: paths by their classes. @returns {[string, string][]} */
@@ -119,18 +84,16 @@ export class StateView {
     return paths;
   }
 
-  #letters = 0;
-
   /** Write its name in letters of a size at least. @param {number} letters */
   scaleLetters(letters) {
-    this.#letters = letters;
+    this.letters = letters;
     this.#drawName();
   }
 
   #drawName() {
     const {name, initial, final} = this.state;
-    const hasCodes = this.#letters < FEW_SIGNS && codesOf(this.state).length > 0;
-    if (this.#name) drawName(this.#name, visible(name), hasCodes, initial || final, this.#letters);
+    const hasCodes = this.letters < FEW_SIGNS && codesOf(this.state).length > 0;
+    if (this.#name) drawName(this.#name, visible(name), hasCodes, initial || final, this.letters);
   }
 
   /** Make its elements. */
@@ -149,27 +112,18 @@ export class StateView {
   }
 
   #write() {
-    const {group, state} = this;
-    if (!group) return;
-    const {problem, imported = false, mark = ""} = this.#more;
-    group.dataset.key = `s${state.id}`;
-    group.setAttribute("class", this.classes);
-    if (this.selected) group.setAttribute("aria-pressed", "true");
-    this.words = describe(state, imported, problem, mark);
-    group.setAttribute("aria-label", this.words);
-    this.tip = [state.name || t("unnamed state"), ...codesOf(state), problem && uncoded(problem.message)]
-      .filter(Boolean)
-      .join("\n");
+    const {state} = this;
+    const {name, children, history} = state;
+    const words = [
+      t("State {name}", {name: name || t("without a name")}),
+      state.initial && t("initial"),
+      state.final && t("final"),
+      children.length > 0 && n("has a sub-automaton", "has {count} sub-automata", children.length),
+      this.#more.imported && BADGES.imported.word,
+      history.trim() === "restart" && BADGES.restart.word,
+    ];
+    this.tell(`s${state.id}`, this.classes, words, [name || t("unnamed state"), ...codesOf(state)], this.#more);
     this.#drawDetails();
-  }
-
-  /** Select it, or not; returns whether it looks different. @param {boolean} selected */
-  select(selected) {
-    if (this.selected === selected) return false;
-    this.selected = selected;
-    this.group?.classList.toggle("selected", selected);
-    this.group?.setAttribute("aria-pressed", String(selected));
-    return true;
   }
 
   /** Move the state; returns whether its position changed. @param {Point} point */
@@ -270,9 +224,7 @@ const codesOf = ({entry, code, exit}) =>
 /**
  * A badge at the rim of a state, at some half turns, with a glyph and, if there are several, a bar for each.
  *
- * @param {string} kind
- * @param {number} halfTurns
- * @param {string} path
+ * @param {string} kind @param {number} halfTurns @param {string} path
  */
 function badge(kind, halfTurns, path, count = 1) {
   const bars = count > 1 ? Math.min(count, MOST_BARS) : 0;
@@ -283,21 +235,4 @@ function badge(kind, halfTurns, path, count = 1) {
     make("path", {d: path + d}),
   );
   return group;
-}
-
-/** @param {State} state @param {boolean} imported @param {Problem | undefined} problem @param {string} mark */
-function describe(state, imported, problem, mark) {
-  const count = state.children.length;
-  return [
-    t("State {name}", {name: state.name || t("without a name")}),
-    state.initial && t("initial"),
-    state.final && t("final"),
-    count > 0 && n("has a sub-automaton", "has {count} sub-automata", count),
-    imported && BADGES.imported.word,
-    state.history.trim() === "restart" && BADGES.restart.word,
-    MARKS[mark],
-    problem && `${SEVERITIES[problem.severity]}: ${uncoded(problem.message)}`,
-  ]
-    .filter(Boolean)
-    .join(", ");
 }

@@ -15,9 +15,7 @@ export function template(text) {
  * Make an element with attributes.
  *
  * @template {keyof SVGElementTagNameMap} Name
- * @param {Name} name
- * @param {Record<string, string | number>} attributes
- * @param {...Node} children
+ * @param {Name} name @param {Record<string, string | number>} attributes @param {...Node} children
  * @returns {SVGElementTagNameMap[Name]}
  */
 export function make(name, attributes = {}, ...children) {
@@ -30,9 +28,7 @@ export function make(name, attributes = {}, ...children) {
 /**
  * Set an attribute, or remove it when there is no value.
  *
- * @param {Element} element
- * @param {string} name
- * @param {unknown} value
+ * @param {Element} element @param {string} name @param {unknown} value
  */
 export function set(element, name, value) {
   if (value === undefined || value === null || value === false) element.removeAttribute(name);

@@ -12,43 +12,41 @@ import {page} from "../data/page.js";
 import {t} from "../kit/texts.js";
 import {distance, neighbor, RADIUS, wider} from "../measures/geometry.js";
 import {Link} from "./gestures.js";
-import {make} from "./svg.js";
+import {make, set} from "./svg.js";
 
 const GAP = 8; // pixels between what is new and what is there
-export const STEP = 20; // pixels of an arrow key
+const STEP = 20; // pixels of an arrow key
 /** @type {Record<string, [number, number]>} */
-export const ARROWS = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1]};
+const ARROWS = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1]};
 
-/** Place a new state. */
-export class StateTool {
-  hint = t("New state: click, or move it with the arrows and press Enter. Esc cancels.");
-
-  /** @param {HfsmCanvas} canvas */
-  constructor(canvas) {
+/** Place something new: with a click, or with arrows and Enter. */
+export class PlacingTool {
+  /** @param {HfsmCanvas} canvas @param {SVGElement} shape which shows where it would be */
+  constructor(canvas, shape) {
     this.canvas = canvas;
-    this.circle = make("circle", {class: "placed", r: RADIUS});
-    canvas.sketch.append(this.circle);
-    this.point = freePlace(canvas);
-    this.#to(this.point);
+    this.shape = shape;
+    /** @type {Point} */
+    this.point = canvas.viewport.middle;
+    canvas.sketch.append(shape);
   }
 
   /** @param {PointerEvent} event */
   move(event) {
-    this.#to(this.canvas.point(event));
+    this.to(this.canvas.point(event));
   }
 
   /** @param {Point} point */
   click(point) {
-    this.#to(point);
+    this.to(point);
     this.canvas.useTool(undefined);
-    this.canvas.add("state", "addState", this.point);
+    this.put();
   }
 
   /** @param {KeyboardEvent} event */
   key(event) {
     const arrow = ARROWS[event.key];
     if (arrow) {
-      this.#to({x: this.point.x + arrow[0] * STEP, y: this.point.y + arrow[1] * STEP});
+      this.to({x: this.point.x + arrow[0] * STEP, y: this.point.y + arrow[1] * STEP});
       this.canvas.announce(spokenPlace(this.point));
     } else if (event.key === "Enter") this.click(this.point);
     else return false;
@@ -57,14 +55,37 @@ export class StateTool {
   }
 
   cancel() {
-    this.circle.remove();
+    this.shape.remove();
   }
 
-  /** @param {Point} point */
-  #to({x, y}) {
+  /** Show it elsewhere. @param {Point} point */
+  to({x, y}) {
     this.point = {x: Math.round(x), y: Math.round(y)};
-    this.circle.setAttribute("cx", String(x));
-    this.circle.setAttribute("cy", String(y));
+  }
+
+  /** Add it where it is. */
+  put() {}
+}
+
+/** Place a new state. */
+export class StateTool extends PlacingTool {
+  hint = t("New state: click, or move it with the arrows and press Enter. Esc cancels.");
+
+  /** @param {HfsmCanvas} canvas */
+  constructor(canvas) {
+    super(canvas, make("circle", {class: "placed", r: RADIUS}));
+    this.to(freePlace(canvas));
+  }
+
+  /** @param {Point} point @override */
+  to(point) {
+    super.to(point);
+    set(this.shape, "transform", `translate(${point.x},${point.y})`);
+  }
+
+  /** @override */
+  put() {
+    this.canvas.add("state", "addState", this.point);
   }
 }
 

@@ -3,17 +3,17 @@
  *
  * @import {Problem, Transition} from "../data/protocol.js"
  * @import {Arc, Box, Point} from "../measures/geometry.js"
- * @import {Live} from "./live-marks.js"
  * @typedef {{from: string, to: string, rank: number, problem?: Problem, mark?: string}} More `rank` is its place among
  *   the transitions out of its state, 0 when it is the only one
  */
 
-import {FAILED, sameProblem, SEVERITIES} from "../data/problems.js";
+import {sameProblem} from "../data/problems.js";
 import {uncoded} from "../kit/coded.js";
 import {t, visible} from "../kit/texts.js";
 import {arc} from "../measures/geometry.js";
 import {spokenTime} from "../kit/times.js";
-import {MARKS, TRIGGERS, UNKNOWN_TRIGGER} from "./glyphs.js";
+import {ElementView} from "./element-view.js";
+import {TRIGGERS, UNKNOWN_TRIGGER} from "./glyphs.js";
 import {beside, HANDLE} from "./labels.js";
 import {transitionClasses} from "./live-marks.js";
 import {set, template} from "./svg.js";
@@ -48,18 +48,7 @@ const NOWHERE = arc(undefined, undefined, {x: 0, y: 0});
 /** @type {Text} */
 const NO_TEXT = {name: "", detail: "", size: NAME, width: 0, height: 0, nameWidth: 0};
 
-export class TransitionView {
-  /** Its elements on the page, while it is drawn. @type {SVGElement | undefined} */
-  group = undefined;
-  key = "";
-  /** Its place among all views. */
-  order = 0;
-  words = "";
-  selected = false;
-  /** What it does in a running component. @type {Live | undefined} */
-  live = undefined;
-  /** The text beside the pointer. */
-  tip = "";
+export class TransitionView extends ElementView {
   arc = NOWHERE;
   /** The middle of its name, once it has a place. @type {Point | undefined} */
   nameAt = undefined;
@@ -72,6 +61,7 @@ export class TransitionView {
 
   /** @param {Transition} transition */
   constructor(transition) {
+    super();
     this.transition = transition;
   }
 
@@ -100,8 +90,7 @@ export class TransitionView {
   /**
    * Show a transition as it is now.
    *
-   * @param {Transition} transition
-   * @param {More} more
+   * @param {Transition} transition @param {More} more
    * @returns {boolean} whether it looks different
    */
   update(transition, more) {
@@ -140,22 +129,10 @@ export class TransitionView {
     return true;
   }
 
-  /** The classes of its kind, of its marks and of what it does. */
   get classes() {
-    const {transition, selected, live} = this;
-    const {problem, mark} = this.#more;
-    const doing = live ? Object.entries(transitionClasses(live)).map(([name, holds]) => holds && name) : [];
-    const kinds = [
-      "transition",
-      `by-${transition.type}`,
-      transition.code.trim() && "has-code",
-      problem && `has-${problem.severity}`,
-      problem?.code === FAILED && "failed",
-      mark && `is-${mark}`,
-      selected && "selected",
-      ...doing,
-    ];
-    return kinds.filter(Boolean).join(" ");
+    const {type, code} = this.transition;
+    const kinds = ["transition", `by-${type}`, code.trim() && "has-code"];
+    return this.classesOf(kinds, this.#more, this.live ? transitionClasses(this.live) : {});
   }
 
   /** What is seen of it from far away: paths by their classes. @returns {[string, string][]} */
@@ -187,34 +164,20 @@ export class TransitionView {
   }
 
   #write() {
-    const {group} = this;
-    if (!this.#details || !group) return;
+    if (!this.#details) return;
     const {label, glyph, rank: number} = this.#details;
-    const {from = "", to = "", rank = 0, problem, mark = ""} = this.#more;
+    const {from = "", to = "", rank = 0} = this.#more;
     const {id, name, type, trigger, guard, code} = this.transition;
     const kind = TRIGGERS[type] ?? UNKNOWN_TRIGGER;
-    group.dataset.key = label.dataset.key = `t${id}`;
-    group.setAttribute("class", this.classes);
-    if (this.selected) group.setAttribute("aria-pressed", "true");
-    this.words = [
-      t("Transition {name} from {from} to {to}", {name: name || t("without a name"), from, to}),
-      kind.word,
-      rank && t("number {rank}", {rank}),
-      MARKS[mark],
-      problem && `${SEVERITIES[problem.severity]}: ${uncoded(problem.message)}`,
-    ]
-      .filter(Boolean)
-      .join(", ");
-    group.setAttribute("aria-label", this.words);
-    this.tip = [
+    const what = t("Transition {name} from {from} to {to}", {name: name || t("without a name"), from, to});
+    const tip = [
       `${visible(name)}: ${kind.word}`,
       trigger.trim(),
       guard.trim() && t("if {guard}", {guard: guard.trim()}),
       code.trim() && t("code runs when it fires"),
-      problem && uncoded(problem.message),
-    ]
-      .filter(Boolean)
-      .join("\n");
+    ];
+    label.dataset.key = `t${id}`;
+    this.tell(`t${id}`, this.classes, [what, kind.word, rank && t("number {rank}", {rank})], tip, this.#more);
     set(glyph, "d", kind.path);
     glyph.classList.toggle("filled", kind.filled);
     number.textContent = rank ? String(rank) : "";
@@ -222,27 +185,15 @@ export class TransitionView {
     this.#placeHandle();
   }
 
-  #letters = 0;
-
   /** Write its name in letters of a size at least; it is then to be placed. @param {number} letters */
   scaleLetters(letters) {
-    this.#letters = letters;
+    this.letters = letters;
     if (this.#details) this.#writeLabel();
   }
 
   #writeLabel() {
-    this.#texts = textsOf(visible(this.transition.name.trim()), whatFires(this.transition), this.#letters);
+    this.#texts = textsOf(visible(this.transition.name.trim()), whatFires(this.transition), this.letters);
     this.#show(this.#texts[this.#texts.length - 1]);
-  }
-
-  /** Select it, or not; returns whether it looks different. @param {boolean} selected */
-  select(selected) {
-    if (this.selected === selected) return false;
-    this.selected = selected;
-    this.group?.classList.toggle("selected", selected);
-    this.group?.setAttribute("aria-pressed", String(selected));
-    this.label?.classList.toggle("selected", selected);
-    return true;
   }
 
   /** @param {Text} text */
@@ -279,10 +230,7 @@ export class TransitionView {
   /**
    * Draw the arc between two points through a handle; returns whether anything differs from before.
    *
-   * @param {Point | undefined} from
-   * @param {Point | undefined} to
-   * @param {Point} handle
-   * @param {boolean} isLoop
+   * @param {Point | undefined} from @param {Point | undefined} to @param {Point} handle @param {boolean} isLoop
    */
   place(from, to, handle, isLoop) {
     if (this.#carried) {
@@ -378,8 +326,7 @@ function detailsOf(group, label) {
 /**
  * The texts of a label, the longest first.
  *
- * @param {string} fullName
- * @param {string} fullDetail
+ * @param {string} fullName @param {string} fullDetail
  * @param {number} letters the smallest readable ones
  */
 function textsOf(fullName, fullDetail, letters) {

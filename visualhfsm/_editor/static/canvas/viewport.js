@@ -57,9 +57,7 @@ export class Viewport {
   /**
    * Zoom so that the point of the drawing at (x, y) of the window stays there; by default its middle.
    *
-   * @param {number} factor
-   * @param {number} x
-   * @param {number} y
+   * @param {number} factor @param {number} x @param {number} y
    */
   zoom(factor, x = this.size().width / 2, y = this.size().height / 2) {
     const scale = Math.min(LARGEST, Math.max(Math.min(SMALLEST, this.scale), this.scale * factor));
@@ -132,8 +130,7 @@ export class Viewport {
 /**
  * Place a box in the middle of a room, as large as possible.
  *
- * @param {Box} box
- * @param {{width: number, height: number}} room
+ * @param {Box} box @param {{width: number, height: number}} room
  */
 function placed({left, right, top, bottom}, {width, height}, largest = FIT_LARGEST, around = FIT) {
   const [wide, high] = [Math.max(1, right - left), Math.max(1, bottom - top)];

@@ -72,9 +72,7 @@ function marksOf({effects, docChanged}) {
 /**
  * Whether marks are set, and one is gone of those at some code: else their bubble stays open under the mouse.
  *
- * @param {Transaction} transaction
- * @param {number} from
- * @param {number} to
+ * @param {Transaction} transaction @param {number} from @param {number} to
  */
 function takesAway(transaction, from, to) {
   const marks = marksOf(transaction);
@@ -131,9 +129,7 @@ class Help {
    * Ask about a position in the code; null if there is no answer, since missing help is not an error.
    *
    * @template {keyof Wanted} K
-   * @param {K} wanted
-   * @param {EditorState} state
-   * @param {number} position
+   * @param {K} wanted @param {EditorState} state @param {number} position
    * @returns {Promise<Wanted[K] | null>}
    */
   async ask(wanted, {doc}, position = 0) {
@@ -267,10 +263,7 @@ function renderMessage() {
 /**
  * A problem as a diagnostic of CodeMirror; line and column count from 1.
  *
- * @param {Text} doc
- * @param {Problem} problem
- * @param {number} tab
- * @param {string} text
+ * @param {Text} doc @param {Problem} problem @param {number} tab @param {string} text
  * @returns {Diagnostic}
  */
 function asMark(doc, problem, tab, text) {
@@ -288,8 +281,7 @@ function asMark(doc, problem, tab, text) {
 /**
  * An explanation as an element: lines of code, and text below; nothing in it is read as HTML.
  *
- * @param {string[]} code
- * @param {string} text
+ * @param {string[]} code @param {string} text
  */
 function explain(code, text) {
   const dom = document.createElement("div");

@@ -5,6 +5,7 @@
  */
 
 import {LitElement, css, html, nothing} from "lit";
+import {properties} from "../data/element.js";
 import {page} from "../data/page.js";
 import {store} from "../data/store.js";
 import {step} from "../data/commands.js";
@@ -20,15 +21,11 @@ import {commandFor, keyOf, samePlace} from "./places.js";
  */
 export class CodeField extends LitElement {
   static properties = {
-    tab: {type: Number},
-    place: {attribute: false},
-    text: {attribute: false},
+    ...properties("tab", "place", "text", "failed", "ready"),
     label: {},
     hint: {},
     wraps: {type: Boolean},
     readonly: {type: Boolean},
-    failed: {state: true},
-    ready: {state: true},
   };
 
   static styles = css`
@@ -75,6 +72,7 @@ export class CodeField extends LitElement {
     this.ready = false;
   }
 
+  #stop = new AbortController();
   #resolve = () => {};
   /** Resolves when the editor has loaded; replaced whenever the field is shown again. */
   #loaded = this.#awaitEditor();
@@ -86,17 +84,16 @@ export class CodeField extends LitElement {
 
   connectedCallback() {
     super.connectedCallback();
-    store.addEventListener("problems", this.#recheck);
-    page.addEventListener("tested", this.#retest);
-    page.addEventListener("run", this.#closeHelp);
+    const {signal} = (this.#stop = new AbortController());
+    store.addEventListener("problems", ({detail}) => detail.tab === this.tab && this.#editor?.recheck(), {signal});
+    page.addEventListener("tested", () => this.#editor?.retest(), {signal});
+    page.addEventListener("run", () => this.#editor?.closeHelp(), {signal});
     if (this.hasUpdated) this.#load();
   }
 
   disconnectedCallback() {
     super.disconnectedCallback();
-    store.removeEventListener("problems", this.#recheck);
-    page.removeEventListener("tested", this.#retest);
-    page.removeEventListener("run", this.#closeHelp);
+    this.#stop.abort();
     this.#draft.flush();
     queueMicrotask(() => this.isConnected || this.#unload()); // it may have been moved elsewhere
   }
@@ -123,8 +120,7 @@ export class CodeField extends LitElement {
   /**
    * Place the cursor in the code, and select a number of characters; line and column from 1.
    *
-   * @param {number} line
-   * @param {number} [column]
+   * @param {number} line @param {number} [column]
    */
   async goTo(line, column, {length = 0, focus = true} = {}) {
     await this.#loaded;
@@ -211,20 +207,11 @@ export class CodeField extends LitElement {
     return tab === this.tab ? code.find((each) => samePlace(each.place, place)) : undefined;
   }
 
-  #closeHelp = () => this.#editor?.closeHelp();
-
-  #retest = () => this.#editor?.retest();
-
   /** Undo or redo typing here; a step that changed another place is shown there. @param {"undo" | "redo"} op */
   async #step(op) {
     await flushEdits();
     await step(op, (place) => keyOf(place) === keyOf(this.place));
   }
-
-  /** @param {CustomEvent<{tab: number}>} event */
-  #recheck = ({detail}) => {
-    if (detail.tab === this.tab) this.#editor?.recheck();
-  };
 }
 
 customElements.define("hfsm-code-field", CodeField);

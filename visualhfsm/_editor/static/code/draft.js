@@ -201,8 +201,7 @@ export class Draft {
    *
    * @param {number} tab
    * @param {string} key which piece of text it is
-   * @param {string} text
-   * @param {Send} send
+   * @param {string} text @param {Send} send
    */
   take(tab, key, text, send, merges = true) {
     const whole = `${tab} ${key}`;

@@ -355,8 +355,7 @@ export class Editor {
 /**
  * The one piece in which two texts differ, as a change of the first; undefined when they do not.
  *
- * @param {string} former
- * @param {string} text
+ * @param {string} former @param {string} text
  */
 export function difference(former, text) {
   if (former === text) return undefined;

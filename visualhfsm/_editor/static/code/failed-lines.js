@@ -33,8 +33,7 @@ class Message extends WidgetType {
 /**
  * The extension that shows them in the code at a place.
  *
- * @param {import("../data/protocol.js").Place} place
- * @param {() => import("./assistance.js").Known} problems
+ * @param {import("../data/protocol.js").Place} place @param {() => import("./assistance.js").Known} problems
  */
 export function failedLines(place, problems) {
   /** @param {import("codemirror").Text} doc */

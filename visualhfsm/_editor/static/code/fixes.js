@@ -1,7 +1,7 @@
 /**
  * What a click fixes of a problem, in the code and in the list of problems.
  *
- * @import {Correction, Misspelt, Place, Problem} from "../data/protocol.js"
+ * @import {Correction, Misspelt, Problem} from "../data/protocol.js"
  * @import {OpenDocument} from "../data/store.js"
  * @typedef {{name: string, apply: () => void}} Fix
  */

@@ -64,34 +64,38 @@ export function typeOf(name) {
 export const declare = (name, type) => apply("addEntry", {list: "interfaces", fields: {name, type}});
 
 /**
- * A list of all servants of the robot, to declare them.
+ * What can be declared, as the items of a list: a name, a type, and a button unless it is declared.
  *
- * @param {{name: string, proxy: string}[]} declared
+ * @param {{name: string, type: string, isDeclared: boolean, verb: string, label: string, act: () => unknown}[]} all
  */
+const offered = (all) =>
+  html`<ul>
+    ${all.map(
+      ({name, type, isDeclared, verb, label, act}) =>
+        html`<li>
+          <span class="mono">${name}</span> <span class="faint">${type}</span>
+          ${isDeclared ? html`<span class="faint">${t("declared")}</span>` : wordButton(verb, act, {kind: "link", label})}
+        </li>`,
+    )}
+  </ul>`;
+
+/** A list of all servants of the robot, to declare them. @param {{name: string, proxy: string}[]} declared */
 export function servedList(declared) {
-  const all = served();
-  if (!all.length) return nothing;
   const taken = new Set(declared.map(({name, proxy}) => proxy.trim() || name));
+  const all = served().map(({name, type = ""}) => ({
+    name,
+    type,
+    isDeclared: taken.has(name),
+    verb: t("Declare"),
+    label: t("Declare {name}", {name}),
+    act: () => declare(name, type),
+  }));
+  if (!all.length) return nothing;
   return html`<details class="operations served">
     <summary>
       ${store.robot.status === "present" ? t("What this robot has") : t("What a Nao has")}: ${all.length}
     </summary>
-    <ul>
-      ${all.map(
-        ({name, type = ""}) =>
-          html`<li>
-            <span class="mono">${name}</span> <span class="faint">${type}</span>
-            ${
-              taken.has(name)
-                ? html`<span class="faint">${t("declared")}</span>`
-                : wordButton(t("Declare"), () => declare(name, type), {
-                    kind: "link",
-                    label: t("Declare {name}", {name}),
-                  })
-            }
-          </li>`,
-      )}
-    </ul>
+    ${offered(all)}
   </details>`;
 }
 
@@ -105,8 +109,7 @@ export function interfaceNames(all = []) {
 /**
  * The operations of an entry's interface.
  *
- * @param {{name: string, type: string}} entry
- * @param {InterfaceDescription[] | undefined} all
+ * @param {{name: string, type: string}} entry @param {InterfaceDescription[] | undefined} all
  */
 export function interfaceDetails(entry, all) {
   const type = entry.type.trim();
@@ -182,8 +185,7 @@ async function lookIntoRos(update) {
 /**
  * A list of the content of the graph of ROS, to declare it; read when it is opened.
  *
- * @param {RosInterface[]} declared
- * @param {() => void} update
+ * @param {RosInterface[]} declared @param {() => void} update
  */
 export function rosList(declared, update) {
   const taken = new Set(declared.map(({kind, target}) => `${kind} ${target.trim()}`));
@@ -192,31 +194,20 @@ export function rosList(declared, update) {
     const name = target.split("/").at(-1)?.replace(/\W/g, "_") ?? "";
     return apply("addEntry", {list: "ros", fields: {name, kind, target, type}});
   };
-  const rows = Object.entries(OF_KIND).flatMap(([kind, [named]]) =>
-    Object.entries(ros[named]).map(([target, [type = ""]]) => ({kind, target, type})),
+  const all = Object.entries(OF_KIND).flatMap(([kind, [named]]) =>
+    Object.entries(ros[named]).map(([name, [type = ""]]) => ({
+      name,
+      type,
+      isDeclared: taken.has(`${kind} ${name}`),
+      verb: KINDS[kind],
+      label: `${KINDS[kind]} ${name}`,
+      act: () => add(kind, name, type),
+    })),
   );
-  return html`<details
-    class="operations served"
-    @toggle=${(/** @type {Event} */ event) =>
-      /** @type {HTMLDetailsElement} */ (event.target).open && lookIntoRos(update)}
-  >
+  /** @param {Event} event */
+  const look = ({target}) => /** @type {HTMLDetailsElement} */ (target).open && lookIntoRos(update);
+  return html`<details class="operations served" @toggle=${look}>
     <summary>${t("What the graph of ROS has")}</summary>
-    ${rosNote ? html`<p class="explain">${rosNote}</p>` : nothing}
-    <ul>
-      ${rows.map(
-        ({kind, target, type}) =>
-          html`<li>
-            <span class="mono">${target}</span> <span class="faint">${type}</span>
-            ${
-              taken.has(`${kind} ${target}`)
-                ? html`<span class="faint">${t("declared")}</span>`
-                : wordButton(KINDS[kind], () => add(kind, target, type), {
-                    kind: "link",
-                    label: `${KINDS[kind]} ${target}`,
-                  })
-            }
-          </li>`,
-      )}
-    </ul>
+    ${rosNote ? html`<p class="explain">${rosNote}</p>` : nothing} ${offered(all)}
   </details>`;
 }

@@ -53,8 +53,7 @@ export function keyOf({kind, automaton = 0, id = 0, part = "", index = 0, name =
 /**
  * Whether two places are the same piece of text; an argument's child may be left out.
  *
- * @param {Place} one
- * @param {Place} other
+ * @param {Place} one @param {Place} other
  */
 export function samePlace(one, other) {
   return keyOf({...one, child: 0}) === keyOf({...other, child: 0});
@@ -68,11 +67,14 @@ export function problemsAt(problems, place) {
   return placed(problems).filter((problem) => samePlace(placeOf(problem), place));
 }
 
+/** The problems of an element, in all its parts. @param {Problem[]} problems @param {Place} place */
+export const problemsOf = (problems, {kind, automaton, id}) =>
+  placed(problems).filter(({place: at}) => at?.kind === kind && at.automaton === automaton && at.id === id);
+
 /**
  * The command that sets the text at a place; the server checks the words of the place.
  *
- * @param {Place} place
- * @param {string} text
+ * @param {Place} place @param {string} text
  * @returns {any}
  */
 export function commandFor(place, text) {
@@ -101,8 +103,7 @@ export function commandFor(place, text) {
  * A place in words, from the whole to the part, such as `["robot", "patrol", "wander", "exit code"]`: the automata
  * down to the one that it is in, so that copies can be distinguished.
  *
- * @param {OpenDocument} document
- * @param {Place} place
+ * @param {OpenDocument} document @param {Place} place
  */
 export function wordsFor(document, place) {
   const {kind, automaton, id, part = "", index = 0, name = ""} = place;
@@ -133,8 +134,7 @@ export function wordsFor(document, place) {
 /**
  * The name of an automaton, with its number if its state has several.
  *
- * @param {OpenDocument} document
- * @param {Automaton} automaton
+ * @param {OpenDocument} document @param {Automaton} automaton
  */
 function wordFor(document, automaton) {
   const children = ownerOf(document, automaton)?.children ?? [];

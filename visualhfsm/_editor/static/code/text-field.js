@@ -7,7 +7,7 @@
  */
 
 import {html, live, nothing} from "lit";
-import {PageElement} from "../data/element.js";
+import {PageElement, properties} from "../data/element.js";
 import {store} from "../data/store.js";
 import {coded} from "../kit/coded.js";
 import {t} from "../kit/texts.js";
@@ -27,16 +27,11 @@ export class TextField extends PageElement {
   /** @type {typeof PageElement.watches} */
   static watches = {store: ["problems"]};
   static properties = {
-    tab: {type: Number},
-    place: {attribute: false},
-    text: {attribute: false},
+    ...properties("tab", "place", "text", "options", "suggestions", "send"),
     label: {},
     hint: {},
     kind: {},
-    options: {attribute: false},
-    suggestions: {attribute: false},
     readonly: {type: Boolean},
-    send: {attribute: false},
     mono: {type: Boolean},
   };
 

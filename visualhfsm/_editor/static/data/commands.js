@@ -25,8 +25,7 @@ const KINDS = {do: "edit", paste: "edit", cut: "edit", copy: "edit", undo: "edit
  * Send a request of the user; shows why it was refused, until it succeeds.
  *
  * @template {keyof Requests} Op
- * @param {Op} op
- * @param {FieldsOf<Requests[Op]>} fields
+ * @param {Op} op @param {FieldsOf<Requests[Op]>} fields
  * @returns {Promise<Answers[Op] | null | undefined>} its value, undefined when it was refused
  */
 export function ask(op, ...fields) {
@@ -38,9 +37,7 @@ export function ask(op, ...fields) {
  * The same by a function that sends the request, of a tab or 0.
  *
  * @template Value
- * @param {keyof Requests} op
- * @param {number} tab
- * @param {() => Promise<Value>} request
+ * @param {keyof Requests} op @param {number} tab @param {() => Promise<Value>} request
  * @returns {Promise<Value | null | undefined>} its value, undefined when it was refused
  */
 export async function askBy(op, tab, request) {
@@ -59,8 +56,7 @@ export async function askBy(op, tab, request) {
  * Send a request about the shown tab.
  *
  * @template {keyof Requests} Op
- * @param {Op} op
- * @param {FieldsOf<Omit<Requests[Op], "tab">>} fields
+ * @param {Op} op @param {FieldsOf<Omit<Requests[Op], "tab">>} fields
  */
 export const askTab = (op, ...[fields]) =>
   ask(op, .../** @type {FieldsOf<Requests[Op]>} */ ([{tab: page.tab, ...fields}]));
@@ -69,8 +65,7 @@ export const askTab = (op, ...[fields]) =>
  * Apply a command to the shown document.
  *
  * @template {keyof Commands} Name
- * @param {Name} command
- * @param {FieldsOf<Commands[Name]>} fields
+ * @param {Name} command @param {FieldsOf<Commands[Name]>} fields
  */
 export const apply = (command, ...[fields]) =>
   ask("do", {tab: page.tab, command: /** @type {Command} */ ({command, ...fields})});
@@ -79,8 +74,7 @@ export const apply = (command, ...[fields]) =>
  * Apply a command to the shown automaton.
  *
  * @template {keyof Commands} Name
- * @param {Name} command
- * @param {FieldsOf<Omit<Commands[Name], "automaton">>} fields
+ * @param {Name} command @param {FieldsOf<Omit<Commands[Name], "automaton">>} fields
  */
 export const applyHere = (command, ...[fields]) =>
   ask("do", {tab: page.tab, command: /** @type {Command} */ ({command, automaton: page.shownAutomaton.id, ...fields})});
@@ -98,8 +92,7 @@ const selectedWithContent = () => withContent(page.shownAutomaton, selected());
 /**
  * Select what a command has added to the shown automaton; returns the first id.
  *
- * @param {"states" | "transitions" | "annotations"} kind
- * @param {Done | null | undefined} done
+ * @param {"states" | "transitions" | "annotations"} kind @param {Done | null | undefined} done
  */
 export function selectAdded(done, kind) {
   const added = done?.added?.find((each) => each.automaton === page.automaton?.id);
@@ -122,13 +115,7 @@ export function moveSelected(dx, dy) {
   return applyHere("moveItems", {...selectedWithContent(), dx, dy});
 }
 
-/**
- * Rename a state or transition.
- *
- * @param {"state" | "transition"} kind
- * @param {number} id
- * @param {string} name
- */
+/** Rename a state or transition. @param {"state" | "transition"} kind @param {number} id @param {string} name */
 export function rename(kind, id, name) {
   return kind === "state"
     ? applyHere("renameState", {state: id, name})

@@ -24,6 +24,9 @@ import {store} from "./store.js";
 /** Resolves when the last message of the server has been drawn. */
 export const drawn = () => new Promise((resolve) => requestAnimationFrame(() => setTimeout(resolve)));
 
+/** The declaration of properties that no attribute sets. @param {string[]} names */
+export const properties = (...names) => Object.fromEntries(names.map((name) => [name, {attribute: false}]));
+
 /**
  * An element without a shadow root: style sheet, order of focus and labels are those of the page.
  *
@@ -67,9 +70,7 @@ export class PageElement extends LitElement {
    *
    * @template M
    * @template {keyof M & string} K
-   * @param {Target<M>} target
-   * @param {K} kind
-   * @param {(event: CustomEvent<M[K]>) => void} handler
+   * @param {Target<M>} target @param {K} kind @param {(event: CustomEvent<M[K]>) => void} handler
    */
   listen(target, kind, handler) {
     target.addEventListener(kind, handler, {signal: this.#stop.signal});

@@ -25,9 +25,7 @@ import {Finder} from "../kit/finder.js";
 export async function chooseFile({title, verb, suggestion, start = "", kind = "document", hint = "", attempt}) {
   const saving = suggestion !== undefined;
   const [, folder = start, name = ""] = /^(?:(.*)\/)?([^/]*)$/.exec(suggestion ?? "") ?? [];
-  /**
-   * @type {{directory: string, parent: string | null, entries: Entry[], error: string, name: string}}
-   */
+  /** @type {{directory: string, parent: string | null, entries: Entry[], error: string, name: string}} */
   const state = {directory: folder, parent: null, entries: [], error: "", name};
   const finder = new Finder("file");
   let draw = () => {};

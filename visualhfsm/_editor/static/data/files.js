@@ -43,8 +43,7 @@ export async function openPath(path) {
 /**
  * Show an opened document, and remarks on what has no equivalent here.
  *
- * @param {import("./messages.js").Opened} opened
- * @param {string} name
+ * @param {import("./messages.js").Opened} opened @param {string} name
  */
 function shown({tab, remarks}, name) {
   page.show(tab);
@@ -83,8 +82,7 @@ export async function openFile() {
  * Open a file that the shown document imports, at a place in it.
  *
  * @param {string} file relative to the document
- * @param {import("./protocol.js").Place} [place]
- * @param {import("./page.js").At} at
+ * @param {import("./protocol.js").Place} [place] @param {import("./page.js").At} at
  */
 export async function openImport(file, place, at = {}) {
   const from = page.tab;
@@ -172,8 +170,7 @@ const OTHER_NAME = t("Choose another name.");
 /**
  * Save, and ask before overwriting something.
  *
- * @param {(overwrite: boolean) => Promise<{path: string, tab?: number}>} request
- * @param {string} path
+ * @param {(overwrite: boolean) => Promise<{path: string, tab?: number}>} request @param {string} path
  * @param {number} tab
  * @returns {Promise<true | string>} true if it was saved, else why not; empty if the user decided so
  */

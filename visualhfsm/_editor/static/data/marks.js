@@ -12,11 +12,7 @@ export function showMarks(marks) {
   page.dispatchEvent(new Event("highlight"));
 }
 
-/**
- * Show beside code what tests passed of it.
- *
- * @param {import("./page.js").Tested} [tested] nothing without it
- */
+/** Show beside code what tests passed of it. @param {import("./page.js").Tested} [tested] nothing without it */
 export function showTested(tested) {
   if (page.tested?.tab === tested?.tab && page.tested?.code === tested?.code) return;
   page.tested = tested;

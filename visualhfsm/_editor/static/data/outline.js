@@ -26,8 +26,7 @@ export function ownerOf(document, automaton) {
 /**
  * The name of an automaton: that of the state that owns it, for the root that of the component.
  *
- * @param {OpenDocument} document
- * @param {Automaton} automaton
+ * @param {OpenDocument} document @param {Automaton} automaton
  */
 export function titleOf(document, automaton, component = "root") {
   if (automaton.father === 0) return component;
@@ -64,9 +63,7 @@ export function lostIn(document) {
  * The type of a new transition out of a state: when everything below has finished, where that can be and no transition
  * waits for it yet.
  *
- * @param {OpenDocument} document
- * @param {Automaton} automaton
- * @param {number} origin
+ * @param {OpenDocument} document @param {Automaton} automaton @param {number} origin
  * @returns {"finished" | "condition"}
  */
 export function triggerFrom(document, automaton, origin) {
@@ -78,11 +75,7 @@ export function triggerFrom(document, automaton, origin) {
   return end && !isTaken ? "finished" : "condition";
 }
 
-/**
- * Transitions in the order of evaluation: by priority, then as in the document.
- *
- * @param {Transition[]} transitions
- */
+/** Transitions in the order of evaluation: by priority, then as in the document. @param {Transition[]} transitions */
 export function outgoing(transitions) {
   /** @param {Transition} transition */
   const rank = ({priority}) => (/^\s*\d{1,9}\s*$/.test(priority) ? Number(priority) : Infinity);

@@ -144,12 +144,7 @@ class Page extends /** @type {new () => Target<PageEvents>} */ (EventTarget) {
     this.#emit("tab");
   }
 
-  /**
-   * Show an automaton, and select in it.
-   *
-   * @param {number} automaton
-   * @param {Chosen} [selection]
-   */
+  /** Show an automaton, and select in it. @param {number} automaton @param {Chosen} [selection] */
   open(automaton, selection = {}) {
     const spot = this.#spot();
     const differs = this.automaton?.id !== automaton;

@@ -58,9 +58,7 @@ const RANK = {error: 2, warning: 1, note: 0};
 /**
  * The worst problem of a state or transition, undefined if there is none.
  *
- * @param {Problem[]} problems
- * @param {"state" | "transition" | "automaton"} kind
- * @param {number} automaton
+ * @param {Problem[]} problems @param {"state" | "transition" | "automaton"} kind @param {number} automaton
  * @param {number | ""} id
  * @returns {Problem | undefined}
  */
@@ -73,16 +71,14 @@ export function problemOf(problems, automaton, kind, id) {
 /**
  * The worst problem of an automaton as such, of its period or of what it imports.
  *
- * @param {Problem[]} problems
- * @param {number} automaton
+ * @param {Problem[]} problems @param {number} automaton
  */
 export const problemOfAutomaton = (problems, automaton) => problemOf(problems, automaton, "automaton", "");
 
 /**
  * Whether two problems, or their lack, look the same.
  *
- * @param {Pick<Problem, "severity" | "message">} [one]
- * @param {Pick<Problem, "severity" | "message">} [other]
+ * @param {Pick<Problem, "severity" | "message">} [one] @param {Pick<Problem, "severity" | "message">} [other]
  */
 export const sameProblem = (one, other) =>
   one === other || (one?.severity === other?.severity && one?.message === other?.message);

@@ -53,10 +53,10 @@ export function shownOf(robot) {
 
 const BODY = "visualhfsm.body";
 
-/** The bodies that can be simulated. */
 /** What errors are about that end when a robot is there. */
 export const ROBOT = "robot";
 
+/** The bodies that can be simulated. */
 export const bodies = () => store.greeting.bodies ?? [];
 
 /** The body of the next simulation, or of a dry run: the chosen one, as long as there is such a body. */

@@ -56,11 +56,7 @@ class Started {
     return (this.#watched.has(tab) && elsewhere) || message;
   }
 
-  /**
-   * The run of a tab that has ended with an error in code that is still there.
-   *
-   * @param {number} tab
-   */
+  /** The run of a tab that has ended with an error in code that is still there. @param {number} tab */
   failed(tab) {
     const run = this.of(tab);
     return run?.status === "ended" && run.place && !this.#corrected.has(tab) ? run : undefined;

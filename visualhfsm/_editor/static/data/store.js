@@ -146,8 +146,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   /**
    * Show what an exported page contains, instead of connecting.
    *
-   * @param {NonNullable<Store["exported"]>} exported
-   * @param {Push[]} pushes
+   * @param {NonNullable<Store["exported"]>} exported @param {Push[]} pushes
    */
   show(exported, pushes) {
     this.exported = exported;
@@ -187,8 +186,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
    * Send a request to the server.
    *
    * @template {keyof Requests} Op
-   * @param {Op} op
-   * @param {FieldsOf<Requests[Op]>} fields
+   * @param {Op} op @param {FieldsOf<Requests[Op]>} fields
    * @returns {Promise<Answers[Op]>} its value; rejected with a RequestError
    */
   request(op, ...[fields]) {
@@ -200,8 +198,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
 
   /**
    * @template {keyof Requests} Op
-   * @param {Op} op
-   * @param {Requests[Op]} [fields]
+   * @param {Op} op @param {Requests[Op]} [fields]
    * @returns {Promise<Answers[Op]>}
    */
   #send(op, fields) {
@@ -233,8 +230,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   /**
    * Change a document by a command.
    *
-   * @param {number} tab
-   * @param {Command} command
+   * @param {number} tab @param {Command} command
    * @param {string} [base] the text in which that of the command was typed: changes of others to it are merged
    */
   do(tab, command, base) {

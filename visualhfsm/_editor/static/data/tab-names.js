@@ -14,8 +14,7 @@ const WORTH = 4;
 /**
  * The folder of a document if another one has the same name, with as many folders above as distinguish them.
  *
- * @param {TabState} tab
- * @param {TabState[]} tabs
+ * @param {TabState} tab @param {TabState[]} tabs
  */
 export function folderOf({tab, title, path}, tabs) {
   const others = tabs.filter((other) => other.title === title && other.tab !== tab).map((other) => other.path);
@@ -35,8 +34,7 @@ export function folderOf({tab, title, path}, tabs) {
 /**
  * The beginning of a document's name, which is cut first, and its end, as long as it differs from those of the others.
  *
- * @param {TabState} tab
- * @param {TabState[]} tabs
+ * @param {TabState} tab @param {TabState[]} tabs
  * @returns {[string, string]}
  */
 export function partsOf({tab, title}, tabs) {

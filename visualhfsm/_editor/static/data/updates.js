@@ -9,8 +9,7 @@
 /**
  * A document after a push, with the ids of the automata that are new or changed.
  *
- * @param {OpenDocument | undefined} former
- * @param {DocumentPush} push
+ * @param {OpenDocument | undefined} former @param {DocumentPush} push
  */
 export function updated(former, {tab, revision, undo, redo, dirty, full, patch}) {
   /** @type {OpenDocument} */
@@ -69,8 +68,7 @@ export function withContent({own, content}) {
 /**
  * An automaton after a change; unchanged parts are the same objects as before.
  *
- * @param {Automaton | undefined} automaton
- * @param {Part} part
+ * @param {Automaton | undefined} automaton @param {Part} part
  * @returns {Automaton}
  */
 function patched(automaton, {id, fields, states, transitions, annotations}) {

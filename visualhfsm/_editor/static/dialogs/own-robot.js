@@ -9,7 +9,7 @@
 
 import {html, nothing} from "lit";
 
-import {PageElement} from "../data/element.js";
+import {PageElement, properties} from "../data/element.js";
 import {wordButton} from "../kit/buttons.js";
 import {spokenAngle, spokenPlace} from "../run/values.js";
 import {messageOf, notify, notifyError} from "../kit/notices.js";
@@ -46,16 +46,7 @@ export async function makeRobot() {
 }
 
 class OwnRobotElement extends PageElement {
-  static properties = {
-    path: {attribute: false},
-    close: {attribute: false},
-    read: {state: true},
-    busy: {state: true},
-    failed: {state: true},
-    isTaken: {state: true},
-    joint: {state: true},
-    angle: {state: true},
-  };
+  static properties = properties("path", "close", "read", "busy", "failed", "isTaken", "joint", "angle");
   /** @type {typeof PageElement.watches} */
   static watches = {page: [], store: ["connection"]};
 
@@ -294,8 +285,7 @@ class OwnRobotElement extends PageElement {
    * Ask the server, saying so; undefined when it refuses.
    *
    * @template T
-   * @param {string} busy
-   * @param {() => Promise<T>} request
+   * @param {string} busy @param {() => Promise<T>} request
    */
   async #ask(busy, request) {
     this.busy = busy;

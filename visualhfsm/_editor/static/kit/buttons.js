@@ -13,8 +13,7 @@ import {actionOf, isEnabled, isOffered, perform} from "./registry.js";
 /**
  * A button for an action.
  *
- * @param {string} id
- * @param {import("./registry.js").Context} context
+ * @param {string} id @param {import("./registry.js").Context} context
  * @param {{label?: boolean | "short", kind?: string, words?: string, image?: string}} options a `short` label leaves
  *   out the key; `words` and `image` replace those of the action
  */
@@ -47,8 +46,7 @@ export function actionButton(id, context, {label = true, kind = "", words, image
 /**
  * Buttons for what one may do first where nothing is yet: words by the ids of actions.
  *
- * @param {Record<string, string>} acts
- * @param {import("./registry.js").Context} context
+ * @param {Record<string, string>} acts @param {import("./registry.js").Context} context
  */
 export const offers = (acts, context) =>
   html`<div class="offers">
@@ -58,8 +56,7 @@ export const offers = (acts, context) =>
 /**
  * A button with words.
  *
- * @param {unknown} words
- * @param {() => unknown} act
+ * @param {unknown} words @param {() => unknown} act
  * @param {{kind?: string, label?: string, title?: string, disabled?: boolean}} [more] `label` for screen readers
  */
 export const wordButton = (words, act, {kind = "tool", label, title, disabled = false} = {}) =>
@@ -77,9 +74,7 @@ export const wordButton = (words, act, {kind = "tool", label, title, disabled = 
 /**
  * A button that opens a menu.
  *
- * @param {string} name
- * @param {string} image
- * @param {(event: MouseEvent & From<HTMLElement>) => unknown} open
+ * @param {string} name @param {string} image @param {(event: MouseEvent & From<HTMLElement>) => unknown} open
  * @param {{kind?: string, title?: string, label?: boolean}} [options] whether the name is shown beside the icon
  */
 export function menuButton(name, image, open, {kind = "bare", title = name, label = false} = {}) {

@@ -34,9 +34,7 @@ const PATHS = {
   code: "M9 7l-5 5 5 5M15 7l5 5-5 5",
   collapse: "M15 5l-7 7 7 7",
   copy: "M9 9h11v11H9zM15 9V4H4v11h5",
-  cut:
-    "M20 4L8.5 15.5M8.5 8.5L20 20M6 9.5A2.5 2.5 0 1 0 6 4.5a2.5 2.5 0 0 0 0 5z" +
-    "M6 19.5a2.5 2.5 0 1 0 0-5 2.5 2.5 0 0 0 0 5z",
+  cut: "M20 4L8.5 15.5M8.5 8.5L20 20M6 9.5A2.5 2.5 0 1 0 6 4.5a2.5 2.5 0 0 0 0 5zM6 19.5a2.5 2.5 0 1 0 0-5 2.5 2.5 0 0 0 0 5z",
   delete: "M4 7h16M10 11v6M14 11v6M6 7l1 13h10l1-13M9 7V4h6v3",
   diff: "M7 4v10M3.5 8h7M4 19h6M14 19h7M14 5l6.5 6.5M20.5 5L14 11.5",
   distributeX: "M4 4v16M20 4v16M10 7h4v10h-4z",
@@ -62,8 +60,7 @@ const PATHS = {
   generate:
     "M4 5h16M4 10h9M4 15h6M4 20h6M17 11l1.300 3.200L21.5 15.5l-3.200 1.300L17 20l-1.300-3.200L12.5 15.5l3.200-1.300z",
   group:
-    "M3 3h18v18H3zM9.5 12.500a2.500 2.500 0 1 0 0-5 2.500 2.500 0 0 0 0 5z" +
-    "M15.500 17.500a2.500 2.500 0 1 0 0-5 2.500 2.500 0 0 0 0 5z",
+    "M3 3h18v18H3zM9.5 12.500a2.500 2.500 0 1 0 0-5 2.500 2.500 0 0 0 0 5zM15.500 17.500a2.500 2.500 0 1 0 0-5 2.500 2.500 0 0 0 0 5z",
   help: "M9 9a3 3 0 1 1 4 2.800c-.8.4-1 .9-1 2.200M12 18h.01M12 21a9 9 0 1 0 0-18 9 9 0 0 0 0 18z",
   history: "M4 12a8 8 0 1 0 3-6.200M7 2v4h4M12 8v4l3 2",
   initial: "M12 20a8 8 0 1 0 0-16 8 8 0 0 0 0 16zM12 16.5a4.5 4.5 0 1 0 0-9 4.5 4.5 0 0 0 0 9z",
@@ -72,9 +69,7 @@ const PATHS = {
   breakpointIf: "M12 18.500a6.500 6.500 0 1 0 0-13 6.500 6.500 0 0 0 0 13zM9 10.500h6M9 13.500h6",
   film: "M4 5h16v14H4zM8 5v14M16 5v14M4 9.500h4M4 14.500h4M16 9.500h4M16 14.500h4",
   force: "M3 12h9M9 8l4 4-4 4M17 5v14M21 5v14",
-  link:
-    "M10 14a4 4 0 0 0 5.700 0l3-3a4 4 0 0 0-5.700-5.700l-1 1" +
-    "M14 10a4 4 0 0 0-5.700 0l-3 3a4 4 0 0 0 5.700 5.700l1-1",
+  link: "M10 14a4 4 0 0 0 5.700 0l3-3a4 4 0 0 0-5.700-5.700l-1 1M14 10a4 4 0 0 0-5.700 0l-3 3a4 4 0 0 0 5.700 5.700l1-1",
   live: "M12 14a2 2 0 1 0 0-4 2 2 0 0 0 0 4zM7.500 16.500a6.400 6.400 0 0 1 0-9M16.500 7.500a6.400 6.400 0 0 1 0 9",
   lock: "M6 11h12v9H6zM8.500 11V8a3.500 3.500 0 0 1 7 0v3",
   note: "M4 4h16v11l-5 5H4zM15 20v-5h5M8 8.500h8M8 12h5",
@@ -87,8 +82,7 @@ const PATHS = {
   stepAll: "M3 6l6 6-6 6zM11 6l6 6-6 6zM20 6v12",
   target: "M12 16a4 4 0 1 0 0-8 4 4 0 0 0 0 8zM12 2v4M12 18v4M2 12h4M18 12h4",
   unlink:
-    "M10 14a4 4 0 0 0 5.700 0l3-3a4 4 0 0 0-5.700-5.700l-1 1" +
-    "M14 10a4 4 0 0 0-5.700 0l-3 3a4 4 0 0 0 5.700 5.700l1-1M4 4l16 16",
+    "M10 14a4 4 0 0 0 5.700 0l3-3a4 4 0 0 0-5.700-5.700l-1 1M14 10a4 4 0 0 0-5.700 0l-3 3a4 4 0 0 0 5.700 5.700l1-1M4 4l16 16",
   layout: "M9 3h6v5H9zM3 16h6v5H3zM15 16h6v5h-6zM12 8v4M6 16v-4h12v4",
   menu: "M4 6h16M4 12h16M4 18h16",
   minus: "M5 12h14",
@@ -118,11 +112,9 @@ const PATHS = {
   undo: "M4 8h11a5 5 0 0 1 0 10h-4M8 4L4 8l4 4",
   up: "M12 20V5M6 11l6-6 6 6",
   variables:
-    "M7 4c-2 0-2 1-2 3v2c0 2-1 3-2 3 1 0 2 1 2 3v2c0 2 0 3 2 3" +
-    "M17 4c2 0 2 1 2 3v2c0 2 1 3 2 3-1 0-2 1-2 3v2c0 2 0 3-2 3M9.5 9.5l5 5M14.5 9.5l-5 5",
+    "M7 4c-2 0-2 1-2 3v2c0 2-1 3-2 3 1 0 2 1 2 3v2c0 2 0 3 2 3M17 4c2 0 2 1 2 3v2c0 2 1 3 2 3-1 0-2 1-2 3v2c0 2 0 3-2 3M9.5 9.5l5 5M14.5 9.5l-5 5",
   parameters:
-    "M4 7h10M18 7h2M4 17h2M10 17h10M16 9.5a2.5 2.5 0 1 0 0-5 2.5 2.5 0 0 0 0 5z" +
-    "M8 19.5a2.5 2.5 0 1 0 0-5 2.5 2.5 0 0 0 0 5z",
+    "M4 7h10M18 7h2M4 17h2M10 17h10M16 9.5a2.5 2.5 0 1 0 0-5 2.5 2.5 0 0 0 0 5zM8 19.5a2.5 2.5 0 1 0 0-5 2.5 2.5 0 0 0 0 5z",
 };
 
 /**
@@ -130,8 +122,7 @@ const PATHS = {
  *
  * @param {string} image the name of the icon
  * @param {string} label for screen readers, and beside the pointer unless there is another `title`
- * @param {() => unknown} act
- * @param {{title?: string, kind?: string, disabled?: boolean}} more
+ * @param {() => unknown} act @param {{title?: string, kind?: string, disabled?: boolean}} more
  */
 export const iconButton = (image, label, act, {title = label, kind = "", disabled = false} = {}) =>
   html`<button

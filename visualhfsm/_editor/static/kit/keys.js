@@ -107,9 +107,7 @@ export function scopeOf(/** @type {import("./registry.js").Action} */ action, /*
 /**
  * Whether keys of a scope hold where the focus is. Without a focus they are for the drawing.
  *
- * @param {string} scope
- * @param {Element} focused
- * @param {HTMLElement} canvas
+ * @param {string} scope @param {Element} focused @param {HTMLElement} canvas
  */
 function holds(scope, focused, canvas) {
   if (scope === "canvas") return focused === document.body || canvas.contains(focused);
@@ -118,11 +116,7 @@ function holds(scope, focused, canvas) {
   return true;
 }
 
-/**
- * Listen for keys.
- *
- * @param {import("./registry.js").Context} context
- */
+/** Listen for keys. @param {import("./registry.js").Context} context */
 export function listenForKeys(context) {
   /** Actions by the name of their key, such as `Ctrl+Shift+Z`. @type {Map<string, import("./registry.js").Action>} */
   const byKey = new Map();

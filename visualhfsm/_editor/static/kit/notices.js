@@ -140,12 +140,7 @@ export const messageOf = (error) => (error instanceof Error ? error.message : St
 /** What errors are about that end when the page is connected again. */
 export const OFFLINE = "offline";
 
-/**
- * Show why something could not be done.
- *
- * @param {unknown} error
- * @param {Subject} [subject]
- */
+/** Show why something could not be done. @param {unknown} error @param {Subject} [subject] */
 export function notifyError(error, subject) {
   const isUnsent = error instanceof Error && "wasSent" in error && !error.wasSent;
   notify(messageOf(error), "error", undefined, isUnsent ? {about: OFFLINE} : subject);

@@ -46,8 +46,7 @@ export function perform(id, context) {
 /**
  * The actions that are possible now and contain all words of a text; those whose label begins with it come first.
  *
- * @param {string} text
- * @param {Context} context
+ * @param {string} text @param {Context} context
  */
 export function findActions(text, context) {
   const sought = folded(text);

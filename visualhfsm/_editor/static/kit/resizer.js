@@ -10,11 +10,7 @@ import {browserStorage} from "./storage.js";
 
 const RESIZE_STEP = 24;
 const root = document.documentElement;
-/**
- * Known sizes: reading the style makes the browser compute it for the whole page.
- *
- * @type {Map<string, number>}
- */
+/** Known sizes: reading the style makes the browser compute it for the whole page. @type {Map<string, number>} */
 const sizes = new Map();
 window.addEventListener("resize", () => sizes.clear());
 

@@ -2,11 +2,7 @@
 
 import {html} from "lit";
 
-/**
- * A path in words, whose middle is left out where there is no room: its end says most.
- *
- * @param {string[]} words
- */
+/** A path in words, whose middle is left out where there is no room: its end says most. @param {string[]} words */
 export function pathOf(words) {
   const start = words.slice(0, -2).map((each) => `${each} › `);
   return html`<span class="where path" title=${words.join(" › ")}

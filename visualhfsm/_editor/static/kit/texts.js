@@ -46,12 +46,7 @@ export const visible = (name) =>
 /** @param {string} text @param {Values} [values] */
 const filled = (text, values) => (values ? text.replace(/{(\w+)}/g, (_, name) => visible(String(values[name]))) : text);
 
-/**
- * A text in the language of the page.
- *
- * @param {string} text in English
- * @param {Values} [values]
- */
+/** A text in the language of the page. @param {string} text in English @param {Values} [values] */
 export const t = (text, values) => filled(catalog[text] ?? text, values);
 
 /** A text of a document that comes along, if the catalog has it. @param {string} text */
@@ -62,8 +57,7 @@ export const translated = (text) => catalog[text] ?? text;
  *
  * @param {string} one in English, for 1
  * @param {string} other in English, for other numbers
- * @param {number} count
- * @param {Values} [values]
+ * @param {number} count @param {Values} [values]
  */
 export const n = (one, other, count, values) =>
   filled(catalog[one]?.[rules.select(count)] ?? (count === 1 ? one : other), {count, ...values});
@@ -79,11 +73,6 @@ export const rich = (text, values) =>
     .split(/{(\w+)}/)
     .map((part, index) => (index % 2 ? values[part] : part));
 
-/**
- * A number in prose.
- *
- * @param {number} value
- * @param {number} digits after the point, or the comma
- */
+/** A number in prose. @param {number} value @param {number} digits after the point, or the comma */
 export const decimal = (value, digits) =>
   value.toLocaleString(language, {minimumFractionDigits: digits, maximumFractionDigits: digits});

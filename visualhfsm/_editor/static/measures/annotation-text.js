@@ -28,8 +28,7 @@ export const neededHeight = (text, wide) =>
 /**
  * The lines of a note; of a text that is too long even for a note that has grown, the first ones.
  *
- * @param {string} text
- * @param {Box} box
+ * @param {string} text @param {Box} box
  * @param {number} [size] of letters
  */
 export function linesOf(text, {left, right, top, bottom}, size = SIZE) {
@@ -54,8 +53,7 @@ export const titleSize = (scale) => SIZE / STEP ** Math.max(0, Math.round(Math.l
 /**
  * A title as it fits into its frame: whole, in letters as large as wanted or smaller, or else shortened.
  *
- * @param {string} text
- * @param {Box} frame
+ * @param {string} text @param {Box} frame
  * @param {number} wanted size of its letters
  * @param {(box: Box) => Box[]} [inTheWay] what is in a part of the drawing
  * @returns {{line: string, size: number, foot: number}} the foot of the line from the top of the frame
@@ -91,9 +89,7 @@ function titleBox(text, frame) {
 /**
  * Where an annotation leaves no room for other words: all of a note, the title and the border of a frame.
  *
- * @param {string} text
- * @param {Box} box
- * @param {boolean} isFrame
+ * @param {string} text @param {Box} box @param {boolean} isFrame
  * @returns {Box[]}
  */
 export function occupied(text, box, isFrame) {

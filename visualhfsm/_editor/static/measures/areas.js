@@ -52,8 +52,7 @@ export function areaOf(annotation) {
 /**
  * A rectangle in which all of a text has room: that of a note grows downwards.
  *
- * @param {Annotation} annotation
- * @param {Box} box
+ * @param {Annotation} annotation @param {Box} box
  * @param {string} [text] that is written meanwhile
  * @returns {Box}
  */
@@ -65,8 +64,7 @@ export function grown(annotation, box, text = annotation.text) {
 /**
  * A selection with what lies in its frames: states by their middles, annotations as a whole.
  *
- * @param {Automaton} automaton
- * @param {Selection} selection
+ * @param {Automaton} automaton @param {Selection} selection
  */
 export function withContent({states, annotations}, selection) {
   const chosen = new Set(selection.annotations);

@@ -42,13 +42,7 @@ export const contains = (outer, box) =>
   box.top >= outer.top &&
   box.bottom <= outer.bottom;
 
-/**
- * A box that is larger on each side.
- *
- * @param {Box} box
- * @param {number} x
- * @returns {Box}
- */
+/** A box that is larger on each side. @param {Box} box @param {number} x @returns {Box} */
 export const wider = ({left, right, top, bottom}, x, y = x) => ({
   left: left - x,
   right: right + x,
@@ -59,9 +53,7 @@ export const wider = ({left, right, top, bottom}, x, y = x) => ({
 /**
  * The point on a circle around `center` in the direction of `target`.
  *
- * @param {Point} center
- * @param {Point} target
- * @param {number} radius
+ * @param {Point} center @param {Point} target @param {number} radius
  */
 function rim(center, target, radius) {
   const x = target.x - center.x;
@@ -93,9 +85,7 @@ export function boxOf(points) {
  * An arc between two states through its handle.
  *
  * @param {Point | undefined} from the middle of the state where it begins, undefined when there is none
- * @param {Point | undefined} to
- * @param {Point} handle
- * @param {boolean} isLoop
+ * @param {Point | undefined} to @param {Point} handle @param {boolean} isLoop
  * @returns {Arc}
  */
 export function arc(from, to, handle, isLoop = false) {
@@ -184,9 +174,7 @@ function loop(center, handle) {
 /**
  * A transition that lacks an end, in an invalid document.
  *
- * @param {Point | undefined} from
- * @param {Point | undefined} to
- * @param {Point} handle
+ * @param {Point | undefined} from @param {Point | undefined} to @param {Point} handle
  * @returns {Arc}
  */
 function stub(from, to, handle) {
@@ -204,13 +192,7 @@ function stub(from, to, handle) {
   };
 }
 
-/**
- * Points of an arc, about `step` pixels apart.
- *
- * @param {Arc} arc
- * @param {number} step
- * @returns {Point[]}
- */
+/** Points of an arc, about `step` pixels apart. @param {Arc} arc @param {number} step @returns {Point[]} */
 export function pointsOf({start, end, middle}, step) {
   if (!start || !end) return [];
   const control = {x: 2 * middle.x - (start.x + end.x) / 2, y: 2 * middle.y - (start.y + end.y) / 2};
@@ -228,9 +210,7 @@ export function pointsOf({start, end, middle}, step) {
 /**
  * The arc of a transition that is being drawn, from a state to a point or another state.
  *
- * @param {Point} from
- * @param {Point} target
- * @param {boolean} isState
+ * @param {Point} from @param {Point} target @param {boolean} isState
  * @returns {Arc}
  */
 export function drawnArc(from, target, isState) {

@@ -56,9 +56,7 @@ export function width(text, size) {
 /**
  * A text that is no wider than some pixels, shortened at its end.
  *
- * @param {string} text
- * @param {number} size
- * @param {number} wanted
+ * @param {string} text @param {number} size @param {number} wanted
  */
 export function shortened(text, size, wanted) {
   if (width(text, size) <= wanted) return text;
@@ -144,10 +142,7 @@ function broken(words, size, count, radius) {
 /**
  * The width of a line that fits in the circle.
  *
- * @param {number} index
- * @param {number} count
- * @param {number} size
- * @param {number} radius
+ * @param {number} index @param {number} count @param {number} size @param {number} radius
  */
 function chord(index, count, size, radius) {
   const height = size * LINE;
@@ -164,9 +159,7 @@ export const lineHeight = (size) => size * LINE;
  * A text in lines no wider than some pixels, broken at spaces, or within a word that is wider. Its own line ends and the
  * spaces before a line are kept.
  *
- * @param {string} text
- * @param {number} size
- * @param {number} room
+ * @param {string} text @param {number} size @param {number} room
  */
 export function wrapped(text, size, room) {
   /** @type {string[]} */
@@ -197,9 +190,7 @@ export function wrapped(text, size, room) {
 /**
  * How much of a text fits, in units of JavaScript, where some pixels are used already.
  *
- * @param {string} text
- * @param {number} size
- * @param {number} room
+ * @param {string} text @param {number} size @param {number} room
  */
 function fitting(text, size, room, used = 0) {
   let taken = 0;

@@ -14,21 +14,14 @@ import {HfsmCanvas} from "../canvas/canvas.js";
 import "./selected-code.js";
 import "../shell/tree.js";
 import {iconButton} from "../kit/icons.js";
-import {messageOf} from "../kit/notices.js";
 import {page} from "../data/page.js";
 import {store} from "../data/store.js";
 import {t} from "../kit/texts.js";
-import {currentTheme, initTheme, switchTheme} from "../kit/theme.js";
+import {begin, pushes, TAB, themeButton} from "./frame.js";
 import {unpackedData} from "./unpacked.js";
-
-const TAB = 1;
 
 /** @param {Content} content */
 function layout({name, document: {description}}, /** @type {HfsmCanvas} */ canvas) {
-  const theme = () => {
-    switchTheme();
-    canvas.minimap.draw();
-  };
   return html`<div class="run-page drawing-page">
     <header>
       <h1>${name}</h1>
@@ -36,8 +29,7 @@ function layout({name, document: {description}}, /** @type {HfsmCanvas} */ canva
       ${iconButton("up", t("To the automaton above"), () => page.up(), {disabled: page.path.length < 2})}
       ${iconButton("minus", t("Zoom out"), () => canvas.viewport.zoom(0.8))}
       ${iconButton("add", t("Zoom in"), () => canvas.viewport.zoom(1.25))}
-      ${iconButton("fit", t("Show everything"), () => canvas.fit())}
-      ${iconButton(currentTheme() === "dark" ? "sun" : "moon", t("Light or dark"), theme)}
+      ${iconButton("fit", t("Show everything"), () => canvas.fit())} ${themeButton(() => canvas.minimap.draw())}
     </header>
     <nav class="left" aria-label=${t("Tree of automata")}><hfsm-tree></hfsm-tree></nav>
     <main>${canvas}</main>
@@ -48,12 +40,8 @@ function layout({name, document: {description}}, /** @type {HfsmCanvas} */ canva
 async function show() {
   /** @type {Content} */
   const content = JSON.parse(await unpackedData());
-  const {name, document: full, imported} = content;
-  const named = {tab: TAB, title: name, component: name, path: "", recording: name, task: false};
-  store.show({answer: () => null, frames: {}}, [
-    {push: "workspace", tabs: [{...named, dirty: false, outside: "", changed: false}], recoverable: [], present: []},
-    {push: "document", tab: TAB, revision: 0, undo: [], redo: [], dirty: false, full},
-  ]);
+  const {name, imported} = content;
+  store.show({answer: () => null, frames: {}}, pushes(name, name, content.document));
   if (imported.length) store.showContent(TAB, imported);
   page.show(TAB);
   const canvas = new HfsmCanvas();
@@ -78,9 +66,4 @@ function press({key, altKey, ctrlKey, metaKey, target}, canvas) {
   else if (!altKey && key === "-") canvas.viewport.zoom(0.8);
 }
 
-initTheme();
-show().catch((error) => {
-  document.body.textContent = t("This page cannot be shown: {reason}. It needs a browser of 2023 or later.", {
-    reason: messageOf(error),
-  });
-});
+begin(show);

@@ -93,8 +93,7 @@ export const statePart = (automaton, state) =>
 /**
  * A transition with its code.
  *
- * @param {Automaton} automaton
- * @param {Transition} transition
+ * @param {Automaton} automaton @param {Transition} transition
  * @param {3 | 4} level of its headings: 4 below a state
  */
 export function transitionPart(automaton, {name, destination, type, trigger, guard, code: fired}, level = 4) {

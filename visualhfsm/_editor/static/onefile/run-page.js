@@ -1,7 +1,7 @@
 /**
  * A run in one file, without a server: the views of the editor show the content from visualhfsm/_monitor/run_page.py.
  *
- * @import {Fields, Push} from "../data/messages.js"
+ * @import {Fields} from "../data/messages.js"
  * @import {Automaton} from "../data/protocol.js"
  * @import {LiveStructure, Timeline} from "../data/protocol.js"
  * @import {WorldShape} from "../robot3d/world-drawing.js"
@@ -23,19 +23,17 @@ import "../run/plots.js";
 import "../robot3d/robot-view.js";
 import "../run/timeline.js";
 import "../run/variables.js";
-import {icon, iconButton} from "../kit/icons.js";
+import {icon} from "../kit/icons.js";
 import {monitor} from "../run/monitor.js";
 import {showOn} from "../run/overlay.js";
 import {numbersOf} from "../run/values.js";
-import {messageOf} from "../kit/notices.js";
 import {page} from "../data/page.js";
 import "./selected-code.js";
 import {store} from "../data/store.js";
 import {decimal, language, t} from "../kit/texts.js";
-import {currentTheme, initTheme, switchTheme} from "../kit/theme.js";
+import {begin, pushes, TAB, themeButton} from "./frame.js";
 import {unpacked, unpackedData} from "./unpacked.js";
 
-const TAB = 1;
 const BODY = "recorded"; // the name of its robot
 const OLDEST = 2; // s for which a picture counts as that of a later moment, or twice the usual time between two
 const MOST_POINTS = 600; // points of a line in a plot
@@ -50,8 +48,7 @@ async function run() {
  * Answer requests as the server would.
  *
  * @typedef {{time?: number, camera?: string, at?: number, names?: string[], start?: number, end?: number}} Wanted
- * @param {Content} content
- * @param {string[]} moments
+ * @param {Content} content @param {string[]} moments
  * @returns {(op: string, fields?: Wanted) => any}
  */
 const answers = ({times, pictures, body}, moments) => {
@@ -81,23 +78,10 @@ const answers = ({times, pictures, body}, moments) => {
   };
 };
 
-/** The messages that the server would push about the document. @param {Content} content @returns {Push[]} */
-function pushes({name, document}) {
-  const title = `${name}.xml`;
-  const named = {tab: TAB, title, component: name, path: "", recording: name, task: false};
-  /** @type {Push[]} */
-  const all = [
-    {push: "workspace", tabs: [{...named, dirty: false, outside: "", changed: false}], recoverable: [], present: []},
-  ];
-  if (document) all.push({push: "document", tab: TAB, revision: 0, undo: [], redo: [], dirty: false, full: document});
-  return all;
-}
-
 /**
  * The moment that is shown first: the first one of which all cameras have a picture.
  *
- * @param {string[]} moments
- * @param {Content["pictures"]} pictures
+ * @param {string[]} moments @param {Content["pictures"]} pictures
  */
 function beginning(moments, pictures) {
   const seenFrom = Math.max(...Object.values(pictures).map(([first]) => first?.[0] ?? -Infinity));
@@ -109,7 +93,10 @@ async function show() {
   const {content, moments} = await run();
   const {name, shortened, structure, timeline, world, pictures, imported} = content;
   const frame = new TextEncoder().encode(JSON.stringify({body: BODY, why: ""})).buffer;
-  store.show({answer: answers(content, moments), frames: {poses: frame}}, pushes(content));
+  store.show(
+    {answer: answers(content, moments), frames: {poses: frame}},
+    pushes(name, `${name}.xml`, content.document),
+  );
   const tab = content.document ? TAB : 0;
   if (imported.length) store.showContent(TAB, imported);
   page.show(tab);
@@ -131,10 +118,6 @@ function layout({name, began, shortened, document, timeline, figures}, canvas) {
     seconds: decimal(timeline.end - timeline.start, 1),
     date: new Date(began * 1000).toLocaleString(language, {dateStyle: "long", timeStyle: "short"}),
   };
-  const theme = () => {
-    switchTheme();
-    canvas.minimap.draw();
-  };
   return html`<div class="run-page">
     <header>
       <h1>${name}</h1>
@@ -149,7 +132,7 @@ function layout({name, began, shortened, document, timeline, figures}, canvas) {
       >
         ${icon("target")}
       </button>
-      ${iconButton(currentTheme() === "dark" ? "sun" : "moon", t("Light or dark"), theme)}
+      ${themeButton(() => canvas.minimap.draw())}
     </header>
     <nav class="left" aria-label=${t("Tree of automata")}><hfsm-tree></hfsm-tree></nav>
     <main>
@@ -180,9 +163,4 @@ function layout({name, began, shortened, document, timeline, figures}, canvas) {
   </div>`;
 }
 
-initTheme();
-show().catch((error) => {
-  document.body.textContent = t("This page cannot be shown: {reason}. It needs a browser of 2023 or later.", {
-    reason: messageOf(error),
-  });
-});
+begin(show);

@@ -2,26 +2,20 @@
 
 import {html, render} from "lit";
 
-import {iconButton} from "../kit/icons.js";
-import {messageOf} from "../kit/notices.js";
-import {n, t} from "../kit/texts.js";
-import {currentTheme, initTheme, switchTheme} from "../kit/theme.js";
+import {n} from "../kit/texts.js";
 import "../trials/trials-view.js";
+import {begin, themeButton} from "./frame.js";
 import {unpacked, unpackedData} from "./unpacked.js";
 
 async function show() {
   const view = unpacked(await unpackedData());
-  const theme = () => {
-    switchTheme();
-    draw();
-  };
   const draw = () =>
     render(
       html`<div class="trials-page">
         <header>
           <h1>${view.name}</h1>
           <p>${n("{count} trial", "{count} trials", view.share.trials)}</p>
-          ${iconButton(currentTheme() === "dark" ? "sun" : "moon", t("Light or dark"), theme)}
+          ${themeButton(draw)}
         </header>
         <main><hfsm-trials .view=${view}></hfsm-trials></main>
       </div>`,
@@ -30,9 +24,4 @@ async function show() {
   draw();
 }
 
-initTheme();
-show().catch((error) => {
-  document.body.textContent = t("This page cannot be shown: {reason}. It needs a browser of 2023 or later.", {
-    reason: messageOf(error),
-  });
-});
+begin(show);

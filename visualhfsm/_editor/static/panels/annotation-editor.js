@@ -10,25 +10,21 @@ import {colorOf, COLORS, isFrame} from "../measures/areas.js";
 import {apply} from "../data/commands.js";
 import {actionOf} from "../kit/registry.js";
 import {t} from "../kit/texts.js";
+import {textField} from "./fields.js";
 
 const LINK = /https?:\/\/[^\s<>"'`]+[^\s<>"'`.,;:!?)\]]/g;
 const MOST_LINKS = 20;
 
 /** @param {{tab: number, automaton: Automaton, annotation: Annotation, readonly: boolean}} shown */
-export function annotationEditor({tab, automaton, annotation, readonly}) {
+export function annotationEditor(shown) {
+  const {automaton, annotation, readonly} = shown;
   const place = {kind: /** @type {const} */ ("annotation"), automaton: automaton.id, id: annotation.id, part: "text"};
   const links = [...new Set(annotation.text.match(LINK))].slice(0, MOST_LINKS);
+  const field = isFrame(annotation)
+    ? {label: t("Title of the frame"), hint: t("what its states do together")}
+    : {label: t("Text of the note"), hint: t("why it is so"), kind: "area"};
   return html`<div class="annotation-editor">
-    <hfsm-text-field
-      data-part="text"
-      .tab=${tab}
-      .place=${place}
-      .text=${annotation.text}
-      label=${isFrame(annotation) ? t("Title of the frame") : t("Text of the note")}
-      kind=${isFrame(annotation) ? "text" : "area"}
-      hint=${isFrame(annotation) ? t("what its states do together") : t("why it is so")}
-      ?readonly=${readonly}
-    ></hfsm-text-field>
+    ${textField(shown, place, annotation.text, {look: "", ...field})}
     <div class="color-choice" role="radiogroup" aria-label=${t("Color")}>
       ${COLORS.map((color) => colorButton(automaton, annotation, color, readonly))}
     </div>

@@ -12,8 +12,7 @@ import {PageElement} from "../data/element.js";
 import {page} from "../data/page.js";
 import {store} from "../data/store.js";
 import {t} from "../kit/texts.js";
-import "../code/code-field.js";
-import "../code/text-field.js";
+import {leave} from "./fields.js";
 import {annotationEditor} from "./annotation-editor.js";
 import {PARTS, isSetByArguments, stateEditor} from "./state-editor.js";
 import {transitionEditor} from "./transition-editor.js";
@@ -29,11 +28,7 @@ class CodePanel extends PageElement {
     this.shownPart = "code";
   }
 
-  /**
-   * Show a piece of code; set by the page to edit it.
-   *
-   * @param {Place & At} place
-   */
+  /** Show a piece of code; set by the page to edit it. @param {Place & At} place */
   set place(place) {
     if (place) this.revealed = this.#reveal(place);
   }
@@ -74,7 +69,7 @@ class CodePanel extends PageElement {
       : transition
         ? transitionEditor({...about, transition})
         : annotation && annotationEditor({...about, annotation});
-    return editor ? html`<div class="code-panel" @keydown=${this.#press}>${editor}</div>` : this.#hint();
+    return editor ? html`<div class="code-panel" @keydown=${leave}>${editor}</div>` : this.#hint();
   }
 
   #hint() {
@@ -113,13 +108,6 @@ class CodePanel extends PageElement {
     else if ("selectValue" in field && selects) await field.selectValue();
     else if (focus) await field.focus();
   }
-
-  /** @param {KeyboardEvent} event */
-  #press = (event) => {
-    if (event.key !== "Escape" || event.defaultPrevented) return;
-    event.preventDefault();
-    page.dispatchEvent(new Event("focus-canvas"));
-  };
 }
 
 customElements.define("hfsm-code-panel", CodePanel);

@@ -15,8 +15,7 @@ import {showMarks} from "../data/marks.js";
 /**
  * Buttons and the list of steps.
  *
- * @param {Counterexample} counterexample
- * @param {number} index
+ * @param {Counterexample} counterexample @param {number} index
  * @param {(index: number | null) => void} choose null ends it
  */
 export function counterexamplePlayer(counterexample, index, choose) {
@@ -85,9 +84,7 @@ export function counterexamplePlayer(counterexample, index, choose) {
 /**
  * Mark the states that are current after a step, and open the automaton of the step.
  *
- * @param {OpenDocument} document
- * @param {Step[]} steps
- * @param {number} index
+ * @param {OpenDocument} document @param {Step[]} steps @param {number} index
  */
 export function showStep(document, steps, index) {
   /** @type {Map<number, number>} */

@@ -7,15 +7,16 @@
  * @import {CodeField} from "../code/code-field.js"
  * @import {Entries} from "./entries.js"
  * @import {TextField} from "../code/text-field.js"
+ * @import {OfText} from "./fields.js"
+ * @typedef {{tab: number, document: OpenDocument, automaton: Automaton, readonly: boolean}} About
  */
 
 import {html, nothing} from "lit";
 import {PageElement} from "../data/element.js";
 import {page} from "../data/page.js";
 import {store} from "../data/store.js";
-import "../code/code-field.js";
 import "./entries.js";
-import "../code/text-field.js";
+import {codeField, leave, textField} from "./fields.js";
 import {
   identitiesOf,
   interfaceDetails,
@@ -55,11 +56,7 @@ class DataPanel extends PageElement {
     this.listen(store, "robot", () => loadIdentities().then(() => this.requestUpdate()));
   }
 
-  /**
-   * Show a section; set by the page, and followed by `place`.
-   *
-   * @param {string} section
-   */
+  /** Show a section; set by the page, and followed by `place`. @param {string} section */
   set section(section) {
     if (section) this.revealed = this.#reveal({kind: "document", part: section});
   }
@@ -85,8 +82,8 @@ class DataPanel extends PageElement {
       {id: "automaton", label: t("Automaton {name}", {name: page.title()}), problems: ofAutomaton},
       {id: "component", label: t("Behavior"), problems: ofComponent},
     ];
-    const about = {tab: page.tab, document, automaton};
-    return html`<div class="data-panel" @keydown=${this.#press}>
+    const about = {tab: page.tab, document, automaton, readonly: false};
+    return html`<div class="data-panel" @keydown=${leave}>
       ${tabStrip({label: t("Whose data"), tabs, chosen: this.half, choose: (half) => (this.half = half), prefix: "data"})}
       <div class="tab-panel scrolling" role="tabpanel" id="data-panel" aria-labelledby="data-tab-${this.half}">
         ${
@@ -112,7 +109,7 @@ class DataPanel extends PageElement {
     await this.updateComplete;
     if (number !== this.#wanted) return;
     /** @type {HTMLElement | Entries | CodeField | null} */
-    const section = this.querySelector(`[data-section="${part}"]`);
+    const section = this.querySelector(`[data-part="${part}"]`);
     if (!section) return;
     section.scrollIntoView({block: "start"});
     const {line, column, length, focus = true} = place;
@@ -126,13 +123,6 @@ class DataPanel extends PageElement {
       await ("goTo" in section ? section : (inner ?? section)).focus();
     }
   }
-
-  /** @param {KeyboardEvent} event */
-  #press = (event) => {
-    if (event.key !== "Escape" || event.defaultPrevented) return;
-    event.preventDefault();
-    page.dispatchEvent(new Event("focus-canvas"));
-  };
 }
 
 /** @param {Entries} list */
@@ -141,12 +131,9 @@ async function focusFirst(list) {
   /** @type {HTMLElement | null} */ (list.querySelector("input, button.add"))?.focus();
 }
 
-/**
- * The data of one automaton: its period, variables, functions, inputs, outputs, and the source of its content.
- *
- * @param {{tab: number, document: OpenDocument, automaton: Automaton}} about
- */
-function automatonData({tab, document, automaton}) {
+/** The data of one automaton: its period, variables, functions, inputs, outputs, and the source of its content. @param {About} about */
+function automatonData(about) {
+  const {document, automaton} = about;
   /** @type {Place} */
   const place = {kind: "automaton", automaton: automaton.id};
   const isRoot = automaton.father === 0;
@@ -156,63 +143,32 @@ function automatonData({tab, document, automaton}) {
       ? html`<p class="explain">
           ${rich("The content of this automaton comes from {file}; change it there.", {file: importLink(imported.file)})}
         </p>`
-      : html` <div data-section="period" class="section">
-            <hfsm-text-field
-              kind="time"
-              label=${t("Period")}
-              .tab=${tab}
-              .place=${{...place, part: "period"}}
-              .text=${automaton.period}
-              hint="100 ms"
-            ></hfsm-text-field>
+      : html` <div class="section">
+            ${textField(about, {...place, part: "period"}, automaton.period, {
+              kind: "time",
+              label: t("Period"),
+              hint: "100 ms",
+            })}
             <p class="explain">${t("Time from one cycle to the next.")} ${rate(automaton.period)}</p>
           </div>
           <div class="section">
             <h3>${t("Variables")} <span class="faint">${t("run once, before everything")}</span></h3>
-            <hfsm-code-field
-              data-section="variables"
-              class="grow"
-              .tab=${tab}
-              .place=${{...place, part: "variables"}}
-              .text=${automaton.variables}
-              label=${t("Variables")}
-              hint="count = 0"
-            ></hfsm-code-field>
+            ${codeField(about, {...place, part: "variables"}, automaton.variables, {
+              label: t("Variables"),
+              example: "count = 0",
+            })}
           </div>
           <div class="section">
             <h3>${t("Functions")} <span class="faint">${t("called as self.name() by all automata")}</span></h3>
-            <hfsm-code-field
-              data-section="functions"
-              class="grow tall"
-              .tab=${tab}
-              .place=${{...place, part: "functions"}}
-              .text=${automaton.functions}
-              label=${t("Functions")}
-              hint=${"def name(self):\n    ..."}
-            ></hfsm-code-field>
+            ${codeField(about, {...place, part: "functions"}, automaton.functions, {
+              label: t("Functions"),
+              example: "def name(self):\n    ...",
+            })}
           </div>
-          ${
-            isRoot
-              ? ""
-              : html`<hfsm-entries
-                  data-section="inputs"
-                  .tab=${tab}
-                  .automaton=${automaton.id}
-                  .of=${LISTS.inputs}
-                  .entries=${automaton.inputs}
-                  .problems=${placed(document.problems)}
-                ></hfsm-entries>`
-          }
-          <hfsm-entries
-            data-section="outputs"
-            .tab=${tab}
-            .automaton=${automaton.id}
-            .of=${LISTS.outputs}
-            .entries=${automaton.outputs}
-            .problems=${placed(document.problems)}
-          ></hfsm-entries>`
+          ${isRoot ? "" : entryList(about, "inputs", automaton.inputs, {automaton: automaton.id})}
+          ${entryList(about, "outputs", automaton.outputs, {automaton: automaton.id})}`
   }
-  ${isRoot || !document.own.has(automaton.id) ? "" : importSection(tab, automaton, place)}`;
+  ${isRoot || !document.own.has(automaton.id) ? "" : importSection(about, place)}`;
 }
 
 /** A period as a rate, in words. @param {string} period */
@@ -223,8 +179,9 @@ function rate(period) {
   return `${(hertz >= 10 ? Math.round(hertz) : Number(hertz.toPrecision(2))).toLocaleString(language)} Hz.`;
 }
 
-/** @param {number} tab @param {Automaton} automaton @param {Place} place */
-function importSection(tab, automaton, place) {
+/** @param {About} about @param {Place} place */
+function importSection(about, place) {
+  const {automaton} = about;
   const {imported} = automaton;
   const {states, transitions, inputs, outputs} = automaton;
   const isEmpty = [states, transitions, inputs, outputs].every((each) => !each.length);
@@ -240,32 +197,48 @@ function importSection(tab, automaton, place) {
       ...fields(text),
     });
   };
-  return html`<div class="section" data-section="import">
+  const where = {...place, part: "import"};
+  return html`<div class="section" data-part="import">
     <h3>${t("Import")} <span class="faint">${t("the content comes from another document")}</span></h3>
-    <hfsm-text-field
-      label=${t("File")}
-      mono
-      .tab=${tab}
-      .place=${{...place, part: "import"}}
-      .text=${imported?.file ?? ""}
-      .send=${set((file) => ({file}))}
-      hint=${t("such as search.xml")}
-    ></hfsm-text-field>
+    ${textField(about, where, imported?.file ?? "", {
+      label: t("File"),
+      hint: t("such as search.xml"),
+      mono: true,
+      send: set((file) => ({file})),
+    })}
     ${
       imported
-        ? html`<hfsm-text-field
-            label=${t("Automaton in it")}
-            kind="number"
-            .tab=${tab}
-            .place=${{...place, part: "import", name: "source"}}
-            .text=${imported.automaton ? String(imported.automaton) : ""}
-            .send=${set((text) => ({source: Math.max(0, Number.parseInt(text, 10) || 0)}))}
-            hint=${t("the root")}
-          ></hfsm-text-field>`
+        ? textField(about, {...where, name: "source"}, imported.automaton ? String(imported.automaton) : "", {
+            label: t("Automaton in it"),
+            hint: t("the root"),
+            kind: "number",
+            send: set((text) => ({source: Math.max(0, Number.parseInt(text, 10) || 0)})),
+          })
         : ""
     }
   </div>`;
 }
+
+/**
+ * @param {About} about @param {Commands["addEntry"]["list"]} name @param {object[]} entries
+ * @param {Partial<Pick<Entries, "automaton" | "details" | "suggest">>} more
+ */
+const entryList = (
+  {tab, document},
+  name,
+  entries,
+  {automaton = 0, details = nothingMore, suggest = noSuggestions} = {},
+) =>
+  html`<hfsm-entries
+    data-part=${name}
+    .tab=${tab}
+    .automaton=${automaton}
+    .of=${LISTS[name]}
+    .entries=${entries}
+    .problems=${placed(document.problems)}
+    .details=${details}
+    .suggest=${suggest}
+  ></hfsm-entries>`;
 
 /** The choices after an error; an empty text means "stop". @param {string} text @returns {Options} */
 const afterError = (text) => [
@@ -293,47 +266,24 @@ const LANGUAGES = [
 /**
  * The data of the component: its description, interfaces, libraries, parameters, events and properties.
  *
- * @param {{tab: number, document: OpenDocument, known: InterfaceDescription[] | undefined, update: () => void,
- *   showProblems: () => void}} about
+ * @param {About & {known: InterfaceDescription[] | undefined, update: () => void, showProblems: () => void}} about
  */
-function componentData({tab, document, known, update, showProblems}) {
-  const {fields, problems} = document;
-  /**
-   * @param {"description" | "onError" | "onRefused" | "world" | "language"} part
-   * @param {string} label
-   * @param {{kind: string, options?: Options, hint?: string}} rest
-   */
-  const text = (part, label, rest) =>
-    html`<hfsm-text-field
-      data-section=${part}
-      class="section"
-      label=${label}
-      .tab=${tab}
-      .place=${{kind: "document", part}}
-      .text=${fields[part] ?? ""}
-      kind=${rest.kind}
-      .options=${rest.options ?? []}
-      hint=${rest.hint ?? ""}
-    ></hfsm-text-field>`;
+function componentData(about) {
+  const {document, known, update, showProblems} = about;
+  const {fields} = document;
+  /** @param {"description" | "onError" | "onRefused" | "world" | "language"} part @param {string} label @param {Partial<OfText>} more */
+  const text = (part, label, more) =>
+    textField(about, {kind: "document", part}, fields[part] ?? "", {label, kind: "select", ...more});
   /**
    * @param {"interfaces" | "ros" | "libraries" | "parameters" | "events" | "properties"} name
-   * @param {Partial<Pick<Entries, "details" | "suggest">>} more
+   * @param {Partial<Pick<Entries, "details" | "suggest">>} [more]
    */
-  const list = (name, more = {}) =>
-    html`<hfsm-entries
-      data-section=${name}
-      .tab=${tab}
-      .of=${LISTS[name]}
-      .entries=${fields[name] ?? []}
-      .problems=${problems}
-      .details=${more.details ?? nothingMore}
-      .suggest=${more.suggest ?? noSuggestions}
-    ></hfsm-entries>`;
+  const list = (name, more) => entryList(about, name, fields[name] ?? [], more);
   return html` ${text("description", t("Description"), {kind: "area", hint: t("what the behavior is for")})}
-  ${text("onError", t("After an error in its code"), {kind: "select", options: afterError(fields.onError ?? "")})}
-  ${text("onRefused", t("After a refused command"), {kind: "select", options: afterRefusal(fields.onRefused ?? "")})}
-  ${text("world", t("World of its simulation"), {kind: "select", options: worlds(fields.world)})}
-  ${text("language", t("Language of the code"), {kind: "select", options: LANGUAGES})}
+  ${text("onError", t("After an error in its code"), {options: afterError(fields.onError ?? "")})}
+  ${text("onRefused", t("After a refused command"), {options: afterRefusal(fields.onRefused ?? "")})}
+  ${text("world", t("World of its simulation"), {options: worlds(fields.world)})}
+  ${text("language", t("Language of the code"), {options: LANGUAGES})}
   ${list("interfaces", {
     details: ({name, type}) => interfaceDetails({name, type}, known),
     suggest: (field, {type}) =>

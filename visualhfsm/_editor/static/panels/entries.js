@@ -9,7 +9,7 @@
 
 import {html, nothing} from "lit";
 import {apply} from "../data/commands.js";
-import {drawn, PageElement} from "../data/element.js";
+import {drawn, PageElement, properties} from "../data/element.js";
 import {icon, iconButton} from "../kit/icons.js";
 import {spoken} from "../kit/keys.js";
 import {t} from "../kit/texts.js";
@@ -25,15 +25,7 @@ import {problemLines} from "../kit/tabs.js";
 export class Entries extends PageElement {
   /** @type {typeof PageElement.watches} */
   static watches = {};
-  static properties = {
-    tab: {type: Number},
-    automaton: {type: Number},
-    of: {attribute: false},
-    entries: {attribute: false},
-    problems: {attribute: false},
-    details: {attribute: false},
-    suggest: {attribute: false},
-  };
+  static properties = properties("tab", "automaton", "of", "entries", "problems", "details", "suggest");
 
   constructor() {
     super();

@@ -3,6 +3,7 @@
 import {html, nothing} from "lit";
 import {PageElement} from "../data/element.js";
 import {offers} from "../kit/buttons.js";
+import {tickBox} from "../kit/tick-box.js";
 import {monitor, spokenStatus} from "../run/monitor.js";
 import {page} from "../data/page.js";
 import {required} from "../kit/required.js";
@@ -58,7 +59,7 @@ class Output extends PageElement {
         <span>${this.#status()}</span>${started.of(page.tab) ? nothing : offers({run: t("Run")}, this.context)}<span
           class="room"
         ></span>
-        <label><input type="checkbox" .checked=${this.follows} @change=${this.#follow} /> ${t("Follow")}</label>
+        ${tickBox(t("Follow"), this.follows, this.#follow)}
         <button type="button" class="tool" @click=${() => outputLog.clear(page.tab)}>${t("Clear")}</button>
       </div>
       <div

@@ -1,11 +1,12 @@
 /** Search in the names and all code of the document, or of all open ones, and replace in its code. */
 
 import {html, nothing} from "lit";
-import {PageElement} from "../data/element.js";
+import {PageElement, properties} from "../data/element.js";
 import {apply} from "../data/commands.js";
 import {spoken} from "../kit/keys.js";
 import {messageOf, notify} from "../kit/notices.js";
 import {wordButton} from "../kit/buttons.js";
+import {tickBox} from "../kit/tick-box.js";
 import {page} from "../data/page.js";
 import {store} from "../data/store.js";
 import {n, t} from "../kit/texts.js";
@@ -29,15 +30,7 @@ const inCode = ({place: {part = ""}}) => LINES.test(part) || PHRASES.test(part);
  */
 
 class Search extends PageElement {
-  static properties = {
-    text: {state: true},
-    by: {state: true},
-    whole: {state: true},
-    hits: {state: true},
-    everywhere: {state: true},
-    failed: {state: true},
-    shown: {state: true},
-  };
+  static properties = properties("text", "by", "whole", "hits", "everywhere", "failed", "shown");
   /** @type {typeof PageElement.watches} */
   static watches = {page: ["tab"], store: []};
 
@@ -87,7 +80,7 @@ class Search extends PageElement {
           aria-label=${t("Search in names and code")}
           placeholder=${t("Search in names and code")}
           .value=${text}
-          @input=${this.#type}
+          @input=${(/** @type {From<HTMLInputElement>} */ {target}) => this.#afresh({text: target.value})}
           @keydown=${this.#press}
           aria-description=${t("{next} shows the next hit, {former} the one before", {next: spoken("Enter"), former: spoken("Shift+Enter")})}
           spellcheck="false"
@@ -107,21 +100,8 @@ class Search extends PageElement {
                 />
                 ${this.#replaceAll()}`
         }
-        <label
-          ><input
-            type="checkbox"
-            .checked=${this.whole}
-            @change=${(/** @type {From<HTMLInputElement>} */ {target}) => {
-              this.whole = target.checked;
-              this.#afresh();
-            }}
-          />
-          ${t("Whole word, same case")}</label
-        >
-        <label
-          ><input type="checkbox" .checked=${this.everywhere} @change=${this.#widen} />
-          ${t("In all open documents")}</label
-        >
+        ${tickBox(t("Whole word, same case"), this.whole, ({target}) => this.#afresh({whole: target.checked}))}
+        ${tickBox(t("In all open documents"), this.everywhere, ({target}) => this.#afresh({everywhere: target.checked}))}
         <span class="room"></span><span class="faint" role="status">${this.failed || this.#count()}</span>
       </form>
       ${
@@ -233,24 +213,13 @@ class Search extends PageElement {
     this.querySelector("[aria-current]")?.scrollIntoView({block: "nearest"});
   }
 
-  /** @param {From<HTMLInputElement>} event */
-  #type = ({target}) => {
-    this.text = target.value;
-    this.#afresh();
-  };
-
-  /** Search for something else. */
-  #afresh() {
+  /** Search for something else. @param {{text?: string, whole?: boolean, everywhere?: boolean}} sought */
+  #afresh(sought) {
+    Object.assign(this, sought);
     this.shown = "";
     this.#last = 0;
     this.#soon();
   }
-
-  /** @param {From<HTMLInputElement>} event */
-  #widen = ({target}) => {
-    this.everywhere = target.checked;
-    this.#afresh();
-  };
 
   /** @param {Event} event */
   #submit = (event) => {

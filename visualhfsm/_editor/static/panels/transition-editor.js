@@ -14,10 +14,10 @@ import {apply} from "../data/commands.js";
 import {iconButton} from "../kit/icons.js";
 import {firstPart, outgoing} from "../data/outline.js";
 import {page} from "../data/page.js";
-import {placed} from "../data/problems.js";
 import {rich, t} from "../kit/texts.js";
-import {placeOf} from "../code/places.js";
+import {problemsOf} from "../code/places.js";
 import {problemLines} from "../kit/tabs.js";
+import {codeField, nameField, textField} from "./fields.js";
 
 /** @type {[type: Commands["setTransitionType"]["type"], label: string, words: string][]} */
 const TYPES = [
@@ -29,13 +29,10 @@ const TYPES = [
 
 /** @param {About} about */
 export function transitionEditor(about) {
-  const {tab, document, automaton, transition, readonly} = about;
+  const {document, automaton, transition, readonly} = about;
   /** @type {Place} */
   const place = {kind: "transition", automaton: automaton.id, id: transition.id};
-  const own = placed(document.problems).filter((each) => {
-    const other = placeOf(each);
-    return other.kind === "transition" && other.automaton === automaton.id && other.id === transition.id && !other.part;
-  });
+  const own = problemsOf(document.problems, place).filter((each) => !each.place?.part);
   const fields = {automaton: automaton.id, transition: transition.id};
   /** @param {"origin" | "destination"} end */
   const retarget =
@@ -56,15 +53,7 @@ export function transitionEditor(about) {
       </select></label
     >`;
   return html` <div class="about">
-      <hfsm-text-field
-        class="title"
-        data-part="name"
-        label=${t("Name of the transition")}
-        .tab=${tab}
-        .place=${{...place, part: "name"}}
-        .text=${transition.name}
-        ?readonly=${readonly}
-      ></hfsm-text-field>
+      ${nameField(about, place, transition.name, t("Name of the transition"))}
       <div class="ends">${ends("origin", t("From"))} ${ends("destination", t("To"))}</div>
       ${problemLines(own)}
     </div>
@@ -75,17 +64,10 @@ export function transitionEditor(about) {
           ? nothing
           : html`<div class="section">
               <h3 id="guard-title">${t("Guard")} <span class="faint">${t("must hold as well")}</span></h3>
-              <hfsm-code-field
-                class="grow"
-                wraps
-                data-part="guard"
-                .tab=${tab}
-                .place=${{...place, part: "guard"}}
-                .text=${transition.guard}
-                ?readonly=${readonly}
-                label=${t("Guard of {name}", {name: transition.name})}
-                hint=${t("always")}
-              ></hfsm-code-field>
+              ${codeField(about, {...place, part: "guard"}, transition.guard, {
+                label: t("Guard of {name}", {name: transition.name}),
+                hint: t("always"),
+              })}
               ${
                 transition.type === "condition"
                   ? html`<p class="explain">
@@ -101,16 +83,11 @@ export function transitionEditor(about) {
       ${priority(about, place, fields)}
       <div class="section code">
         <h3>${t("Code")} <span class="faint">${t("runs when it fires")}</span></h3>
-        <hfsm-code-field
-          class="fill"
-          data-part="fired"
-          .tab=${tab}
-          .place=${{...place, part: "fired"}}
-          .text=${transition.code}
-          ?readonly=${readonly}
-          label=${t("Code of the transition {name}", {name: transition.name})}
-          hint=${t("Runs once")}
-        ></hfsm-code-field>
+        ${codeField(about, {...place, part: "fired"}, transition.code, {
+          look: "fill",
+          label: t("Code of the transition {name}", {name: transition.name}),
+          hint: t("Runs once"),
+        })}
       </div>
     </div>`;
 }
@@ -145,70 +122,39 @@ function typeChoice(transition, fields, readonly) {
 }
 
 /** @param {About} about @param {Place} place */
-function trigger({tab, document, transition, readonly}, place) {
+function trigger(about, place) {
+  const {document, transition} = about;
+  const {type, name} = transition;
   const where = {...place, part: "trigger"};
-  switch (transition.type) {
-    case "finished":
-      return html`<p class="explain">${t("Fires when every automaton of its origin has reached a final state.")}</p>`;
-    case "time":
-      return html`<hfsm-text-field
-        class="section"
-        data-part="trigger"
-        kind="time"
-        label=${t("After")}
-        .tab=${tab}
-        .place=${where}
-        .text=${transition.trigger}
-        ?readonly=${readonly}
-        hint=${t("1 s, or 500 ms")}
-      ></hfsm-text-field>`;
-    case "event":
-      return html`<hfsm-text-field
-        class="section"
-        data-part="trigger"
-        label=${t("Event")}
-        .tab=${tab}
-        .place=${where}
-        .text=${transition.trigger}
-        ?readonly=${readonly}
-        .suggestions=${knownEvents(document, transition)}
-        hint=${t("its name")}
-      ></hfsm-text-field>`;
-    default:
-      return html`<div class="section">
-        <h3>${t("Condition")} <span class="faint">${t("an expression, or statements that return")}</span></h3>
-        <hfsm-code-field
-          class="grow"
-          wraps
-          data-part="trigger"
-          .tab=${tab}
-          .place=${where}
-          .text=${transition.trigger}
-          ?readonly=${readonly}
-          label=${t("Condition of {name}", {name: transition.name})}
-          hint=${t("never: write an expression")}
-        ></hfsm-code-field>
-      </div>`;
+  if (type === "finished")
+    return html`<p class="explain">${t("Fires when every automaton of its origin has reached a final state.")}</p>`;
+  if (type === "time")
+    return textField(about, where, transition.trigger, {kind: type, label: t("After"), hint: t("1 s, or 500 ms")});
+  if (type === "event") {
+    const suggestions = knownEvents(document, transition);
+    return textField(about, where, transition.trigger, {label: t("Event"), hint: t("its name"), suggestions});
   }
+  const [label, hint] = [t("Condition of {name}", {name}), t("never: write an expression")];
+  return html`<div class="section">
+    <h3>${t("Condition")} <span class="faint">${t("an expression, or statements that return")}</span></h3>
+    ${codeField(about, where, transition.trigger, {label, hint})}
+  </div>`;
 }
 
 /** @param {About} about @param {Place} place @param {Fields} fields */
-function priority({tab, automaton, transition, readonly}, place, fields) {
+function priority(about, place, fields) {
+  const {automaton, transition, readonly} = about;
   const order = outgoing(automaton.transitions.filter((each) => each.origin === transition.origin));
   const index = order.indexOf(transition);
   /** @param {number} step */
   const move = (step) => apply("reorderTransition", {...fields, index: index + step});
   return html`<div class="section inline">
-    <hfsm-text-field
-      data-part="priority"
-      kind="number"
-      label=${t("Priority")}
-      .tab=${tab}
-      .place=${{...place, part: "priority"}}
-      .text=${transition.priority}
-      ?readonly=${readonly}
-      hint=${t("not set")}
-    ></hfsm-text-field>
+    ${textField(about, {...place, part: "priority"}, transition.priority, {
+      look: "",
+      kind: "number",
+      label: t("Priority"),
+      hint: t("not set"),
+    })}
     ${
       order.length < 2
         ? html`<span class="faint">${t("the only transition out of its state")}</span>`
@@ -227,8 +173,7 @@ function priority({tab, automaton, transition, readonly}, place, fields) {
 /**
  * Names of events: declared ones, those that code sends, and triggers of other transitions.
  *
- * @param {OpenDocument} document
- * @param {Transition} shown
+ * @param {OpenDocument} document @param {Transition} shown
  */
 function knownEvents(document, shown) {
   const names = new Set(document.fields.events.map((each) => each.name));

@@ -24,43 +24,37 @@ class UndoSteps extends PageElement {
     if (!document) return html`<p class="empty">${t("No document is open.")}</p>`;
     const {undo, redo} = document;
     // The latest first: steps to redo, then the present, then steps to undo.
+    const steps = [
+      ...redo.toReversed().map(({name, revision}) => ({name, to: revision, title: t("Redo up to here")})),
+      ...undo.map(({name}, index) => ({
+        name,
+        to: undo[index - 1]?.revision,
+        title: index ? t("Undo to here") : t("The document as it is now"),
+      })),
+      {
+        name: undo.length >= 100 ? t("100 steps ago") : t("As it was opened"),
+        to: undo.at(-1)?.revision,
+        title: t("Undo everything"),
+      },
+    ];
+    const now = redo.length;
     return html`<div class="list-panel">
       <ol class="rows undo-steps" aria-label=${t("Steps, the latest first")} @keydown=${moveAmongRows}>
-        ${[...redo].reverse().map(
-          ({name, revision}) =>
-            html`<li>
-              <button type="button" class="row undone" @click=${() => this.#go(revision)} title=${t("Redo up to here")}>
-                <span class="message">${name}</span><span class="where">${t("undone")}</span>
-              </button>
-            </li>`,
-        )}
-        ${undo.map(
-          ({name}, index) =>
+        ${steps.map(
+          ({name, to, title}, index) =>
             html`<li>
               <button
                 type="button"
-                class="row"
-                aria-current=${index === 0 ? "step" : nothing}
-                @click=${() => this.#go(undo[index - 1]?.revision)}
-                title=${index === 0 ? t("The document as it is now") : t("Undo to here")}
+                class="row ${index < now ? "undone" : ""}"
+                aria-current=${index === now ? "step" : nothing}
+                @click=${() => this.#go(to)}
+                title=${title}
               >
-                <span class="message">${name}</span
-                >${index === 0 ? html`<span class="where">${t("now")}</span>` : nothing}
+                <span class="message ${index === steps.length - 1 ? "faint" : ""}">${name}</span
+                >${index <= now ? html`<span class="where">${index < now ? t("undone") : t("now")}</span>` : nothing}
               </button>
             </li>`,
         )}
-        <li>
-          <button
-            type="button"
-            class="row"
-            aria-current=${undo.length ? nothing : "step"}
-            @click=${() => this.#go(undo.at(-1)?.revision)}
-            title=${t("Undo everything")}
-          >
-            <span class="message faint">${undo.length >= 100 ? t("100 steps ago") : t("As it was opened")}</span
-            >${undo.length ? nothing : html`<span class="where">${t("now")}</span>`}
-          </button>
-        </li>
       </ol>
     </div>`;
   }

@@ -21,8 +21,7 @@ export class Carrying {
   #stop = new AbortController();
 
   /**
-   * @param {HfsmCanvas} canvas
-   * @param {ReadyState} ready
+   * @param {HfsmCanvas} canvas @param {ReadyState} ready
    * @param {PointerEvent & {currentTarget: HTMLElement}} event which pressed it
    * @param {{began: () => void, ended: (where?: Where) => void}} report `ended` gets where to draw it: anywhere when
    *   it was only clicked, and not at all when it was dropped elsewhere

@@ -40,11 +40,7 @@ export async function putOnShelf() {
     put(close);
   };
 
-  /**
-   * @param {keyof typeof asked} key
-   * @param {string} label
-   * @param {Close} close
-   */
+  /** @param {keyof typeof asked} key @param {string} label @param {Close} close */
   const field = (key, label, close) =>
     html`<div class="field">
       <label for="shelf-${key}">${label}</label

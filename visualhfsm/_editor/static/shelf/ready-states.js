@@ -103,9 +103,7 @@ export const canDraw = (canvas) => Boolean(page.document) && !canvas.readOnly;
 /**
  * Draw a ready state, and let its first parameter be typed; at a free place in the middle, if none is given.
  *
- * @param {HfsmCanvas} canvas
- * @param {ReadyState} ready
- * @param {Where} [where]
+ * @param {HfsmCanvas} canvas @param {ReadyState} ready @param {Where} [where]
  */
 export async function drawReady(canvas, ready, {point, after} = {}) {
   if (!canDraw(canvas)) {

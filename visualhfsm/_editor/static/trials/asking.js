@@ -61,19 +61,10 @@ export function duration(seconds) {
   return seconds < 5400 ? `${Math.round(seconds / 60)} min` : `${decimal(seconds / 3600, 1)} h`;
 }
 
-/**
- * The paths of the states of a document.
- *
- * @param {OpenDocument | undefined} document
- * @returns {string[]}
- */
+/** The paths of the states of a document. @param {OpenDocument | undefined} document @returns {string[]} */
 export const statePaths = (document) => [...statesByPath(document).keys()];
 
-/**
- * The first state of each path of a document.
- *
- * @param {OpenDocument | undefined} document
- */
+/** The first state of each path of a document. @param {OpenDocument | undefined} document */
 function statesByPath(document) {
   /** @type {Map<string, {automaton: number, id: number}>} */
   const found = new Map();

@@ -12,6 +12,7 @@ import {ask} from "../data/commands.js";
 import {PageElement} from "../data/element.js";
 import {icon} from "../kit/icons.js";
 import {offers, wordButton} from "../kit/buttons.js";
+import {tickBox} from "../kit/tick-box.js";
 import {monitor} from "../run/monitor.js";
 import {messageOf, notify} from "../kit/notices.js";
 import {page} from "../data/page.js";
@@ -97,14 +98,9 @@ class TestsPanel extends PageElement {
             ? html`<span class="faint">${covered(document, tests.passed, tests.code)}</span>`
             : nothing
         }
-        <label title=${t("Mark what tests passed on the canvas, and beside lines of code")}
-          ><input
-            type="checkbox"
-            .checked=${this.marks}
-            @change=${(/** @type {import("../data/element.js").From<HTMLInputElement>} */ {target}) => (this.marks = target.checked)}
-          />
-          ${t("On canvas and code")}</label
-        >
+        ${tickBox(t("On canvas and code"), this.marks, ({target}) => (this.marks = target.checked), {
+          title: t("Mark what tests passed on the canvas, and beside lines of code"),
+        })}
       </div>
       ${
         tests.outdated && tests.passed.length
