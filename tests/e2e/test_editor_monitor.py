@@ -198,6 +198,13 @@ def test_a_run_is_shown_on_the_canvas_in_the_tree_and_in_the_output(shown: Edito
     expect(output).to_have_text("Running")
 
 
+def test_a_run_that_writes_nothing_leaves_the_drawing_in_its_place(shown: EditorPage) -> None:
+    place = shown.middle_of("wait")
+    run(shown)
+    expect(shown.page.locator("main > hfsm-monitor-timeline")).to_be_visible()
+    shown.expect_at("wait", place)
+
+
 def test_output_that_was_opened_before_a_run_stays_open_while_it_is_empty(
     browser: Browser, served: tuple[ServedRobot, Editor]
 ) -> None:

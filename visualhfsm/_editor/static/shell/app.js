@@ -106,14 +106,15 @@ export class HfsmApp extends PageElement {
     this.strip = undefined;
     /** The tabs before the last change. @type {Set<number> | undefined} */
     this.knownTabs = undefined;
-    /** Whether a run opened what is below the canvas, its output. */
-    this.outputOpened = false;
     /** Resolves when the overlay of the canvas has loaded. @type {Promise<void> | undefined} */
     this.overlay = undefined;
   }
 
   /** Tags of the elements that were last requested beside and below the canvas; they may still be loading. */
   #wanted = {side: "", bottom: ""};
+
+  /** The tab with a run that is not followed yet: what it writes is shown. */
+  #starting = -1;
 
   get context() {
     return {app: this, canvas: this.canvas};
@@ -140,6 +141,7 @@ export class HfsmApp extends PageElement {
     });
     store.addEventListener("document", () => setTimeout(() => this.#loadLater(), UNHURRIED), {once: true});
     this.listen(store, "closed", ({detail}) => page.forget(detail.tab));
+    this.listen(outputLog, "lines", ({detail}) => this.#showOutput(detail));
     this.listen(store, "failure", ({detail}) => notifyError(detail.error));
     this.listen(
       /** @type {Target<{"hfsm-menu": Parameters<typeof import("./menu.js").showMenu>[0], tool: null}>} */ (
@@ -185,7 +187,6 @@ export class HfsmApp extends PageElement {
   /** Show an element below the canvas; an empty tag closes it. @param {string} tag */
   async showBottom(tag, {focuses = true} = {}) {
     this.#wanted.bottom = tag;
-    this.outputOpened = false;
     return holdKeys(async () => {
       const element = tag ? await this.#load(tag) : undefined;
       if ((tag && !element) || this.#wanted.bottom !== tag) return undefined;
@@ -227,16 +228,18 @@ export class HfsmApp extends PageElement {
     started.dismiss(tab);
     import("../run/spoken.js");
     if (dryRun) this.showLive("dryRun");
-    if (!this.#wanted.bottom) {
-      this.showBottom("hfsm-output", {focuses: false}); // what was selected can be edited meanwhile
-      this.outputOpened = true;
-    }
+    this.#starting = tab;
     const body = dryRun ? chosenBody() : "";
     const request = {tab, arguments: [...options, ...planned.argumentsFor(tab)], record, dryRun, body};
     const answer = await monitor.start(tab, () => askBy("start", tab, () => startBeside(request)));
-    if (answer === null && this.outputOpened) this.showBottom("");
     if (answer === undefined && store.online) this.#showErrors();
     if (answer?.recording) (await import("../run/documents.js")).awaitRecording(tab, answer.recording);
+  }
+
+  /** Show what a run writes while it starts, such as why it cannot. @param {{tab: number, lines: object[]}} written */
+  #showOutput({tab, lines}) {
+    if (tab !== this.#starting || !lines.length || this.#wanted.bottom) return;
+    this.showBottom("hfsm-output", {focuses: false}); // what was selected can be edited meanwhile
   }
 
   /** Show the errors of the document, for which no component was generated; they may not be known yet. */
@@ -575,10 +578,7 @@ export class HfsmApp extends PageElement {
   /** When the first component is followed, load the elements that show it. */
   async #monitored() {
     this.requestUpdate();
-    if (monitor.newest && this.outputOpened) {
-      this.outputOpened = false;
-      if (!outputLog.of(monitor.tab).length) this.showBottom("");
-    }
+    if (monitor.newest) this.#starting = -1;
     if (!monitor.component || this.strip) return;
     this.strip = Object.assign(/** @type {Panel} */ (document.createElement("hfsm-monitor-timeline")), {compact: true});
     const [whyNot] = await Promise.all([
