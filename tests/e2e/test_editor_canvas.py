@@ -192,6 +192,9 @@ def test_the_view_zooms_pans_and_goes_down_and_up(shown: EditorPage) -> None:
     shown.page.locator(".rename").fill("scarlet")
     shown.button("Up").click()  # while the name is still being typed
     shown.expect_states("followBall", "dance")
+    expect(shown.page.locator("hfsm-canvas :focus")).to_have_count(
+        1
+    )  # its button cannot be pressed at the top
     shown.state("followBall").dblclick()
     shown.expect_states("scarlet", "green")
     shown.press("Control+z")

@@ -44,7 +44,12 @@ addActions([
     icon: "up",
     keys: ["Backspace"],
     enabled: () => page.path.length > 1,
-    run: () => page.up(),
+    run: async ({app, canvas}) => {
+      page.up();
+      await app.updateComplete;
+      // Its button cannot be pressed at the top, and keys would go nowhere.
+      if (document.activeElement?.matches(":disabled")) canvas.focusSelected();
+    },
     hint: t("to the automaton above"),
   },
 
