@@ -38,6 +38,11 @@ class BackgroundCalls:
                 raise HardwareFailure(f"{operation}: the robot has not answered {MOST_CALLS} earlier calls")
             self._replies.append((operation, link.begin(operation, *arguments)))
 
+    def runs(self, operation: str) -> bool:
+        """Return whether a call of an operation is unanswered."""
+        with self._lock:
+            return any(name == operation and not reply.done for name, reply in self._replies)
+
     def tick(self, _link: CallLink) -> None:
         """Collect the answers that have arrived."""
         with self._lock:

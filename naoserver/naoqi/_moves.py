@@ -32,6 +32,7 @@ _FEW: Final = 4
 """Number of different speeds sent unchanged; more are rounded, because each needs its own call."""
 _STEP: Final = math.log(1.1)
 _HOLD_FRACTION: Final = 0.1
+_SLOWLY: Final = "ALMotion.stiffnessInterpolation"
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +62,10 @@ class NaoqiJoints:
         self._stiffnesses: CoalescingQueue[tuple[float, float]] = CoalescingQueue(
             "stiffness", connection, reporter, self._send_stiffnesses, lambda _change: False
         )
+        self._stiffening = threading.Lock()
+        self._in_doubt: dict[
+            str, float
+        ] = {}  # stiffnesses that were commanded while others were on their way
 
     def close(self) -> None:
         """Send the waiting commands, and end the threads."""
@@ -70,7 +75,16 @@ class NaoqiJoints:
     def forget(self) -> None:
         """Drop all commands not yet sent: the robot is lost."""
         self.orders.forget()
-        self._stiffnesses.forget()
+        with self._stiffening:
+            self._stiffnesses.forget()
+            self._in_doubt = {}
+
+    def tick(self, _link: CallLink) -> None:
+        """Set stiffnesses once more that were in doubt: NAOqi may have run their calls in any order."""
+        with self._stiffening:
+            if self._in_doubt and self._stiffnesses.idle and not self._calls.runs(_SLOWLY):
+                self._stiffnesses.post({joint: (value, 0.0) for joint, value in self._in_doubt.items()})
+                self._in_doubt = {}
 
     def command_positions(self, targets: Mapping[str, float], max_speeds: Mapping[str, float]) -> None:
         self._send({joint: (target, max_speeds[joint]) for joint, target in targets.items()})
@@ -88,7 +102,10 @@ class NaoqiJoints:
         self._send(ways)
 
     def command_stiffnesses(self, stiffnesses: Mapping[str, float], seconds: float) -> None:
-        self._stiffnesses.post({joint: (value, seconds) for joint, value in stiffnesses.items()})
+        with self._stiffening:
+            if self._in_doubt or self._calls.runs(_SLOWLY):
+                self._in_doubt.update(stiffnesses)
+            self._stiffnesses.post({joint: (value, seconds) for joint, value in stiffnesses.items()})
 
     def _send(self, ways: Mapping[str, tuple[float, float]]) -> None:
         orders = {}
@@ -103,7 +120,7 @@ class NaoqiJoints:
         slowly = {joint: change for joint, change in wanted.items() if change[1] > 0.0}
         if slowly:  # it answers when the last motor has arrived: the next change does not wait for that
             columns = ([[part] for part in column] for column in zip(*slowly.values(), strict=True))
-            self._calls.run("ALMotion.stiffnessInterpolation", list(slowly), *columns)
+            self._calls.run(_SLOWLY, list(slowly), *columns)
         if not at_once:
             return []
         return [link.begin("ALMotion.setStiffnesses", list(at_once), list(at_once.values()))]

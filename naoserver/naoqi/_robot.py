@@ -216,7 +216,8 @@ class NaoqiRobot:
         """Register the parts at the connection."""
         connection, questions = self._connection, (*self.walker.questions, self.postures.question)
         opened = (self._state, self.walker, self.postures, self._life, self._cameras, self.senses)
-        ticking = (self._state, *questions, self.postures, self.voice, self.loudspeaker, self._calls)
+        expression = (self.postures, self.voice, self.loudspeaker)
+        ticking = (self._state, *questions, *expression, self._calls, self._commands)
         connection.on_open.extend(part.open for part in (*opened, *questions))
         connection.on_tick.extend(part.tick for part in ticking)
         connection.on_lost.append(self._forget)

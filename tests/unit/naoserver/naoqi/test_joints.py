@@ -107,6 +107,18 @@ def test_stiffness_changes_at_once_or_slowly(naoqi):
         )
 
 
+def test_of_slow_changes_of_stiffness_that_overlap_the_newest_counts(naoqi):
+    slowly = "ALMotion.stiffnessInterpolation"
+    naoqi.held.add(slowly)
+    with naoqi.robot() as robot:
+        robot.command_stiffnesses({"HeadYaw": 1.0, "HeadPitch": 1.0}, 0.5)
+        robot.command_stiffnesses({"HeadYaw": 0.0}, 0.1)  # NAOqi may run the two in either order
+        naoqi.wait_for_call(slowly, 2)
+        assert naoqi.called("ALMotion.setStiffnesses") == []
+        naoqi.let_go(slowly)
+        assert naoqi.wait_for_call("ALMotion.setStiffnesses") == (["HeadYaw"], [0.0])
+
+
 def test_a_refusal_is_reported_once_and_the_next_command_goes_out(naoqi, caplog):
     def refuse(*_arguments):
         raise CallFailed("ALMotion::setAngles: the joint is hot")
