@@ -33,9 +33,7 @@ from zenoh_ice import WallClock
 
 try:
     from cyclonedds._clayer import ddspy_take, ddspy_write
-except (
-    ImportError
-):  # another version than the pinned one: bytes then take the package's way, ten times slower
+except ImportError:  # not the pinned version: bytes then take the package's way, ten times slower
     ddspy_take = ddspy_write = None
 
 _logger = logging.getLogger(__name__)
@@ -127,9 +125,8 @@ class Wire:
         self._ending = threading.Event()
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._inputs: list[_Input] = []
-        self._programs: dict[
-            int, str
-        ] = {}  # their names in the eyes of the guards, by the handles of writers
+        # Their names in the eyes of the guards, by the handles of writers.
+        self._programs: dict[int, str] = {}
         self._due = 0.0
         with self._joining():
             self._domain = Domain(int(found[1]), _CONFIGURATION)

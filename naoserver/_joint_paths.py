@@ -212,9 +212,8 @@ class JointPaths:
         with self._changed:
             for other in self.all():
                 if other._reported and other.joints <= path.joints:
-                    self._end(
-                        other
-                    )  # at once: nobody waits, and many may be begun while the time stands still
+                    # At once: nobody waits, and many may be begun while the time stands still.
+                    self._end(other)
             self._add(path)
             self._owners.update(dict.fromkeys(path.joints, path))
         path._reported = True

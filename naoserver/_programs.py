@@ -15,7 +15,7 @@ from typing import Final, TypeVar
 import msgspec
 import numpy as np
 
-from interfaces.nao import Severity
+from interfaces.nao import JointCommand, Severity
 from naoserver._effector_paths import POSITION, Waypoints, curves_along
 from naoserver._joint_paths import Path
 from naoserver._lasting_walk import LastingWalk
@@ -23,7 +23,7 @@ from naoserver._motions.routes import MotionRoute
 from naoserver._servants.moves import MOTION
 from naoserver.assembly import Assembly
 from naoserver.capabilities import STILL, Vector, WalkVelocity
-from naoserver.errors import CommandRefused, InvalidCommand, RobotError
+from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand, RobotError
 from naoserver.kinematics import kinematics_of, matrix_of
 from naoserver.robot import Robot
 from zenoh_ice import typed
@@ -182,6 +182,11 @@ class Programs:
         else:
             self._postures.go(posture, 1.0, client)
 
+    def damp(self, client: str) -> None:
+        """End what moves, for everybody, and crouch: limp it would fall, and it does not get up."""
+        self.end_motion()
+        self.go("Crouch", client)
+
     def stand(self, client: str) -> None:
         """Stand up; one that stands already begins nothing, so that it can walk at once."""
         if not self.posture().startswith("Stand") and not self._walk.active:
@@ -193,6 +198,12 @@ class Programs:
         self.assembly.gate.require(client)
         self.end_motion()
         self._body.stiffen({joint.name: 0.0 for joint in self._body.joints}, _LIMP_TIME, client=client)
+
+    def follow(self, commands: Mapping[str, JointCommand], client: str) -> dict[str, JointCommand]:
+        """Let joints follow commands with gains; return those that were limited. Raises RobotError."""
+        if (gains := self.assembly.gains) is None:
+            raise HardwareFailure("the motors of this robot take no gains by command")
+        return gains.command(commands, client)
 
     def reach(self, effector: str, places: Sequence[Vector], seconds: float, client: str) -> None:
         """Lead an effector through places in m in the root's frame, at even times, as near as its joints can.

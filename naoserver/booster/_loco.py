@@ -15,7 +15,7 @@ from interfaces.nao import ActionStatus, JointCommand
 from naoserver._programs import Codes, Operation, Programs, Refusal
 from naoserver._servants.moves import MOTION
 from naoserver.capabilities import STILL, WalkVelocity
-from naoserver.errors import HardwareFailure, InvalidCommand
+from naoserver.errors import InvalidCommand
 from naoserver.parts import Axis
 
 BAD_REQUEST: Final = 400
@@ -140,9 +140,8 @@ class Loco:
         programs, mode = self._programs, self._programs.read(body, _Mode).mode
         if mode not in _CONTROLS:
             raise Refusal(BAD_REQUEST, f"there is no mode {mode}")
-        if mode == DAMPING:  # limp it would fall, and it does not get up; what moves ends for everybody
-            programs.end_motion()
-            programs.go("Crouch", client)
+        if mode == DAMPING:
+            programs.damp(client)
         else:
             programs.assembly.gate.require(client)
             if CUSTOM in {mode, self._mode}:
@@ -255,10 +254,8 @@ class Loco:
         legs = commands.keys() & set(self._programs.robot.body.groups.legs)
         if commands and self._mode != CUSTOM and (legs or not self._upper_body):
             raise InvalidCommand("mode", f"joints are commanded in mode {CUSTOM}; this is {self._mode}")
-        if (gains := self._programs.assembly.gains) is None:
-            raise HardwareFailure("the motors of this robot take no gains by command")
         if commands:
-            gains.command(commands, client)
+            self._programs.follow(commands, client)
 
     # -- where it is -------------------------------------------------------------------------------------
 

@@ -92,11 +92,9 @@ class Joints:
         values = _COMMAND.unpack(data)
         if checksum(_COMMAND_IN_C.pack(*values[:-1])) != values[-1]:
             raise HardwareFailure("its checksum is wrong")
-        if (gains := self._programs.assembly.gains) is None:
-            raise HardwareFailure("the motors of this robot take no gains by command")
         motors = zip(self._names, range(2, len(values), 7), strict=False)
         on = {name: JointCommand(*values[at + 1 : at + 6]) for name, at in motors if values[at]}
-        return gains.command(on, client)
+        return self._programs.follow(on, client)
 
     def state(self) -> bytes:
         """Return the newest state, with its number and checksum."""

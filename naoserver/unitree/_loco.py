@@ -57,9 +57,8 @@ class Loco:
         programs, state = self._programs, number(self._programs, parameter)
         if state == LIMP:
             programs.go_limp(client)
-        elif state == DAMP:  # limp it would fall, and it does not get up; what moves ends for everybody
-            programs.end_motion()
-            programs.go("Crouch", client)
+        elif state == DAMP:
+            programs.damp(client)
         elif state == SQUAT or (state == SQUAT_OR_STAND and programs.posture() != "Crouch"):
             programs.go("Crouch", client)
         elif state in {STAND, WALK, LIE_TO_STAND, SQUAT_OR_STAND}:

@@ -6,38 +6,21 @@ import json
 
 import pytest
 
-from naoserver._programs import Programs
-from naoserver.assembly import Assembly
-from naoserver.bodies import find_body
 from naoserver.booster._loco import CODES, CUSTOM, DAMPING, WALKING, Loco
 from naoserver.kinematics import kinematics_of
-from naoserver.options import ServerOptions
-from naoserver_sim.robot import SimulatedRobot
-from naoserver_sim.world import load_world
-from zenoh_ice import VirtualClock
+from tests.support.simulated_programs import SimulatedPrograms
 
-STEP = 0.05
 MODE, MOVE, WAVE, HAND = 2000, 2001, 2005, 2009
 
 
-class Rig:
+class Rig(SimulatedPrograms):
     def __init__(self) -> None:
-        self.clock = VirtualClock()
-        self.robot = SimulatedRobot(clock=self.clock, body=find_body("T1"), world=load_world("empty"))
-        self.assembly = Assembly(self.robot, ServerOptions(), self.clock)
-        self.programs = Programs(self.robot, self.assembly, "Booster", CODES)
+        super().__init__("T1", "Booster", CODES)
         self.loco = Loco(self.programs)
 
     def call(self, operation, **body):
         answer = self.programs.answer(self.loco.operations, operation, json.dumps(body), "program")
         assert answer == (0, "")
-
-    def live(self, seconds, renew=lambda: None):
-        for _ in range(round(seconds / STEP)):
-            renew()
-            self.clock.advance(STEP)
-            self.programs.renew()
-            self.assembly.jobs[0].run()
 
     def angle(self, joint):
         return self.robot.read().positions[self.assembly.body.index(joint)]

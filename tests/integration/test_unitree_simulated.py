@@ -6,38 +6,21 @@ import json
 
 import pytest
 
-from naoserver._programs import Programs
-from naoserver.assembly import Assembly
-from naoserver.bodies import find_body
-from naoserver.options import ServerOptions
 from naoserver.unitree import _skills
 from naoserver.unitree._joints import Joints
 from naoserver.unitree._loco import CODES, Loco
-from naoserver_sim.robot import SimulatedRobot
-from naoserver_sim.world import load_world
-from zenoh_ice import VirtualClock
-
-STEP = 0.05
+from tests.support.simulated_programs import SimulatedPrograms
 
 
-class Rig:
+class Rig(SimulatedPrograms):
     def __init__(self) -> None:
-        self.clock = VirtualClock()
-        self.robot = SimulatedRobot(clock=self.clock, body=find_body("G1"), world=load_world("empty"))
-        self.assembly = Assembly(self.robot, ServerOptions(), self.clock)
-        self.programs = Programs(self.robot, self.assembly, "Unitree", CODES)
+        super().__init__("G1", "Unitree", CODES)
         self.loco, self.arm = Loco(self.programs).operations, _skills.arm(self.programs)
         self.joints = Joints(self.programs)
 
     def call(self, operation, value, service=None):
         parameter = json.dumps({"data": value} if isinstance(value, int) else value)
         assert self.programs.answer(service or self.loco, operation, parameter, "program") == (0, "")
-
-    def live(self, seconds):
-        for _ in range(round(seconds / STEP)):
-            self.clock.advance(STEP)
-            self.programs.renew()
-            self.assembly.jobs[0].run()
 
 
 @pytest.fixture
