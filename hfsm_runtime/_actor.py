@@ -11,7 +11,7 @@ from collections import OrderedDict, deque
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
-from enum import StrEnum
+from enum import IntEnum, StrEnum
 from typing import Any, Final
 
 from ._automaton import REQUIRED, Automaton, Event, State, Transition
@@ -33,6 +33,34 @@ class ChangeKind(StrEnum):
     """It resumes in the state that it remembered."""
     FINISHED = "finished"
     """It is in a final state, and runs no more cycles."""
+
+
+class Phase(IntEnum):
+    """How far an automaton has come in its current state; only `Tree` moves it on.
+
+    A ghost keeps its phase, and goes on from there when it is active again.
+    """
+
+    UNUSED = 0
+    """It has never been active, and entered no state yet."""
+    OWES_ENTRY = 1
+    """The entry code of the state is to run, from its beginning."""
+    OWES_ARGUMENTS = 2
+    """The entry code has run to its end; the inputs of the automata below are to be set."""
+    ENTERED = 3
+    """The entry is complete. No cycle of an active automaton ends so: the state begins."""
+    BEGUN = 4
+    """The timers count, and the automata below are awake; no observer has been asked whether to pause."""
+    SETTLED = 5
+    PAUSED = 6
+    """The next cycle continues the last one at the transitions, with the same events."""
+    PAUSED_AT_CODE = 7
+    """The next cycle continues the last one at the code of the state."""
+    FINISHED = 8
+    """The state is final, and no more cycles run."""
+
+
+_FINISHED: Final = Phase.FINISHED
 
 
 class DropReason(StrEnum):
@@ -81,28 +109,17 @@ class Actor:
     current: State = field(init=False)
     first: State | None = None
     """The state that it is to enter when it becomes active for the first time, instead of its initial one."""
+    phase: Phase = Phase.UNUSED
     active: bool = False
     """Whether every ancestor is in the state that owns the chain down to here: if not, it is a ghost."""
-    finished: bool = False
-    """Whether it has reached a final state."""
     activated: int = 0
     """When it last became active."""
     activations: int = 0
     """Number of times that it became active."""
     claimed: int = 0
     """The activation to which its running, or its last, cycle belongs."""
-    entered: int | None = None
-    """When it entered its current state; None before it was active for the first time."""
-    owed: bool = False
-    """Whether the entry code of the current state, or its arguments, have not run to their end yet."""
-    waking: bool = True
-    """Whether the automata below the current state have not been woken since it was entered."""
-    unseen: bool = True
-    """Whether the observers have not been notified yet that the current state was entered."""
-    cut: bool = False
-    """Whether the next cycle only continues where the last one paused, with the same events."""
-    code_first: bool = False
-    """Whether it continues at the code of the state."""
+    entered: int = 0
+    """When it entered its current state."""
     waited: int = 0
     """The active time in the current state up to `since`."""
     since: int | None = None
@@ -141,7 +158,16 @@ class Actor:
 
     def __post_init__(self) -> None:
         self.current = self.automaton.initial
-        self.owed = owes(self.current)
+
+    @property
+    def owed(self) -> bool:
+        """Whether the entry code of the current state, or its arguments, have not run to their end yet."""
+        return Phase.OWES_ENTRY <= self.phase <= Phase.OWES_ARGUMENTS
+
+    @property
+    def finished(self) -> bool:
+        """Whether it has reached a final state."""
+        return self.phase is _FINISHED
 
     @property
     def on_duty(self) -> bool:
@@ -151,7 +177,7 @@ class Actor:
     @property
     def awake(self) -> bool:
         """Whether the automata below the current state are active."""
-        return self.active and not (self.owed or self.waking or self.current.final)
+        return self.active and self.phase >= Phase.BEGUN and not self.current.final
 
     @property
     def below(self) -> tuple[Actor, ...]:
@@ -200,7 +226,6 @@ class Actor:
     def begin_in(self, state: State) -> None:
         """Make a state the first one to enter; call it before the start."""
         self.first = self.current = state
-        self.owed = owes(state)
 
     def adopt(self, automaton: Automaton) -> State | None:
         """Continue as another version of the automaton; return the state that it lost, if any.
@@ -219,19 +244,18 @@ class Actor:
         if self.last_transition not in {transition.id for transition in automaton.transitions}:
             self.last_transition = 0
         self.guards = {}
-        if found is not None and self.entered is not None:
+        former_phase = self.phase
+        if found is not None and former_phase is not Phase.UNUSED:
             self.current = found
-            self.finished = self.finished and found.final
+            if former_phase is Phase.FINISHED and not found.final:
+                self.phase = Phase.SETTLED
             return None
-        entered, self.entered = self.entered, None
+        self.phase = Phase.UNUSED
         self.current = automaton.initial
-        self.owed = owes(self.current)
-        self.waking = self.unseen = True
-        self.finished = self.code_first = False
         self.last_transition = 0
         self.waited = 0
         self.forced = None
-        return left if entered is not None else None
+        return left if former_phase is not Phase.UNUSED else None
 
     def chain(self) -> Iterator[Actor]:
         """Yield this automaton and those above it, up to the root."""
@@ -281,9 +305,16 @@ def _counterpart(state: State, automaton: Automaton) -> State | None:
     return same[0] if len(same) == 1 else None
 
 
-def owes(state: State) -> bool:
-    """Return whether there is anything to do at the entry into a state."""
-    return state.entry is not None or (state.arguments is not None and not state.final)
+def first_phase(state: State) -> Phase:
+    """Return the phase in which an automaton enters a state."""
+    if state.entry is not None:
+        return Phase.OWES_ENTRY
+    return phase_after_entry_code(state)
+
+
+def phase_after_entry_code(state: State) -> Phase:
+    """Return the phase of an automaton whose entry code has run to its end, or that has none."""
+    return Phase.ENTERED if state.arguments is None or state.final else Phase.OWES_ARGUMENTS
 
 
 def _grow(automaton: Automaton, parent: Actor | None, owner: State | None, depth: int) -> Iterator[Actor]:

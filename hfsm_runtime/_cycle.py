@@ -4,17 +4,27 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import Protocol
+from typing import Final, Protocol
 
 from ._automaton import REQUIRED, Arguments, Automaton, Event, State, Transition
 from ._variables import convert, functions_of
 from .errors import ArgumentError, ComponentStoppedError, CycleCutError, ValueTypeError
 from .source_map import PLACE, place_of_assignment
-from .tree import Actor, Tree
+from .tree import Actor, Phase, Tree
 
 
 class CycleEnded(Exception):
     """Raised by a supervisor to skip the rest of a cycle; it is no error."""
+
+
+# To find a member of an enumeration takes longer than all else that a cycle does with it.
+_ENTERED: Final = Phase.ENTERED
+_BEGUN: Final = Phase.BEGUN
+_SETTLED: Final = Phase.SETTLED
+_PAUSED_AT_CODE: Final = Phase.PAUSED_AT_CODE
+
+_ENDS_OF_CYCLES: Final = CycleEnded, CycleCutError, ComponentStoppedError
+"""What ends a cycle and not the component."""
 
 
 class Supervisor(Protocol):
@@ -34,6 +44,9 @@ class Supervisor(Protocol):
 
     def succeeded(self, actor: Actor) -> None:
         """Handle a cycle that was completed."""
+
+    def skipped(self, actor: Actor, transition: Transition) -> None:
+        """Handle the code of a transition that does not run, since exit code before it ended the cycle."""
 
     def not_handed_over(self, actor: Actor, late: list[Actor]) -> None:
         """Handle automata still in a cycle below a state that `actor` leaves."""
@@ -58,9 +71,11 @@ def run_cycle(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> Non
     try:
         _run_steps(tree, actor, now, supervisor)
         supervisor.succeeded(actor)
-    except (CycleEnded, CycleCutError, ComponentStoppedError):
+    except _ENDS_OF_CYCLES:
         pass
     finally:
+        if actor.phase is _ENTERED:  # a state that is current has begun, whatever ended the cycle
+            tree.enter(actor, _settled(actor, now, supervisor))
         actor.cycles += 1
         actor.last_cycle = time.perf_counter() - actor.began_wall
         actor.longest_cycle = max(actor.longest_cycle, actor.last_cycle)
@@ -75,29 +90,30 @@ def run_cycle(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> Non
 
 
 def _run_steps(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> None:
-    if actor.code_first:
-        actor.code_first = False
+    if actor.phase is _PAUSED_AT_CODE:
+        tree.settle(actor)
     else:
         if actor.unset:
             actor.unset = False
             _set_outputs(actor.automaton)
-        if actor.owed:
+        if actor.phase < _BEGUN:
             _enter(tree, actor, now, supervisor)
         _take_results(tree, actor, supervisor)
-        if actor.unseen and actor.on_duty and not actor.owed:
-            actor.unseen = False
-            if _pauses(tree, actor, None):
+        if actor.phase is not _SETTLED and actor.on_duty:
+            is_new = actor.phase is _BEGUN
+            tree.settle(actor)
+            if is_new and _pauses(tree, actor, None):
                 tree.suspend(actor, code_first=False)
                 return
         if not actor.current.final:
             transition = _first_that_holds(tree, actor, now, supervisor)
             if transition is not None and _fire(tree, actor, transition, now, supervisor):
-                actor.unseen = False
+                tree.settle(actor)
                 _take_results(tree, actor, supervisor)
                 if _pauses(tree, actor, transition):
                     tree.suspend(actor, code_first=True)
                     return
-    runs_on = actor.on_duty and not actor.owed
+    runs_on = actor.on_duty
     if runs_on and not actor.current.final and actor.current.code is not None:
         tree.decide(actor, now)  # nobody has to wait for the code, but who takes its outputs
         _call(tree, actor, actor.current.code, supervisor)
@@ -167,25 +183,40 @@ def _fire(tree: Tree, actor: Actor, transition: Transition, now: int, supervisor
     for observer in tree.observers:
         observer.fired(actor, transition, now)
     try:
-        late = tree.wait_for_cycles(actor, supervisor.hand_over)
-        if late:
-            supervisor.not_handed_over(actor, late)
-        for left, state in _left_for_good(actor):
-            if state.exit is not None:
-                _call(tree, left, state.exit, supervisor)
+        try:
+            late = tree.wait_for_cycles(actor, supervisor.hand_over)
+            if late:
+                supervisor.not_handed_over(actor, late)
+        finally:
+            _run_exit_code(tree, actor, supervisor)
+    except CycleEnded:
+        if transition.code is not None:
+            supervisor.skipped(actor, transition)
+        raise
     finally:  # once the automata below have stopped, the state changes whatever its exit code does
         changed = tree.change(actor, transition, now)
     if not changed:
         return False
-    try:
-        if transition.code is not None:
-            _call(tree, actor, _bound(actor, transition, transition.code), supervisor)
-    finally:
-        if not actor.owed:
-            tree.enter(actor, _settled(actor, now, supervisor))
-    if actor.owed:
-        _enter(tree, actor, now, supervisor)
+    if transition.code is not None:
+        _call(tree, actor, _bound(actor, transition, transition.code), supervisor)
+    _enter(tree, actor, now, supervisor)
     return actor.on_duty
+
+
+def _run_exit_code(tree: Tree, actor: Actor, supervisor: Supervisor) -> None:
+    """Run the exit code of all that is left, whatever fails in between; then end the cycle as the first did.
+
+    What ends the component comes before what only ends a cycle.
+    """
+    ends: list[BaseException] = []
+    for left, state in _left_for_good(actor):
+        if state.exit is not None:
+            try:
+                _call(tree, left, state.exit, supervisor)
+            except BaseException as end:  # noqa: BLE001 - raised below
+                ends.append(end)
+    if ends:
+        raise min(ends, key=lambda end: isinstance(end, _ENDS_OF_CYCLES))
 
 
 def _enter(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> None:
@@ -193,10 +224,12 @@ def _enter(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> None:
     state = actor.current
     if not actor.on_duty:
         return
-    if state.entry is not None:
-        _call(tree, actor, state.entry, supervisor)
+    if actor.phase is Phase.OWES_ENTRY:
+        if state.entry is not None:  # a reload may have taken it away
+            _call(tree, actor, state.entry, supervisor)
+        tree.end_entry_code(actor)
     arguments = state.arguments
-    if arguments is not None and not state.final:
+    if actor.phase is Phase.OWES_ARGUMENTS and arguments is not None:
         _call(tree, actor, lambda: hand_over(state, arguments()), supervisor)
     tree.enter(actor, _settled(actor, now, supervisor))
 
@@ -211,9 +244,9 @@ def _settled(actor: Actor, now: int, supervisor: Supervisor) -> int:
 def _left_for_good(actor: Actor) -> list[tuple[Actor, State]]:
     """Return the states whose exit code runs when an automaton leaves its state, in this order."""
     left: list[tuple[Actor, State]] = []
-    if actor.current.restart and not actor.waking:  # if not woken since, they have left already
+    if actor.current.restart and actor.phase >= Phase.BEGUN:  # if not woken since, they have left already
         for child in actor.below:
-            if child.entered is not None and not child.owed and not child.finished:
+            if Phase.ENTERED <= child.phase < Phase.FINISHED:
                 left += _left_for_good(child)
     left.append((actor, actor.current))
     return left

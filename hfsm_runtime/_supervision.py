@@ -24,7 +24,7 @@ from zenoh_ice.exceptions import (
 from zenoh_ice.text import printable
 
 from ._advice import explain
-from ._automaton import Event
+from ._automaton import Event, Transition
 from ._cycle import CycleEnded
 from ._limits import RuntimeLimits
 from ._timeline import Timeline
@@ -123,8 +123,8 @@ class Supervision(Observer):
         self._logged: dict[tuple[int, int, str], tuple[float, int]] = {}
         self._without_server = _Outage()
         self._refused = _Outage()
-        self._hardware_failures: dict[Actor, int] = {}
-        """Cycles in a row that ended because hardware failed."""
+        self._hardware_failures: dict[Actor, tuple[int, int]] = {}
+        """Cycles in a row in which hardware failed: how many, and the number of the last one."""
         self._dropped: set[tuple[int, int, str]] = set()
         """Dropped events: the automaton, its state, and the event with the reason."""
         tree.observers.append(self)
@@ -180,12 +180,12 @@ class Supervision(Observer):
         self._record(actor, location, message)
         place = f" at {location}" if location else ""
         self._log_seldom(actor, location, f"{_place(actor)}: {message}{place}", error)
+        is_late = isinstance(error, HardwareFailedException) and self._may_be_late(actor)
+        if isinstance(error, HardwareFailedException):
+            self._hardware_failures[actor] = self._failures_before(actor) + 1, actor.cycles
         if self.on_error is OnError.STOP:
-            if isinstance(error, HardwareFailedException):
-                late = self._may_be_late(actor)
-                self._hardware_failures[actor] = self._hardware_failures.get(actor, 0) + 1
-                if late:
-                    raise CycleEnded from error
+            if is_late:
+                raise CycleEnded from error
             self._log.error("the component halts; `onerror` continue would ignore the error")
             self._halt()
             raise CycleEnded from error
@@ -216,7 +216,7 @@ class Supervision(Observer):
 
     def succeeded(self, actor: Actor) -> None:
         """End the outages that a completed cycle has recovered from."""
-        if self._hardware_failures:
+        if self._hardware_failures and self._hardware_failures.get(actor, (0, -1))[1] != actor.cycles:
             self._hardware_failures.pop(actor, None)
         if self._refused:
             with self._lock:
@@ -228,6 +228,15 @@ class Supervision(Observer):
                 seconds = self._without_server.recovered(actor)
                 if seconds is not None:
                     self._log.warning("the server is back after %.1f s", seconds)
+
+    def skipped(self, actor: Actor, transition: Transition) -> None:
+        """Report the code of a transition that does not run."""
+        name = transition.name or transition.id
+        self._log.warning(
+            "%s: the code of the transition %s does not run, since exit code before it ended the cycle",
+            _place(actor),
+            name,
+        )
 
     def not_handed_over(self, actor: Actor, late: list[Actor]) -> None:
         """Report automata still in a cycle below a state that was left."""
@@ -259,7 +268,12 @@ class Supervision(Observer):
 
     def _may_be_late(self, actor: Actor) -> bool:
         """Return whether hardware fails in too few cycles in a row, with this one, for an error."""
-        return self._hardware_failures.get(actor, 0) + 1 < _HARDWARE_FAILURES
+        return self._failures_before(actor) + 1 < _HARDWARE_FAILURES
+
+    def _failures_before(self, actor: Actor) -> int:
+        """Return in how many cycles in a row, before this one, hardware failed."""
+        failures, cycle = self._hardware_failures.get(actor, (0, -1))
+        return failures - (cycle == actor.cycles)
 
     def _wait(self, outage: _Outage, actor: Actor, location: str, message: str, what: str) -> None:
         with self._lock:

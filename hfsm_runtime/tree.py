@@ -8,16 +8,22 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Mapping
+from typing import Final
 
 import msgspec
 
-from ._actor import CAPACITY, Actor, ChangeKind, DropReason, grow, owes
+from ._actor import CAPACITY, Actor, ChangeKind, DropReason, Phase, first_phase, grow, phase_after_entry_code
 from ._automaton import REFUSED, Arguments, Automaton, Event, State, Transition
 from ._timeline import slot_from
 from .errors import UnknownElementError
 from .observer import Observer
 
-__all__ = ["Actor", "ChangeKind", "DropReason", "Replaced", "Tree", "grow"]
+__all__ = ["Actor", "ChangeKind", "DropReason", "Phase", "Replaced", "Tree", "grow"]
+
+
+# As in `_cycle`.
+_PAUSED: Final = Phase.PAUSED
+_FINISHED: Final = Phase.FINISHED
 
 
 class Replaced(msgspec.Struct, frozen=True):
@@ -91,10 +97,13 @@ class Tree:
     def refuse(self, actor: Actor, why: str) -> bool:
         """Let the nearest state that waits for `REFUSED`, from an automaton up, hear it before other events.
 
-        Returns false when none waits for it.
+        Returns false when none waits for it, and in a cycle that has outlived its activation.
         """
         with self.lock:
-            waiting = next(filter(_waits_for_refusal, actor.chain()), None) if actor.on_duty else None
+            runs = next(
+                (each for each in actor.chain() if each.in_cycle), actor
+            )  # exit code runs in that above
+            waiting = next(filter(_waits_for_refusal, actor.chain()), None) if runs.on_duty else None
             if waiting is not None:
                 waiting.events.refusal = Event(REFUSED, why)
             return waiting is not None
@@ -136,14 +145,13 @@ class Tree:
         """
         with self.lock:
             stepping, actor.stepping = actor.stepping, False
-            if not actor.active or actor.finished or (self.held and not stepping):
+            if not actor.active or actor.phase is _FINISHED or (self.held and not stepping):
                 return False
             actor.began_wall = time.perf_counter()
             actor.in_cycle, actor.in_step = True, stepping
             actor.claimed = actor.activations
-            if not actor.cut:
+            if actor.phase < _PAUSED:
                 actor.events.due = len(actor.events.waiting)
-            actor.cut = False
             return True
 
     def end_cycle(self, actor: Actor) -> None:
@@ -206,15 +214,27 @@ class Tree:
         """
         with self.lock:
             if actor.claimed == actor.activations:
-                actor.owed = False
+                actor.phase = Phase.ENTERED
                 if actor.active:
-                    self._settle(actor, now)
+                    self._begin_state(actor, now)
+
+    def end_entry_code(self, actor: Actor) -> None:
+        """Note that the entry code of the current state has run to its end, and does not run again."""
+        with self.lock:
+            if actor.claimed == actor.activations:
+                actor.phase = phase_after_entry_code(actor.current)
+
+    def settle(self, actor: Actor) -> None:
+        """Note that the observers know of the current state, or that a cycle goes on where one paused."""
+        with self.lock:
+            if actor.on_duty:
+                actor.phase = Phase.SETTLED
 
     def finish(self, actor: Actor, now: int) -> None:
         """Mark an automaton as finished."""
         with self.lock:
             if actor.on_duty and not actor.finished:
-                actor.finished = True
+                actor.phase = Phase.FINISHED
                 self._changed(now, actor, ChangeKind.FINISHED)
                 self._drop_all(actor, DropReason.FINISHED, now)
 
@@ -240,7 +260,8 @@ class Tree:
     def suspend(self, actor: Actor, *, code_first: bool) -> None:
         """Let the next cycle continue where this one pauses: at the state's code, or at the transitions."""
         with self.lock:
-            actor.cut, actor.code_first = True, code_first
+            if actor.on_duty:
+                actor.phase = Phase.PAUSED_AT_CODE if code_first else Phase.PAUSED
 
     def wait_for_gap(self, timeout: float) -> bool:
         """Wait, under the lock, for a moment without any cycle, which lasts as long as the lock is kept.
@@ -294,8 +315,8 @@ class Tree:
             elif actor in restarted:
                 self._begin_outputs(actor)
                 self._set(actor, actor.automaton.initial, now)
-                if not actor.owed:
-                    self._settle(actor, now)
+                if actor.phase is Phase.ENTERED:
+                    self._begin_state(actor, now)
         return Replaced(gone, tuple(displaced))
 
     def _begin(self, actor: Actor, now: int) -> None:
@@ -303,8 +324,7 @@ class Tree:
         if actor.active:
             return
         restarts = actor.finished or (actor.owner is not None and actor.owner.restart)
-        if actor.entered is None or restarts:
-            actor.finished = False
+        if actor.phase is Phase.UNUSED or restarts:
             actor.forced = None
             self._activate(actor, now, initial=True)
         else:
@@ -322,19 +342,17 @@ class Tree:
             self._set(actor, first or actor.automaton.initial, now)
         else:
             self._changed(now, actor, ChangeKind.RESUMED)
-        if actor.owed:
-            return
-        if actor.waking:
-            self._settle(actor, now)
-        else:
+        if actor.phase is Phase.ENTERED:
+            self._begin_state(actor, now)
+        elif actor.phase >= Phase.BEGUN:
             actor.since = now
             for child in actor.below:
                 if not actor.current.final and not child.active:
                     self._activate(child, now)
 
-    def _settle(self, actor: Actor, now: int) -> None:
+    def _begin_state(self, actor: Actor, now: int) -> None:
         actor.since = now
-        actor.waking = False
+        actor.phase = Phase.BEGUN
         if not actor.current.final:
             for child in actor.below:
                 self._begin(child, now)
@@ -344,7 +362,9 @@ class Tree:
             return
         for child in actor.below:
             self._deactivate(child, now)
-        actor.active = actor.cut = actor.code_first = False
+        actor.active = False
+        if actor.phase in (Phase.PAUSED, Phase.PAUSED_AT_CODE):
+            actor.phase = Phase.SETTLED
         actor.events.refusal = None
         actor.waited = actor.active_time(now)
         actor.since = None
@@ -374,9 +394,7 @@ class Tree:
         actor.events.refusal = None  # it was for the state that is left
         actor.current = state
         actor.entered = now
-        actor.owed = owes(state)
-        actor.waking = actor.unseen = True
-        actor.cut = actor.code_first = False
+        actor.phase = first_phase(state)
         actor.waited = 0
         actor.since = None
         actor.guards = {}

@@ -10,7 +10,7 @@ from interfaces.hfsm import Explanation, TransitionExplanation
 from .._automaton import Transition
 from .._timeline import Timeline
 from .._variables import short_repr, values_of
-from ..tree import Actor, Tree
+from ..tree import Actor, Phase, Tree
 from ._expressions import values_in
 
 _SECOND: Final = 1e9
@@ -122,7 +122,7 @@ def _summary(actor: Actor, reasons: list[TransitionExplanation], *, paused: bool
     by = next((t for t in actor.automaton.transitions if t.id == actor.last_transition), None)
     entered = f", entered by {_name_of(actor, by)}" if by is not None else ""
     spent = f"{actor.active_time(now) / _SECOND:.2f} s"
-    if actor.entered is None:
+    if actor.phase is Phase.UNUSED:
         parts.append(f"{name} has not run yet: {_above(actor)}.")
     elif actor.parent is not None and not actor.active:
         parts.append(f"{name} is a ghost in {state}: {_above(actor)}. It has been active there for {spent}.")

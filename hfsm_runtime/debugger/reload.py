@@ -27,7 +27,7 @@ from ..component import Component, make_automata, parameters_of, proxies_of, sou
 from ..errors import ComponentError, ReloadRefusedError
 from ..loading import has_own_builtins, load_module
 from ..source_map import locate
-from ..tree import Actor, Replaced, Tree, grow
+from ..tree import Actor, Phase, Replaced, Tree, grow
 from ._expressions import plain
 
 
@@ -50,7 +50,7 @@ class Reloading:
         """
         with self._alone():
             run = self._run
-            if run.tree.root.entered is None or run.ended.is_set():
+            if run.tree.root.phase is Phase.UNUSED or run.ended.is_set():
                 raise ReloadRefusedError("the component does not run")
             former = type(run.component)
             with _loaded_again(former, Path(source_of(run.component))) as loaded:
@@ -151,7 +151,7 @@ class Replacement:
                     )
                     self.not_kept.append(text)
         _share_attributes(self._former, self.component)
-        began = {actor for actor in tree.actors if actor.entered is not None}
+        began = {actor for actor in tree.actors if actor.phase is not Phase.UNUSED}
         replaced = tree.replace(self.actors, now)
         for actor in replaced.gone:
             where = f", which was in {actor.current.name}" if actor in began else ""

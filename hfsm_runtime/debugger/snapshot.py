@@ -111,7 +111,7 @@ def _snapshot(actor: Actor, now: int) -> hfsm.AutomatonSnapshot:
         ghost=actor.parent is not None and not actor.active,  # the root is none, not even before it starts
         finished=actor.finished,
         lastTransition=actor.last_transition,
-        enteredAt=(actor.entered or 0) / 1e9,
+        enteredAt=actor.entered / 1e9,
         timers=[
             hfsm.TimerSnapshot(transition=transition.id, remaining=max(0, transition.delay - waited) / 1e9)
             for transition in actor.automaton.outgoing(actor.current)

@@ -38,6 +38,9 @@ class Supervisor:
     def succeeded(self, run: Actor) -> None:
         pass
 
+    def skipped(self, run: Actor, transition: Transition) -> None:
+        raise AssertionError(transition)
+
     def not_handed_over(self, run: Actor, late: list[Actor]) -> None:
         raise AssertionError(late)
 

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from hfsm_runtime import Automaton, State, Transition, VirtualRun
+from hfsm_runtime._actor import Phase
 from hfsm_runtime._timeline import Timeline
 from hfsm_runtime.debugger._explanation import explain
 from interfaces.hfsm import Explanation
@@ -189,7 +190,7 @@ def test_a_ghost_says_which_automaton_above_is_elsewhere() -> None:
 def test_an_automaton_that_waits_for_entry_code_says_so() -> None:
     explained = Explained(automaton(when(1, lambda: True), when(2, lambda: True, 2, 1), entry=lambda: None))
     explained.run.advance(0.1)
-    explained.run.tree.root.owed = True
+    explained.run.tree.root.phase = Phase.OWES_ENTRY
     assert explained.reasons() == ["it is not tried before the entry code of the state has run to its end"]
 
 
