@@ -24,7 +24,14 @@ from .._recording.run import MONITOR, START, restore_random
 from .._timeline import slot_after
 from ..component import Component, parameters_of, ros_of
 from ..debugger.reload import Replacement, first_values_of
-from ..errors import ComponentError, ComponentStoppedError, CycleCutError, OnError, OnRefused
+from ..errors import (
+    ComponentError,
+    ComponentStoppedError,
+    CycleCutError,
+    OnError,
+    OnRefused,
+    describe,
+)
 from ..observer import Observer
 from ..tree import Actor, ChangeKind, Tree
 from ..virtual._run import VirtualRun
@@ -237,18 +244,18 @@ class Replay(Observer):
         """Let code run until it waits or ends, and report what ends it."""
         try:
             self._go(code, answer)
-        except ReplayError:
+        except (ReplayError, KeyboardInterrupt):
             raise
-        except SystemExit:
+        except Exception as error:
+            if code.context.startswith("automaton "):
+                raise ReplayError(f"{code.context} cannot be replayed: {describe(error)}") from error
+            self.notes.append(f"a callback failed: {describe(error)}")
+        except BaseException as end:  # noqa: BLE001 - as on threads, it ends the component
             self.notes.append(
-                f"the code of {code.context} ended the component at {self.now() / _SECOND:.3f} s"
+                f"the code of {code.context} ended the component at {self.now() / _SECOND:.3f} s: "
+                f"{describe(end)}"
             )
             self.virtual.request_stop()
-        except BaseException as error:
-            problem = f"{type(error).__name__}: {error}"
-            if not isinstance(error, Exception) or code.context.startswith("automaton "):
-                raise ReplayError(f"{code.context} cannot be replayed: {problem}") from error
-            self.notes.append(f"a callback failed: {problem}")
 
     def _answer_to(self, code: Code, record: Record | None) -> Record | None:
         """Return what code waits for: this record, or a later one; None if there is none."""

@@ -18,7 +18,7 @@ from .._supervision import UNAVAILABLE
 from .._variables import values_of
 from ..component import Component, parameters_of, source_of
 from ..debugger.reload import Reloading
-from ..errors import OnRefused
+from ..errors import OnRefused, describe
 from ..source_map import locate
 from ..tree import Actor, Replaced
 from ._guards import GuardTable, path_of
@@ -110,16 +110,19 @@ class Execution(VirtualRun):
         """Run all cycles that fall due in the next `seconds`, the end included.
 
         Raises BehaviorFailed when user code raises an exception and no `on_error` was given, and when it
-        calls `sys.exit`, which ends the component and stops the robot.
+        calls `sys.exit`, or raises what is no Exception, which ends the component and stops the robot.
         """
         try:
             self._run_cycles(seconds)
-        except SystemExit as end:
+        except (Exception, KeyboardInterrupt):
+            raise
+        except BaseException as end:
             location = locate(end, source_of(self.component))
             self._crashed(self.running or self.tree.root, end)
             stop_robot(self.component)
+            what = f"sys.exit({end.code!r})" if isinstance(end, SystemExit) else describe(end)
             raise BehaviorFailed(
-                f"sys.exit({end.code!r}) ends the component"
+                f"{what} ends the component"
                 + (f"\n  at {location}" if location else "")
                 + f"\n{self.timeline}"
             ) from end

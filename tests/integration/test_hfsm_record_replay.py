@@ -35,6 +35,7 @@ from interfaces.jderobot import CommandRefusedException, ImageProviderPrx
 from interfaces.nao import HeadLimits, HeadPose, PoseHead, PoseHeadPrx
 from tests.support.carriers import COLLOCATED, everywhere, is_used
 from tests.support.examples import examples
+from tests.support.fast_clock import FastClock
 from tests.support.image_servant import ImageI, image
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
 from tests.support.robot_server import eventually
@@ -90,24 +91,6 @@ class HeadI(PoseHead):
     def pose(self) -> HeadPose:
         number = self._random.random
         return HeadPose(number(), number(), number(), number(), number())
-
-
-class FastClock:
-    """Wall time, thirty times as fast. What this module imports as `time` is recorded, so it is kept here."""
-
-    rate = 30.0
-    simulated = True
-    _monotonic = staticmethod(time.monotonic)
-    _sleep = staticmethod(time.sleep)
-
-    def now(self) -> float:
-        return self._monotonic() * self.rate
-
-    def sleep(self, seconds: float) -> None:
-        self._sleep(max(0.0, seconds) / self.rate)
-
-    def wait(self, event: threading.Event, timeout: float) -> bool:
-        return event.wait(max(0.0, timeout) / self.rate)
 
 
 @pytest.fixture

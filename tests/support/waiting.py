@@ -20,12 +20,12 @@ at_once: Final = pytest.mark.timeout(FOREVER / 4)
 """A test in which something that is to end at once may wait FOREVER: it fails before that."""
 
 
-def until(condition: Callable[[], object], limit: float = EVENT_LIMIT) -> None:
-    """Poll until a condition holds."""
+def until(condition: Callable[[], object], limit: float = EVENT_LIMIT, *, step: float = 0.005) -> None:
+    """Poll until a condition holds, every `step` s."""
     deadline = time.monotonic() + limit
     while not condition():
         assert time.monotonic() < deadline, "it did not come true in time"
-        time.sleep(0.005)
+        time.sleep(step)
 
 
 def listened(publisher: Publisher[Any], limit: float) -> bool:
