@@ -174,7 +174,7 @@ class RoutedCaller:
         except BaseException:  # an interrupt, too
             calls.give_up(target, number)
             raise
-        if named:
+        if named and outcome[0]:  # a refused one may not have been read
             calls.heard(target, named)
         return outcome
 
@@ -190,7 +190,7 @@ class RoutedCaller:
             # Before others may take another route: they are to name it.
             if isinstance(outcome, NoAnswer):
                 calls.give_up(target, number)
-            elif named:
+            elif named and not isinstance(outcome, SystemException) and outcome[0]:
                 calls.heard(target, named)
             calls.end(target, number)
             done(outcome)
@@ -198,7 +198,8 @@ class RoutedCaller:
         try:
             attachment, named = calls.attach(target, number, self._fingerprint, self.timeout)
             cancel = self._network.begin(payload, attachment, end)
-        except BaseException:
+        except BaseException:  # an interrupt, too
+            calls.give_up(target, number)
             calls.end(target, number)
             raise
 
