@@ -5,8 +5,8 @@ and so does every other call to their target meanwhile, behind them.
 
 A call that ended without an answer may still be on its way: in a process or a router that stood still, or in
 what a broken link left behind. It would be executed after calls that its client made later, such as a stop.
-So every call names those to the same target that its client gave up before, until one that named them was
-answered; servants do not begin them any more.
+So every call names those to the same target that its client gave up before, until one that named them has
+returned a value: a refused one may not have been read. Servants do not begin them any more.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ class OwnCalls:
                 self._given_up[target] = (*known, number)[-MOST_GIVEN_UP:]
 
     def heard(self, target: Target, named: tuple[int, ...]) -> None:
-        """Note that a call was answered that named some calls as given up."""
+        """Note that a call has returned a value that named some calls as given up."""
         with self._lock:
             left = tuple(each for each in self._given_up.get(target, ()) if each not in named)
             if left:

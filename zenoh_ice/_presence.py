@@ -8,7 +8,7 @@ import math
 import threading
 import time
 from collections import ChainMap, deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from typing import Any, Final, NamedTuple
 
@@ -481,9 +481,9 @@ class ClientWatch:
             late = [client for client, looks in self._without_token.items() if looks >= self._token_looks]
             for client in late:
                 del self._without_token[client]
-        for client in late:
-            if client not in self.present:
-                self._lose(client)
+            begins = self._lose(client for client in late if client not in self.present)
+        if begins:
+            self._submit(self._report_next)
 
     def _on_token(self, key: str, came: bool) -> None:  # on the transport's thread
         client = parse_client_token(key)
@@ -494,22 +494,26 @@ class ClientWatch:
                 "this is %s: install the same version on both sides",
                 own_version(),
             )
-        if came and client and len(self.present) < _MOST_CLIENTS:
-            self.present.setdefault(client, key)
-            self._gone.pop(client, None)
-        elif not came and self.present.get(client) == key:
-            del self.present[client]
-            self._lose(client)
-
-    def _lose(self, client: str) -> None:
+        begins = False
         with self._lock:
+            if came and client and len(self.present) < _MOST_CLIENTS:
+                self.present.setdefault(client, key)
+                self._gone.pop(client, None)
+            elif not came and self.present.get(client) == key:
+                del self.present[client]
+                begins = self._lose([client])
+        if begins:
+            self._submit(self._report_next)
+
+    def _lose(self, clients: Iterable[str]) -> bool:
+        """Note clients as lost; return whether to begin to report them. Needs the lock: a token may come."""
+        reporting = bool(self._lost)
+        for client in clients:
             self._gone[client] = None
             if len(self._gone) > _MOST_LOST:
                 del self._gone[next(iter(self._gone))]
             self._lost.append(client)
-            start = len(self._lost) == 1
-        if start:
-            self._submit(self._report_next)
+        return not reporting and bool(self._lost)
 
     def _report_next(self) -> None:
         try:

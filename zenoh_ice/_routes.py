@@ -8,6 +8,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Container
 from typing import Any, Final, Protocol
+from weakref import WeakValueDictionary, ref
 
 from ._local.channels import Channels, NotSent, Outgoing
 from ._local.server import local_space
@@ -16,7 +17,7 @@ from ._token_keys import FORMAT, parse_servant_token
 from .exceptions import SystemException
 from .interface import Operation
 from .limits import LIMITS, Limits
-from .transport import NoAnswer, Outcome, Target
+from .transport import NoAnswer, Outcome, Registration, Target
 
 _MOST_SERVERS: Final = 256
 _MOST_TOKENS: Final = 64  # of one target
@@ -66,16 +67,20 @@ class Route:
 
 
 class Routes:
-    """The routes to the targets that a process calls, and its channels to other processes of its machine."""
+    """The routes to the targets that a process calls, and its channels to other processes of its machine.
+
+    A route exists as long as somebody uses it: targets come and go.
+    """
 
     def __init__(
-        self, watch: Callable[[str, Callable[[str, bool], object]], object], limits: Limits = LIMITS
+        self, watch: Callable[[str, Callable[[str, bool], object]], Registration], limits: Limits = LIMITS
     ) -> None:
         self._limits: Final = limits
         self._watch: Final = watch
         self._space: Final = local_space()
         self._lock: Final = threading.Lock()
-        self._routes: Final[dict[Target, Route]] = {}
+        self._routes: Final[WeakValueDictionary[Target, Route]] = WeakValueDictionary()
+        self._watches: Final[dict[ref[Route], Registration]] = {}
         self._channels: Final[dict[str, Channels]] = {}  # by server
         self._closed = False
 
@@ -85,7 +90,19 @@ class Routes:
             if (known := self._routes.get(target)) is not None:
                 return known
             route = self._routes[target] = Route(self.channels)
-        self._watch(f"@servant/{target.prefix}/**", route.on_token)
+        used = ref(route)
+
+        def note(key: str, came: bool) -> None:
+            if (told := used()) is not None:
+                told.on_token(key, came)
+
+        watch = self._watch(f"@servant/{target.prefix}/**", note)
+        with self._lock:
+            self._watches[used] = watch
+            # Only here: a route may end anywhere, whatever locks are held there.
+            unused = [self._watches.pop(each) for each in tuple(self._watches) if each() is None]
+        for each in unused:
+            each.close()
         return route
 
     def channels(self, server: str, address: str) -> Channels | None:
@@ -174,7 +191,7 @@ class RoutedCaller:
         except BaseException:  # an interrupt, too
             calls.give_up(target, number)
             raise
-        if named:
+        if named and outcome[0]:  # a refused one may not have been read
             calls.heard(target, named)
         return outcome
 
@@ -190,7 +207,7 @@ class RoutedCaller:
             # Before others may take another route: they are to name it.
             if isinstance(outcome, NoAnswer):
                 calls.give_up(target, number)
-            elif named:
+            elif named and not isinstance(outcome, SystemException) and outcome[0]:
                 calls.heard(target, named)
             calls.end(target, number)
             done(outcome)
@@ -198,7 +215,8 @@ class RoutedCaller:
         try:
             attachment, named = calls.attach(target, number, self._fingerprint, self.timeout)
             cancel = self._network.begin(payload, attachment, end)
-        except BaseException:
+        except BaseException:  # an interrupt, too
+            calls.give_up(target, number)
             calls.end(target, number)
             raise
 

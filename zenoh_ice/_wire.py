@@ -31,7 +31,7 @@ from .exceptions import (
     UserException,
     ZenohIceError,
 )
-from .text import cut, encodable, printable
+from .text import cut, encodable, printable, text_of
 
 ATTACHMENT_LIMIT: Final = 2048  # bytes; ours has some 100, and 5 more for each call that was given up
 MOST_GIVEN_UP: Final = 256
@@ -139,10 +139,7 @@ _codecs: Final[WeakKeyDictionary[type[UserException], Codec[Any]]] = WeakKeyDict
 
 def unknown_exception(error: BaseException) -> UnknownException:
     """Return the reply for an exception that the operation does not declare."""
-    try:
-        text = str(error)
-    except Exception as problem:  # noqa: BLE001 - __str__ is the user's own code, too
-        text = f"its text failed with {type(problem).__name__}"
+    text = text_of(error)
     name = error.ice_type_id if isinstance(error, UserException) else type(error).__name__
     return UnknownException(cut(f"{name}: {text}" if text else name))
 

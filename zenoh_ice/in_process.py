@@ -122,7 +122,12 @@ class InProcessTransport:
             self._watchers.append(watcher)
             for token in [token for token in self._tokens if token.startswith(prefix)]:
                 changed(token, True)
-        return Registration(partial(self._watchers.remove, watcher))
+
+        def close() -> None:
+            with self._lock:  # while tokens are reported, none may be passed over
+                self._watchers.remove(watcher)
+
+        return Registration(close)
 
     def notify(self, token: str, came: bool) -> None:
         """Report a token that appeared or disappeared to the watchers."""

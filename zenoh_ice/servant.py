@@ -267,16 +267,9 @@ class ServedObject:
         about, turn = NO_ATTACHMENT, self._turn
         try:
             method = self._methods.get(name)
-            if method is None:
-                raise OperationNotExistException(
-                    f"{self.target.identity}, a {self._interface.type_id}, has no operation {name!r}"
-                )
-            # Sizes first, before anything is even copied.
-            if payload is not None and len(payload) > method.limit:
-                raise too_large(len(payload), method.limit, f"{method.what}: request")
-            data = _NO_ARGUMENTS if payload is None else bytes(payload)
+            # First, whatever refuses this call: those that its client gave up are not to begin after it.
             if attachment is not None:
-                if method.frozen:
+                if method is None or method.frozen:
                     self._hear(attachment)
                 else:
                     if len(attachment) > ATTACHMENT_LIMIT:
@@ -284,6 +277,14 @@ class ServedObject:
                     about = read_attachment(bytes(attachment))
                     if about.given_up:
                         self._communicator.given_up.hear(about)
+            if method is None:
+                raise OperationNotExistException(
+                    f"{self.target.identity}, a {self._interface.type_id}, has no operation {name!r}"
+                )
+            # The size before anything is copied.
+            if payload is not None and len(payload) > method.limit:
+                raise too_large(len(payload), method.limit, f"{method.what}: request")
+            data = _NO_ARGUMENTS if payload is None else bytes(payload)
             call = _Call(self, method, data, about, reply, time.monotonic(), ended)
             with turn.lock:
                 if self._withdrawn:
@@ -371,7 +372,7 @@ class ServedObject:
                 communicator.pool.submit(partial(following.served._run, following), following.method.kind)
 
     def _hear(self, attachment: Buffer) -> None:
-        """Note what the attachment of a frozen call says of other calls, if it can be read."""
+        """Note what the attachment of a frozen or an unknown call says of other calls, if it can be read."""
         with suppress(MarshalException):
             about = decode_attachment(attachment)
             if about.given_up:

@@ -26,6 +26,14 @@ def printable(text: str, longest: int = LONGEST_TEXT) -> str:
     return short if short.isprintable() else "".join(c if c.isprintable() else " " for c in short)
 
 
+def text_of(error: BaseException) -> str:
+    """Return the text of an exception, whose `__str__` is user code, too, and may fail."""
+    try:
+        return str(error)
+    except BaseException as problem:  # noqa: BLE001
+        return f"its text failed with {type(problem).__name__}"
+
+
 def without_source(error: Exception) -> str:
     """Return the text of a Zenoh error without the places in its sources, which do not help a user."""
     return re.sub(r" at /\S+\.rs:\d+\.?", "", str(error))

@@ -15,6 +15,8 @@ from concurrent.futures import TimeoutError as FutureTimeoutError
 from enum import IntEnum
 from typing import Any, Final
 
+from zenoh_ice.text import text_of
+
 from ._endpoint import Endpoint
 from ._graph import Sender
 from ._node import Node
@@ -112,13 +114,15 @@ class ActionClient:
             )
             try:
                 accepted = response.result(timeout).accepted
-            except FutureTimeoutError as error:
+            except BaseException as error:  # an interrupt, too
                 response.add_done_callback(functools.partial(self._cancel_late, sent))
-                raise CallTimeoutError(f"{self.name}: no response within {timeout:g} s") from error
+                if isinstance(error, FutureTimeoutError):
+                    raise CallTimeoutError(f"{self.name}: no response within {timeout:g} s") from error
+                raise
             if not accepted:
                 raise GoalRejectedError(f"{self.name}: the server rejects the goal")
             sent.follow(self._result.call_async(goal_id={"uuid": sent.id}))
-        except RosError:
+        except BaseException:
             self.forget(sent)
             raise
         return sent
@@ -255,7 +259,7 @@ class ActionServer:
     """Executes the goals of an action, each in its own thread.
 
     `execute(goal)` returns the result, a message or a mapping of its fields; it raises Canceled once it has
-    stopped a cancelled goal, and Aborted if it fails.
+    stopped a cancelled goal, and Aborted if it fails. Whatever else it raises aborts the goal, and is logged.
     """
 
     def __init__(
@@ -345,27 +349,34 @@ class ActionServer:
         return {"accepted": True, "stamp": stamp}
 
     def _carry_out(self, goal: ServerGoal) -> None:
+        """Execute a goal and end it, whatever is raised: not even SystemExit leaves its client waiting."""
         self._set(goal, Status.EXECUTING)
+        try:
+            status, message = self._outcome(goal)
+        except BaseException:
+            _logger.exception("%s: carrying out a goal failed", self.name)
+            status, message = Status.ABORTED, self.node.types.make(f"{self.type_name}_Result")
+        with self._lock:
+            self._threads.discard(threading.current_thread())
+        goal.result.set_result({"status": int(status), "result": message})
+        self._set(goal, status)
+
+    def _outcome(self, goal: ServerGoal) -> tuple[Status, Any]:
+        """Execute a goal; return how it ends and its result.
+
+        Raises what user code raises, and MessageError for what is no result.
+        """
         status, result = Status.SUCCEEDED, None
         try:
             result = self._execute(goal)
         except Canceled as canceled:
             status, result = Status.CANCELED, canceled.result
         except Aborted as aborted:
-            _logger.warning("%s: a goal is aborted: %s", self.name, aborted)
+            _logger.warning("%s: a goal is aborted: %s", self.name, text_of(aborted))
             status, result = Status.ABORTED, aborted.result
-        except Exception:
-            _logger.exception("%s: carrying out a goal failed", self.name)
-            status = Status.ABORTED
-        try:
-            message = self.node.types.coerce(f"{self.type_name}_Result", result)
-        except RosError:
-            _logger.exception("%s: this is no result", self.name)
-            status, message = Status.ABORTED, self.node.types.make(f"{self.type_name}_Result")
-        with self._lock:
-            self._threads.discard(threading.current_thread())
-        goal.result.set_result({"status": int(status), "result": message})
-        self._set(goal, status)
+        message = self.node.types.coerce(f"{self.type_name}_Result", result)
+        self.node.types.encode(message)  # now: later, its client would get neither a result nor a status
+        return status, message
 
     def _on_cancel(self, request: Any) -> object:  # noqa: ANN401
         """Cancel the goal with an id, and those up to a time; all if neither is given."""

@@ -1,7 +1,8 @@
 """A ROS 2 node over a Zenoh session: publishers, subscriptions, services and their clients.
 
 Nodes and all their parts are thread-safe. Callbacks run on the node's threads, one at a time for each
-subscription and service.
+subscription and service. Whatever they raise, SystemExit included, is logged; who waits for them gets an
+error, and the next message, request or goal is handled.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import secrets
 import threading
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
+from contextlib import ExitStack
 from typing import Any, Final, Self, TypeVar
 
 import zenoh
@@ -211,8 +213,9 @@ class Node:
     ) -> Service:
         """Serve a service: the handler gets each request, `with_sender` also its `Sender`.
 
-        It returns the response: a message, a mapping of its fields, or a Future of either. Requests of more
-        than `largest` bytes are refused. An urgent service, such as a stop, has a separate thread.
+        It returns the response: a message, a mapping of its fields, or a Future of either. What it raises is
+        logged, and its client gets CallError. Requests of more than `largest` bytes are refused. An urgent
+        service, such as a stop, has a separate thread.
         """
         entity = self._endpoint("SS", type_name, service, QoS())
         served = Service(self, entity, handler, largest, urgent=urgent, with_sender=with_sender)
@@ -225,12 +228,13 @@ class Node:
                 return
             self._closed = True
             closers = [*self._closers.values()]
-        for close in reversed(closers):
-            close()
-        self._token.undeclare()
-        if self._graph is not None:
-            self._graph.close()
-        self._end()
+        with ExitStack() as steps:  # all, the last first, whatever they raise
+            steps.callback(self._end)
+            if self._graph is not None:
+                steps.callback(self._graph.close)
+            steps.callback(self._token.undeclare)
+            for close in closers:
+                steps.callback(close)
 
     # For the objects that it creates
 

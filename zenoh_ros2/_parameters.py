@@ -10,6 +10,8 @@ from typing import Any, Final
 
 import numpy as np
 
+from zenoh_ice.text import encodable, text_of
+
 from ._node import Node
 from ._wire import QoS
 from .exceptions import MessageError, RosError
@@ -134,7 +136,10 @@ class Parameters:
             if known.on_change is not None:
                 known.on_change(value)
         except ValueError as error:
-            return f"{name}: {error}"
+            return f"{name}: {text_of(error)}"
+        except BaseException as error:  # as in the handler of a service
+            _logger.exception("parameter %s: its change failed", name)
+            return f"{name}: its change failed: {type(error).__name__}: {text_of(error)}"
         known.value = value
         self._publish("changed_parameters", name, value)
         return ""
@@ -146,24 +151,24 @@ class Parameters:
                 known, value, why = self._check(each)
                 if not why and known is not None and value is not None:
                     why = self._apply(each.name, known, value)
-            results.append({"successful": not why, "reason": why})
+            results.append({"successful": not why, "reason": encodable(why)})
         return {"results": results}
 
     def _set_atomically(self, request: Any) -> object:  # noqa: ANN401
         with self._lock:
             checked = [(each.name, *self._check(each)) for each in request.parameters]
             why = next((why for *_, why in checked if why), "")
-            done: list[tuple[str, _Parameter, Value]] = []
-            for name, known, value, _ in checked:
-                if why or known is None or value is None:
-                    break
-                before = known.present
+            wanted = [  # with the values before any change: reading one may fail
+                (name, known, value, known.present)
+                for name, known, value, _ in checked
+                if not why and known is not None and value is not None
+            ]
+            for count, (name, known, value, _) in enumerate(wanted):
                 if why := self._apply(name, known, value):
-                    for earlier, parameter, old in reversed(done):
-                        self._apply(earlier, parameter, old)
+                    for earlier, parameter, _, before in reversed(wanted[:count]):
+                        self._apply(earlier, parameter, before)
                     break
-                done.append((name, known, before))
-        return {"result": {"successful": not why, "reason": why}}
+        return {"result": {"successful": not why, "reason": encodable(why)}}
 
     def _get(self, request: Any) -> object:  # noqa: ANN401
         with self._lock:

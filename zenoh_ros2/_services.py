@@ -16,7 +16,7 @@ from typing import Any, Final, NamedTuple
 import zenoh
 from zenoh.handlers import Callback
 
-from zenoh_ice.text import printable
+from zenoh_ice.text import encodable, printable, text_of
 
 from ._codec import LARGEST_MESSAGE
 from ._endpoint import Endpoint, Handler, Owner, attachment_of, bytes_of
@@ -184,7 +184,7 @@ class Service(Endpoint):
         self._largest: Final = min(largest, node.types.largest(f"{entity.type_name}_Request"))
         self._refusals: Final = Refusals(self.name, "a malformed request is refused")
         self._own: Final = make_pool(1, f"{self.name} callbacks") if urgent else None
-        self._line: Final = Line(self._own or node.workers, _MOST_REQUESTS, self._handle)
+        self._line: Final = Line(self.name, self._own or node.workers, _MOST_REQUESTS, self._handle)
         for humble, key in self._keys.items():
             receive = Callback(partial(self._receive, humble), indirect=False)
             self._declared.append(node.session.declare_queryable(key, receive, complete=True))
@@ -234,7 +234,7 @@ class Service(Endpoint):
 
     def _refuse(self, query: zenoh.Query, why: str) -> None:
         try:
-            query.reply_err(why.encode())
+            query.reply_err(encodable(why).encode())
         except zenoh.ZError as error:  # the client is gone
             _logger.debug("%s: %s", self.name, error)
         finally:
@@ -252,9 +252,8 @@ class Service(Endpoint):
             if self._with_sender:
                 given = (message, Sender(self.others, request.attachment.gid))
             response = self._handler(*given)
-        except Exception as error:
-            _logger.exception("%s: its handler failed", self.name)
-            self._refuse(request.query, f"the handler failed: {type(error).__name__}: {error}")
+        except BaseException as error:  # noqa: BLE001 - logged, and answered
+            self._fail(request, error)
             return
         if isinstance(response, Future):
             response.add_done_callback(lambda done: self._answer_future(request, done))
@@ -262,10 +261,17 @@ class Service(Endpoint):
             self._answer(request, response)
 
     def _answer_future(self, request: _Request, done: Future[Any]) -> None:
-        if done.cancelled() or done.exception() is not None:
-            self._refuse(request.query, str(done.exception() if not done.cancelled() else "it was cancelled"))
+        if done.cancelled():
+            self._refuse(request.query, "it was cancelled")
+        elif (error := done.exception()) is not None:
+            self._fail(request, error)
         else:
             self._answer(request, done.result())
+
+    def _fail(self, request: _Request, error: BaseException) -> None:
+        """Log what a handler raised, and refuse its request: not even SystemExit leaves a client waiting."""
+        _logger.error("%s: its handler failed", self.name, exc_info=error)
+        self._refuse(request.query, f"the handler failed: {type(error).__name__}: {text_of(error)}")
 
     def _answer(self, request: _Request, response: object) -> None:
         name = f"{self.type_name}_Response"
@@ -274,6 +280,9 @@ class Service(Endpoint):
         except MessageError as error:
             _logger.error("%s: its handler returned what is no response: %s", self.name, error)
             self._refuse(request.query, str(error))
+            return
+        except BaseException as error:  # noqa: BLE001 - a response may be an object of user code
+            self._fail(request, error)
             return
         asked = request.attachment
         try:

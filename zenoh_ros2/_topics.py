@@ -114,8 +114,8 @@ class Subscription(Endpoint):
         self._with_sender: Final = with_sender
         self._largest: Final = min(largest, node.types.largest(entity.type_name))
         self._refusals: Final = Refusals(self.name, "a malformed message is dropped")
-        self._received_line: Final = Line(node.receiving, entity.qos.queue, self._decode)
-        self._line: Final = Line(node.workers, entity.qos.queue, self._deliver)
+        self._received_line: Final = Line(self.name, node.receiving, entity.qos.queue, self._decode)
+        self._line: Final = Line(self.name, node.workers, entity.qos.queue, self._deliver)
         self._changed: Final = threading.Condition()
         self._newest: Sample[Any] | None = None
         self._received = 0

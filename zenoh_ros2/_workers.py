@@ -34,7 +34,9 @@ def make_pool(size: int, name: str) -> Pool:
 class Line(Generic[_T]):
     """What waits for one subscription or service, to be handled one after another."""
 
-    def __init__(self, pool: Pool, most: int, handle: Callable[[_T], object]) -> None:
+    def __init__(self, name: str, pool: Pool, most: int, handle: Callable[[_T], object]) -> None:
+        """Let a pool handle what is put, of which at most some wait; the name is for the log."""
+        self._name: Final = name
         self._pool: Final = pool
         self._most: Final = most
         self._handle: Final = handle
@@ -58,8 +60,8 @@ class Line(Generic[_T]):
             item = self._waiting.popleft()
         try:
             self._handle(item)
-        except Exception:
-            _logger.exception("%s: a callback failed", threading.current_thread().name)
+        except BaseException:  # not even SystemExit may keep the next one waiting
+            _logger.exception("%s: a callback failed", self._name)
         with self._lock:
             self._running = bool(self._waiting)
         if self._running:

@@ -5,15 +5,17 @@ Messages are encoded and decoded as on the wire, immediately and on the calling 
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from typing import Any, Final, TypeVar
 
 from zenoh_ice import Sample
-from zenoh_ros2 import CallTimeoutError, GoalRejectedError, QoS, RosError, Status, Types
+from zenoh_ros2 import CallError, CallTimeoutError, GoalRejectedError, QoS, RosError, Status, Types
 
 from ..component import Ros
+from ..errors import describe
 from .errors import UnknownName, says_it_all
 
 __tracebackhide__ = says_it_all
@@ -21,6 +23,8 @@ __tracebackhide__ = says_it_all
 _T = TypeVar("_T", "Topic", "Service", "Action")
 Called = Callable[[str, dict[str, Any], object, Exception | None], object]
 Answer = Callable[[Any], object]
+
+_logger = logging.getLogger(__name__)
 
 
 class FakeRos:
@@ -52,7 +56,8 @@ class FakeRos:
     def service(self, name: str, answer: Answer | None = None) -> Service:
         """Return a service of the behavior; an `answer` is its response from now on.
 
-        The answer is a function of the request that returns a response or a mapping of its fields.
+        The answer is a function of the request that returns a response or a mapping of its fields. If it
+        raises an exception, the call fails as at a real server: with CallError, or the RosError that it is.
         """
         found = self._find(Service, name)
         found.answer = answer or found.answer
@@ -169,7 +174,7 @@ class Service(_Used):
             arrived = self.arrived("_Request", request)
             if not self._ros.stand_ins:
                 self.requests.append(arrived)
-            response = self.arrived("_Response", self.answer(arrived))
+            response = self.arrived("_Response", _served(self.name, self.answer, arrived))
         except RosError as raised:
             error = raised
             raise
@@ -199,13 +204,18 @@ class Action(_Used):
         """Accept a goal; the test carries it out."""
         sent = FakeGoal(self._ros, self, self.arrived("_Goal", goal))
         error: RosError | None = None
-        if not self._ros.wait(lambda: self.accept is not None, timeout):
-            error = CallTimeoutError(f"{self.name}: no server within {timeout:g} s: take it by ros.action()")
-        elif self.accept is not None and not self.accept(sent.request):
-            error = GoalRejectedError(f"{self.name}: the goal was rejected")
-        self._ros.called(f"{self.name}.send", _fields(goal), None, error)
-        if error is not None:
-            raise error
+        try:
+            if not self._ros.wait(lambda: self.accept is not None, timeout):
+                raise CallTimeoutError(
+                    f"{self.name}: no server within {timeout:g} s: take it by ros.action()"
+                )
+            if self.accept is not None and not _served(self.name, self.accept, sent.request):
+                raise GoalRejectedError(f"{self.name}: the goal was rejected")
+        except RosError as raised:
+            error = raised
+            raise
+        finally:
+            self._ros.called(f"{self.name}.send", _fields(goal), None, error)
         if self._ros.stand_ins:
             sent.succeed()
         else:
@@ -260,6 +270,20 @@ class FakeGoal:
 
 _KINDS: Final[Mapping[str, type[Topic | Service | Action]]] = {"service": Service, "action": Action}
 """What is no topic."""
+
+
+def _served(name: str, serve: Callable[[Any], object], sent: object) -> object:
+    """Return what a function of the test makes of a message; if it fails, so does the call, as at a server.
+
+    What ends the code that waits, or the test, passes.
+    """
+    try:
+        return serve(sent)
+    except RosError:
+        raise
+    except (Exception, SystemExit) as error:
+        _logger.error("%s: its handler failed", name, exc_info=error)
+        raise CallError(f"{name}: the handler failed: {describe(error)}") from error
 
 
 def _fields(message: Any) -> dict[str, Any]:  # noqa: ANN401

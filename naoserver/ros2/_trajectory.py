@@ -408,6 +408,8 @@ class TrajectoryTopic:
                 _logger.debug("a trajectory of a topic: %s", error)
             except (TrajectoryError, UserException, SystemException) as error:
                 self._refuse(str(error))
+            except BaseException:  # nothing may end the thread: it follows the next one, too
+                _logger.exception("a trajectory of a topic failed")
             finally:
                 self._follower.release(order)
 

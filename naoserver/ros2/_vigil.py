@@ -78,6 +78,9 @@ class Vigil:
         except (UserException, SystemException) as error:  # refused, or the server is gone
             _logger.warning("what a topic set in motion cannot be watched: %s", error)
             return False
+        except BaseException:  # nothing may end the thread: it watches over the others, too
+            _logger.exception("what a topic set in motion is watched no more")
+            return False
 
 
 @dataclass(slots=True)

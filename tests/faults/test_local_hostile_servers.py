@@ -43,7 +43,7 @@ from zenoh_ice._memory import Arena, Extent
 from zenoh_ice._pool import Pool
 from zenoh_ice._routes import Routes
 from zenoh_ice.limits import Limits
-from zenoh_ice.transport import NoAnswer, Outcome, Target
+from zenoh_ice.transport import NoAnswer, Outcome, Registration, Target
 
 TARGET = Target("nao", "Calculator")
 LIMIT = 1 << 20
@@ -309,7 +309,7 @@ def test_a_call_that_waits_ends_when_its_server_is_lost() -> None:
         outcomes.put(raised.value.broken)
 
     with fake_server(behave) as address:
-        routes = Routes(lambda pattern, changed: None)
+        routes = Routes(lambda pattern, changed: Registration(lambda: None))
         found = routes.channels(SERVER, address)
         assert found is not None
         known = found

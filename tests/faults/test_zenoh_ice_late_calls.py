@@ -18,7 +18,7 @@ import pytest
 
 from tests.conftest import Pair
 from tests.support.attachments import encode_call_attachment
-from tests.support.carriers import NETWORK, cut_local_connections, over_both
+from tests.support.carriers import NETWORK, cut_local_connections, everywhere, over_both
 from tests.support.gripper import GRIPPER as INTERFACE
 from tests.support.gripper import GripperI, GripperPrx
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER, START_LIMIT
@@ -26,10 +26,17 @@ from tests.support.relay import Relay
 from tests.support.soak import repeated
 from tests.support.stranger import Stranger, stranger
 from tests.support.waiting import until
-from zenoh_ice import Communicator, ConnectionLostException, Current, SystemException, TimeoutException
+from zenoh_ice import (
+    BusyException,
+    Communicator,
+    ConnectionLostException,
+    Current,
+    SystemException,
+    TimeoutException,
+)
 from zenoh_ice._pool import Job, Kind
 from zenoh_ice._token_keys import servant_token
-from zenoh_ice._wire import ERROR_ENCODING, Attachment, decode_attachment, decode_error
+from zenoh_ice._wire import ERROR_ENCODING, Attachment, decode_attachment, decode_error, encode_error
 from zenoh_ice._zenoh.transport import ZenohTransport
 from zenoh_ice.transport import Buffer, Ended, Reply, Target
 
@@ -48,6 +55,7 @@ class Recorder:
     def __init__(self) -> None:
         self.calls: list[Attachment] = []
         self.answers = True
+        self.refuses = False
 
     def admit(
         self,
@@ -59,6 +67,8 @@ class Recorder:
     ) -> Job:
         assert attachment is not None
         self.calls.append(decode_attachment(attachment))
+        if self.refuses:
+            return Kind(), partial(reply, False, encode_error(BusyException("not read")))
         return Kind(), partial(reply, True, NOTHING) if self.answers else lambda: None
 
 
@@ -112,6 +122,28 @@ class TestClient:
         assert third.given_up == (first.sequence, second.sequence)
         assert (first.given_up, fourth.given_up) == ((), ())
 
+    @everywhere
+    @pytest.mark.parametrize(
+        "call", [GripperPrx.stop, lambda gripper: gripper.stop.begin().result(EVENT_LIMIT)]
+    )
+    def test_a_call_that_is_refused_may_not_have_been_read(
+        self, pair: Pair, recorder: Recorder, call: Callable[[GripperPrx], None]
+    ) -> None:
+        gripper = GripperPrx.checkedCast(pair.client.stringToProxy("Gripper"))
+        recorder.calls.clear()
+        recorder.answers = False
+        give_up_by_limit(gripper)
+        until(lambda: recorder.calls)
+        recorder.answers = recorder.refuses = True
+        with pytest.raises(BusyException):
+            call(gripper)
+        recorder.refuses = False
+        call(gripper)
+        call(gripper)
+        first, *named, last = recorder.calls
+        assert {each.given_up for each in named} == {(first.sequence,)}
+        assert last.given_up == ()
+
     @over_both
     def test_calls_of_another_target_name_none_of_them(self, pair: Pair, recorder: Recorder) -> None:
         servant = GripperI()
@@ -141,10 +173,19 @@ class TestServer:
             until(lambda: client.ask("nao/Gripper/ice_ping", NOTHING, None))
             yield client
 
-    def ask(self, client: Stranger, operation: str, number: int, *given_up: int, who: str = "abc") -> Any:
+    def ask(
+        self,
+        client: Stranger,
+        operation: str,
+        number: int,
+        *given_up: int,
+        who: str = "abc",
+        payload: bytes = NOTHING,
+    ) -> Any:
         """Call with a number, naming others; return the exception that was answered, None for a result."""
         attachment = encode_call_attachment(INTERFACE.fingerprint, number, who, 0.0, given_up)
-        payload = b"\x81\xa8position\xcb" + bytes(8) if operation == "move" else NOTHING
+        if operation == "move":
+            payload = b"\x81\xa8position\xcb" + bytes(8)
         (reply,) = client.ask(f"nao/Gripper/{operation}", payload, attachment)
         if reply.ok is not None:
             return None
@@ -162,6 +203,16 @@ class TestServer:
         assert self.ask(client, "move", 8) is None  # by another thread, say, which still waits for it
         assert self.ask(client, "move", 7, who="def") is None
         assert len(servant.moved) == 2
+
+    @pytest.mark.parametrize(
+        ("operation", "payload"), [("dance", NOTHING), ("who", bytes(2 << 20)), ("who", b"\xc1")]
+    )
+    def test_a_call_that_is_refused_names_it_all_the_same(
+        self, client: Stranger, servant: GripperI, operation: str, payload: bytes
+    ) -> None:
+        assert isinstance(self.ask(client, operation, 9, 7, payload=payload), SystemException)
+        assert isinstance(self.ask(client, "move", 7), TimeoutException)
+        assert servant.moved == []
 
     def test_a_stop_is_executed_all_the_same(self, client: Stranger, servant: GripperI) -> None:
         assert self.ask(client, "who", 9, 7) is None

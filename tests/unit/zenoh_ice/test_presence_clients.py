@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import threading
 from collections import deque
 from collections.abc import Callable
 from contextlib import closing
+from typing import Final
 
 import pytest
 
@@ -115,6 +117,35 @@ def test_a_client_whose_token_comes_after_its_call_is_not_lost(
     for _ in range(round(3.0 / PULSE_PERIOD)):
         watched.look()
     run(jobs)
+
+
+class LateToken(dict[str, str]):
+    """The clients that are present; when somebody looks, another thread brings a token, if it may."""
+
+    def __init__(self, bring: Callable[[], object]) -> None:
+        super().__init__()
+        self.bringing: Final = threading.Thread(target=bring)
+
+    def __contains__(self, client: object) -> bool:
+        found = super().__contains__(client)
+        self.bringing.start()
+        self.bringing.join(0.2)  # in which it comes, unless it has to wait
+        return found
+
+
+def test_a_client_whose_token_comes_in_the_moment_of_a_look_is_not_lost(
+    transport: InProcessTransport, watch: Watch, jobs: Jobs, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    watched = watch(lambda _: None)
+    watched.called("a")
+    for _ in range(round(2.0 / PULSE_PERIOD) - 1):
+        watched.look()
+    present = LateToken(lambda: transport.notify(client_token("nao", "a"), True))
+    monkeypatch.setattr(watched, "present", present)
+    watched.look()
+    present.bringing.join()
+    assert [*present] == ["a"]
+    assert not watched.is_lost("a")
 
 
 def test_a_closed_watch_is_called_no_more(transport: InProcessTransport, watch: Watch, jobs: Jobs) -> None:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import pytest
 
 from zenoh_ice._local.channels import Channels
-from zenoh_ice._routes import Route
+from zenoh_ice._local.server import local_space
+from zenoh_ice._routes import Route, Routes
 from zenoh_ice._token_keys import FORMAT, servant_token
-from zenoh_ice.transport import Target
+from zenoh_ice.transport import Registration, Target
 
 HEAD = Target("nao", "Head")
 ADDRESS = "0123456789abcdef.1.3"
@@ -59,3 +62,36 @@ def test_one_that_is_not_told_how_to_find_channels_stays_with_the_network() -> N
     route = Route()
     route.on_token(token("abc"), True)
     assert route.channels is None
+
+
+class Watches:
+    """What is watched, and who is told of it."""
+
+    def __init__(self) -> None:
+        self.open: dict[str, Callable[[str, bool], object]] = {}
+
+    def __call__(self, pattern: str, changed: Callable[[str, bool], object]) -> Registration:
+        self.open[pattern] = changed
+        return Registration(lambda: self.open.pop(pattern))
+
+
+def test_those_that_nobody_uses_any_more_are_watched_no_more() -> None:
+    watches = Watches()
+    routes = Routes(watches)
+    kept = routes.route(HEAD)
+    for number in range(100):
+        routes.route(Target("nao", f"Hfsm.run{number}"))
+    assert len(watches.open) == 2  # that of the last one ends with the next
+    assert routes.route(HEAD) is kept
+
+
+def test_one_that_is_used_learns_of_its_servers() -> None:
+    watches = Watches()
+    route = Routes(watches).route(HEAD)
+    changes: list[Channels | None] = []
+    route.changed.add(lambda: changes.append(route.channels))
+    (note,) = watches.open.values()
+    address = f"{local_space()}.1.3"
+    note(token("abc", address), True)
+    note(token("abc", address), False)
+    assert [each is not None for each in changes] == [True, False]

@@ -106,12 +106,13 @@ def test_a_declared_exception_where_it_is_not_declared_has_its_type_id() -> None
     assert str(unknown_exception(CalculatorError("why"))) == "::test::CalculatorError: why"
 
 
-def test_an_exception_whose_text_fails_says_so() -> None:
+@pytest.mark.parametrize("problem", [KeyError, SystemExit])
+def test_an_exception_whose_text_fails_says_so(problem: type[BaseException]) -> None:
     class Broken(Exception):
         def __str__(self) -> str:
-            raise KeyError
+            raise problem
 
-    assert str(unknown_exception(Broken())) == "Broken: its text failed with KeyError"
+    assert str(unknown_exception(Broken())) == f"Broken: its text failed with {problem.__name__}"
 
 
 def test_an_unknown_type_id_is_cut() -> None:

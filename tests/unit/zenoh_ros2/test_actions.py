@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import signal
+import sys
 import threading
 from collections.abc import Callable
 from typing import Any
@@ -20,6 +22,7 @@ from zenoh_ros2 import (
     GoalRejectedError,
     ServerGoal,
     Status,
+    Types,
 )
 
 FIBONACCI = "example_interfaces/action/Fibonacci"
@@ -97,8 +100,19 @@ def answer_wrongly(_: ServerGoal) -> dict[str, list[str]]:
     return {"sequence": ["a"]}
 
 
+def answer_with_a_wrong_message(_: ServerGoal) -> Any:
+    message = Types().make(f"{FIBONACCI}_Result")
+    message.sequence = ["a"]
+    return message
+
+
 def test_a_goal_that_cannot_be_carried_out_is_aborted() -> None:
-    expected: dict[Callable[[ServerGoal], Any], list[int]] = {abort: [7], fail: [], answer_wrongly: []}
+    expected: dict[Callable[[ServerGoal], Any], list[int]] = {
+        abort: [7],
+        fail: [],
+        answer_wrongly: [],
+        answer_with_a_wrong_message: [],
+    }
     with two_nodes() as (robot, tool):
         for execute, sequence in expected.items():
             name = f"/{execute.__name__}"
@@ -144,6 +158,30 @@ def test_a_goal_that_is_accepted_too_late_is_cancelled() -> None:
         client.wait(EVENT_LIMIT)
         with pytest.raises(CallTimeoutError):
             client.send(timeout=0.05)
+        late.set()
+        assert canceled.wait(EVENT_LIMIT)
+
+
+def test_a_goal_whose_sender_is_interrupted_is_cancelled() -> None:
+    with two_nodes() as (robot, tool):
+        late, canceled = threading.Event(), threading.Event()
+        sender = threading.get_ident()
+
+        def accept(_: object) -> bool:
+            until(lambda: sys._current_frames()[sender].f_code is threading.Condition.wait.__code__)
+            signal.pthread_kill(sender, signal.SIGINT)
+            return late.wait(CALL_LIMIT)
+
+        def execute(goal: ServerGoal) -> None:
+            if goal.wait(CALL_LIMIT):
+                canceled.set()
+                raise Canceled
+
+        ActionServer(robot, FIBONACCI, "/fib", execute, accept)
+        client = ActionClient(tool, FIBONACCI, "/fib")
+        client.wait(EVENT_LIMIT)
+        with pytest.raises(KeyboardInterrupt):
+            client.send(timeout=CALL_LIMIT)
         late.set()
         assert canceled.wait(EVENT_LIMIT)
 

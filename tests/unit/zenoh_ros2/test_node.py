@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from tests.support.limits import EVENT_LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.ros_nodes import DOMAIN, matched, two_nodes
 from tests.support.waiting import until
@@ -69,3 +70,17 @@ def test_a_node_whose_router_starts_after_it_says_nothing(caplog: pytest.LogCapt
     ):
         until(lambda: early.connected and late.connected)
     assert "nothing of ROS answers" not in caplog.text
+
+
+def fail() -> None:
+    raise ZeroDivisionError
+
+
+def test_a_node_closes_all_of_it_even_if_a_part_fails_to_close() -> None:
+    with two_nodes() as (robot, tool):
+        robot.create_publisher(TWIST, "/cmd_vel")
+        robot.on_close("part", fail)
+        with pytest.raises(ZeroDivisionError):
+            robot.close()
+        assert tool.graph.wait(lambda: robot.full_name not in tool.graph.nodes(), EVENT_LIMIT)
+        assert not tool.graph.topics()

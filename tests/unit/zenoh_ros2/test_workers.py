@@ -15,7 +15,7 @@ from zenoh_ros2._workers import Job, Line, make_pool
 
 
 def line_of(pool: Pool, most: int) -> Line[Job]:
-    return Line(pool, most, lambda job: job())
+    return Line("/topic", pool, most, lambda job: job())
 
 
 def hold(held: threading.Event, free: threading.Event) -> None:
@@ -63,12 +63,20 @@ def test_the_oldest_job_is_dropped(pool: Pool) -> None:
     assert seen == ["newer"]
 
 
-def test_a_failing_job_ends_no_other(pool: Pool, caplog: pytest.LogCaptureFixture) -> None:
+@pytest.mark.parametrize("error", [ZeroDivisionError, SystemExit])
+def test_a_failing_job_ends_no_other(
+    pool: Pool, caplog: pytest.LogCaptureFixture, error: type[BaseException]
+) -> None:
     line, end = line_of(pool, 10), threading.Event()
-    line.put(lambda: 1 / 0)
+
+    def fail() -> None:
+        raise error
+
+    line.put(fail)
     line.put(end.set)
     assert end.wait(EVENT_LIMIT)
-    assert "a callback failed" in caplog.text
+    assert "/topic: a callback failed" in caplog.text
+    assert error.__name__ in caplog.text
 
 
 def test_after_the_end_nothing_runs(pool: Pool) -> None:

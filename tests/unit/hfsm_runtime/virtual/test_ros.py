@@ -8,11 +8,12 @@ from pathlib import Path
 import pytest
 
 from hfsm_runtime.component import Component
+from hfsm_runtime.errors import CycleCutError
 from hfsm_runtime.virtual.clock import TaskClock
 from tests.support.documents import document, state, sub, transition
 from tests.support.places import ROOT
 from visualhfsm.testing import Behavior, MakeBehavior, UnknownName
-from zenoh_ros2 import CallTimeoutError, GoalRejectedError, MessageError, Status
+from zenoh_ros2 import CallError, CallTimeoutError, GoalRejectedError, MessageError, Status
 
 EXAMPLE = ROOT / "examples" / "turtlebot" / "bump_and_go.xml"
 COUNT = "int64 number\nmy_msgs/Where where\n---\nint64 reached\n---\nint64 now\n"
@@ -105,6 +106,48 @@ def test_a_test_answers_services(behavior: MakeBehavior, tmp_path: Path) -> None
     assert [call.data for call in run.calls("/set")] == [True, True, False]
     run.ros.service("/set", lambda _request: {"sucess": True})
     with pytest.raises(MessageError, match="success"):
+        run.component.set.call()
+
+
+FAILURES = [ZeroDivisionError("a fault"), AssertionError("a fault"), SystemExit("a fault")]
+
+
+@pytest.mark.parametrize("error", FAILURES, ids=lambda error: type(error).__name__)
+@pytest.mark.parametrize("place", ["call", "call_async", "send"])
+def test_a_server_that_fails_is_an_error_of_the_call_as_at_a_real_one(
+    behavior: MakeBehavior, tmp_path: Path, caplog: pytest.LogCaptureFixture, place: str, error: BaseException
+) -> None:
+    service = ros("service", "add", "/add", "example_interfaces/srv/AddTwoInts")
+    action = ros("action", "go", "/go", "example_interfaces/action/Fibonacci")
+    run = made(behavior, tmp_path, service, action)
+
+    def fail(_: object) -> bool:
+        raise error
+
+    run.ros.service("/add", fail)
+    run.ros.action("/go", fail)
+    asked = {
+        "call": run.component.add.call,
+        "call_async": lambda: run.component.add.call_async().result(0),
+        "send": run.component.go.send,
+    }
+    with pytest.raises(CallError, match=f"the handler failed: {type(error).__name__}: a fault") as found:
+        asked[place]()
+    assert [call.error for call in run.calls()] == [found.value]
+    assert "its handler failed" in caplog.text
+
+
+@pytest.mark.parametrize("error", [CallTimeoutError("late"), KeyboardInterrupt(), CycleCutError()])
+def test_what_a_test_lets_a_call_raise_or_what_ends_the_code_passes(
+    behavior: MakeBehavior, tmp_path: Path, error: BaseException
+) -> None:
+    run = made(behavior, tmp_path, ros("service", "set", "/set", "std_srvs/srv/SetBool"))
+
+    def fail(_: object) -> None:
+        raise error
+
+    run.ros.service("/set", fail)
+    with pytest.raises(type(error)):
         run.component.set.call()
 
 

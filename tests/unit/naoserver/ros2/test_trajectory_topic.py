@@ -32,6 +32,7 @@ class Body:
         self.getJointState = self
         self.sent: list[dict[str, float]] = []
         self.waiting = 0
+        self.fault: BaseException | None = None
         self._times: queue.Queue[float] = queue.Queue()
         self._newest = 0.0
         self._positions = dict.fromkeys(NAMES, 0.0)
@@ -57,6 +58,9 @@ class Body:
         return Sample(state, 1, self._newest, 0.0)
 
     def setJointPositions(self, targets: dict[str, float], _fraction: float) -> None:
+        if self.fault is not None:
+            fault, self.fault = self.fault, None
+            raise fault
         self.sent.append(targets)
         self._positions |= targets
 
@@ -144,6 +148,19 @@ def test_an_empty_one_holds_the_joints(bench: Bench) -> None:
     bench.send(Publisher())
     until(lambda: len(bench.body.sent) == 2, EVENT_LIMIT)
     assert bench.body.sent[1] == MEASURED
+
+
+@pytest.mark.parametrize("fault", [ZeroDivisionError(), SystemExit(3)])
+def test_after_one_that_fails_the_next_is_followed(
+    bench: Bench, caplog: pytest.LogCaptureFixture, fault: BaseException
+) -> None:
+    bench.body.fault = fault
+    bench.send(Publisher(), point(1.0, 0.5))
+    bench.body.step(0.1)
+    until(lambda: "a trajectory of a topic failed" in caplog.text, EVENT_LIMIT)
+    bench.send(Publisher(), point(0.0, 0.3))
+    bench.body.step(0.2)
+    until(lambda: {"HeadYaw": 0.3} in bench.body.sent, EVENT_LIMIT)
 
 
 def test_one_that_makes_no_sense_disturbs_nothing(bench: Bench) -> None:

@@ -82,6 +82,28 @@ def test_a_server_that_is_gone_ends_the_watch(caplog: pytest.LogCaptureFixture) 
         until(lambda: "cannot be watched: the server is offline" in caplog.text)
 
 
+@pytest.mark.parametrize("error", [ZeroDivisionError, SystemExit])
+def test_a_watch_that_fails_ends_no_other(
+    caplog: pytest.LogCaptureFixture, error: type[BaseException]
+) -> None:
+    looks = 0
+
+    def fail() -> bool:
+        raise error
+
+    def look() -> bool:
+        nonlocal looks
+        looks += 1
+        return True
+
+    with closing(Vigil()) as vigil:
+        for each in (fail, look):
+            vigil.watch(Moving(each))
+        until(lambda: looks > 2)
+    assert "is watched no more" in caplog.text
+    assert error.__name__ in caplog.text
+
+
 def test_what_moves_again_while_it_is_found_at_rest_is_watched() -> None:
     looks = 0
 
