@@ -20,7 +20,7 @@ from ._supervision import Refusal, Supervision
 from ._timeline import Timeline
 from ._variables import assign, convert, did_you_mean
 from .component import Component, equip, make_automata, parameters_of, source_of
-from .errors import OnError, OnRefused, ReloadRefusedError, UnknownElementError, ValueTypeError, exit_code_of
+from .errors import OnError, OnRefused, ReloadRefusedError, UnknownElementError, ValueTypeError
 from .observer import Observer
 from .source_map import locate_frame
 from .tree import Actor, ChangeKind, Replaced, Tree
@@ -340,14 +340,8 @@ class ComponentRun:
     def _prepare(self) -> None:
         """Make what drives the automata, which are made."""
 
-    def _halt(self) -> None:
-        self.exit_code = self.exit_code or 1
-        self.request_stop()
-
-    def _crashed(self, actor: Actor, error: BaseException) -> None:
-        self._supervision.crashed(actor, error)
-        code = exit_code_of(error) if isinstance(error, SystemExit) else 1
-        self.exit_code = self.exit_code or code
+    def _halt(self, exit_code: int) -> None:
+        self.exit_code = self.exit_code or exit_code
         self.request_stop()
 
     def _sleep(self, seconds: float) -> None:

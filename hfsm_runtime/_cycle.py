@@ -6,6 +6,8 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Final, Protocol
 
+from greenlet import GreenletExit
+
 from ._automaton import REQUIRED, Arguments, Automaton, Event, State, Transition
 from ._variables import convert, functions_of
 from .errors import ArgumentError, ComponentStoppedError, CycleCutError, ValueTypeError
@@ -42,6 +44,9 @@ class Supervisor(Protocol):
     def failed(self, actor: Actor, error: Exception) -> None:
         """Handle another exception of user code; raises CycleEnded to end the cycle."""
 
+    def crashed(self, actor: Actor, error: BaseException) -> None:
+        """Handle what ends the component, such as `sys.exit()`; it is raised again."""
+
     def succeeded(self, actor: Actor) -> None:
         """Handle a cycle that was completed."""
 
@@ -73,6 +78,11 @@ def run_cycle(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> Non
         supervisor.succeeded(actor)
     except _ENDS_OF_CYCLES:
         pass
+    except (KeyboardInterrupt, GreenletExit):  # of who drives it, or has dropped it
+        raise
+    except BaseException as error:
+        supervisor.crashed(actor, error)  # before the cycle ends, so that no other one begins
+        raise
     finally:
         if actor.phase is _ENTERED:  # a state that is current has begun, whatever ended the cycle
             tree.enter(actor, _settled(actor, now, supervisor))

@@ -132,7 +132,7 @@ class Runtime(ComponentRun, Observer):
             self._run_cycles(worker)
         except BaseException as error:  # noqa: BLE001 - nothing may end a thread without being reported
             if not isinstance(error, ComponentStoppedError):
-                self._crashed(worker.actor, error)
+                self._supervision.crashed(worker.actor, error)
 
     def _run_cycles(self, worker: _Worker) -> None:
         """Run the cycles of one automaton until the end."""

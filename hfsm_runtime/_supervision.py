@@ -89,8 +89,8 @@ class _Outage:
 class Supervision(Observer):
     """Handle the errors in the cycles of one component.
 
-    `on_error` and `on_refused` are the policies, by default those of the document. `halt` is called when an
-    error is to stop the component, and `refused` when a refused command is to pause it.
+    `on_error` and `on_refused` are the policies, by default those of the document. `halt` is called with an
+    exit code when an error is to stop the component, and `refused` when a refused command is to pause it.
 
     While a server is offline, the cycles that need it are ended, and tried again at their next time; the log
     reports once that it is offline and once that it is back. It is back when `servers_present` returns true
@@ -106,7 +106,7 @@ class Supervision(Observer):
         on_error: OnError | None = None,
         on_refused: OnRefused | None = None,
         *,
-        halt: Callable[[], None],
+        halt: Callable[[int], None],
         refused: Callable[[Refusal], None],
         servers_present: Callable[[], bool] = lambda: True,
         hand_over: float = RuntimeLimits.hand_over,
@@ -125,6 +125,7 @@ class Supervision(Observer):
         self._refused = _Outage()
         self._hardware_failures: dict[Actor, tuple[int, int]] = {}
         """Cycles in a row in which hardware failed: how many, and the number of the last one."""
+        self._crash: BaseException | None = None
         self._dropped: set[tuple[int, int, str]] = set()
         """Dropped events: the automaton, its state, and the event with the reason."""
         tree.observers.append(self)
@@ -187,7 +188,7 @@ class Supervision(Observer):
             if is_late:
                 raise CycleEnded from error
             self._log.error("the component halts; `onerror` continue would ignore the error")
-            self._halt()
+            self._halt(1)
             raise CycleEnded from error
 
     def pauses_for(self, why: str) -> bool:
@@ -198,7 +199,10 @@ class Supervision(Observer):
         return False
 
     def crashed(self, actor: Actor, error: BaseException) -> None:
-        """Log and remember what ends the component, such as `sys.exit()` in the code of an automaton."""
+        """Log and remember, once, what ends the component, such as `sys.exit()` in user code."""
+        if error is self._crash:
+            return
+        self._crash = error
         location = locate(error, self._file)
         place = f" at {location}" if location else ""
         if not isinstance(error, SystemExit):
@@ -213,6 +217,7 @@ class Supervision(Observer):
             )
             self._record(actor, location, message)
             self._log.error("%s: %s%s", _place(actor), message, place)
+        self._halt(exit_code_of(error) if isinstance(error, SystemExit) else 1)
 
     def succeeded(self, actor: Actor) -> None:
         """End the outages that a completed cycle has recovered from."""

@@ -30,7 +30,7 @@ from hfsm_runtime.recording_file.reader import (
 )
 
 from .._recording.recorder import automaton_context
-from ..errors import ComponentError
+from ..errors import ComponentError, ComponentStoppedError
 
 _MOST_MESSAGES_AHEAD: Final = 5000
 """Number of messages that are searched for those of a cycle."""
@@ -49,7 +49,7 @@ class NothingRecordedError(ReplayError):
     """The edited document reads a value that nobody had read until then: the recording does not have it."""
 
 
-class ReplayEndedError(BaseException):
+class ReplayEndedError(ComponentStoppedError):
     """The recording is over: ends code that waits for more. Not an Exception: user code does not catch it."""
 
 

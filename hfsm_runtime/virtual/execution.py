@@ -118,7 +118,7 @@ class Execution(VirtualRun):
             raise
         except BaseException as end:
             location = locate(end, source_of(self.component))
-            self._crashed(self.running or self.tree.root, end)
+            self._supervision.crashed(self.running or self.tree.root, end)
             stop_robot(self.component)
             what = f"sys.exit({end.code!r})" if isinstance(end, SystemExit) else describe(end)
             raise BehaviorFailed(

@@ -116,7 +116,7 @@ class PacedExecution(Execution):
         except ComponentStoppedError:
             pass
         except BaseException as error:  # noqa: BLE001 - nothing may end the thread without being reported
-            self._crashed(self.running or self.tree.root, error)
+            self._supervision.crashed(self.running or self.tree.root, error)
             stop_robot(self.component)
         finally:
             self.end_cycles()

@@ -310,7 +310,7 @@ class Failing:
             ),
             State("c"),
         )
-        transitions = (
+        transitions: tuple[Transition, ...] = (
             Transition("go", 1, 2, guard=lambda *_: guard(), code=lambda *_: fired(), **go),
             Transition("", 2, 3, seconds=3 * PERIOD, guard=has_run),
         )

@@ -35,6 +35,9 @@ class Supervisor:
     def failed(self, run: Actor, error: Exception) -> None:
         raise error
 
+    def crashed(self, run: Actor, error: BaseException) -> None:
+        pass
+
     def succeeded(self, run: Actor) -> None:
         pass
 

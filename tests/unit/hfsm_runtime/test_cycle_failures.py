@@ -17,10 +17,12 @@ from hfsm_runtime.tree import Actor
 from hfsm_runtime.virtual import BehaviorFailed, Execution
 from tests.support.failures import ERRORS, EXIT_CODES, Cell, Ends, Failing, Raised, cells
 from tests.support.fast_clock import FastClock
+from tests.support.soak import cases
 from tests.support.waiting import until
 
 FOREVER = 10**18  # ns
 CELLS = [*cells()]
+REPLAYED = [[each for each in CELLS if each.policy == policy] for policy in ("stop", "continue")]
 TOLD = {Raised.ERROR, Raised.DECLARED, Raised.LOST, Raised.REFUSED}
 """What is told when code of a transition does not run for it; by others the component ends, or pauses."""
 
@@ -79,7 +81,7 @@ def test_on_threads(cell: Cell, caplog: pytest.LogCaptureFixture) -> None:
     check(failing, run, caplog.messages, has_ended=has_ended)
 
 
-@pytest.mark.parametrize("cell", CELLS, ids=str)
+@pytest.mark.parametrize("cell", cases(*REPLAYED), ids=str)
 def test_in_a_replay(cell: Cell, tmp_path: Path) -> None:
     failing = Failing(cell)
     component = failing.component()
