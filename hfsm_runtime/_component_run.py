@@ -16,6 +16,7 @@ from ._actor import make_event
 from ._automaton import Automaton
 from ._limits import LIMITS, RuntimeLimits
 from ._marks import Mark, Marks
+from ._stop import stop_named
 from ._supervision import Refusal, Supervision
 from ._timeline import Timeline
 from ._variables import assign, convert, did_you_mean
@@ -92,6 +93,7 @@ class ComponentRun:
             on_refused,
             halt=self._halt,
             refused=self._refused,
+            stop=stop_named,
             servers_present=servers_present,
             hand_over=limits.hand_over,
         )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import partial
 from typing import Final, Protocol
 
 from greenlet import GreenletExit
@@ -49,6 +50,9 @@ class Supervisor(Protocol):
 
     def succeeded(self, actor: Actor) -> None:
         """Handle a cycle that was completed."""
+
+    def left_early(self, actor: Actor, code: Callable[[], object]) -> None:
+        """Handle exit code that failed, before its exception: its servants may hear nothing more."""
 
     def skipped(self, actor: Actor, transition: Transition) -> None:
         """Handle the code of a transition that does not run, since exit code before it ended the cycle."""
@@ -222,11 +226,19 @@ def _run_exit_code(tree: Tree, actor: Actor, supervisor: Supervisor) -> None:
     for left, state in _left_for_good(actor):
         if state.exit is not None:
             try:
-                _call(tree, left, state.exit, supervisor)
+                _call(tree, left, partial(_exit, left, state.exit, supervisor), supervisor)
             except BaseException as end:  # noqa: BLE001 - raised below
                 ends.append(end)
     if ends:
         raise min(ends, key=lambda end: isinstance(end, _ENDS_OF_CYCLES))
+
+
+def _exit(actor: Actor, code: Callable[[], object], supervisor: Supervisor) -> None:
+    try:
+        code()
+    except BaseException:
+        supervisor.left_early(actor, code)
+        raise
 
 
 def _enter(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> None:

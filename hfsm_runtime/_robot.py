@@ -1,23 +1,21 @@
-"""A component's access to the robot as a whole: connect to its servants, and stop it."""
+"""A component's access to the robot as a whole: connect to its servants, and know whether it may command."""
 
 from __future__ import annotations
 
 import difflib
 import logging
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, wait
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
-from typing import Any, Final
+from typing import Final
 
 from interfaces.nao import SafetyPrx, SafetyState
 from zenoh_ice import Communicator, ConnectFailedException, ObjectNotExistException, ObjectPrx, ZenohIceError
 from zenoh_ice.application.patience import Patience
 from zenoh_ice.interface import Interface
-from zenoh_ice.proxy import Call
 from zenoh_ice.text import few
 
-from .component import Component, proxies_of, ros_of
+from .component import Component, proxies_of
 from .errors import ComponentError
 
 ROBOT: Final = "Safety"
@@ -26,8 +24,6 @@ _START_LIMIT: Final = 2.0
 """The longest wait in wall seconds for a robot that is starting."""
 _MOST_NAMED: Final = 4
 """Most servants that an error lists when none is named like the one that is missing."""
-_STOP_LIMIT: Final = 1.0
-"""The longest wait in wall seconds for the robot's answer to being stopped."""
 _LEASE_LIMIT: Final = 1.0
 """Wall seconds for the robot's answer to the question who may command it."""
 
@@ -117,11 +113,6 @@ def servers_present(component: Component, communicator: Communicator) -> bool:
     return True
 
 
-def may_move(component: Component) -> bool:
-    """Return whether a component may have the robot move: whether its end stops anything."""
-    return bool(ros_of(component)) or any(True for _ in _stops_of(component))
-
-
 class Permission:
     """Find out from `Safety` whether the robot may be commanded: whether it was stopped, and may go on.
 
@@ -204,37 +195,3 @@ class Permission:
         if self._told != what:
             self._told = what
             _logger.warning("%s", what)
-
-
-def _stops_of(component: Component) -> Iterator[tuple[str, Call[..., Any], int]]:
-    """Yield what stops each connected proxy: its name, the call, and how many arguments that takes."""
-    for name in proxies_of(component):
-        proxy = vars(component).get(name)
-        if isinstance(proxy, ObjectPrx):
-            for operation in proxy.ice_interface.stop_operations:
-                yield name, getattr(proxy, operation.method), len(operation.arguments.fields)
-
-
-def stop_robot(component: Component) -> None:
-    """Stop everything that a component may have commanded: call the operations that the IDL marks as stops.
-
-    Over ROS, publish the messages that stop, and cancel goals. This takes at most 1.5 s; missing answers are
-    logged.
-    """
-    calls: dict[Future[Any], str] = {}
-    for name, stop, parameters in _stops_of(component):
-        try:
-            calls[stop.begin(*[None] * parameters)] = name  # every parameter of a stop is optional
-        except ZenohIceError as error:
-            _logger.warning("self.%s could not be stopped: %s", name, error)
-    if ros_of(component):
-        from ._ros import stop_ends  # only components that use ROS need its libraries
-
-        stop_ends(component)
-    done, late = wait(calls, _STOP_LIMIT)
-    for call in done:
-        failure = call.exception()
-        if failure is not None:
-            _logger.warning("self.%s could not be stopped: %s", calls[call], failure)
-    for name in sorted({calls[call] for call in late}):
-        _logger.warning("self.%s did not say within %g s that it has stopped", name, _STOP_LIMIT)

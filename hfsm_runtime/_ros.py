@@ -10,7 +10,7 @@ import functools
 import logging
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from concurrent.futures import Future
 from typing import Any, Final, Protocol, TypeVar
 
@@ -267,11 +267,11 @@ def used_by(component: Component) -> dict[str, Used]:
     return {name: used for name, used in found.items() if isinstance(used, Used)}
 
 
-def stop_ends(component: Component) -> None:
-    """Stop everything that a component drives over ROS; failures are logged."""
+def stop_ends(component: Component, names: Container[str]) -> None:
+    """Stop what a component drives over ROS by the ends with some names; failures are logged."""
     end = time.monotonic() + _LIMIT
     for name, used in used_by(component).items():
-        for stop in used._hfsm_stops():
+        for stop in used._hfsm_stops() if name in names else ():
             try:
                 stop(max(_LEAST, end - time.monotonic()))
             except (RosError, ZenohIceError) as error:

@@ -90,7 +90,8 @@ class Supervision(Observer):
     """Handle the errors in the cycles of one component.
 
     `on_error` and `on_refused` are the policies, by default those of the document. `halt` is called with an
-    exit code when an error is to stop the component, and `refused` when a refused command is to pause it.
+    exit code when an error is to stop the component, `refused` when a refused command is to pause it, and
+    `stop` to stop what exit code commands that failed.
 
     While a server is offline, the cycles that need it are ended, and tried again at their next time; the log
     reports once that it is offline and once that it is back. It is back when `servers_present` returns true
@@ -108,6 +109,7 @@ class Supervision(Observer):
         *,
         halt: Callable[[int], None],
         refused: Callable[[Refusal], None],
+        stop: Callable[[Component, Callable[[], object]], None] = lambda _component, _code: None,
         servers_present: Callable[[], bool] = lambda: True,
         hand_over: float = RuntimeLimits.hand_over,
     ) -> None:
@@ -117,6 +119,7 @@ class Supervision(Observer):
         self._policies = on_error, on_refused
         self._halt = halt
         self._pause = refused
+        self._stop = stop
         self._servers_present = servers_present
         self._lock = threading.Lock()
         self._records: deque[ErrorReport] = deque(maxlen=_KEPT)
@@ -233,6 +236,10 @@ class Supervision(Observer):
                 seconds = self._without_server.recovered(actor)
                 if seconds is not None:
                     self._log.warning("the server is back after %.1f s", seconds)
+
+    def left_early(self, actor: Actor, code: Callable[[], object]) -> None:  # noqa: ARG002
+        """Stop what exit code commands that failed: its servants may hear nothing more."""
+        self._stop(self._component, code)
 
     def skipped(self, actor: Actor, transition: Transition) -> None:
         """Report the code of a transition that does not run."""

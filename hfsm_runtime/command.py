@@ -24,9 +24,10 @@ from zenoh_ice.application.last_cycle import CycleFile
 from zenoh_ice.application.patience import Patience
 
 from ._component_run import ComponentRun
-from ._robot import Permission, may_move, servers_present, stop_robot
+from ._robot import Permission, servers_present
 from ._robot import connect as connect_proxies
 from ._runtime import Runtime
+from ._stop import may_move, stop_robot
 from .component import Component, Parameter, parameters_of, ros_of
 from .debugger._monitor import Monitor
 from .debugger.snapshot import structure_of

@@ -13,7 +13,8 @@ from zenoh_ice import Object
 
 from .._limits import LIMITS, RuntimeLimits
 from .._recording.clocks import TimeModule
-from .._robot import Permission, stop_robot
+from .._robot import Permission
+from .._stop import stop_robot
 from .._supervision import UNAVAILABLE
 from .._variables import values_of
 from ..component import Component, parameters_of, source_of

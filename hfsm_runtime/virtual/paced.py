@@ -10,7 +10,7 @@ from collections import deque
 from types import FrameType
 from typing import Any, Final
 
-from .._robot import stop_robot
+from .._stop import stop_robot
 from .._supervision import Refusal
 from ..component import Component
 from ..errors import ComponentStoppedError, ValueTypeError

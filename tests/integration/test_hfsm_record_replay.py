@@ -239,6 +239,30 @@ def test_exceptions_come_back_as_what_they_were(tmp_path: Path, world: World) ->
     identical(tmp_path / "run.mcap", Fails)
 
 
+@everywhere
+def test_exit_code_that_fails_and_what_is_stopped_for_it_come_back(tmp_path: Path, world: World) -> None:
+    class Leaves(Component, document="leaves.xml"):
+        head = Proxy("Head", PoseHeadPrx)
+
+        def automaton(self) -> Automaton:
+            return Automaton(
+                id=1,
+                name="leaves",
+                states=(
+                    State("a", initial=True, code=self.head.getPose, exit=self.leave),
+                    State("b", code=self.head.getPose),
+                ),
+                transitions=(Transition("", 1, 2, seconds=0.2), Transition("", 2, 1, seconds=0.2)),
+            )
+
+        def leave(self) -> None:
+            self.head.getLimits()  # fails
+            self.head.stop()
+
+    record_watcher(Leaves, world, tmp_path / "run.mcap")
+    assert identical(tmp_path / "run.mcap", Leaves).cycles > 10
+
+
 class Hands(Component, document="hands.xml"):
     """An automaton that takes what the one below sees, which sleeps meanwhile."""
 

@@ -10,7 +10,8 @@ from typing import Any
 import pytest
 
 from hfsm_runtime import Automaton, Component, Proxy, State
-from hfsm_runtime._robot import connect, stop_robot
+from hfsm_runtime._robot import connect
+from hfsm_runtime._stop import stop_robot
 from interfaces.jderobot import MotorsPrx, Pose3DEncodersPrx, Pose3DMotorsData, Pose3DMotorsPrx
 from interfaces.nao import PoseHeadPrx, SpeechPrx
 from naoserver.fake import FakeRobot

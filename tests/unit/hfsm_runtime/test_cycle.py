@@ -41,6 +41,9 @@ class Supervisor:
     def succeeded(self, run: Actor) -> None:
         pass
 
+    def left_early(self, run: Actor, code: Callable[[], object]) -> None:
+        raise AssertionError(code)
+
     def skipped(self, run: Actor, transition: Transition) -> None:
         raise AssertionError(transition)
 

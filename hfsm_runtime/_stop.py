@@ -1,0 +1,96 @@
+"""Stop what a component commands: all of it, or what code commands that failed."""
+
+from __future__ import annotations
+
+import inspect
+import logging
+from collections.abc import Callable, Container, Iterator
+from concurrent.futures import Future, wait
+from functools import partial
+from typing import Any, Final
+
+from zenoh_ice import ObjectPrx, ZenohIceError
+from zenoh_ice.proxy import Call
+
+from .component import Component, proxies_of, ros_of
+
+_STOP_LIMIT: Final = 1.0
+"""The longest wait in wall seconds for the robot's answer to being stopped."""
+
+_logger = logging.getLogger(__name__)
+
+
+def may_move(component: Component) -> bool:
+    """Return whether a component may have the robot move: whether its end stops anything."""
+    return bool(ros_of(component)) or any(True for _ in _stops_of(component))
+
+
+def stop_robot(component: Component) -> None:
+    """Stop everything that a component may have commanded: call the operations that the IDL marks as stops.
+
+    Over ROS, publish the messages that stop, and cancel goals. This takes at most 1.5 s; missing answers are
+    logged.
+    """
+    calls = _begin_stops(component, proxies_of(component))
+    if ros_of(component):
+        from ._ros import stop_ends  # only components that use ROS need its libraries
+
+        stop_ends(component, ros_of(component))
+    done, late = wait(calls, _STOP_LIMIT)
+    for call in done:
+        _report_stop(calls[call], call)
+    for name in sorted({calls[call] for call in late}):
+        _logger.warning("self.%s did not say within %g s that it has stopped", name, _STOP_LIMIT)
+
+
+def stop_named(component: Component, code: Callable[..., object]) -> None:
+    """Begin to stop the servants that code names, and those that functions of the document name for it.
+
+    Nobody waits for their answers; failures are logged.
+    """
+    names = _names_in(component, code)
+    for call, name in _begin_stops(component, names).items():
+        call.add_done_callback(partial(_report_stop, name))
+    if not names.isdisjoint(ros_of(component)):
+        from ._ros import stop_ends
+
+        stop_ends(component, names)
+
+
+def _begin_stops(component: Component, names: Container[str]) -> dict[Future[Any], str]:
+    """Begin to stop what some proxies command; return the calls, each with the name of its proxy."""
+    calls: dict[Future[Any], str] = {}
+    for name, stop, parameters in _stops_of(component):
+        if name in names:
+            try:
+                calls[stop.begin(*[None] * parameters)] = name  # every parameter of a stop is optional
+            except ZenohIceError as error:
+                _logger.warning("self.%s could not be stopped: %s", name, error)
+    return calls
+
+
+def _report_stop(name: str, call: Future[Any]) -> None:
+    failure = call.exception()
+    if failure is not None:
+        _logger.warning("self.%s could not be stopped: %s", name, failure)
+
+
+def _names_in(component: Component, code: Callable[..., object]) -> set[str]:
+    """Return the names of attributes that code uses, with those of the component's functions among them."""
+    found: set[str] = set()
+    new = [code]
+    for each in new:  # grows
+        names = set(getattr(getattr(each, "__code__", None), "co_names", ())) - found
+        found |= names
+        functions = (inspect.getattr_static(type(component), name, None) for name in names)
+        new += filter(inspect.isfunction, functions)
+    return found
+
+
+def _stops_of(component: Component) -> Iterator[tuple[str, Call[..., Any], int]]:
+    """Yield what stops each connected proxy: its name, the call, and how many arguments that takes."""
+    for name in proxies_of(component):
+        proxy = vars(component).get(name)
+        if isinstance(proxy, ObjectPrx):
+            for operation in proxy.ice_interface.stop_operations:
+                yield name, getattr(proxy, operation.method), len(operation.arguments.fields)
