@@ -90,7 +90,7 @@ def describe(error: BaseException) -> str:
     """Return the name and at most 4000 characters of an exception, whose text is user code and may fail."""
     try:
         text = str(error)
-    except Exception:  # noqa: BLE001
+    except BaseException:  # noqa: BLE001
         text = "its message is not available"
     return f"{type(error).__name__}: {text}"[:_LONGEST_MESSAGE]
 

@@ -61,32 +61,73 @@ ENDS: Final[Mapping[Raised, tuple[Ends, Ends]]] = {
 
 ALL: Final = "guard, exit x, exit a, fired, entry b, arguments b, code b"
 """All pieces of a firing, in their order."""
-FOLLOWS: Final[Mapping[str, Mapping[Ends, str]]] = {
-    "guard": {Ends.PIECE: f"; {ALL}", Ends.CYCLE: f"; {ALL}", Ends.COMPONENT: ""},
+AFTER_CHANGE: Final = "; entry b, arguments b, code b"
+
+
+@dataclass(frozen=True)
+class Fate:
+    """What the reference says, and the code that runs after the piece: in its cycle; then in later ones."""
+
+    text: str
+    runs: str = ""
+
+
+FOLLOWS: Final[Mapping[str, Mapping[Ends, Fate]]] = {
+    "guard": {
+        Ends.PIECE: Fate("it does not hold, and the next transition is tried", f"; {ALL}"),
+        Ends.CYCLE: Fate("nothing more runs; the next cycle tries all transitions again", f"; {ALL}"),
+        Ends.COMPONENT: Fate("nothing more runs"),
+    },
     "exit x": {
-        Ends.PIECE: "exit a, fired, entry b, arguments b, code b",
-        Ends.CYCLE: "exit a; entry b, arguments b, code b",
-        Ends.COMPONENT: "exit a",
+        Ends.PIECE: Fate("all else runs", "exit a, fired, entry b, arguments b, code b"),
+        Ends.CYCLE: Fate(
+            "the exit code above it runs, and the state changes; then as for the state's own",
+            f"exit a{AFTER_CHANGE}",
+        ),
+        Ends.COMPONENT: Fate("the exit code above it runs, and the state changes", "exit a"),
     },
     "exit a": {
-        Ends.PIECE: "fired, entry b, arguments b, code b",
-        Ends.CYCLE: "; entry b, arguments b, code b",
-        Ends.COMPONENT: "",
+        Ends.PIECE: Fate("all else runs", "fired, entry b, arguments b, code b"),
+        Ends.CYCLE: Fate(
+            "the state changes; the transition's code does not run, which is logged; entry code and what "
+            "follows it run in the next cycle",
+            AFTER_CHANGE,
+        ),
+        Ends.COMPONENT: Fate("the state changes"),
     },
     "fired": {
-        Ends.PIECE: "entry b, arguments b, code b",
-        Ends.CYCLE: "; entry b, arguments b, code b",
-        Ends.COMPONENT: "",
+        Ends.PIECE: Fate("all else runs", "entry b, arguments b, code b"),
+        Ends.CYCLE: Fate("entry code and what follows it run in the next cycle", AFTER_CHANGE),
+        Ends.COMPONENT: Fate("nothing more runs"),
     },
     "entry b": {
-        Ends.PIECE: "arguments b, code b",
-        Ends.CYCLE: "; entry b, arguments b, code b",
-        Ends.COMPONENT: "",
+        Ends.PIECE: Fate("all else runs, and the state begins", "arguments b, code b"),
+        Ends.CYCLE: Fate("the next cycle runs it again from its beginning", AFTER_CHANGE),
+        Ends.COMPONENT: Fate("nothing more runs"),
     },
-    "arguments b": {Ends.PIECE: "code b", Ends.CYCLE: "; arguments b, code b", Ends.COMPONENT: ""},
-    "code b": {Ends.PIECE: "; code b", Ends.CYCLE: "; code b", Ends.COMPONENT: ""},
+    "arguments b": {
+        Ends.PIECE: Fate("inputs keep their values, and the state begins", "code b"),
+        Ends.CYCLE: Fate(
+            "the next cycle evaluates them again, without the entry code", "; arguments b, code b"
+        ),
+        Ends.COMPONENT: Fate("nothing more runs"),
+    },
+    "code b": {
+        Ends.PIECE: Fate("outputs are handed up; it runs again in the next cycle", "; code b"),
+        Ends.CYCLE: Fate("nothing is handed up; it runs again in the next cycle", "; code b"),
+        Ends.COMPONENT: Fate("nothing more runs"),
+    },
 }
-"""The code that runs after the piece that failed: in its cycle; then in later ones."""
+NAMES: Final[Mapping[str, str]] = {
+    "guard": "a guard",
+    "exit x": "exit code of an automaton below",
+    "exit a": "exit code of the state",
+    "fired": "the transition's code",
+    "entry b": "entry code",
+    "arguments b": "arguments",
+    "code b": "code of the state",
+}
+"""The pieces as the reference calls them."""
 HEARD: Final[Mapping[str, str]] = {"guard": "; exit x, exit a", "code b": ""}
 """The same where the state hears it next, as the event `refused`, and is left."""
 
@@ -168,7 +209,7 @@ class Cell:
     def expected(self) -> list[str]:
         """The code that runs."""
         before = ALL.split(", ")[: ALL.split(", ").index(self.piece)]
-        follows = FOLLOWS[self.piece][self.ends]
+        follows = FOLLOWS[self.piece][self.ends].runs
         if self.raised is Raised.HEARD:
             follows = HEARD.get(self.piece, follows)
         after = [each.strip() for each in follows.replace(";", ",").split(",")]

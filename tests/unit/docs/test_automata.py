@@ -12,6 +12,7 @@ from codegen.hfsm import compile_document, read_document
 from hfsm_runtime import VirtualRun
 from hfsm_runtime.tree import ChangeKind
 from tests.support.documents import load
+from tests.support.failures import FOLLOWS, NAMES, Ends
 from tests.support.pages import DOCS, blocks_of
 from visualhfsm._drawing.svg import svg
 
@@ -82,3 +83,9 @@ def test_the_page_of_the_format_explains_every_element_that_the_documents_use() 
     used = {tag for block in BLOCKS if block.language == "xml" for tag in re.findall(r"<(\w+)", block.text)}
     parts = {"VisualHFSM", "name", "event", "parameter", "type", "default"}
     assert used - explained - parts == set()
+
+
+@pytest.mark.parametrize("piece", FOLLOWS)
+def test_what_follows_a_failure_is_what_the_runtime_does(piece: str) -> None:
+    cells = (NAMES[piece], *(FOLLOWS[piece][ends].text for ends in Ends))
+    assert f"| {' | '.join(cells)} |" in PAGE

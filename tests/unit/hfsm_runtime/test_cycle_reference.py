@@ -23,13 +23,17 @@ from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import Actor, ChangeKind, DropReason, Tree
 from tests.support.automata import component
 from tests.support.examples import examples
+from zenoh_ice import ConnectionLostException
 
 STEP = 10  # ms, which divides every period
 END = 2500  # ms
 EVENTS = ("ping", "pong")
 
 Piece = str | None
-"""A piece of code: None for none, otherwise the event that it sends, which may be empty."""
+"""A piece of code: None for none, otherwise the event that it sends, which may be empty, or how it fails."""
+FAILS, ENDS_CYCLE = "fails", "ends the cycle"
+Answer = bool | str
+"""What a guard answers, or how it fails."""
 Line = tuple[int, str, str]
 """What happened: at a time in ms, in an automaton."""
 
@@ -41,7 +45,7 @@ class PlannedState:
     exit: Piece
     final: bool
     restart: bool
-    arguments: bool
+    arguments: Piece
 
 
 @dataclass(frozen=True)
@@ -51,7 +55,7 @@ class PlannedTransition:
     delay: int | None  # ms
     event: str
     finished: bool
-    script: tuple[bool, ...]  # none for a transition without a guard
+    script: tuple[Answer, ...]  # none for a transition without a guard
     priority: int | None
     code: Piece
 
@@ -65,8 +69,10 @@ class Plan:
 
 
 # A strategy takes as long to make as to draw from: none is made while a plan is drawn.
-PIECES = st.sampled_from([None, None, "", *EVENTS])
-SCRIPTS = st.lists(st.booleans(), min_size=1, max_size=5).map(tuple)
+PIECES = st.sampled_from([None, None, "", *EVENTS, FAILS, ENDS_CYCLE])
+ANSWERS: list[Answer] = [True, True, False, False, FAILS, ENDS_CYCLE]
+SCRIPTS = st.lists(st.sampled_from(ANSWERS), min_size=1, max_size=5).map(tuple)
+PAUSES = st.lists(st.booleans(), min_size=1, max_size=5).map(tuple)
 NO_SCRIPT_OR_SCRIPTS = st.just(()) | SCRIPTS
 KINDS = st.sampled_from(["time", "time", "condition", "event", "event", "finished", "finished"])
 DELAYS = st.integers(1, 700)
@@ -86,7 +92,7 @@ def planned_states(finals: list[bool]) -> st.SearchStrategy[PlannedState]:
         exit=PIECES,
         final=st.sampled_from(finals),
         restart=st.booleans(),
-        arguments=st.booleans(),
+        arguments=st.sampled_from([None, "", "", FAILS, ENDS_CYCLE]),
     )
 
 
@@ -152,6 +158,9 @@ class Node:
     state: int = 0
     begun: bool = False
     settled: bool = False  # whether the entry into its state is complete
+    owes_entry: bool = False
+    owes_arguments: bool = False
+    tries: Counter[str] = field(default_factory=Counter)  # of code that fails each other time
     finished: bool = False
     active_time: int = 0  # ms in the current state
     queue: list[tuple[str, int]] = field(default_factory=list)  # names and numbers
@@ -172,6 +181,10 @@ def grow(plan: Plan, ids: count[int], parent: Node | None = None, owner: int = 0
         below = list(grow(child, ids, node, place))
         node.children.append(below[0])
         yield from below
+
+
+class CycleEnds(Exception):
+    """Code meets what ends its cycle, such as a lost server."""
 
 
 def reference(plan: Plan, outside: Outside) -> list[Line]:
@@ -211,8 +224,12 @@ def reference(plan: Plan, outside: Outside) -> list[Line]:
     def piece(node: Node, what: str, code: Piece) -> None:
         if code is not None:
             note(node, f"{what} {node.value}")
-            if code:
+            if code in EVENTS:
                 send(code)
+            if code == ENDS_CYCLE:
+                node.tries[what] += 1
+                if node.tries[what] % 2:
+                    raise CycleEnds
 
     def look() -> None:
         """Record which automata become ghosts, and which become active."""
@@ -224,7 +241,14 @@ def reference(plan: Plan, outside: Outside) -> list[Line]:
 
     def enter(node: Node, state: int) -> None:
         node.state, node.settled = state, False
+        node.owes_entry = node.now_in.entry is not None
+        node.owes_arguments = node.now_in.arguments is not None and not node.now_in.final
         note(node, f"enters {state}")
+
+    def begin(node: Node) -> None:
+        """Let a state begin that owes nothing."""
+        if not (node.settled or node.owes_entry or node.owes_arguments):
+            settle(node)
 
     def settle(node: Node) -> None:
         node.settled, node.active_time = True, 0
@@ -233,23 +257,22 @@ def reference(plan: Plan, outside: Outside) -> list[Line]:
             if child.owner == node.state and restarts and not node.now_in.final:
                 child.begun, child.finished = True, False
                 enter(child, 0)
-                if not owes(child):
-                    settle(child)
-
-    def owes(node: Node) -> bool:
-        state = node.now_in
-        return state.entry is not None or (state.arguments and not state.final)
+                begin(child)
 
     def complete(node: Node) -> None:
         """Complete the entry into the current state."""
         state = node.now_in
-        piece(node, f"entry {node.state}", state.entry)
-        if state.arguments and not state.final:
-            value = next(handed)
+        if node.owes_entry:
+            piece(node, f"entry {node.state}", state.entry)
+            node.owes_entry = False
+        if node.owes_arguments:
+            piece(node, f"arguments {node.state}", state.arguments)
+            value = None if state.arguments == FAILS else next(handed)
             for child in node.children:
-                if child.owner == node.state:
+                if child.owner == node.state and value is not None:
                     child.value = value
-        settle(node)
+            node.owes_arguments = False
+        begin(node)
         look()
 
     def choose(node: Node) -> int | None:
@@ -288,18 +311,51 @@ def reference(plan: Plan, outside: Outside) -> list[Line]:
             return True
         note(node, f"guard {index}" + (f" {node.queue[0][1]}" if transition.event else ""))
         node.asked[index] += 1
-        return transition.script[(node.asked[index] - 1) % len(transition.script)]
+        answer = transition.script[(node.asked[index] - 1) % len(transition.script)]
+        if answer == ENDS_CYCLE:
+            raise CycleEnds
+        return answer is True
 
-    def leave_for_good(node: Node) -> None:
+    def leave_for_good(node: Node) -> bool:
+        """Run the exit code of all that is left; return whether any of it ends the cycle."""
+        ends = False
         if node.now_in.restart:
             for child in node.children:
                 if child.owner == node.state and child.begun and child.settled and not child.finished:
-                    leave_for_good(child)
-        piece(node, f"exit {node.state}", node.now_in.exit)
+                    ends |= leave_for_good(child)
+        try:
+            piece(node, f"exit {node.state}", node.now_in.exit)
+        except CycleEnds:
+            ends = True
+        return ends
+
+    def run_cycle_of(node: Node) -> None:
+        node.due = len(node.queue)
+        if not node.settled:
+            complete(node)
+        index = choose(node)
+        if index is not None:
+            transition, data = node.plan.transitions[index], ""
+            if transition.event:
+                data = f" {node.queue.pop(0)[1]}"
+                node.due -= 1
+            node.settled = False
+            look()
+            ends = leave_for_good(node)
+            enter(node, transition.destination)
+            if ends:
+                raise CycleEnds
+            piece(node, f"fired {index}{data}", transition.code)
+            complete(node)
+        if node.now_in.final:
+            node.finished = True
+            note(node, "finished")
+            drop_all(node, DropReason.FINISHED)
+        else:
+            piece(node, f"code {node.state}", node.now_in.code)
 
     enter(nodes[0], 0)
-    if not owes(nodes[0]):
-        settle(nodes[0])
+    begin(nodes[0])
     look()
     for now in range(0, END + 1, STEP):
         for node in nodes:
@@ -308,29 +364,13 @@ def reference(plan: Plan, outside: Outside) -> list[Line]:
         for node in nodes:
             if now % node.plan.period or node.finished or not awake(node):
                 continue
-            node.due = len(node.queue)
-            if not node.settled:
-                complete(node)
-            index = choose(node)
-            if index is not None:
-                transition, data = node.plan.transitions[index], ""
-                if transition.event:
-                    data = f" {node.queue.pop(0)[1]}"
-                    node.due -= 1
-                node.settled = False
+            try:
+                run_cycle_of(node)
+            except CycleEnds:
+                begin(node)
                 look()
-                leave_for_good(node)
-                enter(node, transition.destination)
-                piece(node, f"fired {index}{data}", transition.code)
-                complete(node)
-            if node.now_in.final:
-                node.finished = True
-                note(node, "finished")
-                drop_all(node, DropReason.FINISHED)
-                if node.parent is None:
-                    return trace
-            else:
-                piece(node, f"code {node.state}", node.now_in.code)
+            if nodes[0].finished:
+                return trace
         for name in outside.get(now, ()):
             send(name)
     return trace
@@ -348,7 +388,7 @@ class Recorder(Observer):
         self.virtual: VirtualRun | None = None
 
     def run(self, outside: Outside) -> list[Line]:
-        self.virtual = virtual = VirtualRun(component(self._root))
+        self.virtual = virtual = VirtualRun(component(self._root, on_error="continue"))
         for change in virtual.trace:
             self._note_change(change.automaton, change.state, change.kind)
         virtual.tree.observers.append(self)
@@ -398,27 +438,45 @@ class Recorder(Observer):
             nonlocal value
             value = int(str(values["n"]))
 
+        tries: Counter[str] = Counter()
+
+        def fail(answer: Answer) -> None:
+            if answer == FAILS:
+                raise ValueError("a mistake")
+            if answer == ENDS_CYCLE:
+                raise ConnectionLostException("gone")
+
         def piece(what: str, code: Piece) -> Callable[..., None] | None:
             def run(event: Event | None = None) -> None:
                 data = "" if event is None else f" {event.data}"
                 self._note(name, f"{what}{data} {value}")
-                if code:
+                tries[what + data] += 1
+                if code in EVENTS:
                     self._send(component, code)
+                elif code and (code == FAILS or tries[what + data] % 2):
+                    fail(code)
 
             return None if code is None else run
 
-        def guard(index: int, script: tuple[bool, ...]) -> Callable[..., bool] | None:
+        def guard(index: int, script: tuple[Answer, ...]) -> Callable[..., bool] | None:
             asked = count()
 
             def run(event: Event | None = None) -> bool:
                 data = "" if event is None else f" {event.data}"
                 self._note(name, f"guard {index}{data}")
-                return script[next(asked) % len(script)]
+                answer = script[next(asked) % len(script)]
+                fail(answer)
+                return answer is True
 
             return run if script else None
 
-        def arguments(owner: int) -> Callable[[], Mapping[int, Mapping[str, object]]]:
+        def arguments(owner: int, code: Piece) -> Callable[[], Mapping[int, Mapping[str, object]]] | None:
+            begin = piece(f"arguments {owner}", code)
+            if begin is None:
+                return None
+
             def run() -> Mapping[int, Mapping[str, object]]:
+                begin()
                 value = next(self._handed)
                 return {child.id: {"n": value} for place, child in below if place == owner}
 
@@ -440,7 +498,7 @@ class Recorder(Observer):
                     code=piece(f"code {place}", state.code),
                     exit=piece(f"exit {place}", state.exit),
                     restart=state.restart,
-                    arguments=arguments(place) if state.arguments else None,
+                    arguments=arguments(place, state.arguments),
                     children=tuple(child for owner, child in below if owner == place),
                 )
                 for place, state in enumerate(plan.states)
@@ -483,7 +541,7 @@ def test_the_runtime_does_what_the_reference_does(plan: Plan, outside: Outside) 
 
 
 @settings(max_examples=examples(20), deadline=None, suppress_health_check=[HealthCheck.too_slow])
-@given(plans(), OUTSIDE, SCRIPTS)
+@given(plans(), OUTSIDE, PAUSES)
 def test_cycles_that_pause_at_an_entry_and_go_on_do_the_same(
     plan: Plan, outside: Outside, pauses: tuple[bool, ...]
 ) -> None:

@@ -246,6 +246,28 @@ def test_what_is_refused_while_a_state_is_left_is_no_answer_to_the_next() -> Non
     assert (virtual.active, why, virtual.errors) == ("next", [], ())
 
 
+def test_a_state_hears_what_is_refused_while_one_far_below_it_is_left() -> None:
+    why: list[object] = []
+    leaf = automaton(3, "leaf", [State(id=1, name="y", exit=refused(InvalidValueException(HEARD)))])
+    states = [State(id=1, name="x", children=(leaf,), restart=True), State(id=2, name="z")]
+    below = automaton(2, "below", states, [after(0.2, 1, 2)])
+    virtual = VirtualRun(component(hearing(State(id=1, name="ask", children=(below,)), why)))
+    virtual.advance(0.5)
+    assert (virtual.active, why, virtual.errors) == ("end", [HEARD], ())
+
+
+def test_hardware_that_fails_now_and_then_is_not_refused_where_errors_are_ignored() -> None:
+    why: list[object] = []
+
+    def look() -> None:
+        if round(virtual.time * 10) % 3:
+            raise HardwareFailedException("Camera: no image")
+
+    virtual = VirtualRun(component(hearing(State(id=1, name="ask", code=look), why), on_error="continue"))
+    virtual.advance(3.0)
+    assert (virtual.active, why) == ("ask", [])
+
+
 def test_a_refusal_that_no_guard_lets_through_is_dropped_and_older_events_are_kept() -> None:
     code = refused(InvalidValueException(HEARD))
     asking = State(id=1, name="ask", code=lambda: code() if virtual.time == 0.2 else None)
@@ -266,10 +288,11 @@ def test_a_mistake_in_the_code_is_not_refused() -> None:
     assert virtual.halted
 
 
-def test_a_picture_that_may_be_late_is_not_refused_and_a_broken_camera_is() -> None:
+@pytest.mark.parametrize("on_error", ["stop", "continue"])
+def test_a_picture_that_may_be_late_is_not_refused_and_a_broken_camera_is(on_error: str) -> None:
     why: list[object] = []
     looks = State(id=1, name="ask", code=refused(HardwareFailedException("Camera: no image")))
-    virtual = VirtualRun(component(hearing(looks, why)))
+    virtual = VirtualRun(component(hearing(looks, why), on_error=on_error))
     virtual.advance(0.85)
     assert (virtual.active, why) == ("ask", [])
     virtual.advance(0.5)
