@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 import pytest
 
 from zenoh_ice.application import hidden_interfaces
+from zenoh_ice.text import text_of
 
 if TYPE_CHECKING:
     from hfsm_runtime import Component
@@ -200,7 +201,7 @@ def pytest_runtest_makereport(
     """Add the timelines of its behaviors to the report of a failed test."""
     report = yield
     if report.when == "call" and report.failed and call.excinfo is not None:
-        message = str(call.excinfo.value)
+        message = text_of(call.excinfo.value)
         for behavior in item.stash.get(_BEHAVIORS, []):
             if behavior.timeline not in message:
                 report.sections.append(("behavior", behavior.timeline))

@@ -143,6 +143,23 @@ def test_a_timeline_is_shown_once(lamp: pytest.Pytester) -> None:
     assert "- behavior -" not in result.stdout.str()
 
 
+def test_a_failed_test_is_reported_though_its_exception_has_no_text(lamp: pytest.Pytester) -> None:
+    lamp.makepyfile(
+        """
+        class Silent(Exception):
+            def __str__(self):
+                raise RuntimeError("no text")
+
+        def test_it(behavior):
+            behavior("lamp.xml")
+            raise Silent
+        """
+    )
+    result = lamp.runpytest()
+    result.assert_outcomes(failed=1)
+    assert "timeline of lamp" in result.stdout.str()
+
+
 def test_the_table_reports_what_is_missing_and_where(lamp: pytest.Pytester) -> None:
     result = lamp.runpytest(COVERAGE, "-k", "test_lit")
     result.stdout.fnmatch_lines(
