@@ -100,9 +100,7 @@ class Tree:
         Returns false when none waits for it, and in a cycle that has outlived its activation.
         """
         with self.lock:
-            runs = next(
-                (each for each in actor.chain() if each.in_cycle), actor
-            )  # exit code runs in that above
+            runs = next(each for each in actor.chain() if each.in_cycle)  # exit code runs in that above
             waiting = next(filter(_waits_for_refusal, actor.chain()), None) if runs.on_duty else None
             if waiting is not None:
                 waiting.events.refusal = Event(REFUSED, why)

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 
 import pytest
 
 from hfsm_runtime import Automaton, Component, State, Transition, VirtualRun, run
+from hfsm_runtime.errors import CycleCutError
 from hfsm_runtime.tree import ChangeKind
 from tests.support.automata import Code, after, automaton, component, finished, when
 from zenoh_ice.exceptions import ConnectionLostException
@@ -115,6 +117,14 @@ def test_children_wake_after_the_entry_of_the_state_above_them(log: Log) -> None
     child = automaton(2, "child", [log.state(1, "x")])
     run(component(automaton(1, "root", [log.state(1, "a", (child,))])), 0)
     assert log.lines == ["entry a", "a", "entry x", "x"]
+
+
+def test_timers_of_children_count_from_when_they_wake_and_not_from_their_first_cycle() -> None:
+    states = [State(id=1, name="x"), State(id=2, name="y")]
+    child = automaton(2, "child", states, [after(0.2, 1, 2)], period=0.3)
+    root = automaton(1, "root", [State(id=1, name="a"), State(id=2, name="b", children=(child,))],
+                     [after(0.1, 1, 2)])  # fmt: skip
+    assert run(component(root), 1).changes("child") == [(0.1, "x"), (0.3, "y")]
 
 
 def test_children_are_ghosts_before_exit_code_runs() -> None:
@@ -351,6 +361,30 @@ def test_below_a_child_that_is_left_for_good_only_restart_states_are_left_too(lo
 
     assert grandchildren(restart=True) == ["exit leaf", "exit x", "exit a"]
     assert grandchildren(restart=False) == ["exit x", "exit a"]
+
+
+def test_what_restarts_below_a_child_is_left_though_the_child_has_run_no_cycle_yet(log: Log) -> None:
+    leaf = automaton(3, "leaf", [State(id=1, name="leaf", exit=log.says("exit leaf"))])
+    states = [State(id=1, name="x", children=(leaf,), restart=True, exit=log.says("exit x"))]
+    slow = automaton(2, "slow", states, period=10)
+    above = State(id=1, name="a", children=(slow,), restart=True)
+    root = automaton(1, "root", [State(id=2, name="first"), above, State(id=3, name="last")],
+                     [after(0.1, 2, 1), after(0.2, 1, 3)])  # fmt: skip
+    run(component(root), 0.5)
+    assert log.lines == ["exit leaf", "exit x"]
+
+
+def test_a_child_that_ends_its_entry_as_a_ghost_has_entered_and_is_left(log: Log) -> None:
+    def root(c: Component) -> Automaton:
+        def entry() -> None:
+            with suppress(CycleCutError):
+                c.sleep(60)
+
+        child = automaton(2, "child", [State(id=1, name="x", entry=entry, exit=log.says("exit x"))])
+        return by_turns(lambda i, n, below: State(id=i, name=n, children=below, restart=True), child)
+
+    run(component(root), 0.6)
+    assert log.lines == ["exit x"]
 
 
 def test_a_restart_state_that_is_resumed_and_not_entered_lets_its_children_go_on() -> None:

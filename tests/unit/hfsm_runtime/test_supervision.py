@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
+from contextlib import suppress
 
 import pytest
 
-from hfsm_runtime import Automaton, State, Transition, VirtualRun
+from hfsm_runtime import Automaton, Component, State, Transition, VirtualRun
 from hfsm_runtime._limits import LIMITS, RuntimeLimits
 from hfsm_runtime.debugger.snapshot import take_snapshot
+from hfsm_runtime.errors import CycleCutError
 from interfaces.hfsm import ComponentStatus
 from interfaces.jderobot import CommandRefusedException, HardwareFailedException, InvalidValueException
 from tests.support.automata import after, automaton, component, on, when
@@ -280,6 +282,49 @@ def test_a_refusal_that_no_guard_lets_through_is_dropped_and_older_events_are_ke
     (run,) = virtual.tree.actors
     assert run.events.last_dropped is not None
     assert (virtual.active, run.events.last_dropped[0].data, run.events.dropped) == ("end", HEARD, 1)
+
+
+def test_a_refusal_is_dropped_though_no_other_event_waits() -> None:
+    asking = State(id=1, name="ask", entry=refused(InvalidValueException(HEARD)))
+    rejects = on("refused", 1, 2, guard=lambda event: event.data != HEARD)
+    virtual = VirtualRun(component(automaton(1, "root", [asking, State(id=2, name="end")], [rejects])))
+    virtual.advance(0.5)
+    (run,) = virtual.tree.actors
+    assert (virtual.active, run.events.dropped, virtual.errors) == ("ask", 1, ())
+
+
+def test_what_is_refused_to_a_ghost_is_an_error_that_no_state_hears() -> None:
+    why: list[object] = []
+
+    def root(c: Component) -> Automaton:
+        def code() -> None:
+            with suppress(CycleCutError):
+                c.sleep(60)
+            raise InvalidValueException(HEARD)
+
+        late = automaton(3, "late", [State(id=1, name="y", code=code)])
+        states = [State(id=1, name="x", children=(late,)), State(id=2, name="z")]
+        below = automaton(2, "below", states, [after(0.2, 1, 2)])
+        return hearing(State(id=1, name="ask", children=(below,)), why)
+
+    virtual = VirtualRun(component(root))
+    virtual.advance(0.5)
+    assert (virtual.halted, why, [error.automaton for error in virtual.errors]) == (True, [], [3])
+
+
+@pytest.mark.parametrize("code", [None, lambda: None])
+def test_code_of_a_transition_that_does_not_run_is_reported(
+    code: Callable[[], object] | None, caplog: pytest.LogCaptureFixture
+) -> None:
+    states = [
+        State(id=1, name="a", exit=refused(ConnectionLostException("gone"))),
+        State(id=2, name="b"),
+    ]
+    virtual = VirtualRun(component(automaton(1, "root", states, [after(0.2, 1, 2, code=code, name="go")])))
+    virtual.advance(0.5)
+    assert virtual.active == "b"
+    reported = [text for text in caplog.messages if "go does not run" in text]
+    assert len(reported) == (code is not None)
 
 
 def test_a_mistake_in_the_code_is_not_refused() -> None:
