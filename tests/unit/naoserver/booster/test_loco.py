@@ -6,6 +6,7 @@ import json
 import math
 import random
 import sys
+from contextlib import suppress
 
 import pytest
 
@@ -25,7 +26,7 @@ from naoserver.booster._loco import (
     WALKING,
     Loco,
 )
-from naoserver.errors import RobotError
+from naoserver.errors import CommandRefused, RobotError
 from naoserver.fake import FakeRobot
 from naoserver.kinematics import kinematics_of
 from naoserver.options import ServerOptions
@@ -234,6 +235,29 @@ def test_it_walks_after_the_custom_mode_while_commands_still_come(rig):
     rig.mode(CUSTOM)
     rig.follow({ELBOW: 0.0})
     assert [rig.mode(WALKING), rig.move()] == [0, 0]
+
+
+@pytest.mark.parametrize("mode", [WALKING, PREPARE], ids=["walking", "prepare"])
+@pytest.mark.parametrize(
+    "command",
+    [lambda rig: rig.move(), lambda rig: rig.call(SHOOT), lambda rig: rig.follow({ELBOW: 0.5})],
+    ids=["walk", "kick", "joints"],
+)
+def test_who_commands_on_is_refused_after_the_reset_whatever_the_mode(rig, command, mode):
+    rig.mode(mode)
+    rig.assembly.gate.stop("a test")
+    with suppress(CommandRefused):
+        command(rig)
+    rig.assembly.gate.reset()
+    assert rig.mode(WALKING) == CONFLICT
+    assert rig.mode(WALKING, client="another") == 0
+
+
+def test_a_stop_is_no_command_of_its_program(rig):
+    rig.assembly.gate.stop("a test")
+    rig.move(0.0)
+    rig.assembly.gate.reset()
+    assert rig.move() == 0
 
 
 def test_after_an_emergency_stop_calls_are_refused(rig):

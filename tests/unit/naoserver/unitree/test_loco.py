@@ -99,6 +99,23 @@ def test_everybody_may_stop_the_walk(rig):
     assert rig.forward == 0.0
 
 
+@pytest.mark.parametrize("state", [START, '{"data": 2}'], ids=["walk", "squat"])
+def test_who_commands_on_is_refused_after_the_reset_whatever_the_state(rig, state):
+    rig.call(STATE, state)
+    rig.assembly.gate.stop("a test")
+    rig.drive()
+    rig.assembly.gate.reset()
+    assert rig.call(HEIGHT, '{"data": 0}') == NOT_AVAILABLE
+    assert rig.call(HEIGHT, '{"data": 0}', client="another") == 0
+
+
+def test_a_stop_is_no_command_of_its_program(rig):
+    rig.assembly.gate.stop("a test")
+    rig.drive(0.0)
+    rig.assembly.gate.reset()
+    assert rig.drive() == 0
+
+
 def test_after_an_emergency_stop_commands_are_refused_and_nothing_is_renewed(rig):
     rig.drive(seconds=100.0)
     rig.assembly.gate.stop("a test")
