@@ -328,6 +328,13 @@ def test_to_give_a_lease_back_is_an_event(rig):
     assert rig.newest_event() == HealthEvent(0.0, Severity.Info, "Safety", "Ann no longer holds the robot")
 
 
+def test_a_lease_that_is_taken_and_given_back_within_a_second_is_one_event(rig):
+    for _ in range(3):
+        rig.gate.acquire("a", "Ann", 5.0)
+        rig.gate.release("a")
+    assert rig.messages() == ["Ann holds the robot"]
+
+
 def test_the_state_has_the_robots_time(rig):
     rig.robot_time = 7.0
     assert rig.gate.state().time == 7.0
