@@ -152,8 +152,42 @@ def test_the_status_names_what_it_does(rig):
     assert status == {"current_mode": WALKING, "current_body_control": 3, "current_actions": [2]}
 
 
+def test_the_status_of_a_robot_that_does_nothing(rig):
+    assert json.loads(rig.ask(STATUS)[1])["current_actions"] == []
+
+
 def test_it_says_what_it_is(rig):
-    assert json.loads(rig.ask(INFO)[1])["model"] == "T1"
+    unknown = dict.fromkeys(("serial_number", "edition", "region"), "")
+    named = dict.fromkeys(("name", "nickname"), rig.robot.name)
+    assert json.loads(rig.ask(INFO)[1]) == {**named, **unknown, "version": "simulation", "model": "T1"}
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        (MOVE, {"vx": 0.1, "vy": 0.0, "vyaw": 0.0}),
+        (HEAD, {"pitch": 0.1, "yaw": 0.0}),
+        (HEAD_ON, {"pitch_direction": 1, "yaw_direction": 0}),
+        (WAVE, {"hand_action": 0}),
+        (SHOOT,),
+        (MODE, {"mode": DAMPING}),
+        (GET_UP,),
+        (UPPER_BODY, {"start": True}),
+    ],
+    ids=str,
+)
+def test_what_moves_is_a_command_of_its_program(rig, monkeypatch, command):
+    clients, require = set(), rig.assembly.gate.require
+
+    def asked(client, **more):
+        clients.add(client)
+        require(client, **more)
+
+    rig.mode(DAMPING if command[0] == GET_UP else WALKING)
+    rig.advance(5.0)
+    monkeypatch.setattr(rig.assembly.gate, "require", asked)
+    assert rig.call(*command, client="mine") == 0
+    assert clients == {"mine"}
 
 
 def test_the_head_turns_to_angles(rig):
@@ -175,6 +209,32 @@ def test_the_head_turns_in_a_direction_until_it_is_stopped(rig):
     there = rig.angle("Head_pitch")
     rig.advance(2.0)
     assert 0.0 < rig.angle("Head_pitch") == pytest.approx(there, abs=0.05)
+
+
+@pytest.mark.parametrize("way", [1, -1])
+def test_the_head_turns_slowly_in_a_direction_to_its_limit(rig, way):
+    rig.call(HEAD_ON, {"pitch_direction": 0, "yaw_direction": way})
+    rig.advance(1.0)
+    assert rig.angle("AAHead_yaw") == pytest.approx(way * 0.5, abs=0.1)
+    assert rig.angle("Head_pitch") == 0.0
+    rig.advance(20.0)
+    facts = rig.robot.body.joint["AAHead_yaw"]
+    assert rig.angle("AAHead_yaw") == pytest.approx(facts.upper if way > 0 else facts.lower)
+
+
+def test_the_head_that_turns_in_a_direction_stops_no_other_joint(rig):
+    rig.mode(CUSTOM)
+    rig.follow({ELBOW: 0.5})
+    rig.call(HEAD_ON, {"pitch_direction": 1, "yaw_direction": 0})
+    assert rig.assembly.gains.moves_for("program")
+
+
+def test_the_time_of_a_turn_is_for_the_way_from_where_the_head_is(rig):
+    rig.call(HEAD, {"pitch": 0.4, "yaw": 0.0})
+    rig.advance(2.0)
+    rig.call(HEAD_WITH_TIME, {"pitch": 0.2, "yaw": 0.0, "time_millis": 4000})
+    rig.advance(2.0)
+    assert rig.angle("Head_pitch") == pytest.approx(0.3, abs=0.03)
 
 
 def test_it_waves_until_the_hand_closes(rig):
