@@ -246,6 +246,24 @@ def test_it_waves_until_the_hand_closes(rig):
     assert rig.angle("Right_Shoulder_Pitch") == pytest.approx(0.0, abs=0.1)
 
 
+def test_a_hand_that_closes_ends_nothing_else(rig):
+    rig.call(SHOOT)
+    rig.call(WAVE, {"hand_action": 1})
+    assert json.loads(rig.ask(STATUS)[1])["current_body_control"] == 9
+
+
+def test_a_wave_that_is_over_is_none(rig):
+    rig.call(WAVE, {"hand_action": 0})
+    rig.advance(20.0)
+    assert json.loads(rig.ask(STATUS)[1])["current_actions"] == []
+
+
+def test_a_command_of_fewer_motors_leaves_the_others(rig):
+    rig.mode(CUSTOM)
+    rig.loco.follow([(0.5, 0.0, 0.0, 50.0, 2.0, float(n == ELBOW)) for n in range(ELBOW + 1)], "program")
+    assert rig.assembly.gains.moves_for("program")
+
+
 def test_it_shoots(rig):
     assert rig.call(SHOOT) == 0
     assert json.loads(rig.ask(STATUS)[1])["current_body_control"] == 9
