@@ -1,5 +1,6 @@
 """Commands with gains behind their safety layer, on a robot without physics, in virtual time."""
 
+import dataclasses
 import math
 from types import SimpleNamespace
 
@@ -195,3 +196,55 @@ def test_a_joint_is_as_fast_as_the_rules_of_its_body_say():
         rig.live(0.1, lambda rig=rig: rig.guard.command({JOINT: stiffly(2.0)}, "ann"))
         distances.append(position(rig) - there)
     assert distances[1] == pytest.approx(distances[0] / 4, rel=0.05)
+
+
+@pytest.fixture
+def sent(rig, monkeypatch):
+    """The commands that reach the motors, by joint, the newest of each."""
+    newest, command = {}, rig.robot.command_gains
+
+    def spied(commands):
+        newest.update(commands)
+        command(commands)
+
+    monkeypatch.setattr(rig.robot, "command_gains", spied)
+    return newest
+
+
+def test_a_command_reaches_the_motors_with_the_limits_of_its_joint(rig, sent):
+    rig.guard.command({JOINT: stiffly(0.5, velocity=0.1, torque=0.2)}, "ann")
+    facts = rig.body.facts(JOINT)
+    speed = OPTIONS.speed_fraction * facts.max_velocity
+    assert sent == {JOINT: (0.5, 0.1, 0.2, 50.0, 2.0, facts.lower, facts.upper, speed)}
+
+
+def test_who_is_lost_leaves_joints_that_are_damped_as_their_gear_says(rig, sent):
+    rig.guard.command({JOINT: stiffly(0.5, velocity=0.1, torque=0.2)}, "ann")
+    rig.guard.drop_client("ann")
+    body = rig.robot.body
+    gentle = body.gears[body.joint[JOINT].gear].damping
+    assert sent[JOINT][:5] == (0.5, 0.0, 0.0, 0.0, gentle)
+
+
+def test_it_is_watched_while_joints_follow_commands(rig):
+    assert rig.guard.watch() is None
+    rig.guard.command({JOINT: stiffly(0.5)}, "ann")
+    assert rig.guard.watch() == OPTIONS.period
+    rig.live(2.0)
+    assert rig.guard.watch() is None
+
+
+@pytest.mark.parametrize(("roll", "position"), [(-1.7, None), (0.5, 0.5)], ids=["too far", "free"])
+def test_a_joint_keeps_clear_of_what_the_other_of_its_pair_brings_near(rig, sent, roll, position):
+    table, turn = rig.robot.body.tables[0], 2.0
+    reading = rig.robot.read()
+    velocities = [turn if name == PITCH else 0.0 for name in rig.robot.body.joint_names]
+    rig.body.read = lambda: dataclasses.replace(reading, velocities=tuple(velocities))
+    at = reading.positions[rig.body.index(PITCH)]
+    lower, upper = table.over((at, at + 0.06 * turn))
+    limited = rig.guard.command({PITCH: stiffly(0.0), ROLL: stiffly(roll)}, "ann")
+    position = lower if position is None else position
+    assert (sent[ROLL].position, sent[ROLL].lower, sent[ROLL].upper) == (position, lower, upper)
+    assert limited == ({} if roll == position else {ROLL: stiffly(lower)})
+    speed = OPTIONS.speed_fraction * rig.body.facts(ROLL).max_velocity
+    assert sent[PITCH].max_speed == pytest.approx(0.5 * speed / table.steepest)
