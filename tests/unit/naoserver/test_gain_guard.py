@@ -226,6 +226,12 @@ def test_who_is_lost_leaves_joints_that_are_damped_as_their_gear_says(rig, sent)
     assert sent[JOINT][:5] == (0.5, 0.0, 0.0, 0.0, gentle)
 
 
+def test_a_command_lasts_until_its_timeout(rig, sent):
+    rig.guard.command({JOINT: stiffly(0.5)}, "ann")
+    rig.live(OPTIONS.gains_timeout - 2 * OPTIONS.period)
+    assert sent[JOINT].kp == 50.0
+
+
 def test_it_is_watched_while_joints_follow_commands(rig):
     assert rig.guard.watch() is None
     rig.guard.command({JOINT: stiffly(0.5)}, "ann")
@@ -234,9 +240,11 @@ def test_it_is_watched_while_joints_follow_commands(rig):
     assert rig.guard.watch() is None
 
 
-@pytest.mark.parametrize(("roll", "position"), [(-1.7, None), (0.5, 0.5)], ids=["too far", "free"])
-def test_a_joint_keeps_clear_of_what_the_other_of_its_pair_brings_near(rig, sent, roll, position):
+@pytest.mark.parametrize("pitch", [0.4, -3.0])
+@pytest.mark.parametrize(("roll", "position"), [(-1.74, None), (0.5, 0.5)], ids=["too far", "free"])
+def test_a_joint_keeps_clear_of_what_the_other_of_its_pair_brings_near(rig, sent, roll, position, pitch):
     table, turn = rig.robot.body.tables[0], 2.0
+    rig.robot.place({PITCH: pitch})
     reading = rig.robot.read()
     velocities = [turn if name == PITCH else 0.0 for name in rig.robot.body.joint_names]
     rig.body.read = lambda: dataclasses.replace(reading, velocities=tuple(velocities))

@@ -246,6 +246,28 @@ def test_it_waves_until_the_hand_closes(rig):
     assert rig.angle("Right_Shoulder_Pitch") == pytest.approx(0.0, abs=0.1)
 
 
+def test_a_hand_that_closes_ends_its_wave_at_once(rig):
+    rig.call(WAVE, {"hand_action": 0})
+    rig.advance(0.5)
+    rig.call(WAVE, {"hand_action": 1})
+    assert json.loads(rig.ask(STATUS)[1])["current_actions"] == []
+
+
+def test_a_refusal_has_no_result_and_its_event_says_why(rig):
+    assert rig.ask(MODE, {"mode": 5}) == (BAD_REQUEST, "")
+    rig.assembly.gate.stop("a test")
+    assert rig.ask(MODE, {"mode": WALKING}) == (CONFLICT, "")
+    said = f"answered a program with error {CONFLICT}: the robot is stopped: a test; reset the emergency stop first"
+    assert rig.assembly.events.snapshot()[0][-1].message == said
+
+
+def test_crouching_it_is_lower(rig):
+    high = rig.programs.height()
+    rig.mode(DAMPING)
+    rig.advance(5.0)
+    assert 0.2 < rig.programs.height() < high - 0.1 < 0.8
+
+
 def test_a_hand_that_closes_ends_nothing_else(rig):
     rig.call(SHOOT)
     rig.call(WAVE, {"hand_action": 1})
