@@ -213,7 +213,7 @@ def stop(
     ] = False,
     reset: Annotated[bool, typer.Option("--reset", help="Let the robot accept commands again.")] = False,
     resume: Annotated[
-        bool, typer.Option("--resume", help="With --reset: let behaviors that the stop paused go on, too.")
+        bool, typer.Option("--resume", help="With --reset: let what the stop paused or refused go on, too.")
     ] = False,
     seconds: Annotated[
         float, typer.Option(min=0.1, callback=finite, help="Give up after this many seconds.")

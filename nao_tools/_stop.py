@@ -84,14 +84,18 @@ def stop_all(
 
 
 def reset(settings: Settings, *, resume: bool, as_json: bool) -> None:
-    """Let the robot accept commands again, and with `resume` behaviors go on; raises what a call raises."""
+    """Let the robot accept commands again, and with `resume` all go on; raises what a call raises."""
     with initialize(settings) as communicator:
         wait_for_servant(communicator, SAFETY)
         emergency_stop.reset(communicator, resume=resume)
     if as_json:
         print_json({"robots": [{"realm": settings.realm, "stopped": False}]})
     else:
-        go_on = "paused behaviors go on" if resume else "behaviors go on when a person lets them (Run, F8)"
+        go_on = (
+            "paused behaviors go on, and programs that commanded on"
+            if resume
+            else "behaviors go on when a person lets them (Run, F8), programs that commanded on after a pause"
+        )
         typer.echo(f"reset: the robot accepts commands again; {go_on}")
 
 

@@ -1,14 +1,14 @@
 """A domain of DDS on loopback, and the thread that takes what programs of a robot's maker send there.
 
-A program is the writer of its messages. DDS reports within a second that one left, or was killed; of one that
-hangs, after the time that its participant announced, 10 s or 20 s unless it was configured.
+A program is the participant that writes its messages, for as long as it can. DDS reports within a second that
+one left, or was killed; of one that hangs, after the time that its participant announced, 10 s or 20 s unless
+it was configured.
 """
 
 from __future__ import annotations
 
 import logging
 import re
-import secrets
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -203,7 +203,7 @@ class Wire:
                     _logger.exception("%s goes on after an error", self._name)
                     self._ending.wait(_PERIOD)
         finally:
-            for client in self._programs.values():
+            for client in set(self._programs.values()):
                 self._drop(client)
 
     def _take_turn(self) -> None:
@@ -222,12 +222,18 @@ class Wire:
     def _find_programs(self) -> None:
         """Name new programs, and drop lost ones."""
         # cyclonedds gives handles with a sign here, and without one beside a message.
-        matched = (topic.reader.get_matched_publications() for topic in self._inputs)
-        present = {handle % 2**64 for handles in matched for handle in handles}
-        for handle in self._programs.keys() - present:
-            self._drop(self._programs.pop(handle))
-        for handle in present - self._programs.keys():
-            self._programs[handle] = f"{self._name} {secrets.token_hex(8)}"
+        present = {
+            handle % 2**64: (topic.reader, handle)
+            for topic in self._inputs
+            for handle in topic.reader.get_matched_publications()
+        }
+        for handle in self._programs.keys() - present.keys():
+            if (client := self._programs.pop(handle)) not in self._programs.values():
+                self._drop(client)
+        for handle in present.keys() - self._programs.keys():
+            reader, own = present[handle]
+            if (writer := reader.get_matched_publication_data(own)) is not None:
+                self._programs[handle] = f"{self._name} {writer.participant_key.hex}"
 
 
 def _taken(topic: _Input) -> Iterator[tuple[Any, int]]:

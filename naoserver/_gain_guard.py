@@ -83,6 +83,7 @@ class GainGuard:
         """
         limited: dict[str, nao.JointCommand] = {}
         with self._lock:
+            stops = self._body.gate.stops
             self._body.gate.require(client)
             reading, now = self._body.read(), self._events.wall_time()
             safe = {joint: self._safe(joint, given, limited) for joint, given in commands.items()}
@@ -97,12 +98,11 @@ class GainGuard:
                 deadline = now + self._options.gains_timeout
                 for joint, command in safe.items():
                     self._followed[joint] = _Followed(command, client, deadline)
-            try:
-                self._body.gate.require(client)
-            except CommandRefused:  # an emergency stop came in between, before the claim
+            if self._body.gate.stops != stops:  # an emergency stop came in between, before the claim
                 for joint in safe:
                     self._hold(joint)
-                raise
+                self._body.gate.require(client)
+                raise CommandRefused("the robot was stopped")
         self._body.check_within(self._options.period)
         return limited
 

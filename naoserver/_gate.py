@@ -12,6 +12,7 @@ from typing import Final
 
 from interfaces.nao import SafetyState, Severity
 from naoserver._event_log import EventLog
+from naoserver._insistent import SILENCE, Insistent
 from naoserver.errors import CommandRefused, InvalidCommand
 from naoserver.latch import Latch
 from zenoh_ice.application.kept_stop import KeptLease
@@ -45,9 +46,12 @@ class Gate:
     Code that commands the robot calls `require` under the same lock under which it stops, so that no command
     follows an emergency stop. A stop is never refused.
 
+    A reset starts nothing: a client that commanded during the stop is refused until it was silent for a
+    second, or a person lets it go on.
+
     With a `latch`, which is open, stop and lease are as the former server left them, and are kept for the
-    next one. With `resumes`, behaviors that a stop paused go on after each reset, not only when a person lets
-    them.
+    next one. With `resumes`, all that a stop paused or refused goes on after each reset, not only when a
+    person lets it.
     """
 
     def __init__(self, events: EventLog, latch: Latch | None = None, *, resumes: bool = False) -> None:
@@ -64,6 +68,8 @@ class Gate:
         self._resumes = False
         self._stopped_times = 0
         self._stops: list[Callable[[], None]] = []
+        self._resets: list[Callable[[], None]] = []
+        self._insistent = Insistent()
         self._stop_reason: str | None = None
         self._lost: _Loss | None = None
         self._lease: _Lease | None = None
@@ -74,28 +80,38 @@ class Gate:
         """Call `stop` at every emergency stop, as soon as commands are refused."""
         self._stops.append(stop)
 
+    def on_reset(self, end: Callable[[], None]) -> None:
+        """Call `end` before each reset: it ends what would wait for it, though nobody has been refused."""
+        self._resets.append(end)
+
     def require(self, client: str, *, begun: bool = False) -> None:
         """Raise CommandRefused unless a client may command the robot now.
 
         An empty client represents a caller that cannot hold a lease. What was `begun` before goes on when its
-        client is gone, until the server has ended it.
+        client is gone, until the server has ended it; it is no command of the client.
         """
         if client and not begun and self.is_lost(client):
             self._report(Severity.Warning, "refused a command: its client is gone", "gone")
             raise CommandRefused("the client of this command is gone: its link to the robot broke")
-        holder = ""
+        holder, kind = "", "refused"
         with self._lock:
+            stopped = self._stop_reason is not None
+            insists = not begun and self._insistent.insists(client, self.events.wall_time(), stopped=stopped)
             if self._lost is not None:
-                why, what = f"unreachable: {self._lost.why}", "wait until it is found again"
-            elif self._stop_reason is not None:
-                why, what = f"stopped: {self._stop_reason}", "reset the emergency stop first"
+                why, what = f"the robot is unreachable: {self._lost.why}", "wait until it is found again"
+            elif stopped:
+                why, what = f"the robot is stopped: {self._stop_reason}", "reset the emergency stop first"
             elif (lease := self._held()) and lease.client != client:
                 holder = lease.holder
-                why, what = f"held by {holder}", "wait until the lease is given back"
+                why, what = f"the robot is held by {holder}", "wait until the lease is given back"
+            elif insists:
+                kind, what = "insists", "or let them go on: nao stop --reset --resume"
+                during = f"commands of {self._insistent.names()} went on during the emergency stop"
+                why = f"{during}, and are refused until they pause for {SILENCE:g} s"
             else:
                 return
-        self._report(Severity.Warning, f"refused a command: the robot is {why}", "refused")
-        raise CommandRefused(f"the robot is {why}; {what}", holder)
+        self._report(Severity.Warning, f"refused a command: {why}", kind)
+        raise CommandRefused(f"{why}; {what}", holder)
 
     def stop(self, reason: str) -> None:
         """Refuse every command until `reset`, and stop everything that moves.
@@ -121,14 +137,18 @@ class Gate:
             self._stop_all()
 
     def reset(self, *, resume: bool = False) -> None:
-        """Accept commands again after an emergency stop; with `resume`, paused behaviors may go on.
+        """Accept commands again after an emergency stop; with `resume`, what it paused or refused may go on.
 
         ISO 13850:2015, 4.1.4: the reset alone does not start the machine again.
         """
+        for end in self._resets:
+            end()
         with self._lock:
             was_stopped, self._stop_reason = self._stop_reason is not None, None
             self._was_reset = True
             self._resumes = resume or self._resume_always
+            if self._resumes:
+                self._insistent.let_go_on()
         if was_stopped:
             self._keep()
             self._report(Severity.Info, "the emergency stop was reset", "reset")
@@ -178,6 +198,11 @@ class Gate:
         self._keep()
         self._report(Severity.Info, f"{lease.holder} no longer holds the robot", "lease")
         return True
+
+    @property
+    def stops(self) -> int:
+        """How often the robot was stopped: what began before a stop does not go on after its reset."""
+        return self._stopped_times
 
     @property
     def is_robot_lost(self) -> bool:

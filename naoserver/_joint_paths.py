@@ -16,7 +16,7 @@ from typing import Final
 
 from interfaces.nao import Severity
 from naoserver._guarded_device import GuardedDevice
-from naoserver.errors import InvalidCommand
+from naoserver.errors import CommandRefused, InvalidCommand
 from zenoh_ice import Clock
 
 PERIOD: Final = 0.02
@@ -136,6 +136,7 @@ class Path:
     """What ended it early."""
     number: int = field(default=0, init=False)
     """Its number among all paths of the robot."""
+    _stops: int = field(default=0, init=False)  # of the robot before it
     _reported: bool = field(default=False, init=False)  # whether its error is an event
     _curves: Mapping[str, Curve] = field(default_factory=dict, init=False)
     _begin: float = field(default=0.0, init=False)
@@ -182,6 +183,7 @@ class JointPaths:
         Raises InvalidCommand and CommandRefused as `GuardedDevice.move` does, the latter also when an
         emergency stop has ended it.
         """
+        path._stops = self._body.gate.stops
         try:
             with self._changed:
                 self._add(path)
@@ -200,13 +202,14 @@ class JointPaths:
         if path.error is not None:
             raise path.error
         if path.stopped.is_set():
-            self._body.gate.require(path.client)
+            self._body.gate.require(path.client, begun=True)
 
     def start(self, path: Path, curves: Mapping[str, Curve]) -> None:
         """Begin to move joints along curves, in place of what else moves them along some; return at once.
 
         An error on the way is reported as an event. Raises InvalidCommand or CommandRefused.
         """
+        path._stops = self._body.gate.stops
         self._body.gate.require(path.client)
         self._body.claims.check(path.joints)
         with self._changed:
@@ -265,6 +268,9 @@ class JointPaths:
         """Send the setpoints to where they are to be now; return whether the path continues."""
         if path.stopped.is_set():
             return False
+        if path._stops != self._body.gate.stops:
+            self._body.gate.require(path.client, begun=True)  # which says why it is stopped, if it still is
+            raise CommandRefused("the robot was stopped")
         curves, time = path._curves, self._clock.now() - path._begin
         end = max(each.duration for each in curves.values())
         if time < end - _RESOLUTION or path._sent < end:  # those of the end, however late this is

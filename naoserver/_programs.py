@@ -82,7 +82,8 @@ class Programs:
         self._postures = assembly.postures
         self._kinematics = kinematics_of(robot.body)
         self._lock = threading.Lock()
-        self._posture: tuple[str, str] | None = None  # where to go after the walk, and its client
+        # Where to go after the walk, its client, and how often the robot had been stopped before.
+        self._posture: tuple[str, str, int] | None = None
 
     # -- calls -------------------------------------------------------------------------------------------
 
@@ -138,9 +139,10 @@ class Programs:
         """Renew the velocity, or end it after its time; begin what waits for the end of a walk."""
         with self._lock:
             if self._posture is not None and not self._walk.moving:
-                (posture, client), self._posture = self._posture, None
+                (posture, client, stops), self._posture = self._posture, None
                 try:
-                    self._postures.go(posture, 1.0, client)
+                    if self.assembly.gate.stops == stops:
+                        self._postures.go(posture, 1.0, client)
                 except RobotError as error:
                     self.refused(self.codes.unavailable, str(error))
             self._walk.renew()
@@ -175,10 +177,11 @@ class Programs:
 
         A walk takes its last step first.
         """
+        stops = self.assembly.gate.stops
         self.assembly.gate.require(client)
         self.end_motion()
         if self._walk.moving:
-            self._posture = posture, client
+            self._posture = posture, client, stops
         else:
             self._postures.go(posture, 1.0, client)
 

@@ -30,7 +30,7 @@ ResumeAfterReset = Annotated[
     bool,
     typer.Option(
         "--resume-after-reset",
-        help="Let behaviors go on after the reset of an emergency stop: no person has to let each of them.",
+        help="Let all that an emergency stop paused or refused go on after each reset, without a person.",
     ),
 ]
 """The option of the robot servers for `ServerOptions.resume_after_reset`."""

@@ -178,6 +178,8 @@ class Loco:
         given = self._programs.read(body, _Velocity)
         # 0.1 arrives as 0.10000000149011612, which may be beyond a limit.
         velocity = WalkVelocity(*(round(each, 6) for each in (given.vx, given.vy, given.vyaw)))
+        if velocity != STILL:
+            self._programs.assembly.gate.require(client)
         if velocity != STILL and self._mode not in {WALKING, SOCCER}:
             raise Refusal(CONFLICT, f"it walks in the modes {WALKING} and {SOCCER}; this is {self._mode}")
         self._programs.drive(velocity, math.inf, client)
@@ -226,6 +228,7 @@ class Loco:
             raise Refusal(REFUSED, f"the simulation has no dance {dance}")
 
     def _shoot(self, _body: str, client: str) -> None:
+        self._programs.assembly.gate.require(client)
         if self._mode not in {WALKING, SOCCER}:
             raise Refusal(CONFLICT, f"it shoots in the modes {WALKING} and {SOCCER}; this is {self._mode}")
         self._programs.play("kick", client)
@@ -252,6 +255,8 @@ class Loco:
             if weight > 0.0
         }
         legs = commands.keys() & set(self._programs.robot.body.groups.legs)
+        if commands:
+            self._programs.assembly.gate.require(client)
         if commands and self._mode != CUSTOM and (legs or not self._upper_body):
             raise InvalidCommand("mode", f"joints are commanded in mode {CUSTOM}; this is {self._mode}")
         if commands:

@@ -47,7 +47,7 @@ def test_an_emergency_stop_holds_the_joints_and_refuses_commands(rest: RobotClie
     held = rest.robot.read().commands[place]
     with pytest.raises(CommandRefusedException, match="enough"):
         body.setJointPositions({name: goal}, 0.1)
-    safety.resetEmergencyStop()
+    safety.resetEmergencyStop(True)
     assert rest.robot.read().commands[place] == pytest.approx(held, abs=0.01), "a reset moves nothing"
     assert body.setJointPositions({name: held}, 0.1) == {name: pytest.approx(held)}
 

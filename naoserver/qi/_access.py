@@ -77,7 +77,9 @@ class Access:
         """Begin to look up the service of a program by its name."""
         self._services: dict[type[Service], Service] = {}
         self._drop_client: Final = assembly.drop_client
-        assembly.gate.on_stop(self._stop)
+        self._gate: Final = assembly.gate
+        self._gate.on_stop(self._stop)
+        self._gate.on_reset(self._stop)
 
     def service(self, kind: type[S]) -> S:
         """Return the only service of a kind."""
@@ -97,12 +99,16 @@ class Access:
                 self.walking.drop(client.name)
 
     def _stop(self) -> None:
-        """End all calls that move the robot, in an emergency, lest one begins after the reset."""
+        """End all calls that move the robot, at an emergency stop and its reset, lest one begins after it."""
         with self.calls.stopping(begins_any(*MOTION), "the robot was stopped before it began"):
             pass
 
     def free(self, call: Call) -> None:
-        """End the walk and other motion; return when no joint is claimed, or after some seconds."""
+        """End the walk and other motion; return when no joint is claimed, or after some seconds.
+
+        Raises CommandRefused for a program that may not command.
+        """
+        self._gate.require(call.client.name)
         joints = [joint.name for joint in self.body.joints]
         for _ in range(round(_END_LIMIT / PERIOD)):
             if call.stopped.is_set() or not self.body.claims.stop(joints):

@@ -196,7 +196,7 @@ class Commands:
         node.on_close(self._vigil, self._vigil.close)
         self._joint_motion: Final = JointMotion(self._body, self._names)
         self._listen("naoqi_bridge_msgs/msg/JointAnglesWithSpeed", "joint_angles", self._move)
-        follower = trajectory.TrajectoryFollower(self._body, stamps.robot_time)
+        follower = trajectory.TrajectoryFollower(self._body, stamps.robot_time, self._stops)
         ActionServer(
             node,
             trajectory.TYPE,
@@ -369,6 +369,11 @@ class Commands:
                 raise Canceled
 
     # -- services ----------------------------------------------------------------------------------------
+
+    def _stops(self) -> tuple[str, int]:
+        """Return the server of the robot, and how often it was stopped since that began."""
+        state = self._safety.getSafetyState()
+        return state.session, state.stops
 
     def _stop(self, _request: object) -> dict[str, object]:
         return self._answer(lambda: self._safety.emergencyStop("emergency stop from ROS"), "stopped")

@@ -207,9 +207,15 @@ def _seconds(moment: Any) -> float:  # noqa: ANN401 - a Time or a Duration
 class TrajectoryFollower:
     """Execute trajectories on the joints of `body`; a newer one takes over joints from an older one."""
 
-    def __init__(self, body: JointsPrx, robot_time: Callable[[float], float]) -> None:
-        """Follow trajectories; `robot_time` converts a time of ROS in s to the robot's."""
+    def __init__(
+        self, body: JointsPrx, robot_time: Callable[[float], float], stops: Callable[[], object]
+    ) -> None:
+        """Follow trajectories; `robot_time` converts a time of ROS in s to the robot's.
+
+        `stops` returns another value after each emergency stop.
+        """
         self._body = body
+        self._stops: Final = stops
         self._robot_time: Final = robot_time
         self._names: Final = tuple(body.getJointNames())
         self.limits: Final = {limits.name: limits for limits in body.getJointLimits()}
@@ -258,6 +264,10 @@ class TrajectoryFollower:
         if start > sample.time + _LONGEST_TRAJECTORY:
             wait = f"it is to begin in {start - sample.time:.4g} s"
             raise TrajectoryError(f"{wait}; at most {_LONGEST_TRAJECTORY:g}")
+        waits = start > sample.time
+        stops = self._stops() if waits else None
+        if waits:
+            self._body.setJointPositions({}, 1.0)  # refused now, not when it begins
         trajectory = trajectory.from_positions([sample.value.commands[column] for column in columns])
         fed, moved = -math.inf, False
         while True:
@@ -276,6 +286,9 @@ class TrajectoryFollower:
                 raise Canceled({"error_code": SUCCESSFUL, "error_string": "canceled"})
             if time < 0.0:
                 continue
+            if waits and self._stops() != stops:
+                raise TrajectoryError("the robot was stopped before it began")
+            waits = False
             self._steer(trajectory, time, min(period, _LONGEST_STEP), state, columns)
             moved = True
             desired, actual = trajectory.at(time), np.array([state.positions[column] for column in columns])

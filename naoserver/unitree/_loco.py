@@ -82,6 +82,8 @@ class Loco:
         velocity = WalkVelocity(*drive.velocity)
         if not drive.duration <= _DURATION:
             raise Refusal(WRONG_PARAMETER, f"a velocity lasts up to {_DURATION:g} s")
+        if velocity != STILL:
+            self._programs.assembly.gate.require(client)
         if velocity != STILL and self._state != WALK:
             raise Refusal(NOT_AVAILABLE, f"it walks in state {WALK}, after Start; this is {self._state}")
         self._programs.drive(velocity, drive.duration, client)

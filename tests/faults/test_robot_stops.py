@@ -79,7 +79,7 @@ def test_a_robot_that_was_stopped_is_stopped_after_the_death_of_its_server(
         head = PoseHeadPrx.checkedCast(client.stringToProxy("Head"))
         with pytest.raises(CommandRefusedException, match="a hand in the way"):
             head.setPose(0.3, 0.0, 1.0)
-        safety.resetEmergencyStop()
+        safety.resetEmergencyStop(True)
         head.setPose(0.3, 0.0, 1.0)
 
 

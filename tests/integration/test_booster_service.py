@@ -14,12 +14,13 @@ import pytest
 from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
 from naoserver.booster import serve_as_booster
-from naoserver.errors import RobotError
+from naoserver.errors import InvalidCommand, RobotError
 from naoserver.fake import FakeRobot
 from naoserver.jobs import JobThreads
 from naoserver.options import ServerOptions
 from tests.support.dds import free_domain
 from tests.support.processes import ComponentProcess, module
+from tests.support.resets import check_that_a_reset_starts_nothing
 from tests.support.soak import repeated
 from tests.support.waiting import until
 from zenoh_ice import WallClock
@@ -99,6 +100,33 @@ def test_a_stop_ends_what_a_program_commands_by_both_doors():
         assert [other.call(*MOVE), other.call(*CUSTOM)] == [409, 409]
         assert robot.read().commands[ELBOW] == there
         program.process.kill()
+
+
+def test_a_reset_starts_no_walk_of_a_program_that_calls_on(monkeypatch):
+    with t1() as (robot, assembly):
+        program = Program(DOMAIN)
+        check_that_a_reset_starts_nothing(
+            monkeypatch,
+            assembly,
+            lambda: program.call(*MOVE) and None,
+            lambda: robot.walker.commanded().forward > 0.0,
+        )
+
+
+def test_a_reset_starts_no_joint_of_a_program_that_commands_on(monkeypatch):
+    with t1() as (robot, assembly):
+        program, joint = Program(DOMAIN), robot.joints[ELBOW].name
+        program.call(*CUSTOM)
+        low, command = program.writer("rt/joint_ctrl", _types.LowCmd), low_command(ELBOW, 0.5)
+
+        def follows():
+            try:
+                assembly.body.claims.check([joint])
+            except InvalidCommand:
+                return True
+            return False
+
+        check_that_a_reset_starts_nothing(monkeypatch, assembly, lambda: low.write(command), follows)
 
 
 def test_a_low_command_moves_a_joint():

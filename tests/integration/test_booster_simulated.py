@@ -58,6 +58,17 @@ def test_damped_in_a_walk_it_takes_its_last_step_and_crouches(rig):
     assert not rig.robot.state().fallen
 
 
+def test_it_does_not_crouch_after_its_last_step_if_it_was_stopped_meanwhile(rig):
+    height = rig.programs.height()
+    rig.call(MOVE, vx=0.3, vy=0.0, vyaw=0.0)
+    rig.live(1.0)
+    rig.call(MODE, mode=DAMPING)
+    rig.assembly.gate.stop("a test")
+    rig.assembly.gate.reset()
+    rig.live(5.0)
+    assert rig.programs.height() == pytest.approx(height, abs=0.03)
+
+
 def test_it_waves(rig):
     rig.call(WAVE, hand_action=0, hand_index=1)
     rig.live(2.5)

@@ -66,6 +66,25 @@ def test_messages_arrive_with_the_name_of_their_program(ears):
     assert len({client for _, client in ears.heard}) == 2
 
 
+def test_all_that_a_participant_writes_is_of_one_program_until_it_writes_no_more(ears):
+    participant = DomainParticipant(DOMAIN)
+    writers = [
+        DataWriter(participant, Topic(participant, name, kind))
+        for name, kind in (("calls", Identity), ("raw", Status))
+    ]
+    until(lambda: all(each.get_matched_subscriptions() for each in writers))
+    for each, sent in zip(writers, (Identity(1, 2), Status(7)), strict=True):
+        each.write(sent)
+    until(lambda: len(ears.heard) == 2)
+    assert len({client for _, client in ears.heard}) == 1
+    del each, writers[0]
+    until(lambda: len(ears.wire._programs) == 1)
+    assert ears.lost == []
+    del writers[0]
+    until(lambda: ears.lost)
+    assert ears.lost == [ears.heard[0][1]]
+
+
 def test_a_program_that_leaves_is_dropped(ears):
     program = writer("calls", Identity)
     program.write(Identity(1, 2))

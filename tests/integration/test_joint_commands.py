@@ -1,11 +1,14 @@
 """Commands with gains, as clients give them over Zenoh."""
 
+from contextlib import suppress
+
 import pytest
 
 from interfaces.jderobot import CommandRefusedException, InvalidValueException
 from interfaces.nao import JointCommand, JointsPrx, SafetyPrx
 from naoserver.bodies import find_body
 from naoserver.fake import FakeRobot
+from tests.support.resets import check_that_a_reset_starts_nothing
 from tests.support.robot_server import eventually, served_to_client
 
 JOINT = "Left_Elbow_Pitch"
@@ -43,6 +46,18 @@ def test_a_lease_and_an_emergency_stop_refuse_them(booster):
     safety.emergencyStop("enough")
     with pytest.raises(CommandRefusedException, match="enough"):
         body.setJointCommands(PULL)
+
+
+def test_a_reset_starts_nothing_of_a_client_that_commands_on(booster, monkeypatch):
+    body = booster.proxy(JointsPrx, "Body")
+
+    def command():
+        with suppress(CommandRefusedException):
+            body.setJointCommands(PULL)
+
+    check_that_a_reset_starts_nothing(
+        monkeypatch, booster.assembly, command, lambda: not booster.is_free(JOINT)
+    )
 
 
 def test_a_nao_refuses_them_with_the_reason(by_environment):

@@ -75,7 +75,7 @@ def test_an_emergency_stop_holds_the_robot_and_refuses_every_command_until_it_is
     assert refused(nao) == commands(nao).keys()
     assert safety.getSafetyState().reason == "enough"
     assert body.getJointState().commands == state.commands
-    safety.resetEmergencyStop()
+    safety.resetEmergencyStop(True)
     assert refused(nao) == set()
     assert is_used(carrier)
 

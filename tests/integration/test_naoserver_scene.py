@@ -99,7 +99,7 @@ def test_a_push_is_a_command_of_the_robot(nao, scene, truth):
     with pytest.raises(CommandRefusedException):
         scene.pushRobot(Vector3(x=80.0, y=0.0, z=0.0), 0.3)
     scene.placeObject("Ball", Vector3(x=1.0, y=0.5, z=0.05))  # a ball is no part of the robot
-    safety.resetEmergencyStop()
+    safety.resetEmergencyStop(True)
     scene.pushRobot(Vector3(x=80.0, y=0.0, z=0.0), 0.3)
     eventually(lambda: truth.getGroundTruth().torso.position.z < 0.25)
 

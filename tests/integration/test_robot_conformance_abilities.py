@@ -334,7 +334,7 @@ def test_a_lease_and_an_emergency_stop_refuse_every_command(nao, body):
     assert joint(nao, held, pan_of(nao.robot.body)) < 0.8
     state = safety.getSafetyState()
     assert (state.stopped, state.reason) == (True, "enough")
-    safety.resetEmergencyStop()
+    safety.resetEmergencyStop(True)
     assert head.setPose(0.0, 0.0, 0.5).pan == 0.0
     wait_for(head.getPose, lambda pose: abs(pose.pan) < 0.05)
 

@@ -83,7 +83,7 @@ def test_an_emergency_stop_of_a_walk_leaves_it_standing(nao):
     eventually(lambda: stands(nao))
     with pytest.raises(CommandRefusedException, match="enough"):
         nao.proxy(WalkPrx, "Walk").walkTo(0.1, 0.0, 0.0)
-    safety.resetEmergencyStop()
+    safety.resetEmergencyStop(True)
     walk_on(nao)
 
 

@@ -41,6 +41,7 @@ from tests.support.bodies import CART
 from tests.support.commands import run_here
 from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT, FOREVER, MOVE_LIMIT, START_LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint, module
+from tests.support.resets import check_that_a_reset_starts_nothing
 from tests.support.robot_server import (
     HASTE,
     RobotClient,
@@ -428,6 +429,40 @@ def test_the_emergency_stop_latches_until_its_reset(shared: Robot) -> None:
     assert (result.error_code, "emergency stop from ROS" in result.error_string) == (INVALID_GOAL, True)
     assert reset.call(timeout=CALL_LIMIT).success
     assert not safety.getSafetyState().stopped
+    safety.resetEmergencyStop(True)  # other tests command by the same gateway
+
+
+def test_a_reset_starts_no_walk_of_a_node_that_publishes_on(
+    shared: Robot, robot: FakeRobot, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    velocity, walker = shared.publisher("geometry_msgs/msg/Twist", "/cmd_vel"), robot.walker
+    assert walker is not None
+    check_that_a_reset_starts_nothing(
+        monkeypatch,
+        shared.nao.assembly,
+        lambda: velocity.publish(linear={"x": 0.1}),
+        lambda: walker.commanded().forward > 0.0,
+    )
+    assert "/cmd_vel: refused: commands of " in caplog.text
+
+
+def test_a_reset_starts_no_trajectory_that_waits(shared: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
+    gate, begin, waits = shared.nao.assembly.gate, position(shared, "HeadYaw"), threading.Event()
+    require = gate.require
+
+    def asked(client: str, *, begun: bool = False) -> None:
+        require(client, begun=begun)
+        waits.set()
+
+    monkeypatch.setattr(gate, "require", asked)
+    soon = {"header": {"stamp": {"sec": int(time.time()) + 3}}}
+    goal = follow(shared, {"HeadYaw": begin + 0.3}, trajectory=soon)
+    assert waits.wait(EVENT_LIMIT)
+    gate.stop("a test")
+    gate.reset()
+    result = goal.result(MOVE_LIMIT)
+    assert (result.error_code, result.error_string) == (INVALID_GOAL, "the robot was stopped before it began")
+    assert position(shared, "HeadYaw") == pytest.approx(begin)
 
 
 @pytest.mark.parametrize(

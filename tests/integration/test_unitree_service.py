@@ -10,14 +10,18 @@ from itertools import islice
 import psutil
 import pytest
 
+from naoserver import _insistent
 from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
+from naoserver.errors import InvalidCommand
 from naoserver.fake import FakeRobot
 from naoserver.jobs import JobThreads
 from naoserver.options import ServerOptions
 from naoserver.unitree import serve_as_unitree
 from tests.support.dds import free_domain
+from tests.support.limits import FOREVER
 from tests.support.processes import ComponentProcess, module
+from tests.support.resets import check_that_a_reset_starts_nothing
 from tests.support.soak import repeated
 from tests.support.waiting import until
 from zenoh_ice import WallClock
@@ -48,6 +52,15 @@ def g1():
     finally:
         assembly.close()
         robot.close()
+
+
+def follows(assembly, joint):
+    """Return whether a joint follows commands with gains."""
+    try:
+        assembly.body.claims.check([joint.name])
+    except InvalidCommand:
+        return True
+    return False
 
 
 @pytest.mark.parametrize("service", ["loco", "sport"])
@@ -105,6 +118,38 @@ def test_a_stop_ends_what_a_program_commands_by_both_doors():
         assert robot.read().commands[ELBOW] == held
         until(lambda: robot.read().positions[ELBOW] == pytest.approx(held, abs=0.01))
         program.process.kill()
+
+
+def test_a_reset_starts_no_walk_of_a_program_that_calls_on(monkeypatch):
+    with g1() as (robot, assembly):
+        program = Program(DOMAIN)
+        check_that_a_reset_starts_nothing(
+            monkeypatch,
+            assembly,
+            lambda: program.call(7105, CONTINUOUS) and None,
+            lambda: robot.walker.commanded().forward > 0.0,
+        )
+
+
+def test_a_reset_starts_no_joint_of_a_program_that_commands_on(monkeypatch):
+    with g1() as (robot, assembly):
+        low = Program(DOMAIN).writer("rt/lowcmd", _types.LowCmd)
+        command = low_command(ELBOW, 0.5)
+        check_that_a_reset_starts_nothing(
+            monkeypatch, assembly, lambda: low.write(command), lambda: follows(assembly, robot.joints[ELBOW])
+        )
+
+
+def test_a_program_is_the_same_at_each_door(monkeypatch):
+    monkeypatch.setattr(_insistent, "SILENCE", FOREVER)
+    with g1() as (_robot, assembly):
+        program = Program(DOMAIN)
+        low, command = program.writer("rt/lowcmd", _types.LowCmd), low_command(ELBOW, 0.5)
+        assembly.gate.stop("a test")
+        until(lambda: low.write(command) or "stopped: a test" in assembly.events.snapshot()[0][-1].message)
+        assembly.gate.reset()
+        assert program.call(7105, CONTINUOUS).header.status.code == 7301
+        assert Program(DOMAIN).call(7105, CONTINUOUS).header.status.code == 0
 
 
 def test_a_low_command_moves_a_joint():

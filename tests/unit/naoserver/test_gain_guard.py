@@ -1,9 +1,11 @@
 """Commands with gains behind their safety layer, on a robot without physics, in virtual time."""
 
+import dataclasses
 import math
 from types import SimpleNamespace
 
 import pytest
+from msgspec.structs import replace
 
 from interfaces.nao import JointCommand
 from naoserver.assembly import Assembly
@@ -11,6 +13,7 @@ from naoserver.bodies import find_body
 from naoserver.errors import CommandRefused, InvalidCommand
 from naoserver.fake import FakeRobot
 from naoserver.options import SafetyOptions, ServerOptions
+from naoserver.parts import SpeedRule
 from zenoh_ice import VirtualClock
 
 OPTIONS = SafetyOptions()
@@ -21,10 +24,18 @@ def stiffly(position, **values):
     return JointCommand(position=position, kp=50.0, kd=2.0, **values)
 
 
+PITCH, ROLL = "Left_Shoulder_Pitch", "Left_Shoulder_Roll"
+"""Two joints that could hit each other."""
+
+
 @pytest.fixture
 def rig():
+    return rig_of(find_body("T1"))
+
+
+def rig_of(body):
     clock = VirtualClock()
-    robot = FakeRobot(clock, body=find_body("T1"))
+    robot = FakeRobot(clock, body=body)
     assembly = Assembly(robot, ServerOptions(), clock)
     guard = assembly.gains
 
@@ -96,17 +107,21 @@ def test_the_joints_belong_to_their_client(rig):
         rig.guard.command({JOINT: stiffly(0.0)}, "ben")
 
 
-def test_a_stop_between_the_check_of_a_command_and_its_claim_holds(rig, monkeypatch):
-    claim = rig.body.claims.claim
+@pytest.mark.parametrize("was_reset", [False, True], ids=["a stop", "a stop and its reset"])
+def test_a_stop_between_the_check_of_a_command_and_its_claim_holds(rig, monkeypatch, was_reset):
+    claim, gate = rig.body.claims.claim, rig.assembly.gate
 
     def claimed_after_a_stop(*arguments):
-        rig.assembly.gate.stop("in between")
+        gate.stop("in between")
+        if was_reset:
+            gate.reset()
         claim(*arguments)
 
     monkeypatch.setattr(rig.body.claims, "claim", claimed_after_a_stop)
     there = position(rig)
-    with pytest.raises(CommandRefused):
+    with pytest.raises(CommandRefused, match="the robot was stopped" if was_reset else "in between"):
         rig.guard.command({JOINT: JointCommand(velocity=1.0, kd=2.0)}, "ann")
+    assert not rig.guard.moves_for("ann")
     rig.live(0.1)
     assert position(rig) == pytest.approx(there, abs=0.01)
 
@@ -120,3 +135,124 @@ def test_a_stop_holds_at_once(rig):
         rig.guard.command({JOINT: stiffly(0.5)}, "ann")
     rig.live(1.0)
     assert position(rig) == pytest.approx(there, abs=0.05)
+
+
+def test_a_lost_client_is_an_event(rig):
+    rig.guard.command({JOINT: stiffly(0.5)}, "ann")
+    rig.guard.drop_client("ann")
+    newest = rig.assembly.events.snapshot()[0][-1]
+    assert newest.message == f"damped {JOINT}: the client that commanded it is gone"
+
+
+def test_after_its_end_it_passes_no_command_on(rig):
+    rig.guard.close()
+    there = position(rig)
+    rig.guard.command({JOINT: stiffly(0.5)}, "ann")
+    rig.live(0.5)
+    assert not rig.guard.moves_for("ann")
+    assert position(rig) == pytest.approx(there)
+
+
+def test_after_its_end_a_stop_finds_nothing_to_hold(rig, monkeypatch):
+    rig.guard.close()
+
+    def read_after_a_stop():
+        monkeypatch.undo()
+        rig.assembly.gate.stop("in between")
+        return rig.body.read()
+
+    monkeypatch.setattr(rig.body, "read", read_after_a_stop)
+    with pytest.raises(CommandRefused, match="in between"):
+        rig.guard.command({JOINT: stiffly(0.5)}, "ann")
+
+
+def test_joints_by_which_the_robot_balances_are_commanded_together(rig):
+    legs = rig.robot.body.groups.legs[:2]
+    rig.body.balancing = lambda: legs
+    with pytest.raises(InvalidCommand) as refusal:
+        rig.guard.command({legs[0]: stiffly(0.0)}, "ann")
+    assert str(refusal.value) == f"{legs[0]} keeps the robot upright: command also {legs[1]}, or none"
+    assert rig.guard.command({JOINT: stiffly(0.5)}, "ann") == {}
+    rig.guard.command(dict.fromkeys(legs, stiffly(0.0)), "ann")
+    assert rig.guard.moves_for("ann")
+
+
+@pytest.mark.parametrize(("one", "other"), [(PITCH, ROLL), (ROLL, PITCH)])
+def test_joints_that_could_hit_each_other_are_commanded_together_at_first(rig, one, other):
+    with pytest.raises(InvalidCommand) as refusal:
+        rig.guard.command({one: stiffly(0.0)}, "ann")
+    assert str(refusal.value) == f"{one} could hit what {other} moves: command also {other}"
+    rig.guard.command({one: stiffly(0.0), other: stiffly(0.0)}, "ann")
+    rig.guard.command({one: stiffly(0.1)}, "ann")
+
+
+def test_a_joint_is_as_fast_as_the_rules_of_its_body_say():
+    body = find_body("T1")
+    rule = SpeedRule((JOINT,), 0.25)
+    distances = []
+    for each in (body, replace(body, speed_rules=(rule,))):
+        rig = rig_of(each)
+        there = position(rig)
+        rig.live(0.1, lambda rig=rig: rig.guard.command({JOINT: stiffly(2.0)}, "ann"))
+        distances.append(position(rig) - there)
+    assert distances[1] == pytest.approx(distances[0] / 4, rel=0.05)
+
+
+@pytest.fixture
+def sent(rig, monkeypatch):
+    """The commands that reach the motors, by joint, the newest of each."""
+    newest, command = {}, rig.robot.command_gains
+
+    def spied(commands):
+        newest.update(commands)
+        command(commands)
+
+    monkeypatch.setattr(rig.robot, "command_gains", spied)
+    return newest
+
+
+def test_a_command_reaches_the_motors_with_the_limits_of_its_joint(rig, sent):
+    rig.guard.command({JOINT: stiffly(0.5, velocity=0.1, torque=0.2)}, "ann")
+    facts = rig.body.facts(JOINT)
+    speed = OPTIONS.speed_fraction * facts.max_velocity
+    assert sent == {JOINT: (0.5, 0.1, 0.2, 50.0, 2.0, facts.lower, facts.upper, speed)}
+
+
+def test_who_is_lost_leaves_joints_that_are_damped_as_their_gear_says(rig, sent):
+    rig.guard.command({JOINT: stiffly(0.5, velocity=0.1, torque=0.2)}, "ann")
+    rig.guard.drop_client("ann")
+    body = rig.robot.body
+    gentle = body.gears[body.joint[JOINT].gear].damping
+    assert sent[JOINT][:5] == (0.5, 0.0, 0.0, 0.0, gentle)
+
+
+def test_a_command_lasts_until_its_timeout(rig, sent):
+    rig.guard.command({JOINT: stiffly(0.5)}, "ann")
+    rig.live(OPTIONS.gains_timeout - 2 * OPTIONS.period)
+    assert sent[JOINT].kp == 50.0
+
+
+def test_it_is_watched_while_joints_follow_commands(rig):
+    assert rig.guard.watch() is None
+    rig.guard.command({JOINT: stiffly(0.5)}, "ann")
+    assert rig.guard.watch() == OPTIONS.period
+    rig.live(2.0)
+    assert rig.guard.watch() is None
+
+
+@pytest.mark.parametrize("pitch", [0.4, -3.0])
+@pytest.mark.parametrize(("roll", "position"), [(-1.74, None), (0.5, 0.5)], ids=["too far", "free"])
+def test_a_joint_keeps_clear_of_what_the_other_of_its_pair_brings_near(rig, sent, roll, position, pitch):
+    table, turn = rig.robot.body.tables[0], 2.0
+    rig.robot.place({PITCH: pitch})
+    reading = rig.robot.read()
+    velocities = [turn if name == PITCH else 0.0 for name in rig.robot.body.joint_names]
+    rig.body.read = lambda: dataclasses.replace(reading, velocities=tuple(velocities))
+    at = reading.positions[rig.body.index(PITCH)]
+    lower, upper = table.over((at, at + 0.06 * turn))
+    limited = rig.guard.command({PITCH: stiffly(0.0), ROLL: stiffly(roll)}, "ann")
+    position = lower if position is None else position
+    assert (sent[ROLL].position, sent[ROLL].lower, sent[ROLL].upper) == (position, lower, upper)
+    assert limited == ({} if roll == position else {ROLL: stiffly(lower)})
+    speed = OPTIONS.speed_fraction * rig.body.facts(ROLL).max_velocity
+    assert sent[PITCH].max_speed == pytest.approx(0.5 * speed / table.steepest)

@@ -57,7 +57,7 @@ def test_an_emergency_stop_latches_until_it_is_reset_and_says_why(rig):
         rig.gate.require("a")
     assert refusal.value.holder == ""
     assert rig.state() == SafetyState(stopped=True, reason="a hand in the way", stops=1)
-    rig.gate.reset()
+    rig.gate.reset(resume=True)
     assert rig.lets_through("a")
     assert rig.messages()[0] == "emergency stop: a hand in the way"
     assert rig.messages()[-1] == "the emergency stop was reset"
@@ -146,6 +146,132 @@ def test_a_reset_is_an_event(rig):
     assert rig.newest_event() == HealthEvent(0.0, Severity.Info, "Safety", "the emergency stop was reset")
 
 
+def test_who_commands_on_beside_a_stop_is_refused_after_the_reset_until_it_was_silent_for_a_second(rig):
+    rig.gate.stop("smoke")
+    rig.refusal("a")
+    rig.gate.reset()
+    for rig.wall in (0.9, 1.8, 2.7):
+        assert not rig.lets_through("a")
+    rig.wall = 3.7
+    assert rig.lets_through("a")
+    assert rig.lets_through("a")
+
+
+def test_who_was_silent_beside_a_stop_for_a_second_may_command_after_the_reset(rig):
+    rig.gate.stop("smoke")
+    rig.refusal("a")
+    rig.wall = 0.9
+    rig.gate.reset()
+    rig.wall = 1.0
+    assert rig.lets_through("a")
+
+
+def test_others_may_command_meanwhile(rig):
+    rig.gate.stop("smoke")
+    rig.refusal("a")
+    rig.refusal()
+    rig.gate.reset()
+    assert rig.lets_through("b")
+    assert not rig.lets_through("a")
+    assert not rig.lets_through()
+
+
+@pytest.mark.parametrize("when", ["at the reset", "later", "always"])
+def test_a_person_lets_who_commands_on_go_on(when):
+    rig = Rig(resumes=when == "always")
+    rig.gate.stop("smoke")
+    rig.refusal("a")
+    rig.gate.reset(resume=when == "at the reset")
+    if when == "later":
+        assert not rig.lets_through("a")
+        rig.gate.reset(resume=True)
+    assert rig.lets_through("a")
+
+
+def test_who_commands_on_is_named_with_what_to_do(rig):
+    rig.gate.stop("smoke")
+    rig.refusal("a")
+    rig.refusal("b")
+    rig.wall = 0.5
+    rig.gate.reset()
+    with pytest.raises(CommandRefused) as refusal:
+        rig.gate.require("a")
+    why = "commands of b, a went on during the emergency stop, and are refused until they pause for 1 s"
+    assert str(refusal.value) == f"{why}; or let them go on: nao stop --reset --resume"
+    assert refusal.value.holder == ""
+    assert rig.newest_event() == HealthEvent(0.0, Severity.Warning, "Safety", f"refused a command: {why}")
+
+
+def test_what_had_begun_is_no_command_of_its_client(rig):
+    rig.gate.stop("smoke")
+    with pytest.raises(CommandRefused):
+        rig.gate.require("a", begun=True)
+    rig.gate.reset()
+    assert rig.lets_through("a")
+    rig.gate.stop("smoke")
+    rig.refusal("b")
+    rig.gate.reset()
+    rig.gate.require("b", begun=True)
+
+
+def test_it_is_refused_after_a_further_stop_too(rig):
+    rig.gate.stop("smoke")
+    rig.refusal("a")
+    rig.gate.reset()
+    rig.gate.stop("fire")
+    assert rig.refusal("a") == "the robot is stopped: fire; reset the emergency stop first"
+    rig.gate.reset()
+    assert not rig.lets_through("a")
+
+
+def test_who_commands_on_while_the_robot_is_lost_does_not_pause(rig):
+    rig.gate.stop("smoke")
+    rig.gate.lose("no answer")
+    rig.refusal("a")
+    rig.gate.reset()
+    rig.wall = 0.9
+    rig.refusal("a")
+    rig.gate.find()
+    rig.wall = 1.8
+    assert "went on" in rig.refusal("a")
+
+
+def test_who_commands_on_while_another_one_holds_the_robot_does_not_pause(rig):
+    rig.gate.stop("smoke")
+    rig.refusal("a")
+    rig.gate.reset()
+    rig.gate.acquire("b", "Ben", 5.0)
+    rig.wall = 0.9
+    assert "held by Ben" in rig.refusal("a")
+    rig.gate.release("b")
+    rig.wall = 1.8
+    assert "went on" in rig.refusal("a")
+
+
+def test_who_holds_the_robot_is_refused_as_anybody(rig):
+    rig.gate.acquire("a", "Ann", 5.0)
+    rig.gate.stop("smoke")
+    rig.refusal("a")
+    rig.gate.reset()
+    assert "went on" in rig.refusal("a")
+
+
+def test_what_waits_for_a_reset_is_ended_before_it(rig):
+    seen = []
+    rig.gate.on_reset(lambda: seen.append(rig.state().stopped))
+    rig.gate.stop("smoke")
+    assert seen == []
+    rig.gate.reset()
+    assert seen == [True]
+
+
+def test_it_says_how_often_the_robot_was_stopped(rig):
+    assert rig.gate.stops == 0
+    rig.gate.stop("smoke")
+    rig.gate.reset()
+    assert rig.gate.stops == 1
+
+
 @pytest.mark.parametrize("always", [False, True])
 @pytest.mark.parametrize("resume", [None, False, True])
 def test_behaviors_go_on_after_a_reset_when_a_person_or_the_robot_says_so(always, resume):
@@ -200,6 +326,13 @@ def test_to_give_a_lease_back_is_an_event(rig):
     rig.wall = 2.0
     rig.gate.release("a")
     assert rig.newest_event() == HealthEvent(0.0, Severity.Info, "Safety", "Ann no longer holds the robot")
+
+
+def test_a_lease_that_is_taken_and_given_back_within_a_second_is_one_event(rig):
+    for _ in range(3):
+        rig.gate.acquire("a", "Ann", 5.0)
+        rig.gate.release("a")
+    assert rig.messages() == ["Ann holds the robot"]
 
 
 def test_the_state_has_the_robots_time(rig):

@@ -173,6 +173,16 @@ def test_an_emergency_stop_ends_a_path_and_refuses_others(rig):
         rig.start(0.5)
 
 
+def test_a_path_does_not_go_on_after_a_stop_that_was_reset_at_once(rig):
+    path = rig.start(0.5)
+    rig.advance(0.3)
+    rig.assembly.gate.stop("a test")
+    rig.assembly.gate.reset()
+    there = rig.yaw
+    rig.advance(1.0)
+    assert (rig.yaw, str(path.error)) == (there, "the robot was stopped")
+
+
 def test_joints_that_something_else_moves_begin_no_path(rig):
     rig.assembly.body.claims.claim("the dance", HEAD, lambda: None)
     with pytest.raises(InvalidCommand, match="HeadYaw is moved by the dance now"):

@@ -99,3 +99,16 @@ def test_a_robot_that_does_not_walk():
     assert not walk.active
     with pytest.raises(HardwareFailure, match="this robot does not walk"):
         walk.go(FORWARD, "Ada")
+
+
+def test_limits_tighter_than_the_robots_hold(rig):
+    rig.walk.go(FORWARD, "Ada", WalkVelocity(forward=0.02, left=0.02, turn=0.1))
+    rig.advance(SECONDS)
+    assert rig.walk.guard.commanded() == WalkVelocity(forward=0.02)
+
+
+def test_the_velocity_of_any_client_is_dropped(rig):
+    rig.walk.go(FORWARD, "Ada")
+    rig.walk.drop()
+    rig.advance(SECONDS)
+    assert not rig.walk.active

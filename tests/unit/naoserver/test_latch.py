@@ -371,3 +371,16 @@ def test_a_server_that_is_started_again_in_the_same_way_finds_its_record() -> No
     assert file(**behind_a_router) == others[-1]
     with latch_of(Settings(listen=("tcp/127.0.0.1:0",), connect=())) as latch:
         assert latch is None
+
+
+def test_who_commands_on_beside_a_kept_stop_is_refused_after_its_reset(path: Path) -> None:
+    with server(path) as gate:
+        gate.stop("smoke")
+    with Latch(path) as latch:
+        gate = Gate(EventLog(lambda: 0.0, lambda: 0.0), latch)
+        with pytest.raises(CommandRefused, match="smoke"):
+            gate.require("a")
+        gate.reset()
+        with pytest.raises(CommandRefused, match="went on"):
+            gate.require("a")
+        gate.require("b")

@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from naoserver._lasting_walk import LastingWalk
 from naoserver._programs import Codes, Programs, Refusal
 from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
@@ -84,3 +85,32 @@ def test_a_stopped_robot_moves_no_hand(rig):
     rig.assembly.gate.stop("a test")
     with pytest.raises(CommandRefused):
         rig.reach(AHEAD)
+
+
+def test_a_refusal_is_an_event_of_its_code(rig):
+    for code in (WRONG, 409, WRONG):
+        assert rig.programs.refused(code, "no") == code
+    events = rig.assembly.events.snapshot()[0]
+    assert [(event.source, event.message) for event in events] == [
+        ("maker", f"answered a program with error {code}: no") for code in (WRONG, 409)
+    ]
+
+
+@pytest.mark.parametrize(("lost", "posture"), [("another", "Crouch"), ("program", "StandInit")])
+def test_a_posture_waits_for_the_end_of_the_walk_unless_its_program_is_lost(rig, monkeypatch, lost, posture):
+    with monkeypatch.context() as walking:
+        walking.setattr(LastingWalk, "moving", True)
+        rig.programs.go("Crouch", "program")
+        rig.programs.renew()
+        rig.programs.drop(lost)
+    rig.programs.renew()
+    for _ in range(50):
+        rig.clock.advance(0.1)
+        rig.assembly.player.tick()
+    assert rig.programs.posture() == posture
+
+
+def test_a_way_may_last_for_a_minute(rig):
+    rig.reach(AHEAD, seconds=60.0)
+    with pytest.raises(Refusal, match="reached within 60 s"):
+        rig.reach(AHEAD, seconds=60.1)

@@ -238,7 +238,7 @@ def test_after_an_emergency_stop_nobody_walks_until_it_is_reset(rig):
     assert rig.walker.commanded() == STILL
     with pytest.raises(CommandRefused, match="smoke"):
         rig.walk.drive({"forward": 0.1}, "anna")
-    rig.gate.reset()
+    rig.gate.reset(resume=True)
     rig.walk.drive({"forward": 0.1}, "anna")
     assert rig.walker.commanded() == WalkVelocity(0.1)
 

@@ -28,6 +28,11 @@ _REFUSED: Final = (
     template("the robot is unreachable: {reason}; wait until it is found again"),
     template("the robot is stopped: {reason}; reset the emergency stop first"),
     template("the robot is held by {holder}; wait until the lease is given back"),
+    template(
+        "commands of {clients} went on during the emergency stop, and are refused until they pause for "
+        "{seconds} s; or let them go on: nao stop --reset --resume"
+    ),
+    Message("the robot was stopped"),
     template("the robot is held by {holder}; wait until it is given back"),
     Message("a lease is for a client that keeps a link: this call names none"),
     Message("the robot is not connected"),
@@ -150,6 +155,10 @@ _EVENTS: Final = (
     template("refused a command: the robot is unreachable: {reason}"),
     template("refused a command: the robot is stopped: {reason}"),
     template("refused a command: the robot is held by {holder}"),
+    template(
+        "refused a command: commands of {clients} went on during the emergency stop, and are refused until "
+        "they pause for {seconds} s"
+    ),
     template("does not follow: {value} {unit} behind for {seconds} s"),
     template("does not follow: {value} {unit} behind for {seconds} s, at its limit {upper}"),
     template("follows again: {value} {unit} behind"),

@@ -6,6 +6,7 @@ import json
 import math
 import random
 import sys
+from contextlib import suppress
 
 import pytest
 
@@ -25,7 +26,7 @@ from naoserver.booster._loco import (
     WALKING,
     Loco,
 )
-from naoserver.errors import RobotError
+from naoserver.errors import CommandRefused, RobotError
 from naoserver.fake import FakeRobot
 from naoserver.kinematics import kinematics_of
 from naoserver.options import ServerOptions
@@ -151,8 +152,42 @@ def test_the_status_names_what_it_does(rig):
     assert status == {"current_mode": WALKING, "current_body_control": 3, "current_actions": [2]}
 
 
+def test_the_status_of_a_robot_that_does_nothing(rig):
+    assert json.loads(rig.ask(STATUS)[1])["current_actions"] == []
+
+
 def test_it_says_what_it_is(rig):
-    assert json.loads(rig.ask(INFO)[1])["model"] == "T1"
+    unknown = dict.fromkeys(("serial_number", "edition", "region"), "")
+    named = dict.fromkeys(("name", "nickname"), rig.robot.name)
+    assert json.loads(rig.ask(INFO)[1]) == {**named, **unknown, "version": "simulation", "model": "T1"}
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        (MOVE, {"vx": 0.1, "vy": 0.0, "vyaw": 0.0}),
+        (HEAD, {"pitch": 0.1, "yaw": 0.0}),
+        (HEAD_ON, {"pitch_direction": 1, "yaw_direction": 0}),
+        (WAVE, {"hand_action": 0}),
+        (SHOOT,),
+        (MODE, {"mode": DAMPING}),
+        (GET_UP,),
+        (UPPER_BODY, {"start": True}),
+    ],
+    ids=str,
+)
+def test_what_moves_is_a_command_of_its_program(rig, monkeypatch, command):
+    clients, require = set(), rig.assembly.gate.require
+
+    def asked(client, **more):
+        clients.add(client)
+        require(client, **more)
+
+    rig.mode(DAMPING if command[0] == GET_UP else WALKING)
+    rig.advance(5.0)
+    monkeypatch.setattr(rig.assembly.gate, "require", asked)
+    assert rig.call(*command, client="mine") == 0
+    assert clients == {"mine"}
 
 
 def test_the_head_turns_to_angles(rig):
@@ -176,6 +211,32 @@ def test_the_head_turns_in_a_direction_until_it_is_stopped(rig):
     assert 0.0 < rig.angle("Head_pitch") == pytest.approx(there, abs=0.05)
 
 
+@pytest.mark.parametrize("way", [1, -1])
+def test_the_head_turns_slowly_in_a_direction_to_its_limit(rig, way):
+    rig.call(HEAD_ON, {"pitch_direction": 0, "yaw_direction": way})
+    rig.advance(1.0)
+    assert rig.angle("AAHead_yaw") == pytest.approx(way * 0.5, abs=0.1)
+    assert rig.angle("Head_pitch") == 0.0
+    rig.advance(20.0)
+    facts = rig.robot.body.joint["AAHead_yaw"]
+    assert rig.angle("AAHead_yaw") == pytest.approx(facts.upper if way > 0 else facts.lower)
+
+
+def test_the_head_that_turns_in_a_direction_stops_no_other_joint(rig):
+    rig.mode(CUSTOM)
+    rig.follow({ELBOW: 0.5})
+    rig.call(HEAD_ON, {"pitch_direction": 1, "yaw_direction": 0})
+    assert rig.assembly.gains.moves_for("program")
+
+
+def test_the_time_of_a_turn_is_for_the_way_from_where_the_head_is(rig):
+    rig.call(HEAD, {"pitch": 0.4, "yaw": 0.0})
+    rig.advance(2.0)
+    rig.call(HEAD_WITH_TIME, {"pitch": 0.2, "yaw": 0.0, "time_millis": 4000})
+    rig.advance(2.0)
+    assert rig.angle("Head_pitch") == pytest.approx(0.3, abs=0.03)
+
+
 def test_it_waves_until_the_hand_closes(rig):
     rig.call(WAVE, {"hand_action": 0, "hand_index": 1})
     rig.advance(1.0)
@@ -183,6 +244,46 @@ def test_it_waves_until_the_hand_closes(rig):
     rig.call(WAVE, {"hand_action": 1, "hand_index": 1})
     rig.advance(5.0)
     assert rig.angle("Right_Shoulder_Pitch") == pytest.approx(0.0, abs=0.1)
+
+
+def test_a_hand_that_closes_ends_its_wave_at_once(rig):
+    rig.call(WAVE, {"hand_action": 0})
+    rig.advance(0.5)
+    rig.call(WAVE, {"hand_action": 1})
+    assert json.loads(rig.ask(STATUS)[1])["current_actions"] == []
+
+
+def test_a_refusal_has_no_result_and_its_event_says_why(rig):
+    assert rig.ask(MODE, {"mode": 5}) == (BAD_REQUEST, "")
+    rig.assembly.gate.stop("a test")
+    assert rig.ask(MODE, {"mode": WALKING}) == (CONFLICT, "")
+    said = f"answered a program with error {CONFLICT}: the robot is stopped: a test; reset the emergency stop first"
+    assert rig.assembly.events.snapshot()[0][-1].message == said
+
+
+def test_crouching_it_is_lower(rig):
+    high = rig.programs.height()
+    rig.mode(DAMPING)
+    rig.advance(5.0)
+    assert 0.2 < rig.programs.height() < high - 0.1 < 0.8
+
+
+def test_a_hand_that_closes_ends_nothing_else(rig):
+    rig.call(SHOOT)
+    rig.call(WAVE, {"hand_action": 1})
+    assert json.loads(rig.ask(STATUS)[1])["current_body_control"] == 9
+
+
+def test_a_wave_that_is_over_is_none(rig):
+    rig.call(WAVE, {"hand_action": 0})
+    rig.advance(20.0)
+    assert json.loads(rig.ask(STATUS)[1])["current_actions"] == []
+
+
+def test_a_command_of_fewer_motors_leaves_the_others(rig):
+    rig.mode(CUSTOM)
+    rig.loco.follow([(0.5, 0.0, 0.0, 50.0, 2.0, float(n == ELBOW)) for n in range(ELBOW + 1)], "program")
+    assert rig.assembly.gains.moves_for("program")
 
 
 def test_it_shoots(rig):
@@ -234,6 +335,29 @@ def test_it_walks_after_the_custom_mode_while_commands_still_come(rig):
     rig.mode(CUSTOM)
     rig.follow({ELBOW: 0.0})
     assert [rig.mode(WALKING), rig.move()] == [0, 0]
+
+
+@pytest.mark.parametrize("mode", [WALKING, PREPARE], ids=["walking", "prepare"])
+@pytest.mark.parametrize(
+    "command",
+    [lambda rig: rig.move(), lambda rig: rig.call(SHOOT), lambda rig: rig.follow({ELBOW: 0.5})],
+    ids=["walk", "kick", "joints"],
+)
+def test_who_commands_on_is_refused_after_the_reset_whatever_the_mode(rig, command, mode):
+    rig.mode(mode)
+    rig.assembly.gate.stop("a test")
+    with suppress(CommandRefused):
+        command(rig)
+    rig.assembly.gate.reset()
+    assert rig.mode(WALKING) == CONFLICT
+    assert rig.mode(WALKING, client="another") == 0
+
+
+def test_a_stop_is_no_command_of_its_program(rig):
+    rig.assembly.gate.stop("a test")
+    rig.move(0.0)
+    rig.assembly.gate.reset()
+    assert rig.move() == 0
 
 
 def test_after_an_emergency_stop_calls_are_refused(rig):

@@ -6,7 +6,7 @@ import pytest
 
 pytest.importorskip("qi")
 
-from naoserver.errors import InvalidCommand
+from naoserver.errors import CommandRefused, InvalidCommand
 from naoserver.qi._behaviors import ALBehaviorManager
 from naoserver.qi._clients import Call, Client, running
 from naoserver.qi._memory import MOST_CALLBACKS, MOST_KEYS, MOST_LEFT
@@ -84,6 +84,40 @@ def test_what_waited_at_an_emergency_stop_does_not_begin_after_the_reset(rig, ki
     call = LongCall(waiting, operation, *arguments)
     call.join()
     assert is_still(rig)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_who_commands_on_beside_a_stop_is_refused_after_its_reset(rig, ada, bob, kind):
+    operation, *arguments = motions(rig)[kind]
+    rig.motion.move(0.1, 0.0, 0.0)
+    rig.assembly.gate.stop("the button was pressed")
+    call = LongCall(rig.arrive(operation, *arguments, client=ada), operation, *arguments)
+    call.join()
+    assert "the button was pressed" in str(call.error)
+    rig.assembly.gate.reset()
+    with pytest.raises(CommandRefused, match="commands of Ada went on"):
+        by(rig, ada, rig.motion.setAngles, "HeadYaw", 0.3, 0.5)
+    by(rig, bob, rig.motion.setAngles, "HeadYaw", 0.3, 0.5)
+
+
+def test_a_call_that_a_stop_ends_is_no_command_beside_the_stop(rig, ada):
+    call = rig.begin(rig.motion.angleInterpolation, *POSE, client=ada)
+    rig.advance(0.3)
+    rig.assembly.gate.stop("the button was pressed")
+    rig.advance(0.1)
+    call.join()
+    assert "the button was pressed" in str(call.error)
+    rig.assembly.gate.reset()
+    by(rig, ada, rig.motion.setAngles, "HeadYaw", 0.3, 0.5)
+
+
+def test_a_tracker_that_began_beside_a_stop_ends_at_the_reset(rig, ada):
+    tracker = rig.access.service(ALTracker)
+    rig.assembly.gate.stop("the button was pressed")
+    by(rig, ada, tracker.track, "RedBall")
+    rig.assembly.gate.reset()
+    tracker._follow()
+    assert not tracker.isActive()
 
 
 @pytest.mark.parametrize(

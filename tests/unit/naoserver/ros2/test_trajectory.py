@@ -114,6 +114,7 @@ class Body:
     def __init__(self, times):
         self.getJointState, self._times, self.sent = self, iter(times), []
         self._positions = [0.0] * len(LIMITS)
+        self.stops = 0
 
     def getJointNames(self):
         return [*LIMITS]
@@ -137,7 +138,7 @@ class Body:
 def follow(types, body, *points, **fields):
     request = goal(types, ("HeadYaw",), points, **fields)
     sent = Goal(request)
-    return FOLLOWER(body, lambda seconds: seconds).execute(sent), sent
+    return FOLLOWER(body, lambda seconds: seconds, lambda: body.stops).execute(sent), sent
 
 
 def test_setpoints_go_ahead_by_a_step_and_end_at_the_last_point(types):
@@ -163,7 +164,17 @@ def test_a_simulation_that_begins_again_ends_it(types):
 def test_it_waits_for_its_start(types):
     body = Body(0.5 * tick for tick in range(10))
     follow(types, body, point(1.0, 0.3), trajectory={"header": {"stamp": {"sec": 2}}})
-    assert body.sent[0][0] == {"HeadYaw": pytest.approx(0.03)}
+    assert body.sent[0][0] == {}, "whether it may"
+    assert body.sent[1][0] == {"HeadYaw": pytest.approx(0.03)}
+
+
+def test_it_does_not_begin_after_a_stop(types):
+    body = Body(0.5 * tick for tick in range(10))
+    stops = iter(range(2))
+    sent = Goal(goal(types, ("HeadYaw",), [point(1.0, 0.3)], trajectory={"header": {"stamp": {"sec": 2}}}))
+    with pytest.raises(Aborted, match="the robot was stopped before it began"):
+        FOLLOWER(body, lambda seconds: seconds, lambda: next(stops)).execute(sent)
+    assert [targets for targets, _ in body.sent] == [{}]
 
 
 def test_what_is_paused_can_be_cancelled(types):
@@ -172,7 +183,7 @@ def test_what_is_paused_can_be_cancelled(types):
     thread = threading.Timer(0.05, lambda: setattr(sent, "canceled", True))
     thread.start()
     with pytest.raises(Canceled):
-        FOLLOWER(body, lambda seconds: seconds).execute(sent)
+        FOLLOWER(body, lambda seconds: seconds, lambda: 0).execute(sent)
     thread.join(EVENT_LIMIT)
 
 

@@ -99,7 +99,7 @@ def types() -> Types:
 @pytest.fixture
 def bench(types: Types) -> Iterator[Bench]:
     body, refused = Body(), list[str]()
-    topic = TOPIC(types, FOLLOWER(body, lambda seconds: seconds), refused.append)
+    topic = TOPIC(types, FOLLOWER(body, lambda seconds: seconds, lambda: 0), refused.append)
     with closing(topic):
         yield Bench(topic, body, refused, types)
 

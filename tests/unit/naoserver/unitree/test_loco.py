@@ -99,6 +99,23 @@ def test_everybody_may_stop_the_walk(rig):
     assert rig.forward == 0.0
 
 
+@pytest.mark.parametrize("state", [START, '{"data": 2}'], ids=["walk", "squat"])
+def test_who_commands_on_is_refused_after_the_reset_whatever_the_state(rig, state):
+    rig.call(STATE, state)
+    rig.assembly.gate.stop("a test")
+    rig.drive()
+    rig.assembly.gate.reset()
+    assert rig.call(HEIGHT, '{"data": 0}') == NOT_AVAILABLE
+    assert rig.call(HEIGHT, '{"data": 0}', client="another") == 0
+
+
+def test_a_stop_is_no_command_of_its_program(rig):
+    rig.assembly.gate.stop("a test")
+    rig.drive(0.0)
+    rig.assembly.gate.reset()
+    assert rig.drive() == 0
+
+
 def test_after_an_emergency_stop_commands_are_refused_and_nothing_is_renewed(rig):
     rig.drive(seconds=100.0)
     rig.assembly.gate.stop("a test")
@@ -122,6 +139,91 @@ def test_it_walks_only_after_start(rig):
 def test_the_state_that_was_set_is_reported(rig):
     rig.call(STATE, DAMP)
     assert json.loads(rig.ask(7001)[1]) == {"data": 1}
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        (VELOCITY, '{"velocity": [0.1, 0, 0]}'),
+        (STATE, '{"data": 0}'),
+        (STATE, '{"data": 1}'),
+        (STATE, '{"data": 2}'),
+        (STATE, '{"data": 4}'),
+        (HEIGHT, '{"data": 0}'),
+        (TASK, '{"data": 0}'),
+    ],
+    ids=str,
+)
+def test_what_moves_is_a_command_of_its_program(rig, monkeypatch, command):
+    clients, require = set(), rig.assembly.gate.require
+
+    def asked(client, **more):
+        clients.add(client)
+        require(client, **more)
+
+    if command == (STATE, '{"data": 4}'):
+        rig.call(HEIGHT, '{"data": 0}')
+        rig.advance(5.0)
+    monkeypatch.setattr(rig.assembly.gate, "require", asked)
+    assert rig.call(*command, client="mine") == 0
+    assert clients == {"mine"}
+
+
+@pytest.mark.parametrize(
+    ("command", "posture"),
+    [
+        ((STATE, '{"data": 2}'), "Crouch"),
+        ((STATE, '{"data": 706}'), "Crouch"),
+        ((HEIGHT, '{"data": 0}'), "Crouch"),
+        ((HEIGHT, '{"data": 4294967295}'), "Stand"),
+    ],
+    ids=str,
+)
+def test_it_crouches_and_stands_up_again(rig, command, posture):
+    rig.call(*command)
+    rig.advance(5.0)
+    assert rig.programs.posture() == posture
+    rig.call(STATE, '{"data": 706}')
+    rig.advance(5.0)
+    assert rig.programs.posture() == ("Stand" if posture == "Crouch" else "Crouch")
+
+
+def test_in_another_state_it_can_be_stopped(rig):
+    rig.call(STATE, '{"data": 4}')
+    assert rig.drive(0.0) == 0
+
+
+@pytest.mark.parametrize(
+    ("operation", "parameter", "words"),
+    [
+        (7102, '{"data": 1}', "the simulation stands still on both feet: balance mode 0 alone"),
+        (HEIGHT, '{"data": 7}', "the simulation has the highest and the lowest stand alone"),
+        (
+            VELOCITY,
+            '{"velocity": [0.1, 0, 0], "duration": 0}',
+            "a velocity is finite, and lasts for more than 0 s",
+        ),
+    ],
+)
+def test_an_event_says_why_it_is_refused(rig, operation, parameter, words):
+    code = rig.call(operation, parameter)
+    newest = rig.assembly.events.snapshot()[0][-1]
+    assert (newest.source, newest.message) == ("Unitree", f"answered a program with error {code}: {words}")
+
+
+def test_limp_it_holds_nothing(rig):
+    assert rig.call(STATE, '{"data": 0}') == 0
+    rig.advance(0.5)
+    assert 0.0 < max(rig.robot.read().stiffnesses) < 1.0
+    rig.advance(1.0)
+    assert max(rig.robot.read().stiffnesses) == 0.0
+
+
+def test_a_stopped_robot_does_not_go_limp(rig):
+    rig.assembly.gate.stop("a test")
+    assert rig.call(STATE, '{"data": 0}') == NOT_AVAILABLE
+    rig.advance(2.0)
+    assert min(rig.robot.read().stiffnesses) == 1.0
 
 
 def test_it_waves(rig):

@@ -110,6 +110,25 @@ def test_a_behavior_pauses_at_an_emergency_stop_until_somebody_lets_it_go_on(
     assert b.time > 1.5
 
 
+def test_a_person_who_lets_a_behavior_go_on_too_early_can_do_so_again(
+    behavior: MakeBehavior,
+) -> None:
+    b = behavior(Commanding, robot="fake")
+    b.advance(0.5)
+    b.component.Safety.emergencyStop("enough")
+    b.advance(0.3)
+    b.component.Safety.resetEmergencyStop()
+    for _ in range(5):
+        b.resume()
+        b.advance(0.3)
+    before = b.time
+    b.advance(1.0)
+    assert b.time == before
+    b.resume()
+    b.advance(2.0)
+    assert b.time > before + 1.5
+
+
 @pytest.mark.sim
 @pytest.mark.parametrize("name", ["T1", "G1"])
 def test_the_legs_of_a_humanoid_that_stands_obey_postures_but_no_commands(

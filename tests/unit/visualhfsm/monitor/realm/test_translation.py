@@ -88,6 +88,11 @@ def test_a_state_without_a_way_out_is_explained_in_spanish() -> None:
     assert in_spanish(translate_explanation(ended))["summary"] == "walker ha acabado en b; entró por t1."
 
 
+INSISTS = (
+    "las órdenes de somebody siguieron durante la parada de emergencia, y se rechazan hasta que paren 1 s"
+)
+
+
 def test_a_refused_command_and_its_events_are_said_in_spanish() -> None:
     events = EventLog(lambda: 0.0, lambda: 0.0)
     gate = Gate(events)
@@ -95,12 +100,18 @@ def test_a_refused_command_and_its_events_are_said_in_spanish() -> None:
     with pytest.raises(CommandRefused) as refused:
         gate.require("somebody")
     gate.reset()
+    with pytest.raises(CommandRefused) as refused_again:
+        gate.require("somebody")
     said = [in_spanish({"": translated(each.message)})[""] for each in events.snapshot()[0]]
     assert said == [
         "parada de emergencia: se pulsó STOP en el editor",
         "orden rechazada: el robot está parado: se pulsó STOP en el editor",
         "se ha levantado la parada de emergencia",
+        f"orden rechazada: {INSISTS}",
     ]
+    assert in_spanish({"": translated(str(refused_again.value))})[""] == (
+        f"{INSISTS}; o déjalas seguir: nao stop --reset --resume"
+    )
     assert in_spanish({"": translated(str(refused.value))})[""] == (
         "el robot está parado: se pulsó STOP en el editor; levanta antes la parada de emergencia"
     )
@@ -125,7 +136,7 @@ ERRORS = {"CommandRefused", "InvalidCommand", "InvalidValueException", "RouteErr
 DOORS = ("naoserver/_joint_paths.py", *(f"naoserver/{each}" for each in ("booster", "qi", "ros2", "unitree")))
 """Programs for other robots come through these, and read what their own robot says."""
 WORDS = {
-    "the robot is {}; {}": ("held by Ana", "wait until the lease is given back"),
+    "{}; {}": ("the robot is held by Ana", "wait until the lease is given back"),
     "{} is moved by {} now: stop it first": ("LKnee", "the walk"),
     "{}: a {} of {} is not a finite number": ("LKnee", "speed", "nan"),
     "the robot cannot {}, so it cannot go to a place": ("turn",),
