@@ -222,6 +222,10 @@ class Runtime(ComponentRun, Observer):
         finally:
             worker.asleep = False
 
+    def _actor_here(self) -> Actor | None:
+        worker: _Worker | None = getattr(self._own, "worker", None)
+        return None if worker is None else worker.actor
+
     def _frame(self, actor: Actor) -> FrameType | None:
         worker = self._workers.get(actor)
         if worker is None or worker.asleep:
