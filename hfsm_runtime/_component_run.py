@@ -238,7 +238,7 @@ class ComponentRun:
         Raises UnknownElementError, and ValueTypeError for a value of the wrong type.
         """
         with self.action("set", automaton=automaton, name=name, value=value), self.tree.lock:
-            self.proofs.void()
+            self.proofs.doubt(values=True)
             if automaton:
                 assign(self.actor(automaton).automaton, name, value)
                 return
@@ -268,7 +268,7 @@ class ComponentRun:
         with self.tree.lock:
             began = self._wait_for_gap()
             self.component = component
-            self.proofs.void()
+            self.proofs.doubt(values=True)
             apply(self.component_time.now())
             self.reloads += 1
             self._supervision.turn_to(component)

@@ -20,7 +20,7 @@ from typing import Final
 from ._actor import Actor
 from ._timeline import slot_at
 
-LEAST_WAIT: Final = 100_000_000
+_LEAST_WAIT: Final = 100_000_000
 """How long to wait in ns at least, however short the periods are: a busy machine may interrupt a cycle."""
 
 
@@ -50,7 +50,7 @@ def turn_of(actor: Actor, now: int, latest: int) -> int | Actor:
 
 def patience(actor: Actor, first: Actor) -> int:
     """Return how long a running cycle may last for which the one of `actor` waits, in ns."""
-    return max(LEAST_WAIT, min(actor.automaton.interval, first.automaton.interval))
+    return max(_LEAST_WAIT, min(actor.automaton.interval, first.automaton.interval))
 
 
 def _late_below(actor: Actor, waiting: Actor, now: int) -> Actor | None:

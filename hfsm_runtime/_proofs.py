@@ -1,26 +1,25 @@
 """Look whether what the proofs about a document rely on is so, while its component runs.
 
-A component keeps it as rows, which `codegen/hfsm/model_checker/_relied.py` explains. What is not so is an
-error, which is told once for each place and ends nothing. It is not told when something was done that no
-proof allows for: an exception in code, a pause, a forced transition, a breakpoint, a reload, values that
-somebody set. Events alone are looked at nevertheless, until somebody sets what the code reads.
+A component keeps it as rows, which `codegen/hfsm/model_checker/_relied.py` explains. What is not so is
+reported once for each place, as an error that ends nothing. Nothing is reported after what no proof allows
+for: an exception in code, a pause, a forced transition, a reload, values that somebody set. Events alone
+are looked at nevertheless, until somebody sets what the code may read.
 """
 
 from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable, Hashable, Mapping, Sequence
-from functools import partial
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass
 from inspect import isfunction
 from itertools import pairwise
 from threading import Event as Flag
-from typing import Any, Final
+from typing import Final
 
 from codegen.logic import Conjunction, Form, predicate, satisfy
 
 from ._automaton import Transition
-from ._order import LEAST_WAIT
 from ._supervision import Supervision
 from .component import Component, source_of
 from .observer import Observer
@@ -32,7 +31,7 @@ _Place = tuple[int, int]
 
 
 class Proofs(Observer):
-    """What the proofs about a component rely on; `told` is what is not so.
+    """What the proofs about a component rely on; `reported` is what was not so.
 
     Automata run one at a time if they are `ordered`, otherwise side by side.
     """
@@ -46,47 +45,48 @@ class Proofs(Observer):
         self._is_doubtful = self._is_void = False
         self._places: Final = set[Hashable]()
         self._compared: Final = dict[Hashable, bool]()
-        self.told: Final[list[str]] = []
+        self.reported: Final[list[str]] = []
         self._events: Final = set[str]()
         self._sends: Final = dict[_Place, frozenset[str]]()
-        self._guards: Final = dict[_Place, Conjunction]()
-        self._never: Final = {"unentered": set[_Place](), "unfired": set[_Place]()}
+        self._guards: Final = dict[_Place, dict[int, Conjunction]]()
+        """Those out of a state, by their transitions."""
+        self._never: Final = set[tuple[str, int, int]]()
         properties: list[_Property] = []
         for key, *values in component._hfsm_proofs:
             kind, _, name = key.partition(" ")
-            match kind:
-                case "event":
-                    self._events.add(name)
-                case "property":
-                    properties.append(_Property(tree, name, values))
-                case _:
-                    automaton, _, number = name.partition(".")
-                    place = int(automaton), int(number)
-                    if kind == "sends":
-                        self._sends[place] = frozenset(values)
-                    elif kind == "guard":
-                        self._guards[place] = tuple(zip(values[::2], values[1::2], strict=True))
-                    else:
-                        self._never[kind].add(place)
+            if kind == "event":
+                self._events.add(name)
+            elif kind == "property":
+                properties.append(_Property(tree, name, *values))
+            else:
+                automaton, number, *transition = map(int, name.split("."))
+                place = automaton, number
+                if kind == "sends":
+                    self._sends[place] = frozenset(values)
+                elif kind == "guard":
+                    literals = tuple(zip(values[::2], values[1::2], strict=True))
+                    self._guards.setdefault(place, {})[transition[0]] = literals
+                else:
+                    self._never.add((kind, *place))
         names = ", ".join(f"`{each.name}`" for each in properties)
-        self._proof: Final = (
-            f"the proof of {names}" if names else f"what is proved of {component._hfsm_document}"
-        )
-        complete = {place for place, guards in self._by_state().items() if satisfy((), guards) is None}
-        if self._guards or any(self._never.values()):
+        document = component._hfsm_document
+        self._proof: Final = f"the proof of {names}" if names else f"what is proved of {document}"
+        if self._guards or self._never:
             tree.observers.append(self)
+        complete = {place for place, each in self._guards.items() if satisfy((), each.values()) is None}
         if complete:
             tree.observers.append(_CompleteGuards(self, complete))
-        if properties:
-            tree.observers.append(_Properties(self, tree, properties, ended, ordered=ordered))
+        looked_at = [each for each in properties if ordered or (each.is_chain and not each.is_timed)]
+        if looked_at:
+            tree.observers.append(_Properties(self, tree, looked_at, ended))
 
-    def doubt(self) -> None:
-        """Tell nothing more but of events: something was done that proofs do not allow for."""
+    def doubt(self, *, values: bool = False) -> None:
+        """Report no more, but events: something was done that proofs do not allow for.
+
+        Nor events if `values` were set, which code may send.
+        """
         self._is_doubtful = True
-
-    def void(self) -> None:
-        """Tell nothing more: the code was given values that it does not give itself."""
-        self._is_void = self._is_doubtful = True
+        self._is_void |= values
 
     def arrives(self, event: str) -> None:
         """Note an event from outside; only code is to send some."""
@@ -109,70 +109,57 @@ class Proofs(Observer):
                 place, who = (0, 0), "code outside of cycles"
         where = locate_frame(sys._getframe(1), source_of(self._component))
         what = f"{who} sent `{event}`, and the checks found no code there that does"
-        self._tell(actor, (*place, event), what, where)
+        self._report(actor, (*place, event), what, where)
 
     def changed(self, now: int, actor: Actor, kind: ChangeKind) -> None:  # noqa: ARG002
         """Look at a state that is entered."""
         place = actor.automaton.id, actor.current.id
-        if kind is ChangeKind.ENTERED and place in self._never["unentered"]:
+        if kind is ChangeKind.ENTERED and ("unentered", *place) in self._never:
             what = f"the state `{actor.current.name}` was entered, which the checks call impossible"
-            self.tell(actor, ("state", place), what)
+            self.report(actor, ("state", place), what)
 
     def fired(self, actor: Actor, transition: Transition, at: int) -> None:
         """Look at a transition that fires, and at the guards that let it."""
         place = actor.automaton.id, transition.id
-        if place in self._never["unfired"]:
+        if ("unfired", *place) in self._never:
             what = f"{_name(transition)} fired, which the checks call impossible"
-            self.tell(actor, ("transition", place), what, place_of(transition.guard or transition.code))
-        if place in self._guards:
+            self.report(actor, ("transition", place), what, place_of(transition.guard or transition.code))
+        if (actor.automaton.id, actor.current.id) in self._guards:
             self.compare(actor, at, transition)
 
     def compare(self, actor: Actor, at: int, last: Transition | None = None) -> None:
         """Look whether the guards of a cycle contradict each other, up to the `last` that was evaluated."""
-        automaton, seen = actor.automaton.id, list[tuple[Transition, bool]]()
+        state = actor.automaton.id, actor.current.id
+        guards, held, failed = self._guards[state], list[Transition](), list[Transition]()
         for each in actor.automaton.outgoing(actor.current):
             value, when = actor.guards.get(each.id, (False, -1))
-            if when == at and (automaton, each.id) in self._guards:
-                seen.append((each, value))
+            if when == at and each.id in guards:
+                (held if value else failed).append(each)
             if each is last:
                 break
-        key = automaton, tuple((each.id, value) for each, value in seen)
+        key = state, *(each.id for each in held), 0, *(each.id for each in failed)
         if key not in self._compared:
-            held = (self._guards[automaton, each.id] for each, value in seen if value)
-            others = [self._guards[automaton, each.id] for each, value in seen if not value]
-            wanted = tuple(literal for conjunction in held for literal in conjunction)
-            self._compared[key] = satisfy(wanted, others) is not None
+            wanted = tuple(literal for each in held for literal in guards[each.id])
+            self._compared[key] = satisfy(wanted, [guards[each.id] for each in failed]) is not None
         if not self._compared[key]:
-            values = ", ".join(f"{_name(each)} {value}" for each, value in seen)
-            what = (
-                f"guards out of the state `{actor.current.name}` contradict each other in one cycle: {values}"
-            )
-            self.tell(actor, ("guards", automaton, actor.current.id), what, place_of(seen[-1][0].guard))
+            values = [f"{_name(each)} true" for each in held] + [f"{_name(each)} false" for each in failed]
+            what = f"guards out of the state `{actor.current.name}` contradict each other in one cycle"
+            self.report(actor, state, f"{what}: {', '.join(values)}", place_of((held + failed)[0].guard))
 
-    def tell(self, actor: Actor, place: Hashable, what: str, where: str = "", proof: str = "") -> None:
-        """Tell what is not so, unless something was done that no proof allows for."""
+    def report(self, actor: Actor, place: Hashable, what: str, where: str = "", proof: str = "") -> None:
+        """Report what is not so, unless something was done that no proof allows for."""
         if not (self._is_doubtful or self._supervision.raised):
-            self._tell(actor, place, what, where, proof)
+            self._report(actor, place, what, where, proof)
 
-    def _tell(self, actor: Actor | None, place: Hashable, what: str, where: str, proof: str = "") -> None:
+    def _report(self, actor: Actor | None, place: Hashable, what: str, where: str, proof: str = "") -> None:
         if place in self._places or _is_patched(self._component):
             return
         self._places.add(place)
         message = f"{proof or self._proof} is wrong here: {what}"
-        self.told.append(f"{message}\n  at {where}" if where else message)
-        self._supervision.tell(actor or self._tree.root, where, message)
-        if actor is not None:
-            for proof_failed in self._tree.observers.proof_failed:
-                proof_failed(actor, message)
-
-    def _by_state(self) -> dict[_Place, list[Conjunction]]:
-        found: dict[_Place, list[Conjunction]] = {}
-        for actor in self._tree.actors:
-            for each in actor.automaton.transitions:
-                conjunction = self._guards.get((actor.automaton.id, each.id))
-                if conjunction is not None:
-                    found.setdefault((actor.automaton.id, each.origin), []).append(conjunction)
-        return found
+        self.reported.append(f"{message}\n  at {where}" if where else message)
+        self._supervision.report(actor or self._tree.root, where, message)
+        for proof_failed in self._tree.observers.proof_failed:
+            proof_failed(actor, message)
 
 
 class _CompleteGuards(Observer):
@@ -188,48 +175,48 @@ class _CompleteGuards(Observer):
             self._proofs.compare(actor, at)
 
 
+@dataclass(eq=False)
 class _Property:
-    """A property that is proved, and the automata that decide it; `seen` if it is over, or has come true."""
+    """A property that is proved, and the automata that decide it.
 
-    def __init__(self, tree: Tree, name: str, row: Sequence[Any]) -> None:
-        kind, within, is_timed, decided_by, form = row
-        actors: Final = {each.automaton.id: each for each in tree.actors}
-        self.name: Final = name
-        self.kind: Final[str] = kind
-        self.within: Final[float] = within or math.inf
-        self.is_timed: Final[bool] = is_timed
-        self.automata: Final = sorted((actors[each] for each in decided_by), key=lambda each: each.depth)
-        self.is_chain: Final = all(low.parent is high for high, low in pairwise(self.automata))
-        self.holds: Final[Callable[[None], bool]] = predicate(form, partial(_look_of, actors))
-        self.seen = False
+    It is `seen` if an `eventually` has come true, or was not in time.
+    """
 
+    tree: Tree
+    name: str
+    kind: str
+    within: float
+    is_timed: bool
+    decided_by: tuple[int, ...]
+    form: Form
+    seen: bool = False
 
-def _look_of(actors: Mapping[int, Actor], form: Form) -> Callable[[None], bool]:
-    """Return the function of a smallest part of an expression."""
-    kind, *parts = form
-    if kind == "in":
-        wanted = [(actors[automaton], state) for automaton, state in parts]
-        return lambda _: any(actor.active and actor.current.id == state for actor, state in wanted)
-    actor = actors[parts[0]]
-    return (lambda _: actor.finished) if kind == "finished" else (lambda _: actor.active)
+    def __post_init__(self) -> None:
+        self.within = self.within or math.inf
+        self._actors = {each.automaton.id: each for each in self.tree.actors}
+        self.automata = sorted(map(self._actors.__getitem__, self.decided_by), key=lambda a: a.depth)
+        self.is_chain = all(low.parent is high for high, low in pairwise(self.automata))
+        self.holds: Callable[[None], bool] = predicate(self.form, self._leaf)
+
+    def _leaf(self, form: Form) -> Callable[[None], bool]:
+        kind, *parts = form
+        if kind == "in":
+            wanted = [(self._actors[automaton], state) for automaton, state in parts]
+            return lambda _: any(actor.active and actor.current.id == state for actor, state in wanted)
+        actor = self._actors[parts[0]]
+        return (lambda _: actor.finished) if kind == "finished" else (lambda _: actor.active)
 
 
 class _Properties(Observer):
-    """Look at properties at the start and the end of cycles, while no other cycle changes what they name.
+    """Look at properties at the start and the end of cycles, while no other cycle changes what they name."""
 
-    Where cycles overlap, only those are looked at whose automata are one below the other.
-    """
-
-    def __init__(
-        self, proofs: Proofs, tree: Tree, properties: list[_Property], ended: Flag, *, ordered: bool
-    ) -> None:
+    def __init__(self, proofs: Proofs, tree: Tree, properties: list[_Property], ended: Flag) -> None:
         self._proofs: Final = proofs
         self._tree: Final = tree
-        self._properties: Final = [each for each in properties if ordered or each.is_chain]
+        self._properties: Final = properties
         self._ended: Final = ended
-        self._ordered: Final = ordered
         self._is_new = self._is_late = False
-        """Whether something has changed since, and whether cycles were not where proofs have them."""
+        """Whether something has changed since the last look, and whether cycles were missed, or too long."""
         self._deadline = 0.0
 
     def changed(self, now: int, actor: Actor, kind: ChangeKind) -> None:  # noqa: ARG002
@@ -239,13 +226,13 @@ class _Properties(Observer):
             each.seen |= each.kind == "eventually" and each.holds(None)
 
     def cycle_began(self, actor: Actor, at: int) -> None:
-        """Look, and note that cycles were missed."""
+        """Look at the properties."""
         self._is_late |= at > max(actor.last_slot, actor.activated) + actor.automaton.interval
         self._look(actor, at)
 
     def cycle_ended(self, actor: Actor, at: int) -> None:
-        """Look, and note that it was long, or that its entry was cut."""
-        self._is_late |= actor.overruns > 0 or (not self._ordered and actor.last_cycle >= LEAST_WAIT / 1e9)
+        """Look at the properties; after an entry that was cut short at none any more."""
+        self._is_late |= actor.overruns > 0
         if actor.owed:
             self._properties.clear()
         self._look(actor, at)
@@ -256,34 +243,25 @@ class _Properties(Observer):
         with self._tree.lock:
             self._is_new = False
             for each in self._properties:
-                self._look_at(each, actor, at)
-            waiting = (
+                if not (self._is_late and each.is_timed):
+                    self._look_at(each, actor, at)
+            waiting = [
                 each.within for each in self._properties if each.kind == "eventually" and not each.seen
-            )
-            self._deadline = min(waiting, default=math.inf)
+            ]
+            self._deadline = math.inf if self._is_late else min(waiting, default=math.inf)
 
     def _look_at(self, stated: _Property, actor: Actor, at: int) -> None:
-        others = [each for each in stated.automata if each is not actor]
-        if stated.seen:
-            return
         if stated.kind == "eventually":
-            wrong = stated.seen = at > stated.within
-        elif any(each.in_cycle for each in others):
+            is_wrong = not stated.seen and at > stated.within
+            stated.seen |= is_wrong
+        elif any(each.in_cycle for each in stated.automata if each is not actor):
             self._is_new = True  # it is looked at when they have ended
             return
         else:
-            wrong = at <= stated.within and stated.holds(None) is (stated.kind == "never")
-        self._is_late |= not self._ordered and any(_is_late(each, actor, at) for each in others)
-        if wrong and not (stated.is_timed and self._is_late):
+            is_wrong = at <= stated.within and stated.holds(None) is (stated.kind == "never")
+        if is_wrong:
             what = f"it does not hold at {at / 1e9:g} s, in {', '.join(self._tree.root.paths())}"
-            self._proofs.tell(actor, ("property", stated.name), what, proof=f"the proof of `{stated.name}`")
-
-
-def _is_late(other: Actor, actor: Actor, at: int) -> bool:
-    """Return whether a cycle of another automaton should have come before that of an automaton."""
-    if not other.active or other.finished or not other.may_change(at):
-        return False
-    return other.next_slot < at or (other.next_slot == at and other.depth < actor.depth)
+            self._proofs.report(actor, ("property", stated.name), what, proof=f"the proof of `{stated.name}`")
 
 
 def _is_patched(component: Component) -> bool:

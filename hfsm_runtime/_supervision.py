@@ -248,7 +248,7 @@ class Supervision(Observer):
         self._record(actor, "", message)
         self._log.warning("%s: %s", _place(actor), message)
 
-    def tell(self, actor: Actor, location: str, message: str) -> None:
+    def report(self, actor: Actor, location: str, message: str) -> None:
         """Log and remember an error that ends nothing."""
         self._record(actor, location, message[:_LONGEST_MESSAGE])
         self._log.error("%s: %s%s", _place(actor), message, f" at {location}" if location else "")

@@ -48,8 +48,8 @@ class Observer:
     def code_failed(self, actor: Actor, error: Exception) -> None:
         """A piece of user code raised an exception."""
 
-    def proof_failed(self, actor: Actor, message: str) -> None:
-        """What a proof of the document relies on is not so; perhaps called under the tree's lock."""
+    def proof_failed(self, actor: Actor | None, message: str) -> None:
+        """What a proof relies on is not so, in a cycle or elsewhere; perhaps called under the tree's lock."""
 
 
 class Observers(MutableSequence[Observer]):
@@ -64,7 +64,7 @@ class Observers(MutableSequence[Observer]):
     event_sent: tuple[Callable[[Event, int], None], ...]
     event_dropped: tuple[Callable[[Actor, Event, DropReason], None], ...]
     code_failed: tuple[Callable[[Actor, Exception], None], ...]
-    proof_failed: tuple[Callable[[Actor, str], None], ...]
+    proof_failed: tuple[Callable[[Actor | None, str], None], ...]
 
     def __init__(self) -> None:
         self._all: Final[list[Observer]] = []

@@ -316,10 +316,10 @@ class Execution(VirtualRun):
         return "is paused" if self.paused_by_client else ""
 
     def _check(self) -> None:
-        if self.proofs.told:
-            told = [*self.proofs.told, self.timeline]
-            self.proofs.told.clear()
-            raise BehaviorFailed("\n".join(told))
+        if self.proofs.reported:
+            reported = [*self.proofs.reported, self.timeline]
+            self.proofs.reported.clear()
+            raise BehaviorFailed("\n".join(reported))
         pauses = self.component._hfsm_on_refused is OnRefused.PAUSE
         for actor, error in self._journal.take_failures():
             if pauses and isinstance(error, CommandRefusedException):

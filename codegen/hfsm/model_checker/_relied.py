@@ -6,7 +6,7 @@ The result are rows of literals:
 |---|---|
 | `("event go",)` | the event comes from code of the states that follow alone |
 | `("sends 1.2", "go", ...)` | the only ones of these events that code sends in a state of an automaton |
-| `("guard 1.3", "near", True, ...)` | a guard is this conjunction of atoms, the same in a cycle |
+| `("guard 1.2.3", "near", True, ...)` | a guard is this conjunction of atoms, the same in a cycle |
 | `("unentered 1.4",)`, `("unfired 1.5",)` | a state is never entered, a transition never fires |
 | `("property lamp", kind, within in ns, timed, automata, form)` | it holds; if it is timed, by its times |
 
@@ -123,7 +123,7 @@ def _guards(model: Model) -> Iterator[Row]:
             uses = Counter(atom for _, needs in literals for atom, _ in needs)
             for each, needs in literals:
                 if any(uses[atom] > 1 for atom, _ in needs):
-                    key = f"guard {automaton.source.id}.{each.source.id}"
+                    key = f"guard {automaton.source.id}.{state.source.id}.{each.source.id}"
                     yield key, *(part for literal in needs for part in literal)
 
 
