@@ -5,8 +5,11 @@ A component reads it at run time, so that this module needs nothing of the compi
 
 from __future__ import annotations
 
+import ast
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any, Final, TypeVar
+
+from .source_rows import BEGIN
 
 Conjunction = tuple[tuple[str, bool], ...]
 """Atoms with their required values; the empty conjunction always holds."""
@@ -22,6 +25,15 @@ _MOST_STEPS: Final = 300
 """The limit of steps in the search for values of guards that depend on each other."""
 
 _Where = TypeVar("_Where")
+
+
+def read_proofs(component: str) -> tuple[Any, ...]:
+    """Return what proofs rely on from the text of a component, whose class ends with it; () if nothing."""
+    before, _, _ = component.rpartition(BEGIN)
+    if not before.endswith("\n    )\n\n"):
+        return ()
+    rows: tuple[Any, ...] = ast.literal_eval(before.rpartition(f"\n    {PROOFS} = ")[2])
+    return rows
 
 
 def predicate(form: Form, leaf: Callable[[Form], Callable[[_Where], bool]]) -> Callable[[_Where], bool]:

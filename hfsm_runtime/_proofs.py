@@ -13,7 +13,7 @@ import sys
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 from inspect import isfunction
-from itertools import pairwise
+from itertools import pairwise, takewhile
 from threading import Event as Flag
 from typing import Final
 
@@ -44,7 +44,8 @@ class Proofs(Observer):
         self._supervision: Final = supervision
         self._is_doubtful = self._is_void = False
         self._places: Final = set[Hashable]()
-        self._compared: Final = dict[Hashable, bool]()
+        self._consistent: Final = set[Hashable]()
+        """Transitions that fired, with the guards that were evaluated: those that do not contradict."""
         self.reported: Final[list[str]] = []
         self._events: Final = set[str]()
         self._sends: Final = dict[_Place, frozenset[str]]()
@@ -78,7 +79,8 @@ class Proofs(Observer):
             tree.observers.append(_CompleteGuards(self, complete))
         looked_at = [each for each in properties if ordered or (each.is_chain and not each.is_timed)]
         if looked_at:
-            tree.observers.append(_Properties(self, tree, looked_at, ended))
+            watch = _Properties(self, tree, looked_at, ended)
+            tree.observers += [watch, _Start(watch, tree)]
 
     def doubt(self, *, values: bool = False) -> None:
         """Report no more, but events: something was done that proofs do not allow for.
@@ -97,54 +99,56 @@ class Proofs(Observer):
         """Look at an event that code is about to send, in the cycle of an automaton or outside of cycles."""
         if event not in self._events or self._is_void:
             return
-        with self._tree.lock:  # so that the automaton stays where it is
-            if actor is not None and actor.on_duty:
-                place = actor.automaton.id, actor.current.id
-                if event in self._sends.get(place, ()):
-                    return
-                who = f"the state `{actor.current.name}`"
-            elif any(event in sent for sent in self._sends.values()):
-                return
-            else:
-                place, who = (0, 0), "code outside of cycles"
+        place, who = (0, 0), "code outside of cycles"
+        if actor is not None and actor.on_duty:
+            place, who = (actor.automaton.id, actor.current.id), f"the state `{actor.current.name}`"
+        sent = [self._sends.get(place, ())] if place[0] else self._sends.values()
+        if any(event in each for each in sent):
+            return
         where = locate_frame(sys._getframe(1), source_of(self._component))
         what = f"{who} sent `{event}`, and the checks found no code there that does"
         self._report(actor, (*place, event), what, where)
 
     def changed(self, now: int, actor: Actor, kind: ChangeKind) -> None:  # noqa: ARG002
         """Look at a state that is entered."""
-        place = actor.automaton.id, actor.current.id
-        if kind is ChangeKind.ENTERED and ("unentered", *place) in self._never:
+        place = "unentered", actor.automaton.id, actor.current.id
+        if place in self._never and kind is ChangeKind.ENTERED:
             what = f"the state `{actor.current.name}` was entered, which the checks call impossible"
-            self.report(actor, ("state", place), what)
+            self.report(actor, place, what)
 
     def fired(self, actor: Actor, transition: Transition, at: int) -> None:
         """Look at a transition that fires, and at the guards that let it."""
-        place = actor.automaton.id, transition.id
-        if ("unfired", *place) in self._never:
+        place = "unfired", actor.automaton.id, transition.id
+        if place in self._never:
             what = f"{_name(transition)} fired, which the checks call impossible"
-            self.report(actor, ("transition", place), what, place_of(transition.guard or transition.code))
-        if (actor.automaton.id, actor.current.id) in self._guards:
-            self.compare(actor, at, transition)
+            self.report(actor, place, what, place_of(transition.guard or transition.code))
+        key = *place, *actor.guards
+        if len(actor.guards) > 1 and key not in self._consistent and self.compare(actor, at, transition):
+            self._consistent.add(key)
 
-    def compare(self, actor: Actor, at: int, last: Transition | None = None) -> None:
-        """Look whether the guards of a cycle contradict each other, up to the `last` that was evaluated."""
-        state = actor.automaton.id, actor.current.id
-        guards, held, failed = self._guards[state], list[Transition](), list[Transition]()
-        for each in actor.automaton.outgoing(actor.current):
-            value, when = actor.guards.get(each.id, (False, -1))
-            if when == at and each.id in guards:
-                (held if value else failed).append(each)
-            if each is last:
-                break
-        key = state, *(each.id for each in held), 0, *(each.id for each in failed)
-        if key not in self._compared:
-            wanted = tuple(literal for each in held for literal in guards[each.id])
-            self._compared[key] = satisfy(wanted, [guards[each.id] for each in failed]) is not None
-        if not self._compared[key]:
-            values = [f"{_name(each)} true" for each in held] + [f"{_name(each)} false" for each in failed]
-            what = f"guards out of the state `{actor.current.name}` contradict each other in one cycle"
-            self.report(actor, state, f"{what}: {', '.join(values)}", place_of((held + failed)[0].guard))
+    def compare(self, actor: Actor, at: int, last: Transition | None = None) -> bool:
+        """Look whether guards of a cycle contradict each other: none held, or the `last` one alone.
+
+        Returns whether those evaluated so far never do, in whichever cycle they were.
+        """
+        guards = self._guards.get((actor.automaton.id, actor.current.id), {})
+        held = guards.get(last.id, ()) if last else ()
+        before = takewhile(lambda each: each is not last, actor.automaton.outgoing(actor.current))
+        failed = [each for each in before if each.id in guards and each.id in actor.guards]
+        if satisfy(held, [guards[each.id] for each in failed]) is not None:
+            return True
+        failed = [each for each in failed if actor.guards[each.id][1] == at]
+        if satisfy(held, [guards[each.id] for each in failed]) is None:
+            values = ", ".join(
+                [f"{_name(each)} false" for each in failed] + ([f"{_name(last)} true"] if last else [])
+            )
+            what = (
+                f"guards out of the state `{actor.current.name}` contradict each other in one cycle: {values}"
+            )
+            self.report(
+                actor, ("guards", actor.automaton.id, actor.current.id), what, place_of(failed[0].guard)
+            )
+        return False
 
     def report(self, actor: Actor, place: Hashable, what: str, where: str = "", proof: str = "") -> None:
         """Report what is not so, unless something was done that no proof allows for."""
@@ -167,12 +171,18 @@ class _CompleteGuards(Observer):
 
     def __init__(self, proofs: Proofs, states: set[_Place]) -> None:
         self._proofs: Final = proofs
-        self._states: Final = states
+        self._seen: Final = {place: set[tuple[int, ...]]() for place in states}
+        """The guards that were evaluated, and looked at."""
 
     def cycle_ended(self, actor: Actor, at: int) -> None:
         """Compare the guards: a transition that fired has cleared them."""
-        if (actor.automaton.id, actor.current.id) in self._states:
-            self._proofs.compare(actor, at)
+        if len(actor.guards) < 2:
+            return
+        seen = self._seen.get((actor.automaton.id, actor.current.id))
+        if seen is None or (evaluated := tuple(actor.guards)) in seen:
+            return
+        if self._proofs.compare(actor, at):
+            seen.add(evaluated)
 
 
 @dataclass(eq=False)
@@ -215,53 +225,70 @@ class _Properties(Observer):
         self._tree: Final = tree
         self._properties: Final = properties
         self._ended: Final = ended
-        self._is_new = self._is_late = False
-        """Whether something has changed since the last look, and whether cycles were missed, or too long."""
-        self._deadline = 0.0
+        self._is_late = False
+        """Whether cycles were missed."""
+        self._next_look = -1.0
+        """The time from which the next cycle looks."""
 
     def changed(self, now: int, actor: Actor, kind: ChangeKind) -> None:  # noqa: ARG002
         """Note what has come true, if only for a moment."""
-        self._is_new = True
+        self._next_look = -1.0
         for each in self._properties:
-            each.seen |= each.kind == "eventually" and each.holds(None)
+            if each.kind == "eventually":
+                each.seen = each.seen or each.holds(None)
 
-    def cycle_began(self, actor: Actor, at: int) -> None:
-        """Look at the properties."""
+    def fired(self, actor: Actor, transition: Transition, at: int) -> None:  # noqa: ARG002
+        """Note that it fires later than it might have."""
         self._is_late |= at > max(actor.last_slot, actor.activated) + actor.automaton.interval
-        self._look(actor, at)
 
     def cycle_ended(self, actor: Actor, at: int) -> None:
-        """Look at the properties; after an entry that was cut short at none any more."""
-        self._is_late |= actor.overruns > 0
-        if actor.owed:
-            self._properties.clear()
-        self._look(actor, at)
+        """Look after a change; not after an entry that was cut short."""
+        if at > self._next_look:
+            if actor.owed:
+                self._properties.clear()
+            self.look(actor, at)
 
-    def _look(self, actor: Actor, at: int) -> None:
-        if self._ended.is_set() or not (self._is_new or at > self._deadline):
+    def look(self, actor: Actor, at: int) -> None:
+        """Look at the properties, in the cycle of an automaton."""
+        if self._ended.is_set():
             return
         with self._tree.lock:
-            self._is_new = False
+            self._is_late |= any(each.overruns for each in self._tree.actors)
+            self._next_look = math.inf
             for each in self._properties:
                 if not (self._is_late and each.is_timed):
                     self._look_at(each, actor, at)
-            waiting = [
-                each.within for each in self._properties if each.kind == "eventually" and not each.seen
-            ]
-            self._deadline = math.inf if self._is_late else min(waiting, default=math.inf)
 
     def _look_at(self, stated: _Property, actor: Actor, at: int) -> None:
         if stated.kind == "eventually":
+            if not stated.seen and at <= stated.within:
+                self._next_look = min(self._next_look, stated.within)
             is_wrong = not stated.seen and at > stated.within
             stated.seen |= is_wrong
         elif any(each.in_cycle for each in stated.automata if each is not actor):
-            self._is_new = True  # it is looked at when they have ended
+            self._next_look = -1.0  # when they have ended
             return
         else:
             is_wrong = at <= stated.within and stated.holds(None) is (stated.kind == "never")
         if is_wrong:
             what = f"it does not hold at {at / 1e9:g} s, in {', '.join(self._tree.root.paths())}"
-            self._proofs.report(actor, ("property", stated.name), what, proof=f"the proof of `{stated.name}`")
+            proof = f"the proof of `{stated.name}`"
+            self._proofs.report(actor, ("property", stated.name), what, proof=proof)
+
+
+class _Start(Observer):
+    """Look at properties before the first cycle."""
+
+    def __init__(self, properties: _Properties, tree: Tree) -> None:
+        self._properties: Final = properties
+        self._tree: Final = tree
+
+    def cycle_began(self, actor: Actor, at: int) -> None:
+        """Look at them, once."""
+        self._properties.look(actor, at)
+        with self._tree.lock:
+            if self in self._tree.observers:
+                self._tree.observers.remove(self)
 
 
 def _is_patched(component: Component) -> bool:
