@@ -73,8 +73,8 @@ def make_component(
 ) -> type[Component]:
     """Return a component with the automata of a document whose code runs elsewhere.
 
-    `begin` is called before its automata are made. What is in `shown` appears as their variables; `proofs` are
-    what its own component keeps. Raises DocumentInvalid for a document that the compiler would not have taken.
+    `begin` is called before its automata are made. What is in `shown` appears as their variables; `proofs`
+    is what its own component keeps. Raises DocumentInvalid for one that the compiler would not have taken.
     """
     try:
         root = _Automata(document, path, ask, shown).root()
