@@ -23,7 +23,7 @@ from ._automaton import Transition
 from ._supervision import Supervision
 from .component import Component, source_of
 from .observer import Observer
-from .source_map import locate_frame, place_of
+from .source_map import locate_frame
 from .tree import Actor, ChangeKind, Tree
 
 _Place = tuple[int, int]
@@ -51,36 +51,39 @@ class Proofs(Observer):
         self._sends: Final = dict[_Place, frozenset[str]]()
         self._guards: Final = dict[_Place, dict[int, Conjunction]]()
         """Those out of a state, by their transitions."""
-        self._never: Final = set[tuple[str, int, int]]()
+        self._never: Final = set[tuple[object, ...]]()
         properties: list[_Property] = []
-        for key, *values in component._hfsm_proofs:
-            kind, _, name = key.partition(" ")
-            if kind == "event":
-                self._events.add(name)
-            elif kind == "property":
-                properties.append(_Property(tree, name, *values))
-            else:
-                automaton, number, *transition = map(int, name.split("."))
-                place = automaton, number
-                if kind == "sends":
-                    self._sends[place] = frozenset(values)
-                elif kind == "guard":
-                    literals = tuple(zip(values[::2], values[1::2], strict=True))
-                    self._guards.setdefault(place, {})[transition[0]] = literals
-                else:
-                    self._never.add((kind, *place))
+        for row in component._hfsm_proofs:
+            match row:
+                case "event", name:
+                    self._events.add(name)
+                case "sends", automaton, state, *events:
+                    self._sends[automaton, state] = frozenset(events)
+                case "guard", automaton, state, transition, *literals:
+                    guards = self._guards.setdefault((automaton, state), {})
+                    guards[transition] = tuple(zip(literals[::2], literals[1::2], strict=True))
+                case "property", *stated:
+                    properties.append(_Property(tree, *stated))
+                case _:
+                    self._never.add(row)
         names = ", ".join(f"`{each.name}`" for each in properties)
-        document = component._hfsm_document
-        self._proof: Final = f"the proof of {names}" if names else f"what is proved of {document}"
+        self._proof: Final = (
+            f"the proof of {names}" if names else f"what is proved of {component._hfsm_document}"
+        )
         if self._guards or self._never:
             tree.observers.append(self)
         complete = {place for place, each in self._guards.items() if satisfy((), each.values()) is None}
         if complete:
             tree.observers.append(_CompleteGuards(self, complete))
         looked_at = [each for each in properties if ordered or (each.is_chain and not each.is_timed)]
-        if looked_at:
-            watch = _Properties(self, tree, looked_at, ended)
-            tree.observers += [watch, _Start(watch, tree)]
+        self._properties: Final = _Properties(self, tree, looked_at, ended) if looked_at else None
+        if self._properties is not None:
+            tree.observers.append(self._properties)
+
+    def start(self) -> None:
+        """Look at the properties in the initial states."""
+        if self._properties is not None:
+            self._properties.look(self._tree.root, 0)
 
     def doubt(self, *, values: bool = False) -> None:
         """Report no more, but events: something was done that proofs do not allow for.
@@ -99,15 +102,17 @@ class Proofs(Observer):
         """Look at an event that code is about to send, in the cycle of an automaton or outside of cycles."""
         if event not in self._events or self._is_void:
             return
-        place, who = (0, 0), "code outside of cycles"
-        if actor is not None and actor.on_duty:
-            place, who = (actor.automaton.id, actor.current.id), f"the state `{actor.current.name}`"
-        sent = [self._sends.get(place, ())] if place[0] else self._sends.values()
-        if any(event in each for each in sent):
-            return
-        where = locate_frame(sys._getframe(1), source_of(self._component))
-        what = f"{who} sent `{event}`, and the checks found no code there that does"
-        self._report(actor, (*place, event), what, where)
+        with self._tree.lock:  # so that the automaton stays where it is
+            if actor is not None and actor.on_duty:
+                place, who = (actor.automaton.id, actor.current.id), f"the state `{actor.current.name}`"
+                is_known = event in self._sends.get(place, ())
+            else:
+                place, who = (0, 0), "code outside of cycles"
+                is_known = any(event in sent for sent in self._sends.values())
+        if not is_known:
+            where = locate_frame(sys._getframe(1), source_of(self._component))
+            what = f"{who} sent `{event}`, and the checks found no code there that does"
+            self._report(actor, (*place, event), what, where)
 
     def changed(self, now: int, actor: Actor, kind: ChangeKind) -> None:  # noqa: ARG002
         """Look at a state that is entered."""
@@ -121,7 +126,7 @@ class Proofs(Observer):
         place = "unfired", actor.automaton.id, transition.id
         if place in self._never:
             what = f"{_name(transition)} fired, which the checks call impossible"
-            self.report(actor, place, what, place_of(transition.guard or transition.code))
+            self.report(actor, place, what)
         key = *place, *actor.guards
         if len(actor.guards) > 1 and key not in self._consistent and self.compare(actor, at, transition):
             self._consistent.add(key)
@@ -139,27 +144,21 @@ class Proofs(Observer):
             return True
         failed = [each for each in failed if actor.guards[each.id][1] == at]
         if satisfy(held, [guards[each.id] for each in failed]) is None:
-            values = ", ".join(
-                [f"{_name(each)} false" for each in failed] + ([f"{_name(last)} true"] if last else [])
-            )
-            what = (
-                f"guards out of the state `{actor.current.name}` contradict each other in one cycle: {values}"
-            )
-            self.report(
-                actor, ("guards", actor.automaton.id, actor.current.id), what, place_of(failed[0].guard)
-            )
+            values = [f"{_name(each)} false" for each in failed] + ([f"{_name(last)} true"] if last else [])
+            what = f"guards out of the state `{actor.current.name}` contradict each other in one cycle"
+            self.report(actor, (actor.automaton.id, actor.current.id), f"{what}: {', '.join(values)}")
         return False
 
-    def report(self, actor: Actor, place: Hashable, what: str, where: str = "", proof: str = "") -> None:
+    def report(self, actor: Actor, place: Hashable, what: str) -> None:
         """Report what is not so, unless something was done that no proof allows for."""
         if not (self._is_doubtful or self._supervision.raised):
-            self._report(actor, place, what, where, proof)
+            self._report(actor, place, what)
 
-    def _report(self, actor: Actor | None, place: Hashable, what: str, where: str, proof: str = "") -> None:
+    def _report(self, actor: Actor | None, place: Hashable, what: str, where: str = "") -> None:
         if place in self._places or _is_patched(self._component):
             return
         self._places.add(place)
-        message = f"{proof or self._proof} is wrong here: {what}"
+        message = f"{self._proof} is wrong here: {what}"
         self.reported.append(f"{message}\n  at {where}" if where else message)
         self._supervision.report(actor or self._tree.root, where, message)
         for proof_failed in self._tree.observers.proof_failed:
@@ -271,24 +270,9 @@ class _Properties(Observer):
         else:
             is_wrong = at <= stated.within and stated.holds(None) is (stated.kind == "never")
         if is_wrong:
-            what = f"it does not hold at {at / 1e9:g} s, in {', '.join(self._tree.root.paths())}"
-            proof = f"the proof of `{stated.name}`"
-            self._proofs.report(actor, ("property", stated.name), what, proof=proof)
-
-
-class _Start(Observer):
-    """Look at properties before the first cycle."""
-
-    def __init__(self, properties: _Properties, tree: Tree) -> None:
-        self._properties: Final = properties
-        self._tree: Final = tree
-
-    def cycle_began(self, actor: Actor, at: int) -> None:
-        """Look at them, once."""
-        self._properties.look(actor, at)
-        with self._tree.lock:
-            if self in self._tree.observers:
-                self._tree.observers.remove(self)
+            where = ", ".join(self._tree.root.paths())
+            what = f"`{stated.name}` does not hold at {at / 1e9:g} s, in {where}"
+            self._proofs.report(actor, ("property", stated.name), what)
 
 
 def _is_patched(component: Component) -> bool:

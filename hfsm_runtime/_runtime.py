@@ -55,6 +55,7 @@ class Runtime(ComponentRun, Observer):
         """Enter the initial states and start the cycles."""
         self.component_time.restart()
         self.tree.start(0)
+        self.proofs.start()
         self._alarm.start()
         for worker in self._workers.values():
             worker.thread.start()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, MutableSequence
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from ._actor import Actor, ChangeKind, DropReason
 from ._automaton import Event, Transition
@@ -55,16 +55,9 @@ class Observer:
 class Observers(MutableSequence[Observer]):
     """The observers of a tree, and for each hook the methods that override it: no others are called."""
 
-    cycle_began: tuple[Callable[[Actor, int], None], ...]
-    guard_evaluated: tuple[Callable[[Actor, Transition, bool, int], None], ...]
-    fired: tuple[Callable[[Actor, Transition, int], None], ...]
-    entered: tuple[Callable[[Actor, Transition | None], bool], ...]
-    cycle_ended: tuple[Callable[[Actor, int], None], ...]
-    changed: tuple[Callable[[int, Actor, ChangeKind], None], ...]
-    event_sent: tuple[Callable[[Event, int], None], ...]
-    event_dropped: tuple[Callable[[Actor, Event, DropReason], None], ...]
-    code_failed: tuple[Callable[[Actor, Exception], None], ...]
-    proof_failed: tuple[Callable[[Actor | None, str], None], ...]
+    if TYPE_CHECKING:
+
+        def __getattr__(self, hook: str) -> tuple[Callable[..., Any], ...]: ...
 
     def __init__(self) -> None:
         self._all: Final[list[Observer]] = []

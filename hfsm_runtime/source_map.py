@@ -101,19 +101,14 @@ def place_of_assignment(functions: Iterable[Callable[..., object]], name: str) -
     return ""
 
 
-def place_of(function: Callable[..., object] | None) -> str:
-    """Return where the code in a function begins, in the form of `locate`; empty outside a component."""
-    code = getattr(function, "__code__", None)
-    row = _row_after(function, code) if isinstance(code, CodeType) else None
-    return _place(row.first, row, code.co_filename) if code and row else ""
-
-
 def text_of_guard(guard: Callable[..., object]) -> str:
     """Return the condition of a guard on one line; empty for one outside a generated component."""
     code = getattr(guard, "__code__", None)
-    row = _row_after(guard, code) if code else None
-    if code is None or row is None:
+    rows = _rows(getattr(guard, "__globals__", {}))
+    index = bisect_right(rows, code.co_firstlineno, key=itemgetter(0)) if code else len(rows)
+    if code is None or index == len(rows):
         return ""
+    row = SourceRow(*rows[index])  # the code that follows the `def`
     lines = linecache.getlines(code.co_filename)[row.first - 1 : row.last]
     return " ".join(" ".join(MARK.sub("", line) for line in lines).split()).removeprefix("return ")
 
@@ -130,13 +125,6 @@ def _row_of(line: int, namespace: Mapping[str, object], file: str) -> SourceRow 
     index = bisect_right(rows, line, key=itemgetter(0)) - 1
     row = SourceRow(*rows[index]) if index >= 0 else None
     return row if row and line <= row.last else None
-
-
-def _row_after(function: object, code: CodeType) -> SourceRow | None:
-    """Return the row of the code that follows the `def` of a function."""
-    rows = _rows(getattr(function, "__globals__", {}))
-    index = bisect_right(rows, code.co_firstlineno, key=itemgetter(0))
-    return SourceRow(*rows[index]) if index < len(rows) else None
 
 
 def _rows(namespace: Mapping[str, object]) -> tuple[Any, ...]:

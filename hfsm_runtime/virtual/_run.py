@@ -241,6 +241,7 @@ class VirtualRun(ComponentRun):
         """Enter the initial states, at the time 0."""
         self.component_time.restart()
         self.tree.start(0)
+        self.proofs.start()
 
     @property
     def is_driven_here(self) -> bool:

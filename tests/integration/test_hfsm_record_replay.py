@@ -598,7 +598,7 @@ def test_a_proof_that_is_wrong_in_the_replay_alone_is_a_divergence(tmp_path: Pat
             return [count]
 
     class Proved(Asks, document="watcher.xml"):
-        _hfsm_proofs = (("event go",),)
+        _hfsm_proofs = (("event", "go"),)
 
     path, also = tmp_path / "run.mcap", tmp_path / "also.mcap"
     record_watcher(Asks, world, path, 0.5)

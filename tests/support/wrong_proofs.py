@@ -166,7 +166,7 @@ def _states(kind: str, expression: str, within: str = "") -> Wrong:
     parts = _sub(1, 0, states, _on(1, 1, 2, "time", "60")), _sub(2, 1, below)
     text = _document(*parts, stated=(kind, expression, within))
     return Wrong(
-        text, _holds, r"the proof of `stated` is wrong here: it does not hold at 0\.\d+ s, in (ask|run)"
+        text, _holds, r"the proof of `stated` is wrong here: `stated` does not hold at 0\.\d+ s, in (ask|run)"
     )
 
 

@@ -1,14 +1,14 @@
 """Say what the proofs about a document rely on; its component keeps it, and the runtime looks.
 
-The result are rows of literals:
+The result are rows:
 
 | row | what is so |
 |---|---|
-| `("event go",)` | the event comes from code of the states that follow alone |
-| `("sends 1.2", "go", ...)` | the only ones of these events that code sends in a state of an automaton |
-| `("guard 1.2.3", "near", True, ...)` | a guard is this conjunction of atoms, the same in a cycle |
-| `("unentered 1.4",)`, `("unfired 1.5",)` | a state is never entered, a transition never fires |
-| `("property lamp", kind, within in ns, timed, automata, form)` | it holds; if it is timed, by its times |
+| `"event", "go"` | the event comes from code of the states that follow alone |
+| `"sends", 1, 2, "go", ...` | the only ones of these events that code sends in a state of an automaton |
+| `"guard", 1, 2, 3, "near", True, ...` | a guard out of it is this conjunction; its atoms keep their values |
+| `"unentered", 1, 4`, `"unfired", 1, 5` | a state is never entered, a transition never fires |
+| `"property", "lamp", kind, within in ns, timed, automata, form` | it holds; if it is timed, by its times |
 
 The automata of a property are those that decide it.
 """
@@ -23,7 +23,7 @@ from .._effects import CodeEffects
 from ..document import Text
 from ._checker import QUICK_LIMIT, ModelReport, check_model
 from ._exploration import Budget
-from ._fireability import events_of, fireability_of, sent_by
+from ._fireability import Fireability, events_of, fireability_of, sent_by
 from .expressions import parse
 from .model import AutomatonModel, Model, StateModel, nanoseconds, read_model
 from .properties import Verdict, check_property
@@ -42,45 +42,41 @@ def relied_on(effects: CodeEffects) -> tuple[list[Row], ModelReport | None]:
     events = events_of(model)
     waited_for = {each.event for one in model.automata for each in one.transitions if each.event}
     inner = frozenset() if events.unclear else waited_for - events.outside
-    rows: list[Row] = [(f"event {event}",) for event in sorted(inner)]
-    rows += _sends(model, inner)
-    rows += _guards(model)
+    rows: list[Row] = [("event", event) for event in sorted(inner)]
+    rows += [*_sends(model, inner), *_guards(model)]
     if not rows and not document.properties:
         return [], None
     untimed = fireability_of(
         read_model(document, path, effects=effects, untimed=True), events.outside | events.unclear
     )
-    for automaton in model.automata:
-        states, transitions = untimed.states[automaton.index], untimed.transitions[automaton.index]
-        for state in automaton.states if states else ():
-            if state.index not in states:
-                rows.append((f"unentered {automaton.source.id}.{state.source.id}",))
-                continue
-            rows += [
-                (f"unfired {automaton.source.id}.{each.source.id}",)
-                for each in state.outgoing
-                if each.index not in transitions
-            ]
+    rows += _never(untimed)
     if not document.properties:
         return rows, None
     report = check_model(document, path, limit=QUICK_LIMIT, effects=effects)
     for result in report.properties:
         if result.verdict is Verdict.HOLDS:
             stated = result.property
+            name = " ".join((stated.name or stated.expression.text).split())
             expression = parse(stated.expression.text, model)
             cone = TransitionSystem(expression.automata or {0}, untimed).cone
+            decided_by = tuple(model.automata[index].source.id for index in cone)
             is_timed = check_property(stated, untimed, Budget(QUICK_LIMIT)).verdict is not Verdict.HOLDS
-            rows.append(
-                (
-                    f"property {' '.join((stated.name or stated.expression.text).split())}",
-                    stated.kind.strip(),
-                    nanoseconds(stated.within) or 0,
-                    is_timed,
-                    tuple(model.automata[index].source.id for index in cone),
-                    _by_ids(expression.form, model),
-                )
-            )
+            within, form = nanoseconds(stated.within) or 0, _by_ids(expression.form, model)
+            rows.append(("property", name, stated.kind.strip(), within, is_timed, decided_by, form))
     return rows, report
+
+
+def _never(untimed: Fireability) -> Iterator[Row]:
+    """Yield the states and transitions that are impossible, of all that is not below such a state."""
+    for automaton in untimed.model.automata:
+        possible, transitions = untimed.states[automaton.index], untimed.transitions[automaton.index]
+        for state in automaton.states if possible else ():
+            if state.index not in possible:
+                yield "unentered", automaton.source.id, state.source.id
+                continue
+            for each in state.outgoing:
+                if each.index not in transitions:
+                    yield "unfired", automaton.source.id, each.source.id
 
 
 def _sends(model: Model, events: Collection[str]) -> Iterator[Row]:
@@ -88,7 +84,7 @@ def _sends(model: Model, events: Collection[str]) -> Iterator[Row]:
         for state in automaton.states:
             sent = sent_by(model.effects, _running_in(model, automaton, state)).intersection(events)
             if sent:
-                yield f"sends {automaton.source.id}.{state.source.id}", *sorted(sent)
+                yield "sends", automaton.source.id, state.source.id, *sorted(sent)
 
 
 def _running_in(model: Model, automaton: AutomatonModel, state: StateModel) -> Iterator[Text]:
@@ -123,8 +119,8 @@ def _guards(model: Model) -> Iterator[Row]:
             uses = Counter(atom for _, needs in literals for atom, _ in needs)
             for each, needs in literals:
                 if any(uses[atom] > 1 for atom, _ in needs):
-                    key = f"guard {automaton.source.id}.{state.source.id}.{each.source.id}"
-                    yield key, *(part for literal in needs for part in literal)
+                    ids = automaton.source.id, state.source.id, each.source.id
+                    yield "guard", *ids, *(part for literal in needs for part in literal)
 
 
 def _by_ids(form: Form, model: Model) -> Form:

@@ -99,10 +99,11 @@ class Events(Component, document="events.xml", on_error="stop", events=["stop", 
         )
 
     _hfsm_proofs = (  # what the checks take for sure; the runtime looks
-        ("event ball seen",
-        ),
-        ("sends 2.1",
+        ("event",
             "ball seen",
+        ),
+        ("sends",
+            2, 1, "ball seen",
         ),
     )
 
