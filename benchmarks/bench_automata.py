@@ -28,6 +28,7 @@ from rich.table import Table
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from codegen.logic import PROOFS
 from hfsm_runtime import Automaton, State, Transition, VirtualRun
 from hfsm_runtime._cycle import run_cycle
 from hfsm_runtime._runtime import Runtime
@@ -35,6 +36,8 @@ from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import Actor
 from tests.support.automata import after, automaton, component, on, when
 from zenoh_ice import WallClock
+
+Proofs = tuple[tuple[Any, ...], ...]
 
 PERIOD = 0.1
 WARM_UP = 1.0
@@ -116,12 +119,23 @@ def measure_jitter(shape: str, count: int, seconds: float) -> dict[str, float]:
 def measure_cycles() -> dict[str, float]:
     """Return the cost of one cycle in us for several states."""
 
-    def cost(states: list[State], *transitions: Transition) -> float:
-        virtual = VirtualRun(component(automaton(1, "root", states, transitions)))
+    def cost(states: list[State], *transitions: Transition, proofs: Proofs = ()) -> float:
+        written = component(automaton(1, "root", states, transitions))
+        vars(written)[PROOFS] = proofs
+        virtual = VirtualRun(written)
         return per_step(lambda: run_cycle(virtual.tree, virtual.tree.root, 0, virtual._supervision))
 
     here, there = State(id=1, name="a"), State(id=2, name="b")
+    both = [when(lambda: False, 1, 2), when(lambda: False, 1, 2)]
+    kept: Proofs = (
+        ("event", "go"),
+        *(("guard", 1, 1, each.id, "x", True) for each in both),
+        ("unentered", 1, 2),
+        ("property", "stays", "never", 0, False, (1,), ("in", (1, 2))),
+    )
     return {
+        "two guards": cost([here, there], *both),
+        "two guards, and a look at what proofs rely on": cost([here, there], *both, proofs=kept),
         "no transition, no code": cost([here]),
         "one timed transition": cost([here, there], after(10, 1, 2)),
         "a timed transition, an event, three guards": cost(

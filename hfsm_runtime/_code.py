@@ -25,6 +25,8 @@ class Code:
         self, context: str, function: Callable[[], object], variables: Context | None = None
     ) -> None:
         self.context: Final = context
+        self.actor: Any = None
+        """The automaton whose cycle it is, if it is one."""
         self.want: Any = None
         """What the code waits for; None while it runs, and after its end."""
         self._greenlet: Final[Any] = greenlet(lambda _none: function())

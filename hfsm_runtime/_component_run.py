@@ -16,6 +16,7 @@ from ._actor import make_event
 from ._automaton import Automaton
 from ._limits import LIMITS, RuntimeLimits
 from ._marks import Mark, Marks
+from ._proofs import Proofs
 from ._stop import stop_named
 from ._supervision import Refusal, Supervision
 from ._timeline import Timeline
@@ -50,6 +51,7 @@ class ComponentRun:
     when the component is to end: by an error, by `request_stop`, by its own code, or because the root has
     finished. `servers_present` returns whether the servants of the component's proxies can be reached, as far
     as is known. `timeline` is component time, by default on the clock, and `tree` makes the automata's tree.
+    Its cycles are `ordered` if they run one at a time, in the order of their times.
     """
 
     def __init__(
@@ -62,6 +64,7 @@ class ComponentRun:
         servers_present: Callable[[], bool] = lambda: True,
         timeline: Timeline | None = None,
         tree: Callable[[Automaton], Tree] = Tree,
+        ordered: bool = False,
         limits: RuntimeLimits = LIMITS,
     ) -> None:
         self._limits = limits
@@ -81,7 +84,7 @@ class ComponentRun:
         """Returns the joint angles in rad of a dry run's fake robot; none outside a dry run."""
         self.marks = Marks()
         """The component's marks on the pictures of its cameras."""
-        equip(component, clock, self._sleep, self.send, self.mark)
+        equip(component, clock, self._sleep, self.send_by_code, self.mark)
         self.tree = tree(make_automata(component))
         self.component_time = timeline or Timeline(clock, limits.paused)
         """The time of the component in ns."""
@@ -98,6 +101,8 @@ class ComponentRun:
             hand_over=limits.hand_over,
         )
         self.tree.observers.append(_RootWatch(self))
+        self.proofs = Proofs(component, self.tree, self._supervision, self.ended, ordered=ordered)
+        """What proofs about the document rely on; looked at while it runs."""
         self._prepare()
 
     @property
@@ -153,6 +158,7 @@ class ComponentRun:
         Raises UnknownElementError.
         """
         with self.action("begin_at", automaton=automaton, state=state):
+            self.proofs.doubt()
             self.tree.begin_at(automaton, state)
 
     def start(self) -> None:
@@ -225,6 +231,7 @@ class ComponentRun:
                     f"the transition {found.name or transition} leaves the state {origin!r}, "
                     f"and {actor.automaton.name} is in {actor.current.name!r}"
                 )
+            self.proofs.doubt()
             actor.forced = found
 
     def set_variable(self, automaton: int, name: str, value: object) -> None:
@@ -233,6 +240,7 @@ class ComponentRun:
         Raises UnknownElementError, and ValueTypeError for a value of the wrong type.
         """
         with self.action("set", automaton=automaton, name=name, value=value), self.tree.lock:
+            self.proofs.doubt(values=True)
             if automaton:
                 assign(self.actor(automaton).automaton, name, value)
                 return
@@ -262,15 +270,25 @@ class ComponentRun:
         with self.tree.lock:
             began = self._wait_for_gap()
             self.component = component
+            self.proofs.doubt(values=True)
             apply(self.component_time.now())
             self.reloads += 1
             self._supervision.turn_to(component)
             return time.perf_counter() - began
 
     def send(self, name: str, data: object = None) -> None:
-        """Send an event to every automaton that is active; raises EventError."""
+        """Send an event from outside to every automaton that is active; raises EventError."""
         with self.action("send", name=name, value=data):
-            self.tree.send(make_event(name, data), self.component_time.now())
+            event = make_event(name, data)
+            self.proofs.arrives(name)
+            self.tree.send(event, self.component_time.now())
+
+    def send_by_code(self, name: str, data: object = None) -> None:
+        """Send an event for the code of the document, as `send` does for others."""
+        with self.action("send", name=name, value=data):
+            event = make_event(name, data)
+            self.proofs.sent(name, self._actor_here())
+            self.tree.send(event, self.component_time.now())
 
     def mark(self, mark: Mark) -> None:
         """Show a mark on the picture of a camera."""
@@ -316,6 +334,7 @@ class ComponentRun:
 
     def _hold(self) -> None:
         """Let no cycle begin, and component time stand still; with the lock of the tree."""
+        self.proofs.doubt()
         self.tree.held = True
         self.component_time.pause()
         self._wake()  # code that sleeps
@@ -352,6 +371,10 @@ class ComponentRun:
 
     def _step(self, actors: tuple[Actor, ...]) -> None:
         """Run one cycle of each automaton that is no ghost, in this order, while paused."""
+        raise NotImplementedError
+
+    def _actor_here(self) -> Actor | None:
+        """Return the automaton whose cycle runs here; None outside of cycles, as on threads of user code."""
         raise NotImplementedError
 
     def _frame(self, actor: Actor) -> FrameType | None:  # noqa: ARG002

@@ -75,8 +75,8 @@ def run_cycle(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> Non
     if not tree.begin_cycle(actor):
         return
     began = actor.began = supervisor.now()
-    for observer in tree.observers:
-        observer.cycle_began(actor, now)
+    for cycle_began in tree.observers.cycle_began:
+        cycle_began(actor, now)
     try:
         _run_steps(tree, actor, now, supervisor)
         supervisor.succeeded(actor)
@@ -98,8 +98,8 @@ def run_cycle(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> Non
         actor.last_slot = now
         actor.began = None
         tree.decide(actor, now + lasted)
-        for observer in tree.observers:
-            observer.cycle_ended(actor, now)
+        for cycle_ended in tree.observers.cycle_ended:
+            cycle_ended(actor, now)
         tree.end_cycle(actor)
 
 
@@ -141,7 +141,7 @@ def _run_steps(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> No
 
 def _pauses(tree: Tree, actor: Actor, transition: Transition | None) -> bool:
     """Return whether an observer wants to pause where a state was entered; all of them are notified."""
-    pauses = [observer.entered(actor, transition) for observer in tree.observers]
+    pauses = [entered(actor, transition) for entered in tree.observers.entered]
     return any(pauses)
 
 
@@ -185,8 +185,8 @@ def _holds(tree: Tree, actor: Actor, transition: Transition, now: int, superviso
     guard = _bound(actor, transition, transition.guard)
     value = _call(tree, actor, lambda: bool(guard()), supervisor) is True  # bool() may fail, too
     actor.guards[transition.id] = value, now
-    for observer in tree.observers:
-        observer.guard_evaluated(actor, transition, value, now)
+    for guard_evaluated in tree.observers.guard_evaluated:
+        guard_evaluated(actor, transition, value, now)
     return value
 
 
@@ -194,8 +194,8 @@ def _fire(tree: Tree, actor: Actor, transition: Transition, now: int, supervisor
     """Fire a transition; false when the new state is not entered, since the automaton became a ghost."""
     if not tree.leave(actor, now):
         return False
-    for observer in tree.observers:
-        observer.fired(actor, transition, now)
+    for fired in tree.observers.fired:
+        fired(actor, transition, now)
     try:
         try:
             late = tree.wait_for_cycles(actor, supervisor.hand_over)
@@ -291,8 +291,8 @@ def _call(tree: Tree, actor: Actor, code: Callable[[], object], supervisor: Supe
     except Exception as error:  # noqa: BLE001 - user code may raise anything; the supervisor reports it
         if supervisor.refused(actor, error):
             return None
-        for observer in tree.observers:
-            observer.code_failed(actor, error)
+        for code_failed in tree.observers.code_failed:
+            code_failed(actor, error)
         supervisor.failed(actor, error)
         return None
 

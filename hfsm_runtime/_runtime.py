@@ -55,6 +55,7 @@ class Runtime(ComponentRun, Observer):
         """Enter the initial states and start the cycles."""
         self.component_time.restart()
         self.tree.start(0)
+        self.proofs.start()
         self._alarm.start()
         for worker in self._workers.values():
             worker.thread.start()
@@ -221,6 +222,10 @@ class Runtime(ComponentRun, Observer):
                 self.clock.wait(worker.wake, left)
         finally:
             worker.asleep = False
+
+    def _actor_here(self) -> Actor | None:
+        worker: _Worker | None = getattr(self._own, "worker", None)
+        return None if worker is None else worker.actor
 
     def _frame(self, actor: Actor) -> FrameType | None:
         worker = self._workers.get(actor)

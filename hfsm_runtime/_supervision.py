@@ -129,6 +129,8 @@ class Supervision(Observer):
         self._hardware_failures: dict[Actor, tuple[int, int]] = {}
         """Cycles in a row in which hardware failed: how many, and the number of the last one."""
         self._crash: BaseException | None = None
+        self.raised = False
+        """Whether code has raised an exception."""
         self._dropped: set[tuple[int, int, str]] = set()
         """Dropped events: the automaton, its state, and the event with the reason."""
         tree.observers.append(self)
@@ -158,6 +160,7 @@ class Supervision(Observer):
 
         A picture that may just be late is none.
         """
+        self.raised = True
         if not isinstance(error, ZenohIceError) or isinstance(error, CommunicatorDestroyedException):
             return False
         if isinstance(error, HardwareFailedException) and self._may_be_late(actor):
@@ -265,6 +268,11 @@ class Supervision(Observer):
         """Log and remember a problem of an automaton that is not an error of its code."""
         self._record(actor, "", message)
         self._log.warning("%s: %s", _place(actor), message)
+
+    def report(self, actor: Actor, location: str, message: str) -> None:
+        """Log and remember an error that ends nothing."""
+        self._record(actor, location, message[:_LONGEST_MESSAGE])
+        self._log.error("%s: %s%s", _place(actor), message, f" at {location}" if location else "")
 
     def event_dropped(self, actor: Actor, event: Event, reason: DropReason) -> None:
         """Log a dropped event: a full queue is an error, other reasons are logged once for each place."""

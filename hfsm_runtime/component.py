@@ -125,6 +125,7 @@ class Component:
     _hfsm_on_refused: ClassVar[OnRefused] = OnRefused.PAUSE
     _hfsm_ros_types: ClassVar[Mapping[str, str]] = {}
     _hfsm_events: ClassVar[frozenset[str]] = frozenset()
+    _hfsm_proofs: ClassVar[tuple[tuple[Any, ...], ...]] = ()
     _hfsm_log: ClassVar[logging.Logger] = log
     _hfsm_clock: Clock = WallClock()
     _hfsm_sleep: Callable[[float], None] | None = None

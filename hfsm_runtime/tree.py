@@ -16,7 +16,7 @@ from ._actor import CAPACITY, Actor, ChangeKind, DropReason, Phase, first_phase,
 from ._automaton import REFUSED, Arguments, Automaton, Event, State, Transition
 from ._timeline import slot_from
 from .errors import UnknownElementError
-from .observer import Observer
+from .observer import Observers
 
 __all__ = ["Actor", "ChangeKind", "DropReason", "Phase", "Replaced", "Tree", "grow"]
 
@@ -43,7 +43,7 @@ class Tree:
         self.lock = threading.RLock()
         self.held = False
         """While set no cycle begins, except those of automata that are `stepping`."""
-        self.observers: list[Observer] = []
+        self.observers = Observers()
         self._cycle_ended = threading.Condition(self.lock)
         self.actors: tuple[Actor, ...] = grow(root)
         """All automata, each before its children."""
@@ -86,8 +86,8 @@ class Tree:
     def send(self, event: Event, now: int) -> None:
         """Put an event into the queue of every active automaton that has a transition for its name."""
         with self.lock:
-            for observer in self.observers:
-                observer.event_sent(event, now)
+            for event_sent in self.observers.event_sent:
+                event_sent(event, now)
             for actor in self.actors:
                 if actor.active and not actor.finished and event.name in actor.automaton.events:
                     if len(actor.events.waiting) >= CAPACITY:
@@ -379,8 +379,8 @@ class Tree:
         event = actor.events.take()
         actor.events.dropped += 1
         actor.events.last_dropped = event, reason, now
-        for observer in self.observers:
-            observer.event_dropped(actor, event, reason)
+        for event_dropped in self.observers.event_dropped:
+            event_dropped(actor, event, reason)
 
     @staticmethod
     def _begin_outputs(actor: Actor) -> None:
@@ -399,8 +399,8 @@ class Tree:
         self._changed(now, actor, ChangeKind.ENTERED)
 
     def _changed(self, now: int, actor: Actor, kind: ChangeKind) -> None:
-        for observer in self.observers:
-            observer.changed(now, actor, kind)
+        for changed in self.observers.changed:
+            changed(now, actor, kind)
 
 
 def _waits_for_refusal(actor: Actor) -> bool:

@@ -8,15 +8,16 @@ from __future__ import annotations
 import ast
 import os
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 from ..diagnostics import Diagnostics, Location
+from ..logic import PROOFS
 from ..messages import Message
 from ..parsing import parse_python
-from ..python_layout import GENERATED_BY
+from ..python_layout import GENERATED_BY, INDENT
 from ._automaton_writer import AutomatonWriter, CodeLines, Line, Method
 from ._checks.component import ON_ERROR, ON_REFUSED
 from ._map_writer import MarkedLines
@@ -46,7 +47,7 @@ from .code.text import (
 from .codes import Code
 from .known_interfaces import KnownInterface, KnownInterfaces
 from .ros import TF, parse_qos, stops
-from .source_map import SourceMap, written
+from .source_map import SourceMap, row_lines, written
 
 _METHOD: Final = "automaton"
 
@@ -66,9 +67,14 @@ class GeneratedComponent:
     source_map: SourceMap
 
 
-def generate(analysis: Analysis, interfaces: KnownInterfaces) -> GeneratedComponent:
-    """Return the component of a document in which `check` has found no error."""
-    return _Generator(analysis, interfaces).component()
+def generate(
+    analysis: Analysis, interfaces: KnownInterfaces, proofs: Iterable[Sequence[object]] = ()
+) -> GeneratedComponent:
+    """Return the component of a document in which `check` has found no error.
+
+    It keeps what `proofs` rely on, as rows of literals.
+    """
+    return _Generator(analysis, interfaces).component(proofs)
 
 
 def check_generated(component: GeneratedComponent, analysis: Analysis, diagnostics: Diagnostics) -> None:
@@ -168,7 +174,7 @@ class _Generator:
         self._proxy_classes = self._name_proxy_classes()
         self._class_name = unique(camel_case(self._name), "Component", self._module_names())
 
-    def component(self) -> GeneratedComponent:
+    def component(self, proofs: Iterable[Sequence[object]]) -> GeneratedComponent:
         by_id = {code.automaton.id: code.automaton for code in self._automata}
         by_method = {self._methods[code.automaton.id].name: code for code in reversed(self._automata)}
         writers = [
@@ -184,6 +190,13 @@ class _Generator:
             if by_method[self._methods[code.automaton.id].name] is code  # the first, if they share it
         ]
         automata = [line for writer in writers for line in ("", *writer.lines())]
+        if relied := [*row_lines(proofs, INDENT * 2)]:
+            automata += [
+                "",
+                f"    {PROOFS} = (  # what the checks take for sure; the runtime looks",
+                *relied,
+                "    )",
+            ]
         marked = MarkedLines(self._document, self._file)
         for item in (*self._docstring(), *self._imports(writers), "", "", *self._class(), *automata, "", ""):
             marked.add(item)

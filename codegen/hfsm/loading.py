@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,7 +28,7 @@ from .known_interfaces import KnownInterfaces, find_interfaces
 from .source_map import SourceMap
 
 if TYPE_CHECKING:
-    from .model_checker import ModelReport  # slow to import, and not needed for generating
+    from .model_checker import ModelReport, Row  # slow to import, and not needed for generating
 
 _HEAD: Final = 4000
 """Characters at the beginning of a component that contain the note from what it was generated."""
@@ -37,12 +38,16 @@ _ADDED: Final = re.compile(r"( {4})?(async )?(def (?!.*-> Automaton:$)|class (?!
 
 @dataclass(frozen=True, slots=True)
 class LoadedDocument:
-    """A document with its imports resolved and its code analyzed, and the text of its component."""
+    """A document with its imports resolved and its code analyzed, and the text of its component.
+
+    `checked` is the report of a quick check, if its proofs are kept in the component.
+    """
 
     document: Document
     effects: CodeEffects
     interfaces: KnownInterfaces
     component: str
+    checked: ModelReport | None = None
 
 
 def compile_document(
@@ -64,12 +69,16 @@ def compile_document(
     Errors and warnings are reported, notes are not. Nothing is written.
     """
     found = Diagnostics()
-    loaded = load_document(path, output, found, include, document=document, generated=generated)
+    loaded = load_document(
+        path, output, found, include, document=document, generated=generated, keeps_proofs=True
+    )
     if loaded is not None and with_model:
         from .model_checker import QUICK_LIMIT, check_model, report_model
 
-        model = check_model(loaded.document, path, limit=QUICK_LIMIT, effects=loaded.effects)
-        report_model(model, found, quick=True)
+        report = loaded.checked or check_model(
+            loaded.document, path, limit=QUICK_LIMIT, effects=loaded.effects
+        )
+        report_model(report, found, quick=True)
     diagnostics.add_all(found, leave_out=[Severity.NOTE])
     if loaded is None or found.has_errors:
         return None
@@ -123,12 +132,14 @@ def load_document(
     *,
     document: Document | None = None,
     generated: Mapping[Path, str] | None = None,
+    keeps_proofs: bool = False,
 ) -> LoadedDocument | None:
     """Return a loaded document, or None after reporting errors.
 
     `output` is the directory of its component, by default that of the document. `include` are directories
     with packages of proxies, and with files to import. `document` is the parsed content if it has not been
-    saved yet; `generated` are packages of proxies that are about to be written. States that are never entered
+    saved yet; `generated` are packages of proxies that are about to be written. Its component has what proofs
+    rely on if it `keeps_proofs`. States that are never entered
     or left are reported here where imports are missing, since the model checker does not run then.
     """
     errors = len(diagnostics.errors)
@@ -152,11 +163,30 @@ def load_document(
 
             report_graph(effects, diagnostics)
         return None
-    component = generate(analysis, interfaces)
+    proofs, checked = _proofs(effects) if keeps_proofs else ([], None)
+    component = generate(analysis, interfaces, proofs)
     check_generated(component, analysis, diagnostics)
     if len(diagnostics.errors) > errors:
         return None
-    return LoadedDocument(document, effects, interfaces, component.text)
+    return LoadedDocument(document, effects, interfaces, component.text, checked)
+
+
+def _proofs(effects: CodeEffects) -> tuple[list[Row], ModelReport | None]:
+    """Return what proofs rely on, without the model checker where neither code nor guards decide anything."""
+    document = effects.analysis.document
+    guarded = Counter(
+        (automaton.id, each.origin)
+        for automaton in document.automata
+        for each in automaton.transitions
+        if each.type == "condition" or not each.guard.is_blank
+    )
+    waits = any(each.type == "event" for one in document.automata for each in one.transitions)
+    if not (document.properties or waits or any(count > 1 for count in guarded.values())):
+        return [], None
+
+    from .model_checker import relied_on
+
+    return relied_on(effects)
 
 
 def is_generated(file: Path) -> bool:

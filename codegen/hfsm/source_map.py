@@ -6,10 +6,11 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
+from ..python_layout import INDENT
 from ..source_rows import BEGIN, END, SourceRow, TableRow, read_rows
-from .code.names import quoted
+from .code.names import literal
 
 
 def start_mark(key: str) -> str:
@@ -48,12 +49,16 @@ class SourceMap:
 
 
 def written(rows: Iterable[TableRow]) -> Iterator[str]:
-    """Yield the lines of the table: three for a row, so that changes of neighbors merge."""
+    """Yield the lines of the table."""
     yield f"{BEGIN.strip()}  # the document, element by element: lines without code, and code"
-    for name, *items in rows:
-        yield f"    ({quoted(str(name))},"
-        if items:
-            shown = (str(each) if isinstance(each, int) else quoted(each) for each in items)
-            yield f"        {', '.join(shown)},"
-        yield "    ),"
+    yield from row_lines(rows, INDENT)
     yield END.strip()
+
+
+def row_lines(rows: Iterable[Sequence[object]], indent: str) -> Iterator[str]:
+    """Yield the lines of rows of literals: three for a row, so that changes of neighbors merge."""
+    for name, *items in rows:
+        yield f"{indent}({literal(name)},"
+        if items:
+            yield f"{indent}{INDENT}{', '.join(map(literal, items))},"
+        yield f"{indent}),"

@@ -206,6 +206,12 @@ class Recorder(Observer):
         name, state = actor.automaton.name, actor.current.name
         self.put("/errors", messages.Failure(actor.automaton.id, name, state, describe_error(error)))
 
+    def proof_failed(self, actor: Actor | None, message: str) -> None:
+        """Record what a proof relies on and is not so in a cycle: elsewhere its order is not known."""
+        if actor is not None:
+            name, state = actor.automaton.name, actor.current.name
+            self.put("/errors", messages.Failure(actor.automaton.id, name, state, message))
+
     def _put(self, actor: Actor, kind: str, message: messages.Message) -> None:
         self.put(f"{kind}/{self._topics.get(actor.automaton.id, actor.automaton.id)}", message)
 

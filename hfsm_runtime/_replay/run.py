@@ -352,7 +352,9 @@ class Replay(Observer):
         self.answers.latest.begin_cycle(context)
         if self._started and not self._ended:
             actor.stepping = self.virtual.tree.held
-            self._run_code(Code(context, partial(self.virtual.run_cycle, actor, at)))
+            code = Code(context, partial(self.virtual.run_cycle, actor, at))
+            code.actor = actor
+            self._run_code(code)
             actor.next_slot = max(actor.next_slot, slot_after(at, actor.automaton.interval))
 
     def _end_cycle(self, context: str) -> None:
@@ -398,6 +400,7 @@ class Replay(Observer):
                 if action.kind == "set":
                     virtual.set_variable(automaton, name, value)
                 else:
+                    virtual.proofs.arrives(name)
                     virtual.tree.send(make_event(name, value), now)
 
     # Cycles of an edited document that the recording does not have.

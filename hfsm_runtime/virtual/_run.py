@@ -79,7 +79,7 @@ class _Cycles(Code):
         self._virtual: Final = virtual
         self._at = 0
         self._rests = True
-        self.actor: Final = actor
+        self.actor: Actor = actor
         self.asleep = False
         """Whether it is in `self.sleep`, which ends when the cycle has to."""
         self.reports = 0
@@ -197,6 +197,7 @@ class VirtualRun(ComponentRun):
             None if on_refused is None else OnRefused(on_refused),
             timeline=timeline,
             tree=tree or partial(_VirtualTree, self),
+            ordered=tree is None,
             limits=limits,
         )
         tracer = _Tracer(kept)
@@ -240,6 +241,7 @@ class VirtualRun(ComponentRun):
         """Enter the initial states, at the time 0."""
         self.component_time.restart()
         self.tree.start(0)
+        self.proofs.start()
 
     @property
     def is_driven_here(self) -> bool:
@@ -422,6 +424,10 @@ class VirtualRun(ComponentRun):
                 _logger.warning("the step of %s takes longer than %g s", name, limit)
         with self.tree.lock:
             self._schedule(now)
+
+    def _actor_here(self) -> Actor | None:
+        code = current_code()
+        return None if code is None else code.actor
 
     def _sleep(self, seconds: float) -> None:
         cycle = current_code()

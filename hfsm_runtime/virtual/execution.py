@@ -251,6 +251,7 @@ class Execution(VirtualRun):
         A guard has the name of its transition; where several have that name, the path of the automaton
         precedes it: `red/lost`.
         """
+        self.proofs.doubt()
         self._guards.set(name, value)
         self._journal.note(f"sets the guard {name} to {value}")
 
@@ -319,6 +320,10 @@ class Execution(VirtualRun):
         return "is paused" if self.paused_by_client else ""
 
     def _check(self) -> None:
+        if self.proofs.reported:
+            reported = [*self.proofs.reported, self.timeline]
+            self.proofs.reported.clear()
+            raise BehaviorFailed("\n".join(reported))
         pauses = self.component._hfsm_on_refused is OnRefused.PAUSE
         for actor, error in self._journal.take_failures():
             if pauses and isinstance(error, CommandRefusedException):

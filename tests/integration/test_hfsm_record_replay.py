@@ -598,6 +598,25 @@ def test_an_edited_document_parts_in_the_cycle_in_which_it_decides_otherwise(
     assert (found.recorded.state_after, found.replayed.state_after) == ("b", "a")
 
 
+def test_a_proof_that_is_wrong_in_the_replay_alone_is_a_divergence(tmp_path: Path, world: World) -> None:
+    class Asks(Watcher, document="watcher.xml"):
+        def look(self, count: int) -> list[Any]:
+            self.send("go")
+            return [count]
+
+    class Proved(Asks, document="watcher.xml"):
+        _hfsm_proofs = (("event", "go"),)
+
+    path, also = tmp_path / "run.mcap", tmp_path / "also.mcap"
+    record_watcher(Asks, world, path, 0.5)
+    _, comparison = replayed(path, Proved)
+    (found,) = comparison.divergences
+    assert not found.recorded.errors
+    assert any("what is proved of watcher.xml is wrong here" in each for each in found.replayed.errors)
+    record_watcher(Proved, world, also, 0.5)
+    identical(also, Proved)
+
+
 def test_values_that_nobody_had_asked_for_are_the_newest_before(tmp_path: Path, world: World) -> None:
     class Curious(Watcher, document="watcher.xml"):
         def look(self, count: int) -> list[Any]:

@@ -10,7 +10,6 @@ from hfsm_runtime import Transition
 from hfsm_runtime._runtime import Runtime
 from hfsm_runtime._timeline import slot_from
 from hfsm_runtime.tree import Actor
-from tests.support.automata import component
 from tests.support.model_documents import Script, ScriptedDocument
 from zenoh_ice import WallClock
 
@@ -38,7 +37,7 @@ class LivePlayer(ScriptedDocument):
 
     def __init__(self, document: Document, script: Script, clock: WallClock) -> None:
         super().__init__(document, script.guard, script.events)
-        self.runtime = Runtime(component(self.root), clock)
+        self.runtime = Runtime(self.component, clock)
         self._tree = self.runtime.tree
         self._shortest = min(run.automaton.interval for run in self._tree.actors)
         self._happened: list[tuple[str, int, int]] = []

@@ -26,10 +26,12 @@ from codegen.hfsm.model_checker import (
     Reachability,
     StepKind,
     check_model,
+    relied_on,
 )
 from codegen.hfsm.model_checker.expressions import parse
 from codegen.hfsm.model_checker.model import Model, nanoseconds, read_model
 from codegen.hfsm.model_checker.transition_system import ACTIVE, FINISHED, Configuration
+from codegen.logic import PROOFS
 from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import Actor
 from tests.support.automata import component
@@ -270,6 +272,8 @@ class ScriptedDocument(Observer):
         self._now: dict[int, int] = {}
         """The time of the running cycle of each automaton."""
         self.root = self._build(self.model.automata[0].index)
+        self.component = component(self.root)
+        vars(self.component)[PROOFS] = relied_on(self.model.effects)[0]
 
     def cycle_began(self, run: Actor, at: int) -> None:
         self._now[run.automaton.id] = at
@@ -325,7 +329,7 @@ class Player(ScriptedDocument):
         super().__init__(document, guard, present)
         self.fired_: list[Fired] = []
         self.seen: list[tuple[int, Configuration]] = []
-        self.virtual = runtime.VirtualRun(component(self.root))
+        self.virtual = runtime.VirtualRun(self.component)
         self._runs = [
             (run, {item.source.id: item.index for item in model.states})
             for model in self.model.automata

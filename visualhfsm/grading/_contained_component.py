@@ -22,6 +22,7 @@ from codegen.hfsm import read_document, resolve
 from codegen.hfsm.code.names import component_name
 from codegen.hfsm.known_interfaces import find_interfaces
 from codegen.hfsm.model_checker.model import nanoseconds
+from codegen.logic import PROOFS
 from hfsm_runtime import Automaton, Component, Event, Output, Parameter, Proxy, State, Transition
 from visualhfsm.simulation import DocumentInvalid
 from zenoh_ice import ObjectPrx
@@ -68,11 +69,12 @@ def make_component(
     begin: Callable[[Component], None],
     ask: Ask,
     shown: Shown,
+    proofs: tuple[Any, ...] = (),
 ) -> type[Component]:
     """Return a component with the automata of a document whose code runs elsewhere.
 
-    `begin` is called before its automata are made. What is in `shown` appears as their variables. Raises
-    DocumentInvalid for a document that the compiler would not have taken.
+    `begin` is called before its automata are made. What is in `shown` appears as their variables; `proofs`
+    is what its own component keeps. Raises DocumentInvalid for one that the compiler would not have taken.
     """
     try:
         root = _Automata(document, path, ask, shown).root()
@@ -84,7 +86,7 @@ def make_component(
         begin(self)
         return root
 
-    body |= {"automaton": automaton, "__module__": f"{__name__}.{path.stem}"}
+    body |= {"automaton": automaton, PROOFS: proofs, "__module__": f"{__name__}.{path.stem}"}
     options: dict[str, Any] = {
         "document": path.name,
         "on_error": document.on_error.text.strip() or "stop",

@@ -18,6 +18,7 @@ from typing import Any, Final, Self
 import msgspec
 
 from codegen.hfsm.document import Document
+from codegen.logic import read_proofs
 from codegen.messages import Message
 from hfsm_runtime import Component, Event
 from hfsm_runtime.component import parameter_values
@@ -106,7 +107,13 @@ class Containment:
         path = submission.path
         code = _Code(self._walls, self._allowance, f"{path.stem}.py", submission.component, shows=self._shows)
         component = make_component(
-            submission.document, path, self._include, begin=code.begin, ask=code.run, shown=code.shown
+            submission.document,
+            path,
+            self._include,
+            begin=code.begin,
+            ask=code.run,
+            shown=code.shown,
+            proofs=read_proofs(submission.component),
         )
         behavior = ContainedBehavior(component, code, document=path, **options)
         self._behaviors[:] = [*(each for each in self._behaviors if each.runs_code), behavior]

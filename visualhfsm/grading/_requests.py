@@ -77,7 +77,7 @@ class Requests:
                     if (inlet := self._inlets.pop(message.stream, None)) is not None:
                         inlet.close()
                 case protocol.Send():
-                    self._behavior.send(message.name, _event_data(message.data))
+                    self._behavior.send_by_code(message.name, _event_data(message.data))
                 case protocol.SetMark():
                     self._behavior.component.mark(message.camera, message.u, message.v, message.label)
                 case protocol.Log():

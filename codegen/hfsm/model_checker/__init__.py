@@ -10,7 +10,7 @@ From a document to a counterexample:
 5. The verdicts use that search: `reachability` of states and transitions, `conflicts` over servants, and
    `properties`, whose language is in `expressions`.
 6. `counterexample` turns a run into steps that the editor plays.
-7. `checker` runs all checks of a document, and reports the results.
+7. `checker` runs all checks of a document, and reports the results; `relied` says what they rely on.
 
 Users read `docs/explanation/model-checker.md`.
 """
@@ -29,6 +29,7 @@ from ._checker import (
 from ._conflicts import Command, Commands, Conflict, is_command, read_operations
 from ._counterexample import Counterexample, Step
 from ._reachability import Reachability, WhyNever
+from ._relied import Row, relied_on
 from .expressions import ExpressionError
 from .properties import PropertyResult, Verdict
 from .transition_system import StepKind
@@ -45,6 +46,7 @@ __all__ = [
     "ModelReport",
     "PropertyResult",
     "Reachability",
+    "Row",
     "Step",
     "StepKind",
     "Verdict",
@@ -52,6 +54,7 @@ __all__ = [
     "check_model",
     "is_command",
     "read_operations",
+    "relied_on",
     "report_graph",
     "report_model",
 ]

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from typing import Final
 
 from ...diagnostics import Note
+from ...logic import Conjunction, satisfy
 from .._effects import CodeEffects
 from ..code.language import is_foreign
 from ..document import REFUSED, Text
-from ._guards import Conjunction, satisfy
 from .model import AutomatonModel, Model, StateModel, TransitionModel
 
 
@@ -43,12 +43,12 @@ def events_of(model: Model) -> Events:
         return Events(waited_for | declared)
     always = [text for automaton in document.automata for text in (automaton.functions, automaton.variables)]
     always += [functions.text for functions in document.functions]
-    outside = declared | _sent(model.effects, always)
+    outside = declared | sent_by(model.effects, always)
     places = model.effects.unclear_sends if waited_for - outside else ()
     return Events(outside, waited_for - outside if places else frozenset(), places)
 
 
-def _sent(effects: CodeEffects, texts: Iterable[Text]) -> frozenset[str]:
+def sent_by(effects: CodeEffects, texts: Iterable[Text]) -> frozenset[str]:
     """Return the events that code is known to send."""
     return frozenset[str]().union(*(effects.of(text).events for text in texts))
 
@@ -107,7 +107,7 @@ def fireability_of(model: Model, outside: frozenset[str]) -> Fireability:
             else:
                 states.append(frozenset())
                 transitions.append(frozenset())
-            sent |= _sent(model.effects, _running(automaton, states[-1], transitions[-1]))
+            sent |= sent_by(model.effects, _running(automaton, states[-1], transitions[-1]))
         finishing = frozenset(
             automaton.index
             for automaton in model.automata

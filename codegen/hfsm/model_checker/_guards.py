@@ -7,16 +7,10 @@ opposite value of `x`. A conjunction is a set of literals; any other part of a g
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterable, Iterator
-from typing import Final
+from collections.abc import Iterator
 
+from ...logic import Conjunction
 from ..code._values import truth
-
-Conjunction = tuple[tuple[str, bool], ...]
-"""Atoms with their required values; the empty conjunction always holds."""
-
-_MOST_STEPS: Final = 300
-"""The limit of steps in the search for values of guards that depend on each other."""
 
 
 def conjunction(
@@ -60,49 +54,3 @@ def _literals(tree: ast.expr, wanted: bool) -> Iterator[tuple[str, bool]]:
             yield ast.unparse(tree), wanted
         elif constant is not wanted:
             raise _NeverHolds
-
-
-def satisfy(wanted: Conjunction, refused: Iterable[Conjunction]) -> dict[str, bool] | None:
-    """Return values of atoms for which `wanted` holds and none of `refused` does, or None.
-
-    Irrelevant atoms are left out. If the guards are too entangled for a complete search, the values found so
-    far are returned: the guards then count as possible.
-    """
-    values: dict[str, bool] = {}
-    for atom, value in wanted:
-        if values.setdefault(atom, value) is not value:
-            return None
-    return _refuse(values, list(refused), iter(range(_MOST_STEPS)))
-
-
-def _refuse(
-    values: dict[str, bool], clauses: list[Conjunction], steps: Iterator[int]
-) -> dict[str, bool] | None:
-    """Extend `values` until every clause is false (the algorithm of Davis, Putnam, Logemann and Loveland)."""
-    literals = {literal for clause in clauses for literal in clause}
-    while True:
-        undecided: list[Conjunction] = []
-        known = len(values)
-        for clause in clauses:
-            if any(values.get(atom, value) is not value for atom, value in clause):
-                continue
-            free = [(atom, value) for atom, value in clause if atom not in values]
-            if not free:
-                return None
-            for atom, value in free:  # unit clauses, and atoms that no other clause needs
-                if len(free) == 1 or (atom, not value) not in literals:
-                    values[atom] = not value
-                    break
-            else:
-                undecided.append(clause)
-        if not undecided or next(steps, None) is None:
-            return values
-        if len(values) == known:
-            break
-        clauses = undecided
-    atom, value = next(literal for literal in undecided[0] if literal[0] not in values)
-    for choice in (not value, value):
-        found = _refuse({**values, atom: choice}, undecided, steps)
-        if found is not None:
-            return found
-    return None

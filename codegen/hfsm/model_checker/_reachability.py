@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
+from ...logic import satisfy
 from ._exploration import Budget, Exploration, newness
 from ._fireability import Fireability
-from ._guards import satisfy
 from ._solitary import Obstacle, Solitary
 from .model import AutomatonModel, StateModel, TransitionModel
 from .transition_system import TransitionSystem

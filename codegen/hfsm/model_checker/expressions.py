@@ -20,6 +20,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from ...diagnostics import Misspelt, did_you_mean
+from ...logic import Form, predicate
 from ...messages import Message, MessageError, any_of
 from .model import AutomatonModel, Model
 from .transition_system import ACTIVE, FINISHED, Holds
@@ -62,8 +63,24 @@ class Expression:
     automata: frozenset[int]
     states: frozenset[tuple[int, int]]
     """The states that it names, with their automata."""
-    bind: Callable[[Positions], Holds]
-    """Makes the function, from the position of each automaton in a configuration."""
+    form: Form
+    """It itself, by the indices of automata and states."""
+
+    def bind(self, positions: Positions) -> Holds:
+        """Return its function, from the position of each automaton in a configuration."""
+
+        def leaf(form: Form) -> Holds:
+            kind, *parts = form
+            if kind == "in":
+                wanted = [(positions[automaton], state) for automaton, state in parts]
+                return lambda configuration: any(
+                    configuration[position][0] == state and configuration[position][1] & ACTIVE
+                    for position, state in wanted
+                )
+            position, flag = positions[parts[0]], FINISHED if kind == "finished" else ACTIVE
+            return lambda configuration: bool(configuration[position][1] & flag)
+
+        return predicate(self.form, leaf)
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,7 +154,7 @@ class _Parser:
         left = self._several("or", lambda: self._several("and", self._negation))
         if self._accept("arrow"):
             right = self._implication()
-            left = _joined([left, right], lambda holds: lambda c: not holds[0](c) or holds[1](c))
+            left = _joined("or", _negated(left), right)
         self._depth -= 1
         return left
 
@@ -145,17 +162,14 @@ class _Parser:
         found = [part()]
         while self._accept(word):
             found.append(part())
-        combine = any if word == "or" else all
-        return (
-            found[0] if len(found) == 1 else _joined(found, lambda h: lambda c: combine(one(c) for one in h))
-        )
+        return found[0] if len(found) == 1 else _joined(word, *found)
 
     def _negation(self) -> Expression:
         negated = False
         while self._accept("not"):
             negated = not negated
         found = self._primary()
-        return _joined([found], lambda holds: lambda c: not holds[0](c)) if negated else found
+        return _negated(found) if negated else found
 
     def _primary(self) -> Expression:
         if self._accept("("):
@@ -164,7 +178,8 @@ class _Parser:
             return found
         for constant in (True, False):
             if self._accept(str(constant).lower()):
-                return _constant(constant)
+                always = Expression(frozenset(), frozenset(), ("true",))
+                return always if constant else _negated(always)
         for function in _FUNCTIONS:
             if self._accept(function):
                 self._expect("(")
@@ -263,33 +278,20 @@ class _Parser:
         raise ExpressionError(Message("several automata are meant: write {ids}", ids=ids), begin, length)
 
 
-def _joined(parts: list[Expression], make: Callable[[list[Holds]], Holds]) -> Expression:
+def _joined(word: str, *parts: Expression) -> Expression:
     automata = frozenset[int]().union(*(part.automata for part in parts))
     states = frozenset[tuple[int, int]]().union(*(part.states for part in parts))
-    return Expression(automata, states, lambda positions: make([part.bind(positions) for part in parts]))
+    return Expression(automata, states, (word, *(part.form for part in parts)))
 
 
-def _constant(value: bool) -> Expression:
-    return Expression(frozenset(), frozenset(), lambda _: lambda _configuration: value)
+def _negated(part: Expression) -> Expression:
+    return _joined("not", part)
 
 
 def _in(states: list[tuple[int, int]]) -> Expression:
-    def bind(positions: Positions) -> Holds:
-        wanted = [(positions[automaton], state) for automaton, state in states]
-        return lambda configuration: any(
-            configuration[position][0] == state and configuration[position][1] & ACTIVE
-            for position, state in wanted
-        )
-
-    return Expression(frozenset(automaton for automaton, _ in states), frozenset(states), bind)
+    return Expression(frozenset(automaton for automaton, _ in states), frozenset(states), ("in", *states))
 
 
 def _flag(automaton: int, function: str) -> Expression:
-    flag = FINISHED if function == "finished" else ACTIVE
-    wanted = function != "ghost"
-
-    def bind(positions: Positions) -> Holds:
-        position = positions[automaton]
-        return lambda configuration: bool(configuration[position][1] & flag) is wanted
-
-    return Expression(frozenset({automaton}), frozenset(), bind)
+    found = Expression(frozenset({automaton}), frozenset(), (function.replace("ghost", "active"), automaton))
+    return _negated(found) if function == "ghost" else found

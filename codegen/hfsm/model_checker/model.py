@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Final
 
 from ...diagnostics import Location, Note
+from ...logic import Conjunction
 from ...messages import Message
 from .._definitions import Answer
 from .._effects import CodeEffects
@@ -18,7 +19,7 @@ from ..code._values import delay as transition_time
 from ..code._values import milliseconds
 from ..code.language import is_foreign
 from ..document import DEFAULT_PERIOD, Automaton, Document, State, Text, Transition
-from ._guards import Conjunction, conjunction
+from ._guards import conjunction
 
 _DEEPEST_TREE: Final = 200
 

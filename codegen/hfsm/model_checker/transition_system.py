@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final, NamedTuple
 
+from ...logic import Conjunction, satisfy
 from ._fireability import Fireability
-from ._guards import Conjunction, satisfy
 from .model import TransitionModel
 
 ACTIVE: Final = 1

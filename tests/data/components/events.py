@@ -98,6 +98,15 @@ class Events(Component, document="events.xml", on_error="stop", events=["stop", 
             ),
         )
 
+    _hfsm_proofs = (  # what the checks take for sure; the runtime looks
+        ("event",
+            "ball seen",
+        ),
+        ("sends",
+            2, 1, "ball seen",
+        ),
+    )
+
 
 SOURCE_MAP = source_map(__file__, (  # the document, element by element: lines without code, and code
     ("file events.xml",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from hfsm_runtime import Event, State, Transition, VirtualRun
-from hfsm_runtime.observer import Observer
+from hfsm_runtime.observer import Observer, Observers
 from hfsm_runtime.tree import Actor, ChangeKind
 from tests.support.automata import automaton, component, on, when
 
@@ -156,3 +156,19 @@ def test_a_cycle_that_continues_after_a_pause_has_the_events_of_the_one_before()
     assert virtual.active == "a"
     virtual.advance(0.1)
     assert virtual.active == "b"
+
+
+def test_only_the_hooks_that_an_observer_overrides_are_called() -> None:
+    observers = Observers()
+    one, other = Notes(), Observer()
+    observers += [one, other]
+    observers.append(one)
+    assert observers.fired == (one.fired, one.fired)
+    assert observers.proof_failed == ()
+    observers.remove(one)
+    assert list(observers) == [other, one]
+    observers[0] = Notes()
+    assert len(observers.fired) == 2
+    observers.clear()
+    assert not observers.fired
+    assert not observers

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from codegen.logic import read_proofs
 from tests.support.documents import document, state, sub, transition
 from visualhfsm.grading import Allowance, Containment
 from visualhfsm.grading._errors import ComputerTooBusy
@@ -42,6 +43,26 @@ def test_a_contained_error_is_in_the_words_of_the_document_too(tmp_path: Path) -
     with Containment(unsafe=True) as containment:
         contained = run_trial(plan, 1, simulate=containment.simulate)
     assert "NameError: `count` is a variable of fails, and play has its own" in contained.reason
+
+
+@pytest.mark.slow
+def test_a_proof_that_is_wrong_fails_a_contained_trial(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "asks.xml"
+    asks = state(1, "ask", 'self.send("go")', initial=True)
+    path.write_text(
+        document(sub(1, 0, asks, state(2, "run"), transition(1, 1, 2, "go", type="event"))), encoding="utf-8"
+    )
+    plan = Plan(document=str(path), robot="none", limit=1.0)
+    with Containment(unsafe=True) as containment:
+        assert run_trial(plan, 1, simulate=containment.simulate).success
+        monkeypatch.setattr(
+            "visualhfsm.grading._containment.read_proofs",
+            lambda text: tuple(row for row in read_proofs(text) if row[0] != "sends"),
+        )
+        contained = run_trial(plan, 1, simulate=containment.simulate)
+    assert "asks.xml is wrong here: the state `ask` sent `go`" in contained.reason
 
 
 OUTPUTS = document(

@@ -25,6 +25,7 @@ def roll(document: Document, seed: int, seconds: float = 5.0) -> Player:
     script = Script(document, seed)
     player = Player(document, script.guard, script.events)
     player.virtual.advance(seconds)
+    assert not player.virtual.errors  # nothing that proofs rely on is called wrong
     return player
 
 

@@ -1,0 +1,134 @@
+"""Say what the proofs about a document rely on; its component keeps it, and the runtime looks.
+
+The result are rows:
+
+| row | what is so |
+|---|---|
+| `"event", "go"` | the event comes from code of the states that follow alone |
+| `"sends", 1, 2, "go", ...` | the only ones of these events that code sends in a state of an automaton |
+| `"guard", 1, 2, 3, "near", True, ...` | a guard out of it is this conjunction; its atoms keep their values |
+| `"unentered", 1, 4`, `"unfired", 1, 5` | a state is never entered, a transition never fires |
+| `"property", "lamp", kind, within in ns, timed, automata, form` | it holds; if it is timed, by its times |
+
+The automata of a property are those that decide it.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection, Iterator
+
+from ...logic import Form
+from .._effects import CodeEffects
+from ..document import Text
+from ._checker import QUICK_LIMIT, ModelReport, check_model
+from ._exploration import Budget
+from ._fireability import Fireability, events_of, fireability_of, sent_by
+from .expressions import parse
+from .model import AutomatonModel, Model, StateModel, nanoseconds, read_model
+from .properties import Verdict, check_property
+from .transition_system import TransitionSystem
+
+Row = tuple[object, ...]
+
+
+def relied_on(effects: CodeEffects) -> tuple[list[Row], ModelReport | None]:
+    """Return what proofs rely on, and the report of a quick check if the document states properties.
+
+    There is none where neither code nor guards decide what automata can do, and nothing is stated.
+    """
+    document, path = effects.analysis.document, effects.analysis.path
+    model = read_model(document, path, effects=effects)
+    events = events_of(model)
+    waited_for = {each.event for one in model.automata for each in one.transitions if each.event}
+    inner = frozenset() if events.unclear else waited_for - events.outside
+    rows: list[Row] = [("event", event) for event in sorted(inner)]
+    rows += [*_sends(model, inner), *_guards(model)]
+    if not rows and not document.properties:
+        return [], None
+    untimed = fireability_of(
+        read_model(document, path, effects=effects, untimed=True), events.outside | events.unclear
+    )
+    rows += _never(untimed)
+    if not document.properties:
+        return rows, None
+    report = check_model(document, path, limit=QUICK_LIMIT, effects=effects)
+    for result in report.properties:
+        if result.verdict is Verdict.HOLDS:
+            stated = result.property
+            name = " ".join((stated.name or stated.expression.text).split())
+            expression = parse(stated.expression.text, model)
+            cone = TransitionSystem(expression.automata or {0}, untimed).cone
+            decided_by = tuple(model.automata[index].source.id for index in cone)
+            is_timed = check_property(stated, untimed, Budget(QUICK_LIMIT)).verdict is not Verdict.HOLDS
+            within, form = nanoseconds(stated.within) or 0, _by_ids(expression.form, model)
+            rows.append(("property", name, stated.kind.strip(), within, is_timed, decided_by, form))
+    return rows, report
+
+
+def _never(untimed: Fireability) -> Iterator[Row]:
+    """Yield the states and transitions that are impossible, of all that is not below such a state."""
+    for automaton in untimed.model.automata:
+        possible, transitions = untimed.states[automaton.index], untimed.transitions[automaton.index]
+        for state in automaton.states if possible else ():
+            if state.index not in possible:
+                yield "unentered", automaton.source.id, state.source.id
+                continue
+            for each in state.outgoing:
+                if each.index not in transitions:
+                    yield "unfired", automaton.source.id, each.source.id
+
+
+def _sends(model: Model, events: Collection[str]) -> Iterator[Row]:
+    for automaton in model.automata if events else ():
+        for state in automaton.states:
+            sent = sent_by(model.effects, _running_in(model, automaton, state)).intersection(events)
+            if sent:
+                yield "sends", automaton.source.id, state.source.id, *sorted(sent)
+
+
+def _running_in(model: Model, automaton: AutomatonModel, state: StateModel) -> Iterator[Text]:
+    """Yield the code that runs in the cycles of an automaton while a state is the current one."""
+    yield from (state.source.entry, state.source.code)
+    yield from (argument.value for argument in state.source.arguments)
+    for transition in automaton.transitions:
+        if transition.origin == state.index:
+            yield from (transition.source.guard, transition.source.trigger)
+        if transition.target == state.index:
+            yield transition.source.code
+    yield from _exits(model, state)
+
+
+def _exits(model: Model, state: StateModel) -> Iterator[Text]:
+    """Yield the code that runs when a state is left, with that of all states below."""
+    yield state.source.exit
+    for child in state.children:
+        for below in model.automata[child].states:
+            yield from _exits(model, below)
+
+
+def _guards(model: Model) -> Iterator[Row]:
+    """Yield the guards that decide together which of them hold."""
+    for automaton in model.automata:
+        for state in automaton.states:
+            literals = [
+                (each, [literal for literal in each.needs if literal[0] != f"event {each.event}"])
+                for each in state.outgoing
+                if each.guarded and each.needs
+            ]
+            uses = Counter(atom for _, needs in literals for atom, _ in needs)
+            for each, needs in literals:
+                if any(uses[atom] > 1 for atom, _ in needs):
+                    ids = automaton.source.id, state.source.id, each.source.id
+                    yield "guard", *ids, *(part for literal in needs for part in literal)
+
+
+def _by_ids(form: Form, model: Model) -> Form:
+    """Return an expression by the ids of automata and states."""
+    kind, *parts = form
+    if kind == "in":
+        automata = model.automata
+        return kind, *((automata[a].source.id, automata[a].states[s].source.id) for a, s in parts)
+    return kind, *(
+        model.automata[each].source.id if isinstance(each, int) else _by_ids(each, model) for each in parts
+    )

@@ -1,0 +1,284 @@
+"""Look whether what the proofs about a document rely on is so, while its component runs.
+
+A component keeps it as rows, which `codegen/hfsm/model_checker/_relied.py` explains. What is not so is
+reported once for each place, as an error that ends nothing. Nothing is reported after what no proof allows
+for: an exception in code, a pause, a forced transition, a reload, values that somebody set. Events alone
+are looked at nevertheless, until somebody sets what the code may read.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass
+from inspect import isfunction
+from itertools import pairwise, takewhile
+from threading import Event as Flag
+from typing import Final
+
+from codegen.logic import Conjunction, Form, predicate, satisfy
+
+from ._automaton import Transition
+from ._supervision import Supervision
+from .component import Component, source_of
+from .observer import Observer
+from .source_map import locate_frame
+from .tree import Actor, ChangeKind, Tree
+
+_Place = tuple[int, int]
+"""The ids of an automaton and of a state or a transition of it."""
+
+
+class Proofs(Observer):
+    """What the proofs about a component rely on; `reported` is what was not so.
+
+    Automata run one at a time if they are `ordered`, otherwise side by side.
+    """
+
+    def __init__(
+        self, component: Component, tree: Tree, supervision: Supervision, ended: Flag, *, ordered: bool
+    ) -> None:
+        self._component: Final = component
+        self._tree: Final = tree
+        self._supervision: Final = supervision
+        self._is_doubtful = self._is_void = False
+        self._places: Final = set[Hashable]()
+        self._consistent: Final = set[Hashable]()
+        """Transitions that fired, with the guards that were evaluated: those that do not contradict."""
+        self.reported: Final[list[str]] = []
+        self._events: Final = set[str]()
+        self._sends: Final = dict[_Place, frozenset[str]]()
+        self._guards: Final = dict[_Place, dict[int, Conjunction]]()
+        """Those out of a state, by their transitions."""
+        self._never: Final = set[tuple[object, ...]]()
+        properties: list[_Property] = []
+        for row in component._hfsm_proofs:
+            match row:
+                case "event", name:
+                    self._events.add(name)
+                case "sends", automaton, state, *events:
+                    self._sends[automaton, state] = frozenset(events)
+                case "guard", automaton, state, transition, *literals:
+                    guards = self._guards.setdefault((automaton, state), {})
+                    guards[transition] = tuple(zip(literals[::2], literals[1::2], strict=True))
+                case "property", *stated:
+                    properties.append(_Property(tree, *stated))
+                case _:
+                    self._never.add(row)
+        names = ", ".join(f"`{each.name}`" for each in properties)
+        self._proof: Final = (
+            f"the proof of {names}" if names else f"what is proved of {component._hfsm_document}"
+        )
+        if self._guards or self._never:
+            tree.observers.append(self)
+        complete = {place for place, each in self._guards.items() if satisfy((), each.values()) is None}
+        if complete:
+            tree.observers.append(_CompleteGuards(self, complete))
+        looked_at = [each for each in properties if ordered or (each.is_chain and not each.is_timed)]
+        self._properties: Final = _Properties(self, tree, looked_at, ended) if looked_at else None
+        if self._properties is not None:
+            tree.observers.append(self._properties)
+
+    def start(self) -> None:
+        """Look at the properties in the initial states."""
+        if self._properties is not None:
+            self._properties.look(self._tree.root, 0)
+
+    def doubt(self, *, values: bool = False) -> None:
+        """Report no more, but events: something was done that proofs do not allow for.
+
+        Nor events if `values` were set, which code may send.
+        """
+        self._is_doubtful = True
+        self._is_void |= values
+
+    def arrives(self, event: str) -> None:
+        """Note an event from outside; only code is to send some."""
+        if event in self._events:
+            self.doubt()
+
+    def sent(self, event: str, actor: Actor | None) -> None:
+        """Look at an event that code is about to send, in the cycle of an automaton or outside of cycles."""
+        if event not in self._events or self._is_void:
+            return
+        with self._tree.lock:  # so that the automaton stays where it is
+            if actor is not None and actor.on_duty:
+                place, who = (actor.automaton.id, actor.current.id), f"the state `{actor.current.name}`"
+                is_known = event in self._sends.get(place, ())
+            else:
+                place, who = (0, 0), "code outside of cycles"
+                is_known = any(event in sent for sent in self._sends.values())
+        if not is_known:
+            where = locate_frame(sys._getframe(1), source_of(self._component))
+            what = f"{who} sent `{event}`, and the checks found no code there that does"
+            self._report(actor, (*place, event), what, where)
+
+    def changed(self, now: int, actor: Actor, kind: ChangeKind) -> None:  # noqa: ARG002
+        """Look at a state that is entered."""
+        place = "unentered", actor.automaton.id, actor.current.id
+        if place in self._never and kind is ChangeKind.ENTERED:
+            what = f"the state `{actor.current.name}` was entered, which the checks call impossible"
+            self.report(actor, place, what)
+
+    def fired(self, actor: Actor, transition: Transition, at: int) -> None:
+        """Look at a transition that fires, and at the guards that let it."""
+        place = "unfired", actor.automaton.id, transition.id
+        if place in self._never:
+            what = f"{_name(transition)} fired, which the checks call impossible"
+            self.report(actor, place, what)
+        key = *place, *actor.guards
+        if len(actor.guards) > 1 and key not in self._consistent and self.compare(actor, at, transition):
+            self._consistent.add(key)
+
+    def compare(self, actor: Actor, at: int, last: Transition | None = None) -> bool:
+        """Look whether guards of a cycle contradict each other: none held, or the `last` one alone.
+
+        Returns whether those evaluated so far never do, in whichever cycle they were.
+        """
+        guards = self._guards.get((actor.automaton.id, actor.current.id), {})
+        held = guards.get(last.id, ()) if last else ()
+        before = takewhile(lambda each: each is not last, actor.automaton.outgoing(actor.current))
+        failed = [each for each in before if each.id in guards and each.id in actor.guards]
+        if satisfy(held, [guards[each.id] for each in failed]) is not None:
+            return True
+        failed = [each for each in failed if actor.guards[each.id][1] == at]
+        if satisfy(held, [guards[each.id] for each in failed]) is None:
+            values = [f"{_name(each)} false" for each in failed] + ([f"{_name(last)} true"] if last else [])
+            what = f"guards out of the state `{actor.current.name}` contradict each other in one cycle"
+            self.report(actor, (actor.automaton.id, actor.current.id), f"{what}: {', '.join(values)}")
+        return False
+
+    def report(self, actor: Actor, place: Hashable, what: str) -> None:
+        """Report what is not so, unless something was done that no proof allows for."""
+        if not (self._is_doubtful or self._supervision.raised):
+            self._report(actor, place, what)
+
+    def _report(self, actor: Actor | None, place: Hashable, what: str, where: str = "") -> None:
+        if place in self._places or _is_patched(self._component):
+            return
+        self._places.add(place)
+        message = f"{self._proof} is wrong here: {what}"
+        self.reported.append(f"{message}\n  at {where}" if where else message)
+        self._supervision.report(actor or self._tree.root, where, message)
+        for proof_failed in self._tree.observers.proof_failed:
+            proof_failed(actor, message)
+
+
+class _CompleteGuards(Observer):
+    """Look at states in which one of the guards always holds: in the cycles in which none does."""
+
+    def __init__(self, proofs: Proofs, states: set[_Place]) -> None:
+        self._proofs: Final = proofs
+        self._seen: Final = {place: set[tuple[int, ...]]() for place in states}
+        """The guards that were evaluated, and looked at."""
+
+    def cycle_ended(self, actor: Actor, at: int) -> None:
+        """Compare the guards: a transition that fired has cleared them."""
+        if len(actor.guards) < 2:
+            return
+        seen = self._seen.get((actor.automaton.id, actor.current.id))
+        if seen is None or (evaluated := tuple(actor.guards)) in seen:
+            return
+        if self._proofs.compare(actor, at):
+            seen.add(evaluated)
+
+
+@dataclass(eq=False)
+class _Property:
+    """A property that is proved, and the automata that decide it.
+
+    It is `seen` if an `eventually` has come true, or was not in time.
+    """
+
+    tree: Tree
+    name: str
+    kind: str
+    within: float
+    is_timed: bool
+    decided_by: tuple[int, ...]
+    form: Form
+    seen: bool = False
+
+    def __post_init__(self) -> None:
+        self.within = self.within or math.inf
+        self._actors = {each.automaton.id: each for each in self.tree.actors}
+        self.automata = sorted(map(self._actors.__getitem__, self.decided_by), key=lambda a: a.depth)
+        self.is_chain = all(low.parent is high for high, low in pairwise(self.automata))
+        self.holds: Callable[[None], bool] = predicate(self.form, self._leaf)
+
+    def _leaf(self, form: Form) -> Callable[[None], bool]:
+        kind, *parts = form
+        if kind == "in":
+            wanted = [(self._actors[automaton], state) for automaton, state in parts]
+            return lambda _: any(actor.active and actor.current.id == state for actor, state in wanted)
+        actor = self._actors[parts[0]]
+        return (lambda _: actor.finished) if kind == "finished" else (lambda _: actor.active)
+
+
+class _Properties(Observer):
+    """Look at properties at the start and the end of cycles, while no other cycle changes what they name."""
+
+    def __init__(self, proofs: Proofs, tree: Tree, properties: list[_Property], ended: Flag) -> None:
+        self._proofs: Final = proofs
+        self._tree: Final = tree
+        self._properties: Final = properties
+        self._ended: Final = ended
+        self._is_late = False
+        """Whether cycles were missed."""
+        self._next_look = -1.0
+        """The time from which the next cycle looks."""
+
+    def changed(self, now: int, actor: Actor, kind: ChangeKind) -> None:  # noqa: ARG002
+        """Note what has come true, if only for a moment."""
+        self._next_look = -1.0
+        for each in self._properties:
+            if each.kind == "eventually":
+                each.seen = each.seen or each.holds(None)
+
+    def fired(self, actor: Actor, transition: Transition, at: int) -> None:  # noqa: ARG002
+        """Note that it fires later than it might have."""
+        self._is_late |= at > max(actor.last_slot, actor.activated) + actor.automaton.interval
+
+    def cycle_ended(self, actor: Actor, at: int) -> None:
+        """Look after a change; not after an entry that was cut short."""
+        if at > self._next_look:
+            if actor.owed:
+                self._properties.clear()
+            self.look(actor, at)
+
+    def look(self, actor: Actor, at: int) -> None:
+        """Look at the properties, in the cycle of an automaton."""
+        if self._ended.is_set():
+            return
+        with self._tree.lock:
+            self._is_late |= any(each.overruns for each in self._tree.actors)
+            self._next_look = math.inf
+            for each in self._properties:
+                if not (self._is_late and each.is_timed):
+                    self._look_at(each, actor, at)
+
+    def _look_at(self, stated: _Property, actor: Actor, at: int) -> None:
+        if stated.kind == "eventually":
+            if not stated.seen and at <= stated.within:
+                self._next_look = min(self._next_look, stated.within)
+            is_wrong = not stated.seen and at > stated.within
+            stated.seen |= is_wrong
+        elif any(each.in_cycle for each in stated.automata if each is not actor):
+            self._next_look = -1.0  # when they have ended
+            return
+        else:
+            is_wrong = at <= stated.within and stated.holds(None) is (stated.kind == "never")
+        if is_wrong:
+            where = ", ".join(self._tree.root.paths())
+            what = f"`{stated.name}` does not hold at {at / 1e9:g} s, in {where}"
+            self._proofs.report(actor, ("property", stated.name), what)
+
+
+def _is_patched(component: Component) -> bool:
+    """Return whether functions of the document are replaced, as by a test."""
+    return any(isfunction(getattr(type(component), name, None)) for name in vars(component))
+
+
+def _name(transition: Transition) -> str:
+    return f"`{transition.name}`" if transition.name else f"transition {transition.id}"

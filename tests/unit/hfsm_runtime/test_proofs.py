@@ -1,0 +1,181 @@
+"""What proofs rely on, and is not so while a component runs: it is reported, and fails a test and a trial."""
+
+from __future__ import annotations
+
+import re
+import threading
+from pathlib import Path
+
+import pytest
+
+from hfsm_runtime import VirtualRun
+from hfsm_runtime._runtime import Runtime
+from hfsm_runtime.observer import Observer
+from hfsm_runtime.tree import Actor
+from hfsm_runtime.virtual.errors import BehaviorFailed
+from tests.support.documents import compile_to, load
+from tests.support.wrong_proofs import ALL, Wrong
+from visualhfsm.simulation import Behavior
+from visualhfsm.testing._plugin import MakeBehavior
+from visualhfsm.trials import Plan, Success
+from visualhfsm.trials._trial import run_trial
+from zenoh_ice import WallClock
+
+SECONDS = 0.4
+every_proof = pytest.mark.parametrize("wrong", ALL.values(), ids=ALL.keys())
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "wrong.xml"
+
+
+@every_proof
+def test_a_proof_that_is_wrong_fails_a_test(
+    wrong: Wrong, path: Path, behavior: MakeBehavior, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path.write_text(wrong.text)
+    wrong.patch(monkeypatch)
+    b = behavior(path)
+    with pytest.raises(BehaviorFailed, match=wrong.reported):
+        b.advance(SECONDS)
+    assert any(re.search(wrong.reported, each.message) for each in b.errors)
+    assert not b.ended.is_set()
+
+
+@every_proof
+def test_a_proof_that_is_wrong_fails_a_trial(
+    wrong: Wrong, path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path.write_text(wrong.text)
+    wrong.patch(monkeypatch)
+    outcome = run_trial(
+        Plan(document=str(path), robot="none", limit=SECONDS, success=Success(properties=False)), 1
+    )
+    assert not outcome.success
+    assert re.search(wrong.reported, outcome.error)
+
+
+class Reports(Observer):
+    """Waits until something is reported that matches."""
+
+    def __init__(self, pattern: str) -> None:
+        self.pattern = pattern
+        self.found = threading.Event()
+
+    def proof_failed(self, actor: Actor | None, message: str) -> None:
+        if re.search(self.pattern, message):
+            self.found.set()
+
+
+@every_proof
+def test_a_proof_that_is_wrong_is_reported_on_threads(
+    wrong: Wrong, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    wrong.patch(monkeypatch)
+    runtime = Runtime(load(compile_to(tmp_path, wrong.text)), WallClock())
+    reports = Reports(wrong.reported)
+    runtime.tree.observers.append(reports)
+    runtime.start()
+    try:
+        assert reports.found.wait(10), [each.message for each in runtime.errors]
+    finally:
+        runtime.stop()
+    assert not runtime.failed
+
+
+@pytest.mark.parametrize("right", [each for each in ALL.values() if "stated" not in each.text])
+def test_nothing_is_reported_of_right_proofs(right: Wrong, path: Path, behavior: MakeBehavior) -> None:
+    path.write_text(right.text)
+    b = behavior(path)
+    b.advance(SECONDS)
+    assert not b.errors
+
+
+def meddled(b: Behavior, how: str) -> None:
+    """Do something that no proof allows for."""
+    match how:
+        case "force":
+            b.force(1, 1)
+        case "set":
+            b.set(1, n=2)
+        case "guard":
+            b.guard(b.guards[0], True)
+        case "pause":
+            b.pause()
+            b.resume()
+        case "function":
+            b.component.near = lambda: True
+
+
+@pytest.mark.parametrize("how", ["force", "set", "guard", "pause", "function"])
+def test_nothing_is_reported_after_what_no_proof_allows_for(
+    how: str, path: Path, behavior: MakeBehavior, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    functions = "<functions>def near(self):\n    return True\n</functions>"
+    path.write_text(ALL["state"].text.replace("</SubAutomata>", f"{functions}</SubAutomata>"))
+    ALL["state"].patch(monkeypatch)
+    b = behavior(path)
+    meddled(b, how)
+    b.advance(SECONDS)
+    assert b.active == "run"
+    assert not b.errors
+
+
+@pytest.mark.parametrize("also_sends", [False, True])
+def test_after_an_exception_only_events_are_reported(
+    also_sends: bool, path: Path, behavior: MakeBehavior, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    wrong = ALL["code" if also_sends else "state"]
+    raises = "<exit>pass</exit><entry>1 / 0</entry>"
+    path.write_text(wrong.text.replace("<name>ask</name>", f"<name>ask</name>{raises}"))
+    wrong.patch(monkeypatch)
+    b = behavior(path, on_error="continue")
+    if also_sends:
+        with pytest.raises(BehaviorFailed, match=wrong.reported) as failed:
+            b.advance(SECONDS)
+        assert str(failed.value).count("is wrong here") == 1
+    else:
+        b.advance(SECONDS)
+    assert b.active == "run"
+
+
+def test_an_event_that_a_test_sends_is_not_the_codes(path: Path, behavior: MakeBehavior) -> None:
+    path.write_text(ALL["code"].text.replace('self.send("go")', "pass"))
+    b = behavior(path)
+    b.send("go")
+    b.advance(SECONDS)
+    assert b.active == "run"
+    assert not b.errors
+
+
+def test_a_state_in_which_a_run_begins_is_not_called_impossible(path: Path, tmp_path: Path) -> None:
+    text = ALL["code"].text.replace('self.send("go")', "pass")
+    run = VirtualRun(load(compile_to(tmp_path, text)), starts=False)
+    run.begin_at(1, 2)
+    run.start()
+    run.advance(SECONDS)
+    assert run.active == "run"
+    assert not run.errors
+
+
+def test_what_is_reported_names_the_line_and_the_properties(
+    path: Path, behavior: MakeBehavior, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = ALL["code"].text.replace("<VisualHFSM>", f"<VisualHFSM>{STATED}")
+    path.write_text(text)
+    ALL["code"].patch(monkeypatch)
+    b = behavior(path)
+    with pytest.raises(BehaviorFailed):
+        b.advance(SECONDS)
+    first = b.errors[0]
+    assert first.message.startswith("the proof of `never runs` is wrong here: the state `ask` sent `go`, and")
+    line = next(number for number, each in enumerate(text.split("\n"), 1) if "self.send" in each)
+    assert first.location.endswith(f"(wrong.xml:{line})")
+    assert len({each.message for each in b.errors}) == len(b.errors)
+
+
+STATED = (
+    '<properties><property kind="never"><name>never runs</name><expression>run</expression></property>'
+    "</properties>"
+)
