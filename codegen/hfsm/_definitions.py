@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import builtins
+import re
 from enum import IntFlag
 from functools import lru_cache
 from typing import Final
@@ -24,47 +25,52 @@ from .ros import TF
 _REFLECTION: Final = frozenset(
     {
         *("eval", "exec", "vars", "locals", "globals", "import_module", "getmembers", "builtins", "ctypes"),
-        *("currentframe", "_getframe", "f_back", "f_builtins", "f_globals", "f_locals", "tb_frame"),
-        *("ag_frame", "cr_frame", "gi_frame", "get_objects", "get_referents", "get_referrers", "settrace"),
-        *("modules", "setprofile"),
+        *("currentframe", "_getframe", "_current_frames", "exc_info", "walk_stack", "walk_tb", "modules"),
+        *("f_back", "f_builtins", "f_globals", "f_locals", "ag_frame", "cr_frame", "gi_frame", "tb_frame"),
+        *("get_objects", "get_referents", "get_referrers", "mock", "setprofile", "settrace"),
     }
 )
-"""Names by which code can find objects or attributes that it does not name; so can `__names__`, but for:"""
+"""Names by which code can reach what it does not name; so can `__names__`, but for the harmless ones."""
+_MODULES: Final = frozenset({"gc", "hfsm_runtime", "importlib", "inspect", "pdb", "pkgutil", "runpy"})
+"""Modules by which it can."""
 _HARMLESS: Final = frozenset(
-    {
-        *("__call__", "__class__", "__doc__", "__file__", "__init__", "__len__", "__module__", "__name__"),
-        *("__qualname__", "__version__"),
-    }
+    f"__{name}__"
+    for name in ("call", "class", "doc", "file", "init", "len", "module", "name", "qualname", "version")
 )
 _SETTERS: Final = frozenset({"setattr", "delattr"})
-"""Functions by which code can assign names that it does not contain."""
-_PURE: Final = frozenset({"abs", "bool", "float", "int", "isinstance", "len", "round", "str"})
-_PURE_OF_SEVERAL: Final = frozenset({"max", "min"})
-"""A single argument may be a generator."""
+"""Functions that assign names which the code may not contain."""
+_PURE: Final = frozenset({"abs", "bool", "float", "int", "isinstance", "len", "max", "min", "round", "str"})
 _PURE_METHODS: Final = frozenset({"endswith", "isalpha", "isdigit", "lower", "startswith", "strip", "upper"})
 """Methods of texts."""
-_OF_THEIR_ARGUMENTS: Final = frozenset(
+_OF_ARGUMENTS: Final = frozenset(
     {
-        *("abs", "max", "min", "round"),
-        *("math.ceil", "math.floor", "math.prod", "math.sumprod", "math.trunc"),
+        "abs",
+        "max",
+        "min",
+        "round",
+        *(f"math.{name}" for name in ("ceil", "floor", "prod", "sumprod", "trunc")),
     }
 )
 """Functions whose result is of the kind of their arguments: they call methods of an object."""
 _NUMBERS: Final = frozenset(
     {
-        *("bool", "float", "int", "isinstance", "len", "str"),
         *("random.gauss", "random.randint", "random.random", "random.randrange", "random.uniform"),
         *("time.monotonic", "time.perf_counter", "time.time"),
     }
 )
-"""Functions with a plain result, whatever their arguments are; so have those of `math`."""
+"""Other functions with a plain result, whatever their arguments are."""
 _CONSTANTS: Final = frozenset({"math.e", "math.inf", "math.nan", "math.pi", "math.tau"})
 _RANDOM_LIBRARIES: Final = ("random.", "secrets.", "uuid.", "numpy.random.", "os.urandom")
 _RANDOM: Final = frozenset({"choice", "gauss", "rand", "randint", "randn", "random", "randrange", "uniform"})
 _TAKING: Final = frozenset({"next", "pop", "popleft", "read", "readline", "recv", "get_nowait", "shuffle"})
-_DISPLAYS: Final = (ast.Tuple, ast.List, ast.Set, ast.Dict, ast.Constant)
-_TYPES: Final = frozenset({"bool", "dict", "float", "int", "list", "set", "str", "tuple"})
-_LITERAL: Final = (*_DISPLAYS, ast.UnaryOp, ast.BinOp, ast.operator, ast.unaryop, ast.expr_context)
+_TYPES: Final = frozenset({"bool", "float", "int", "str"})
+_LITERAL: Final = (
+    *(ast.Constant, ast.Dict, ast.List, ast.Set, ast.Tuple, ast.BinOp, ast.UnaryOp),
+    *(ast.operator, ast.unaryop, ast.expr_context),
+)
+
+
+_PATH: Final = re.compile(r"[\w.:]+")
 
 
 class Answer(IntFlag):
@@ -124,7 +130,7 @@ class Definitions:
         self._components = own | reserved_names(document).difference({"self"}, dir(builtins))
         """Names of the file that lead to the class of the component."""
         self._file = {*self.libraries, *document.ros_messages, TF, *dir(builtins)}
-        self._own = {"hfsm_runtime", stem}
+        self._modules = _MODULES | {stem}
         self._imported = {name for name, path in self.libraries.items() if self.is_reflective_import(path)}
         self.is_exposed = analysis.extension is not None or not analysis.is_complete
         self.is_opaque = self.is_exposed or "*" in self.libraries
@@ -137,8 +143,7 @@ class Definitions:
     def _define(self, node: ast.stmt) -> None:
         """Record what a statement among the functions defines in the component."""
         names = bound_names(ast.Module([node], []))
-        if any(name.startswith("__") for name in names):
-            self.is_opaque = self.is_exposed = True  # Python calls it
+        self._expose(any(name.startswith("__") for name in names))  # Python calls it
         match node:
             case _ if names & (self.functions.keys() | self.unclear_attributes):
                 self.unclear_attributes |= names  # one of several with this name
@@ -178,6 +183,10 @@ class Definitions:
                     self.is_opaque |= self.is_reflective(name) or name in _SETTERS
                 case ast.arg(arg=str(name)) | ast.keyword(arg=str(name)):
                     self._bind(name)
+                case ast.Constant(value=str(text)) if _PATH.fullmatch(text):
+                    parts = re.split("[.:]", text)
+                    is_path = len(parts) > 1 and parts[0] in self._modules
+                    self._expose(is_path or any(map(is_special, parts)))  # for a library that gets a name
                 case ast.ClassDef():
                     self.is_opaque = True
             for name in () if isinstance(node, ast.Nonlocal) else binds(node):
@@ -185,8 +194,11 @@ class Definitions:
 
     def _bind(self, name: str) -> None:
         self.bound.add(name)
-        if name.startswith("__") and not name.endswith("__"):
-            self.is_opaque = self.is_exposed = True  # Python gives it another name
+        self._expose(name.startswith("__") and not name.endswith("__"))  # Python gives it another name
+
+    def _expose(self, is_exposed: bool) -> None:
+        self.is_opaque |= is_exposed
+        self.is_exposed |= is_exposed
 
     def is_reflective(self, name: str) -> bool:
         """Return whether a name may lead to anything."""
@@ -194,7 +206,7 @@ class Definitions:
 
     def is_reflective_import(self, path: str) -> bool:
         """Return whether an import may lead to anything, such as to the class of the component."""
-        return any(is_special(part) or part in self._own for part in path.split("."))
+        return any(is_special(part) or part in self._modules for part in path.split("."))
 
     def outside(self, name: str) -> Values:
         """Return the values of a name that is not bound where it is read; none if that is an error."""
@@ -257,51 +269,43 @@ class Definitions:
         return Answer.SAME if stays else Answer.UNKNOWN
 
     def answer_of_call(self, call: ast.Call, *, is_of_text: bool) -> Answer:
-        """Return the answer that a call with plain arguments allows if it is not followed.
+        """Return the answer that a call of a library allows if its arguments are plain.
 
         `is_of_text` says whether it is a method of a text.
         """
         path = dotted(call.func)
         name = path[-1] if path else getattr(call.func, "attr", "")
-        if path[:1] == ["self"] and len(path) > 2 and path[1] in self.proxies:
-            return Answer.OTHER
         if path == ["self", "clock", "now"]:
             return Answer.UNKNOWN
-        if name in self.bound:
-            return UNKNOWN
         full = self._full_name(path)
+        if name in self.bound or self.is_pure(call, is_of_text=is_of_text):
+            return UNKNOWN if name in self.bound else Answer.SAME
         if full.startswith(_RANDOM_LIBRARIES) or name in _RANDOM:
             return Answer.OTHER
-        if name in _TAKING:
-            return Answer.OTHER | Answer.CHANGES
-        is_method = is_of_text and name in _PURE_METHODS
-        return Answer.SAME if self.is_pure(call) or (is_method and not self.is_opaque) else UNKNOWN
+        return Answer.OTHER | Answer.CHANGES if name in _TAKING else UNKNOWN
 
-    def is_pure(self, call: ast.Call) -> bool:
+    def is_pure(self, call: ast.Call, *, is_of_text: bool) -> bool:
         """Return whether a call of a library only computes with its arguments."""
         full = self._full_name(dotted(call.func))
-        several = len(call.args) > 1 and not any(isinstance(each, ast.Starred) for each in call.args)
-        return full in _PURE or (full in _PURE_OF_SEVERAL and several) or full.startswith("math.")
+        if full in ("max", "min"):  # a single argument may be a generator
+            return len(call.args) > 1 and not any(isinstance(each, ast.Starred) for each in call.args)
+        is_method = is_of_text and isinstance(call.func, ast.Attribute) and call.func.attr in _PURE_METHODS
+        return full in _PURE or full.startswith("math.") or (is_method and not self.is_opaque)
 
     def has_plain_result(self, call: ast.Call, *, is_of_text: bool, of_plain: bool) -> bool:
-        """Return whether a call that is not followed has a plain result.
-
-        `is_of_text` says whether it is a method of a text, `of_plain` whether its arguments are plain.
-        """
+        """Return whether a call of a library has a plain result; `of_plain`: so are its arguments."""
         path = dotted(call.func)
         if path == ["self", "clock", "now"]:
-            return self.defined.isdisjoint({"clock", "now"})
-        if isinstance(call.func, ast.Attribute) and call.func.attr in _PURE_METHODS:
-            return is_of_text
+            return self.defined.isdisjoint(path)
         full = self._full_name(path)
-        if full in _OF_THEIR_ARGUMENTS:
+        if full in _OF_ARGUMENTS:
             return of_plain
-        return full in _NUMBERS or full.startswith("math.")
+        return full in _PURE | _NUMBERS or self.is_pure(call, is_of_text=is_of_text)
 
 
 def is_special(name: str) -> bool:
     """Return whether Python gives a meaning to a name by which code reaches what it does not name."""
-    return name in _REFLECTION or (name.startswith("__") and name not in _HARMLESS)
+    return name in _REFLECTION or (name.startswith(("__", "_hfsm_")) and name not in _HARMLESS)
 
 
 def is_static(function: ast.FunctionDef) -> bool:

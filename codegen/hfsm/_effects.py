@@ -7,7 +7,7 @@ component carry them to others. What escapes in one piece, as `evaluation` says,
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from functools import cached_property
 from typing import Any, Final
@@ -37,15 +37,12 @@ from ._possible_values import (
 from .analysis import Analysis, AutomatonCode, Piece
 from .code._values import INPUT_TYPES, PARAMETER_TYPES, ValueTextError, parse_value
 from .code.names import COMPONENT_ALIASES, COMPONENT_ATTRIBUTES, identifier
+from .code.text import evaluated_at_once
 from .document import NO_CHILD, Argument, Parameter, State, Text
 
 _MOST_CALLS: Final = 1000
 """The most calls of functions with different values that are followed."""
-_OF_COMPONENT: Final = (
-    COMPONENT_ATTRIBUTES
-    | COMPONENT_ALIASES
-    | {"automaton", "_hfsm_send", "_hfsm_clock", "_hfsm_sleep", "_hfsm_mark"}
-)
+_HIDDEN: Final = frozenset({"automaton", "_hfsm_send", "_hfsm_clock", "_hfsm_sleep", "_hfsm_mark"})
 _Call = tuple[str, tuple[tuple[str, Values], ...]]
 """A function, and the values of its parameters."""
 
@@ -127,8 +124,7 @@ class CodeEffects:
             if effects.any_event:
                 place = Location(path, max(1, text.line), max(1, text.column))
                 if piece is not None:
-                    first = min(effects.any_event, key=lambda node: getattr(node, "lineno", 1))
-                    place = piece.place(first)
+                    place = piece.place(min(effects.any_event, key=lambda node: getattr(node, "lineno", 1)))
                 found.append(Note(Message("this code may send any event"), place))
         if not found and self._wild.any_event:
             found.append(Note(Message("this code may send any event"), Location(self.analysis.path)))
@@ -157,7 +153,7 @@ class CodeEffects:
     def names_of_component(self) -> set[str]:
         """Return the attributes of the component that code can read, without special ones."""
         known, states = self.definitions, self.analysis.document.states()
-        names = {*_OF_COMPONENT, *known.functions, *known.proxies, *known.defined}
+        names = {*_HIDDEN, *COMPONENT_ATTRIBUTES, *COMPONENT_ALIASES, *known.proxies, *known.defined}
         for _, state in states:  # what builds the automata again
             method = f"automaton_{identifier(state.name, 'state')}"
             names |= {method, *(f"{method}_{child}" for child in state.children)}
@@ -174,7 +170,10 @@ class CodeEffects:
             for code in self.analysis.automata:
                 names = self._names[code.automaton.id]
                 for piece in code.sharing():
-                    self._by_piece[piece] = self._look(piece, names)
+                    if piece.has_event:
+                        add_values(names, "event", frozenset({DATA}))
+                    body = piece.tree.body
+                    self._by_piece[piece] = self._look(body, names, f"{piece.automaton}", piece.automaton)
                 self._pass_arguments(code, names)
                 self._take_results(code, names)
 
@@ -184,46 +183,34 @@ class CodeEffects:
         found = {**self.attributes}, {**self.local}, {*self.escaped}, self.definitions.is_opaque
         return names, self._known, found
 
-    def _look(self, piece: Piece, names: Names) -> Effects:
-        walk = Evaluation(self, names, f"{piece.automaton}", piece.automaton)
-        if piece.has_event:
-            add_values(names, "event", frozenset({DATA}))
+    def _look(self, body: Iterable[ast.AST], names: Names, context: str, automaton: int = 0) -> Effects:
+        """Evaluate code with these values of its names."""
+        walk = Evaluation(self, names, context, automaton)
         try:
-            for node in piece.tree.body:
+            for node in body:
                 walk.visit(node)
         except RecursionError:
-            self._lose_track()
-            return anything(piece.tree)
+            return self._lose_track()
         return walk.effects
 
     def _look_at_functions(self, piece: Piece) -> Effects:
-        """Return the effects of functions, and evaluate the statements among them."""
-        functions = self.definitions.functions
-        walk = Evaluation(self, self._names[0], "")
-        try:
-            for node in piece.tree.body:
-                if isinstance(node, ast.FunctionDef) and functions.get(node.name) is node:
-                    for default in (*node.args.defaults, *node.args.kw_defaults):
-                        if default is not None:
-                            walk.visit(default)
-                    walk.effects.add(self._uncalled(node.name))
-                else:
-                    walk.visit(node)
-        except RecursionError:
-            self._lose_track()
-            return anything(piece.tree)
-        for name in piece.bound - functions.keys():
+        """Evaluate the statements among functions; add what functions do that depends on no call."""
+        functions = {each for each in piece.tree.body if each in self.definitions.functions.values()}
+        body: list[ast.AST] = [each for each in piece.tree.body if each not in functions]
+        body += [each for one in functions for each in evaluated_at_once(one)]
+        found = self._look(body, self._names[0], "")
+        for name, function in self.definitions.functions.items():
+            if function in functions:
+                found.add(replace(self.called(name, {}), any_event=[], any_call=[]))
+        for name in piece.bound - self.definitions.functions.keys():
             add_values(self.attributes, name, self._names[0].get(name, UNSURE))
-        return walk.effects
+        return found
 
-    def _uncalled(self, name: str) -> Effects:
-        """Return the effects of a function that depend on no call; the code that calls it has the others."""
-        return replace(self.called(name, {}), any_event=[], any_call=[])
-
-    def _lose_track(self) -> None:
+    def _lose_track(self) -> Effects:
         """Give up: code that cannot be followed has the component."""
         self.definitions.is_opaque = True
         self.escaped.add(SELF)
+        return anything(ast.Module([], []))
 
     def _pass_arguments(self, code: AutomatonCode, names: Names) -> None:
         """Give the values of arguments to the inputs of automata."""
@@ -252,26 +239,16 @@ class CodeEffects:
     def called(self, name: str, passed: Names) -> Effects:
         """Return the effects of a function of the document for these values of its parameters."""
         function = self.definitions.functions[name]
-        if not is_static(function) and not parameters_of(function):
-            self._lose_track()  # the component is among the arguments of `*args`
-            return anything(function)
+        own = [] if is_static(function) else parameters_of(function)[:1]
         key = name, tuple(sorted(passed.items()))
-        if key not in self._known:
-            if len(self._known) >= _MOST_CALLS:
-                self._lose_track()
-                return anything(function)
-            self._known[key] = self._last.get(key, Effects())  # in case functions call each other
-            names = self._function_names.setdefault(key, defaults_of(function) | passed)
-            if not is_static(function):
-                names[parameters_of(function)[0]] = COMPONENT
-            walk = Evaluation(self, names, f"{name} {hash(key)}")
-            try:
-                for statement in function.body:
-                    walk.visit(statement)
-            except RecursionError:
-                self._lose_track()
-                walk.effects = anything(function)
-            self._known[key] = walk.effects
+        if key in self._known:
+            return self._known[key]
+        if len(self._known) >= _MOST_CALLS or not (own or is_static(function)):
+            return self._lose_track()  # or the component is among the arguments of `*args`
+        self._known[key] = self._last.get(key, Effects())  # in case functions call each other
+        names = self._function_names.setdefault(key, defaults_of(function) | passed)
+        names.update(dict.fromkeys(own, COMPONENT))
+        self._known[key] = self._look(function.body, names, f"{name} {hash(key)}")
         return self._known[key]
 
 

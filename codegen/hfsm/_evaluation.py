@@ -52,7 +52,7 @@ from ._possible_values import (
     parameters_of,
     texts_of,
 )
-from .code.text import binds, bound_names, child_nodes
+from .code.text import binds, bound_names, child_nodes, evaluated_at_once
 
 if TYPE_CHECKING:
     from ._effects import CodeEffects
@@ -111,7 +111,7 @@ class Evaluation:
                 self.value(test)
                 self._inside(node, test)
             case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name):
-                self._bind(name, self._function(node, node.body, node.args, *node.decorator_list))
+                self._bind(name, self._function(node, node.body))
             case ast.ClassDef(name=name):
                 self.effects.add(self._nested(node, child_nodes(node)).effects)
                 for attribute in bound_names(ast.Module(node.body, [])):
@@ -148,10 +148,10 @@ class Evaluation:
                 self._note(Answer.OTHER)
                 self._store(target, value)
                 return self.value(value)
-            case ast.Lambda(args=arguments, body=body):
-                return self._function(node, [body], arguments)
+            case ast.Lambda(body=body):
+                return self._function(node, [body])
             case ast.GeneratorExp():
-                return self._function(node, child_nodes(node), None)
+                return self._function(node, child_nodes(node))
             case ast.UnaryOp(op=ast.Not(), operand=operand):
                 self.value(operand)
                 return NUMBER
@@ -186,7 +186,7 @@ class Evaluation:
         if answer is not Answer.SAME:  # nearly all are
             self.effects.answer |= answer
 
-    def _escape(self, node: ast.AST, values: Values) -> None:
+    def _escape(self, node: ast.AST, values: Iterable[Value]) -> None:
         """Record that code that is not followed has values: whatever they can do, it may do."""
         for value in values:
             if not value.is_plain and value not in (OTHER, READER):
@@ -214,20 +214,18 @@ class Evaluation:
             add_values(own if name in own else self._names, name, values)
         return walk
 
-    def _function(
-        self, node: ast.AST, body: Iterable[ast.AST], arguments: ast.arguments | None, *decorators: ast.expr
-    ) -> Values:
+    def _function(self, node: ast.AST, body: Iterable[ast.AST]) -> Values:
         """Evaluate a nested function, which may be called at any later time, and return it as a value."""
-        parameters: list[str] = []
-        if arguments is not None:
-            parameters = [each.arg for each in ast.walk(arguments) if isinstance(each, ast.arg)]
-            for each in (*decorators, *arguments.defaults, *filter(None, arguments.kw_defaults)):
-                self.visit(each)
-        walk = self._nested(node, body, parameters)
+        is_generator = isinstance(node, ast.GeneratorExp)
+        for each in () if is_generator else evaluated_at_once(node):  # decorators and defaults
+            self.visit(each)
+        arguments = () if is_generator else ast.walk(node.args)  # type: ignore[attr-defined]
+        walk = self._nested(node, body, [each.arg for each in arguments if isinstance(each, ast.arg)])
         self._code.local[walk._context] = walk.effects
         self.effects.add(Effects(events=walk.effects.events, any_event=walk.effects.any_event))
         found = frozenset({Value("local", walk._context)})
-        if decorators or isinstance(node, ast.AsyncFunctionDef | ast.GeneratorExp) or yields(node):
+        is_changed = bool(getattr(node, "decorator_list", ())) or isinstance(node, ast.AsyncFunctionDef)
+        if is_changed or is_generator or yields(node):
             self._escape(node, found)
             return UNSURE
         return found
@@ -305,10 +303,8 @@ class Evaluation:
             self._note(self._definitions.answer_of_attribute(name, self._automaton))
             if name in self._definitions.unclear_attributes:
                 self._escape(node, COMPONENT)
-        is_own = name in self._definitions.defined
-        self._escape(
-            node, frozenset(each for each in owners if each.leaks_by(name) and not (is_own and each == SELF))
-        )
+        hidden = {each for each in owners if each.leaks_by(name)}
+        self._escape(node, hidden - COMPONENT if name in self._definitions.defined else hidden)
         return NOTHING.union(*[self._attribute_of(each, name) for each in owners])
 
     def _attribute_of(self, owner: Value, name: str) -> Values:
@@ -428,7 +424,7 @@ class Evaluation:
         self._give_away(call, (owners | {function}) & {DATA})
         name = call.func.id if isinstance(call.func, ast.Name) else ""
         if name not in _HARMLESS or call.keywords or not self._definitions.is_library([name]):
-            keeps = not self._definitions.is_pure(call)
+            keeps = not self._definitions.is_pure(call, is_of_text=is_text)
             for _, node, values in arguments:
                 (self._give_away if keeps else self._escape)(node, values)
         is_plain = self._definitions.has_plain_result(call, is_of_text=is_text, of_plain=are_data)
