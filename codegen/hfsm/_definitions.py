@@ -110,24 +110,21 @@ class Definitions:
         self.functions: dict[str, ast.FunctionDef] = {}
         self.unclear_attributes: set[str] = set()
         """Names among the functions whose reading may run code that cannot be followed."""
-        self.bound = {name for automaton in document.automata for name in automaton.declared}
+        self._bound = {name for automaton in document.automata for name in automaton.declared}
         """Every name that the document binds."""
-        self.shared: set[str] = set()
-        """Variables that code assigns from within functions, or for the whole file."""
+        self._shared: set[str] = set()
         self.globals: set[str] = set()
-        """Global names, which are not followed."""
-        self.assigned: set[str] = set()
-        """Attributes that code assigns, of whatever object."""
+        """Variables that code assigns from within functions, and those of the whole file."""
         self._among_functions = analysis.defined
         self.defined = set(analysis.defined)
-        """Attributes that the document gives to the component, by assigning or among its functions."""
+        self._assigned: set[str] = set()
         self._replaced: set[str] = set()
-        """Those that are assigned of other objects, such as modules."""
+        """Attributes that the document defines; those that code assigns, and those of other objects."""
         self._users: dict[str, set[int]] = {}
         """The automata whose code uses an attribute, 0 for functions."""
         stem = analysis.path.stem
-        own = {camel_case(component_name(stem)), "super"}
-        self._components = own | reserved_names(document).difference({"self"}, dir(builtins))
+        file = reserved_names(document).difference({"self"}, dir(builtins))
+        self._components = {*file, camel_case(component_name(stem)), "super"}
         """Names of the file that lead to the class of the component."""
         self._file = {*self.libraries, *document.ros_messages, TF, *dir(builtins)}
         self._modules = _MODULES | {stem}
@@ -167,34 +164,31 @@ class Definitions:
         own = frozenset[ast.AST]() if piece.is_functions else frozenset(own_nodes(piece.tree))
         for node in all_nodes(piece.tree):
             match node:
+                case ast.Name(id=name, ctx=ast.Load()):
+                    self.is_opaque |= name in _SETTERS
                 case ast.Global(names=names) | ast.Nonlocal(names=names):
-                    self.shared.update(names)
+                    self._shared.update(names)
                     self.globals.update(names if isinstance(node, ast.Global) else ())
                 case ast.Attribute(attr=name, ctx=context, value=owner):
                     # nested functions, too, may run at any time
                     self._users.setdefault(name, set()).add(piece.automaton if node in own else 0)
+                    self.is_opaque |= name in _SETTERS
                     if not isinstance(context, ast.Load):
-                        self.assigned.add(name)
+                        self._assigned.add(name)
                         self.defined.add(name)
                         if not (isinstance(owner, ast.Name) and owner.id == "self"):
                             self._replaced.add(name)
-                    self.is_opaque |= self.is_reflective(name) or name in _SETTERS
-                case ast.Name(id=name, ctx=ast.Load()):
-                    self.is_opaque |= self.is_reflective(name) or name in _SETTERS
-                case ast.arg(arg=str(name)) | ast.keyword(arg=str(name)):
-                    self._bind(name)
-                case ast.Constant(value=str(text)) if _PATH.fullmatch(text):
+                case ast.keyword(arg=str(name)):
+                    self._expose(_is_mangled(name))
+                case ast.Constant(value=str(text)) if _PATH.fullmatch(text):  # for a library that gets a name
                     parts = re.split("[.:]", text)
                     is_path = len(parts) > 1 and parts[0] in self._modules
-                    self._expose(is_path or any(map(is_special, parts)))  # for a library that gets a name
+                    self._expose(is_path or any(map(is_special, parts)))
                 case ast.ClassDef():
                     self.is_opaque = True
-            for name in () if isinstance(node, ast.Nonlocal) else binds(node):
-                self._bind(name)
-
-    def _bind(self, name: str) -> None:
-        self.bound.add(name)
-        self._expose(name.startswith("__") and not name.endswith("__"))  # Python gives it another name
+            names = [node.arg] if isinstance(node, ast.arg) else [*binds(node)]
+            self._bound.update(() if isinstance(node, ast.Nonlocal) else names)
+            self._expose(any(map(_is_mangled, names)))
 
     def _expose(self, is_exposed: bool) -> None:
         self.is_opaque |= is_exposed
@@ -230,7 +224,7 @@ class Definitions:
 
     def is_library(self, path: list[str]) -> bool:
         """Return whether a dotted name begins with a name that the document does not bind."""
-        return bool(path) and path[0] not in self.bound and self._replaced.isdisjoint(path)
+        return bool(path) and path[0] not in self._bound and self._replaced.isdisjoint(path)
 
     def answer_of_library(self, node: ast.Attribute) -> Answer:
         """Return the answer that an attribute of no followed value allows if its values are plain."""
@@ -255,7 +249,7 @@ class Definitions:
 
     def answer_of_name(self, name: str) -> Answer:
         """Return the answer that a variable or parameter allows if its values are plain."""
-        return UNKNOWN if self.is_opaque or name in self.shared else Answer.SAME
+        return UNKNOWN if self.is_opaque or name in self._shared else Answer.SAME
 
     def answer_of_attribute(self, name: str, automaton: int) -> Answer:
         """Return the answer that an attribute of the component allows if its values are plain.
@@ -265,7 +259,7 @@ class Definitions:
         if name in self.arriving:
             return Answer.OTHER
         is_own = automaton != 0 and self._users.get(name) == {automaton}
-        stays = not self.is_opaque and (is_own or name not in self.assigned)
+        stays = not self.is_opaque and (is_own or name not in self._assigned)
         return Answer.SAME if stays else Answer.UNKNOWN
 
     def answer_of_call(self, call: ast.Call, *, is_of_text: bool) -> Answer:
@@ -278,8 +272,8 @@ class Definitions:
         if path == ["self", "clock", "now"]:
             return Answer.UNKNOWN
         full = self._full_name(path)
-        if name in self.bound or self.is_pure(call, is_of_text=is_of_text):
-            return UNKNOWN if name in self.bound else Answer.SAME
+        if name in self._bound or self.is_pure(call, is_of_text=is_of_text):
+            return UNKNOWN if name in self._bound else Answer.SAME
         if full.startswith(_RANDOM_LIBRARIES) or name in _RANDOM:
             return Answer.OTHER
         return Answer.OTHER | Answer.CHANGES if name in _TAKING else UNKNOWN
@@ -311,6 +305,11 @@ def is_special(name: str) -> bool:
 def is_static(function: ast.FunctionDef) -> bool:
     """Return whether a function is a static method and nothing else."""
     return [ast.unparse(each) for each in function.decorator_list] == ["staticmethod"]
+
+
+def _is_mangled(name: str) -> bool:
+    """Return whether Python gives a name in a class another name."""
+    return name.startswith("__") and not name.endswith("__")
 
 
 @lru_cache(maxsize=4096)

@@ -111,12 +111,12 @@ class Evaluation:
                 self.value(test)
                 self._inside(node, test)
             case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name):
-                self._bind(name, self._function(node, node.body))
+                self._bind(node, name, self._function(node, node.body))
             case ast.ClassDef(name=name):
                 self.effects.add(self._nested(node, child_nodes(node)).effects)
                 for attribute in bound_names(ast.Module(node.body, [])):
                     self._give_away(node, self._names.get(attribute, NOTHING))
-                self._bind(name, UNSURE)
+                self._bind(node, name, UNSURE)
             case ast.ImportFrom(module=str(path)) | ast.alias(name=path):
                 self._reflect(node, self._definitions.is_reflective_import(path))
                 self._inside(node)
@@ -177,7 +177,7 @@ class Evaluation:
     def _inside(self, node: ast.AST, *evaluated: ast.AST) -> None:
         """Visit what a node consists of; the names that it binds are unknown."""
         for name in () if isinstance(node, ast.Nonlocal) else binds(node):
-            self._bind(name, UNSURE)
+            self._bind(node, name, UNSURE)
         for child in child_nodes(node):
             if child not in evaluated and not isinstance(child, _SIGNS):
                 self.visit(child)
@@ -259,9 +259,7 @@ class Evaluation:
         if self._automaton or isinstance(target, ast.Attribute):
             self._note(UNKNOWN)
         if isinstance(target, ast.Name):
-            if target.id in self._definitions.globals:
-                self._give_away(target, values)
-            self._bind(target.id, values)
+            self._bind(target, target.id, values)
             return
         self._reflect(target, self._definitions.is_reflective(target.attr))
         owners = self._identity(target.value)
@@ -271,8 +269,10 @@ class Evaluation:
         self._code.escaped |= values & {DATA}
         add_values(self._code.attributes, target.attr, values if is_own else UNSURE)
 
-    def _bind(self, name: str, values: Values) -> None:
+    def _bind(self, node: ast.AST, name: str, values: Values) -> None:
         self._note(self._definitions.answer_of_name(name))
+        if name in self._definitions.globals:
+            self._give_away(node, values)
         add_values(self._names, name, values)
 
     def _identity(self, node: ast.expr) -> Values:
