@@ -1,44 +1,48 @@
 """Follow all code of a document without running it, until the effects of every piece are known.
 
 Names keep their values between the pieces of an automaton; arguments of states and attributes of the
-component carry them to others. If the component or a proxy is passed to a helper object, a list or a library,
-every call of an unknown object, anywhere in the document, may use it.
+component carry them to others. What escapes in one piece, as `evaluation` says, may run in all of them.
 """
 
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from functools import cached_property
-from typing import Final
+from typing import Any, Final, TypeVar
 
 from ..diagnostics import Location, Note
 from ..messages import Message
-from ._definitions import UNKNOWN, Definitions, is_static
+from ._definitions import Definitions, is_static
 from ._evaluation import Evaluation
-from ._piece_effects import Effects, anything
+from ._piece_effects import Effects, ProxyCall, anything
 from ._possible_values import (
     COMPONENT,
+    DATA,
     NOTHING,
-    NUMBER,
     PLAIN,
+    SELF,
     UNSURE,
     Names,
+    Value,
     Values,
     add_values,
-    as_values,
     defaults_of,
+    of_constant,
     parameters_of,
 )
 from .analysis import Analysis, AutomatonCode, Piece
 from .code._values import INPUT_TYPES, PARAMETER_TYPES, ValueTextError, parse_value
-from .document import NO_CHILD, Argument, Parameter, State, Text
+from .code.names import COMPONENT_ALIASES, COMPONENT_ATTRIBUTES, identifier
+from .code.text import evaluated_at_once
+from .document import NO_CHILD, Argument, Parameter, Result, State, Text
 
-_MOST_CALLS: Final = 1000
-"""The most calls of functions with different values that are followed."""
-_Call = tuple[str, tuple[tuple[str, Values], ...]]
-"""A function, and the values of its parameters."""
+_MOST_CALLS: Final = 300  # of functions with different values
+_Item = TypeVar("_Item", Argument, Result)
+_NOWHERE: Final = ast.Module([], [])
+_HIDDEN: Final = frozenset({"automaton", "_hfsm_send", "_hfsm_clock", "_hfsm_sleep", "_hfsm_mark"})
+_Call = tuple[str, tuple[tuple[str, Values], ...]]  # a function, and the values of its parameters
 
 
 class CodeEffects:
@@ -50,8 +54,11 @@ class CodeEffects:
         self.definitions = Definitions(analysis)
         self.attributes: Names = {each.name: PLAIN for each in document.parameters}
         """The values of attributes that code assigns."""
+        self.escaped: set[Value] = {SELF} if self.definitions.is_exposed else set()
+        """The capabilities that code has which cannot be followed, and `DATA` if it may change in place."""
         self.local: dict[str, Effects] = {}
-        """The effects of nested functions and lambdas."""
+        self.parameters: dict[str, Names] = {}
+        """The effects of nested functions and lambdas, and the values of their parameters."""
         self._known: dict[_Call, Effects] = {}
         self._last: dict[_Call, Effects] = {}
         """The effects of functions by the values of their parameters: of this pass, and of the last one."""
@@ -64,33 +71,41 @@ class CodeEffects:
             for automaton in document.automata
         }
         """The values of the variables of each automaton, by its id."""
+        self._names[0] = dict.fromkeys(self.definitions.functions, COMPONENT)  # not bound yet
         self._function_names: dict[_Call, Names] = {}
         """The values of the variables of functions, by the values of their parameters."""
         self._by_piece: dict[Piece, Effects] = {}
         for _, state in document.states():
-            for child, argument in _passed(state):
+            for child, argument in _by_child(state, state.arguments):
                 if child in self._names:
                     self._names[child].pop(argument.name, None)  # the argument gives its value
         self._follow()
-        # who can send any event and call anything has the component
-        is_passed = any(effects.any_event and effects.any_call for effects in self._by_piece.values())
-        has_unclear_calls = any(effects.any_call for effects in self._by_piece.values())
-        for effects in self._by_piece.values():
-            if is_passed and effects.reads_component:
-                effects.answer |= UNKNOWN
-            if has_unclear_calls:
-                effects.any_call += effects.unknown
 
     def of(self, text: Text) -> Effects:
-        """Return the effects of a text of the document; one that is not valid Python may do anything."""
+        """Return all that may happen while a text of the document runs, also by what escaped elsewhere."""
         piece = self.analysis.piece(text)
-        if piece is not None:
-            return self.of_piece(piece)
-        return anything(ast.Module([], [])) if self.analysis.is_broken(text) else Effects()
+        if piece is None:
+            return anything(_NOWHERE) if self.analysis.is_broken(text) else Effects()
+        own = self.of_piece(piece)
+        if not self.escaped - {DATA}:
+            return own
+        found = Effects()
+        found.add(own)
+        found.add(replace(self._wild, calls=set(), answer=own.answer), piece.tree.body[0])
+        found.possible = (found.possible | self._wild.calls) - own.calls
+        return found
 
     def of_piece(self, piece: Piece) -> Effects:
         """Return the effects of a piece of code; of functions, those of all together."""
         return anything(piece.tree) if piece.is_deep else self._by_piece[piece]
+
+    @cached_property
+    def _wild(self) -> Effects:
+        """What code may do that has all that escaped."""
+        found = Effects()
+        for value in self.escaped - {DATA}:
+            found.add(self.effects_of(value))
+        return found
 
     @cached_property
     def unclear_sends(self) -> tuple[Note, ...]:
@@ -100,14 +115,42 @@ class CodeEffects:
             place = Location(self.analysis.path)
             found.append(Note(Message("hand-written code beside the document may send any event"), place))
         for text, path, piece in self.analysis.by_text.values():
-            effects = self.of(text)
+            effects = self.of(text) if piece is None else self.of_piece(piece)
             if effects.any_event:
                 place = Location(path, max(1, text.line), max(1, text.column))
                 if piece is not None:
-                    first = min(effects.any_event, key=lambda node: getattr(node, "lineno", 1))
-                    place = piece.place(first)
+                    place = piece.place(min(effects.any_event, key=lambda node: getattr(node, "lineno", 1)))
                 found.append(Note(Message("this code may send any event"), place))
+        if not found and self._wild.any_event:
+            found.append(Note(Message("this code may send any event"), Location(self.analysis.path)))
         return tuple(found)
+
+    def effects_of(self, value: Value) -> Effects:
+        """Return what code may do that has a capability."""
+        match value.kind:
+            case "self":
+                return anything(_NOWHERE)
+            case "send":
+                return Effects(any_event=[_NOWHERE])
+            case "proxy":
+                return Effects(any_call=[_NOWHERE])
+            case "operation":
+                return Effects(possible={ProxyCall(*value.name.split(".", 1))})
+            case "function":
+                function = self.definitions.functions[value.name]
+                return self.called(value.name, dict.fromkeys(defaults_of(function), UNSURE))
+            case "local":
+                return self.local.get(value.name, Effects())
+        return Effects()
+
+    def names_of_component(self) -> set[str]:
+        """Return the attributes of the component that code can read, without special ones."""
+        known, states = self.definitions, self.analysis.document.states()
+        names = {*_HIDDEN, *COMPONENT_ATTRIBUTES, *COMPONENT_ALIASES, *known.proxies, *known.defined}
+        for _, state in states:  # what builds the automata again
+            method = f"automaton_{identifier(state.name, 'state')}"
+            names |= {method, *(f"{method}_{child}" for child in state.children)}
+        return names
 
     def _follow(self) -> None:
         """Evaluate all code until no name gets a new value: the effects are then complete."""
@@ -115,80 +158,82 @@ class CodeEffects:
         while before != (now := self._snapshot()):
             before = now
             self._last, self._known = self._known, {}
+            for piece in self.analysis.functions:
+                self._by_piece[piece] = self._look_at_functions(piece)
             for code in self.analysis.automata:
                 names = self._names[code.automaton.id]
                 for piece in code.sharing():
-                    self._by_piece[piece] = self._look(piece, names)
-                self._pass_arguments(code, names)
-                self._take_results(code, names)
-            for piece in self.analysis.functions:
-                self._by_piece[piece] = self._look(piece, self.attributes)  # its names are attributes
+                    if piece.has_event:
+                        add_values(names, "event", frozenset({DATA}))
+                    body = piece.tree.body
+                    self._by_piece[piece] = self._look(body, names, f"{piece.automaton}", piece.automaton)
+                self._exchange(code, names)
 
     def _snapshot(self) -> object:
-        names = {
-            key: {**names} for group in (self._names, self._function_names) for key, names in group.items()
-        }
-        return {**self.attributes}, names, self._known, {**self.local}, self.definitions.is_opaque
+        groups: tuple[dict[Any, Names], ...] = (self._names, self._function_names, self.parameters)
+        names = [{key: {**names} for key, names in group.items()} for group in groups]
+        found = {**self.attributes}, {**self.local}, {*self.escaped}, self.definitions.is_opaque
+        return names, self._known, found
 
-    def _look(self, piece: Piece, names: Names) -> Effects:
-        functions = self.definitions.functions if piece.is_functions else {}
-        walk = Evaluation(self, names, f"{piece.automaton}", piece.automaton)
+    def _look(self, body: Iterable[ast.AST], names: Names, context: str, automaton: int = 0) -> Effects:
+        """Evaluate code with these values of its names."""
+        walk = Evaluation(self, names, context, automaton)
         try:
-            for node in piece.tree.body:
-                if isinstance(node, ast.FunctionDef) and functions.get(node.name) is node:
-                    walk.effects.add(self._uncalled(node.name))
-                else:
-                    walk.visit(node)
+            for node in body:
+                walk.visit(node)
         except RecursionError:
-            self.definitions.lose_track()
-            return anything(piece.tree)
+            return self._lose_track()
         return walk.effects
 
-    def _uncalled(self, name: str) -> Effects:
-        """Return the effects of a function that depend on no call; the code that calls it has the others."""
-        effects = self.called(name, {})
-        is_implicit = name.startswith("__")  # Python calls it
-        return effects if is_implicit else replace(effects, any_event=[], any_call=[], unknown=[])
+    def _look_at_functions(self, piece: Piece) -> Effects:
+        """Evaluate the statements among functions; add what functions do that depends on no call."""
+        functions = [each for each in piece.tree.body if each in self.definitions.functions.values()]
+        body: list[ast.AST] = [each for each in piece.tree.body if each not in functions]
+        body += [each for one in functions for each in evaluated_at_once(one)]
+        found = self._look(body, self._names[0], "")
+        for name, function in self.definitions.functions.items():
+            if function in functions:
+                found.add(replace(self.called(name, {}), any_event=[], any_call=[]))
+        for name in piece.bound - self.definitions.functions.keys():
+            add_values(self.attributes, name, self._names[0].get(name, UNSURE))
+        return found
 
-    def _pass_arguments(self, code: AutomatonCode, names: Names) -> None:
-        """Give the values of arguments to the inputs of automata."""
+    def _lose_track(self) -> Effects:
+        """Give up: code that cannot be followed has the component."""
+        self.definitions.is_opaque = True
+        self.escaped.add(SELF)
+        return anything(_NOWHERE)
+
+    def _exchange(self, code: AutomatonCode, names: Names) -> None:
+        """Give the values of arguments to the inputs of automata, and those of outputs to variables."""
         for state in code.automaton.states:
-            for child, argument in _passed(state):
-                piece = code.of("argument", argument)
+            for child, argument in _by_child(state, state.arguments):
+                piece, values = code.of("argument", argument), UNSURE
                 if piece is not None and not piece.is_deep and piece.expression is not None:
                     values = Evaluation(self, names, f"{piece.automaton}").value(piece.expression)
-                    if child in self._names:
-                        add_values(self._names[child], argument.name, values)
+                self._carry(self._names.get(child, {}), argument.name, values)
+            for child, result in _by_child(state, state.results):
+                values = self._names.get(child, {}).get(result.name, NOTHING)
+                self._carry(names, result.variable.text.strip(), values)
 
-    def _take_results(self, code: AutomatonCode, names: Names) -> None:
-        """Give the values of outputs to the variables that take them."""
-        for state in code.automaton.states:
-            for result in state.results:
-                for child in state.children if result.child == NO_CHILD else (result.child,):
-                    values = self._names.get(child, {}).get(result.name, NOTHING)
-                    add_values(names, result.variable.text.strip(), values)
+    def _carry(self, names: Names, name: str, values: Values) -> None:
+        """Give values to a name of another automaton, which runs at the same time."""
+        self.escaped |= values & {DATA}
+        add_values(names, name, values)
 
     def called(self, name: str, passed: Names) -> Effects:
         """Return the effects of a function of the document for these values of its parameters."""
         function = self.definitions.functions[name]
-        if not is_static(function) and not parameters_of(function):
-            return anything(function)  # the component is among the arguments of `*args`
+        own = [] if is_static(function) else parameters_of(function)[:1]
         key = name, tuple(sorted(passed.items()))
-        if key not in self._known:
-            if len(self._known) >= _MOST_CALLS:
-                return anything(function)
-            self._known[key] = self._last.get(key, Effects())  # in case functions call each other
-            names = self._function_names.setdefault(key, defaults_of(function) | passed)
-            if not is_static(function):
-                names[parameters_of(function)[0]] = COMPONENT
-            walk = Evaluation(self, names, f"{name} {hash(key)}")
-            try:
-                for statement in function.body:
-                    walk.visit(statement)
-            except RecursionError:
-                self.definitions.lose_track()
-                walk.effects = anything(function)
-            self._known[key] = walk.effects
+        if key in self._known:
+            return self._known[key]
+        if len(self._known) >= _MOST_CALLS or not (own or is_static(function)):
+            return self._lose_track()  # or the component is among the arguments of `*args`
+        self._known[key] = self._last.get(key, Effects())  # in case functions call each other
+        first = defaults_of(function) | passed | dict.fromkeys(own, COMPONENT)
+        names = self._function_names.setdefault(key, first)
+        self._known[key] = self._look(function.body, names, f"{name} {hash(key)}")
         return self._known[key]
 
 
@@ -204,13 +249,11 @@ def _first(item: Parameter) -> Values:
         value = parse_value(type_name if type_name in INPUT_TYPES else "object", item.default)
     except ValueTextError:
         return UNSURE
-    if isinstance(value, str):
-        return as_values([value])
-    return NUMBER if isinstance(value, int | float) or value is None else UNSURE
+    return of_constant(value) if isinstance(value, str | int | float) or value is None else UNSURE
 
 
-def _passed(state: State) -> Iterator[tuple[int, Argument]]:
-    """Yield the arguments of a state, each with the id of an automaton that gets it."""
-    for argument in state.arguments:
-        for child in state.children if argument.child == NO_CHILD else (argument.child,):
-            yield child, argument
+def _by_child(state: State, items: Iterable[_Item]) -> Iterator[tuple[int, _Item]]:
+    """Yield arguments or results of a state, each with the id of an automaton of which it is."""
+    for item in items:
+        for child in state.children if item.child == NO_CHILD else (item.child,):
+            yield child, item
