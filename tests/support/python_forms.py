@@ -124,7 +124,7 @@ TEXTS: Final = [
     "'$whole|decoy'.split('|')[0]", "'xx$whole'[2:]", "'$whole '.strip()", "'$word#'.replace('#', str($part))",
     "operator.add('$word', str($part))", "'$word'.__add__(str($part))", "b'$whole'.decode()", "''.join(reversed('$whole'[::-1]))",
     "str.format('{w}{p}', w='$word', p=$part)", "''.join(c for c in '$whole')", "max('', '$whole')", "re.sub('z', '', 'z$whole')",
-    "json.loads('\"$whole\"')", "('decoy', '$whole')[$true]", "'$whole'.partition('|')[0]", "format('$whole', '')",
+    "json.loads('\"$whole\"')", "('decoy', '$whole')[bool($true)]", "'$whole'.partition('|')[0]", "format('$whole', '')",
     "$x = '$word'\n$x += str($part)\n$x", "$x = ''\nfor $y in '$whole':\n    $x += $y\n$x", "'$word{p}'.format_map({'p': $part})",
     "functools.reduce(operator.add, '$whole')", "$x = 'decoy'\n$x = $x.replace('decoy', '$whole')\n$x", "min(['$whole'])",
     "sorted(['$whole'])[0]", "next(w for w in dir(types.SimpleNamespace(**{'$whole': 1})) if w[0] != '_')", "[*{'$whole': 1}][0]",
@@ -171,7 +171,7 @@ SENDS: Final = [
     Form("$x", "", "def $x(word='decoy'):\n    $send(word)"), Form("$x", "", "$x = $send"), Form("self.$a", "", "self.$a = $send"),
     "def $f(w=$other):\n    $send(w)\n$f", "def $f(*a, **k):\n    $send(*a, **k)\n$f", "class $C:\n    def __call__(me, w='decoy'):\n        $send(w)\n$C()",
     "class $C:\n    def say(me, w='decoy'):\n        $send(w)\n$C().say", "def $g():\n    while True:\n        $send((yield))\n$h = $g()\nnext($h)\n$h.send",
-    "def $f(w, n=2):\n    return $f(w, n - 1) if n else $send(w)\n$f", "$x = $send\ndef $f(w='decoy'):\n    $x(w)\n$f", "$x = print\ndef $f(w='decoy'):\n    $x(w)\n$x = $send\n$f",
+    "def $f(w, n=2):\n    return $f(w, n - 1) if n else $send(w)\n$f", "$x = $send\ndef $f(w='decoy'):\n    $x(w)\n$f", "$x = str\ndef $f(w='decoy'):\n    $x(w)\n$x = $send\n$f",
 ]  # fmt: skip
 THUNKS: Final = [
     "(lambda: $send($text))", "functools.partial($send, $text)", "(lambda f=$send, w=$text: f(w))", "(lambda: $do)",
@@ -187,12 +187,12 @@ DOES: Final = [
     Form("self.$f(1, *[$text])", "def $f(self, n, word='decoy'):\n    $send(word)"), Form("type(self).$f(self, 'z', $text)", "def $f(self, a, word='decoy'):\n    $send(word)"),
     Form("self.$f(word=$text)", "def $f(self, *, word='decoy'):\n    $send(word)"), Form("self.$f(other=$text)", "def $f(self, word='decoy', **more):\n    $send(more['other'])"),
     Form("self.$f('x', $text)", "def $f(self, word='decoy', *more):\n    $send(more[0])"), Form("self.$f.__func__(self, $text)", _SAY), Form("self.$f($owner, $text)", "def $f(self, who, word='decoy'):\n    who.$op(word)"),
-    Form("self.$f($send, $text)", "def $f(self, say, word='decoy'):\n    say(word)"), Form("self.$f($thunk)", "def $f(self, call=print):\n    call()"), Form("self.$f(say=$send)($text)", "def $f(self, say=print):\n    return say"),
+    Form("self.$f($send, $text)", "def $f(self, say, word='decoy'):\n    say(word)"), Form("self.$f($thunk)", "def $f(self, call=dict):\n    call()"), Form("self.$f(say=$send)($text)", "def $f(self, say=str):\n    return say"),
     "list(map($send, [$text]))", "[$send(w) for w in [$text]]", "[f() for f in [$thunk]]", "{w: $send(w) for w in [$text]}", "any($send(w) for w in [$text])",
     "[0 for w in [$text] if $send(w)]", "list(filter($send, [$text]))", "sorted([$text], key=$send)", "max([$text], key=$send)", "functools.reduce(lambda a, w: $send(w), [$text], 0)",
     "[*itertools.starmap($send, [[$text]])]", "[*itertools.takewhile($send, [$text])]", "[*itertools.accumulate([0, $text], lambda a, w: $send(w))]", "next(itertools.dropwhile($send, [$text]), 0)",
     "[*itertools.groupby([$text], $send)]", "operator.call($send, $text)", "operator.methodcaller('$op', $text)($owner)", "($true and $send($text))", "($false or $thunk())", "($thunk() if $true else 0)",
-    "{'a': $thunk}['a']()", "{'a': $send, 'b': print}['a']($text)", "next(iter($thunk, 1))", "$x = $thunk\nf'{$x()}'", "re.sub('.+', lambda m: $send(m[0]) or '', $text)", "json.loads('{}', object_hook=lambda _: $thunk())",
+    "{'a': $thunk}['a']()", "{'a': $send, 'b': str}['a']($text)", "next(iter($thunk, 1))", "$x = $thunk\nf'{$x()}'", "re.sub('.+', lambda m: $send(m[0]) or '', $text)", "json.loads('{}', object_hook=lambda _: $thunk())",
     "collections.defaultdict($thunk)['x']", "eval('f()', {'f': $thunk})", "exec('f()', {'f': $thunk})", "print($thunk(), end='', file=io.StringIO())", "isinstance($thunk(), int)", "$thunk.__call__()", "[$thunk()][0]",
     "(not $thunk())", "('%s' % $thunk())", "(-($thunk() or 0))", "($thunk() is None)", "(1 < ($thunk() or 2) < 3)", "[1, 2][$thunk() or 0]", "(lambda f, w: f(w))($send, $text)", "(lambda f, *a, **k: f(*a, **k))($send, $text)",
     "(lambda self: self.$op($text))($owner)", "[*(lambda: (yield $thunk()))()]", "sum(1 for _ in map($send, [$text]))", "{*map($send, [$text])}", "[*zip(map($send, [$text]))]", "str($thunk())", "slice($thunk())", "(lambda: [f for f in [$thunk]])()[0]()",
@@ -216,7 +216,7 @@ ACTS: Final = [
     "$x = $send\n$x($text)", "$x = []\n$x.append($thunk)\nfor $f in $x:\n    $f()", "$q = queue.SimpleQueue()\n$q.put($thunk)\n$q.get()()", Form("self.$f()", "def $f(self):\n    $act"), Form("self.$f = $send\nself.$f($text)", "def $f(self, word='decoy'):\n    pass"),
     Form("setattr(type(self), '$f', lambda me, w: $send(w))\nself.$f($text)", "def $f(self, word='decoy'):\n    pass"), "def $f(send, w='decoy'):\n    send(w)\n$f($send, $text)", "def $f(w='decoy', *, say):\n    say(w)\n$f($text, say=$send)", "$x = {}\n$x['f'] = $send\n$x['f']($text)",
     "def $f():\n    def $g():\n        $act\n    return $g\n$f()()", "del [$do, 1][0]", "raise_ = $thunk\nraise_()", "lambda: 1\n$act", "$x = $thunk\n$x() if $x else 0", "$y = $thunk\n$x = [1]\n$x[$y() or 0] = 2", "$x, $y = $send, $text\n$x($y)", "$s = [$send]\n$s[0]($text)",
-    "$y = print\n$x = lambda: $y($text)\n$y = $send\n$x()", "$x = types.SimpleNamespace(say=$send)\n$x.say($text)", "self.$a = $send\nself.$a($text)", "self.$a = $text\n$send(self.$a)", "self.$a = [$thunk]\nself.$a[0]()", "for self.$a in [$send]:\n    self.$a($text)",
+    "$y = str\n$x = lambda: $y($text)\n$y = $send\n$x()", "$x = types.SimpleNamespace(say=$send)\n$x.say($text)", "self.$a = $send\nself.$a($text)", "self.$a = $text\n$send(self.$a)", "self.$a = [$thunk]\nself.$a[0]()", "for self.$a in [$send]:\n    self.$a($text)",
 ]  # fmt: skip
 
 FLAGS: Final = [

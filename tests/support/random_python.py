@@ -9,16 +9,15 @@ from __future__ import annotations
 
 import random
 import re
-import sys
 import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
 import hfsm_runtime as runtime
-from codegen.hfsm.document import Argument, Automaton, Document, Interface, Library, Parameter, Property, Result, Text
+from codegen.hfsm.document import Argument, Automaton, Document, Interface, Library, Parameter, Property, Result, Text, Transition
 from codegen.hfsm.model_checker import ModelReport, Reachability, Verdict, check_model
 from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import Actor
@@ -26,7 +25,7 @@ from tests.support.model_documents import after, automaton, document, on, state,
 from tests.support.python_forms import FORMS, Form
 from visualhfsm.simulation._loading import DocumentInvalid, forget, load_component
 
-__all__ = ["Choices", "Found", "Program", "refuted", "shrunk"]
+__all__ = ["Choices", "Found", "Program", "naive", "refuted", "shrunk"]
 
 PATH: Final = Path("drawn.xml")
 _MODULES: Final = (
@@ -35,10 +34,10 @@ _MODULES: Final = (
 ).split()
 _EVENTS: Final = [("go", "al"), ("leg", 0), ("e", None), ("y", True), ("a b", "c"), ("n", 12)]
 """The halves of the names of events."""
-_AIMS: Final = ("event", "event", "event", "command", "flag", "variable", "flaky", "constant")
+_AIMS: Final = (*["event"] * 5, "command", "command", "flag", "variable", "flaky", "constant")
 _OTHERS: Final = {
     "text": ["'decoy'"], "part": ["'decoy'", "None", "5", "False"], "flag": ["True", "None"], "flaky": ["True"],
-    "true": ["0", "''"], "false": ["1", "'x'"], "me": ["None"], "send": ["print", "len", "None"], "thunk": ["print", "dict", "None"],
+    "true": ["0", "''"], "false": ["1", "'x'"], "me": ["None", "len"], "send": ["(lambda *_: None)", "str", "None"], "thunk": ["(lambda *_: None)", "dict", "None"],
 }  # fmt: skip
 _OPERATIONS: Final = {
     "command": ("self.Head.setSpeed", "setSpeed", "$me.Head"),
@@ -52,7 +51,7 @@ _AUTOMATA: Final = {**dict.fromkeys([*_PLACES, "data"], 2), "below": 5, "guarded
 _OPERATION: Final = re.compile(r"\$(op|owner)\b")
 _ACTS: Final = re.compile(r"\$(act|do|send|thunk|base|read)\b")
 _LETTER: Final = re.compile(r"\$([A-Za-z])\b")
-_AWAITED: Final = ("text", "part", "true", "false")
+_AWAITED: Final = ("text", "part", "true", "false", "send", "thunk")
 """What may be assigned later than it is used first."""
 _CARRIED: Final = ("text", "part", "true", "false", "me", "send", "thunk")
 _HOLE: Final = re.compile(r"\$(\w+)")
@@ -107,7 +106,7 @@ class Program:
         self.aim: Final = choices.one_of(_AIMS)
         self.word, self.part = choices.one_of(_EVENTS)
         self.event: Final = f"{self.word}{self.part}"
-        self._left = 1 + choices.below(6)
+        self._left = choices.one_of((1, 1, 2, 2, 3, 4, 6))
         """How many more forms may be other than plain."""
         self._base, self._op, self._owner = _OPERATIONS.get(self.aim, ("self.send", "send", "$me"))
         self.document: Final = self._acting() if self.aim in ("event", "command") else self._guarding()
@@ -182,11 +181,10 @@ class Program:
         side = [each.id for each in below if each.father == 1]
         functions = "\n\n".join(self._functions)
         root = automaton(1, [state(1, children=side)], functions=Text(functions))
-        is_command = self.aim == "command"
-        return document(
-            root, *below, properties=properties, libraries=tuple(Library(name=Text(name)) for name in _MODULES),
-            interfaces=(Interface(name="Head", type="PoseHead"),) if is_command else (),
-        )  # fmt: skip
+        code = f"{root}{below}"
+        libraries = tuple(Library(name=Text(name)) for name in _MODULES if f"{name.split('.')[0]}." in code)
+        heads = (Interface(name="Head", type="PoseHead"),) if self.aim == "command" else ()
+        return document(root, *below, properties=properties, libraries=libraries, interfaces=heads)
 
     # -- code ----------------------------------------------------------------------------------------------
 
@@ -258,7 +256,7 @@ class Program:
         places = [place for place, number in _AUTOMATA.items() if number == self._automaton and place != "data"]
         is_elsewhere = kind in _AWAITED and (is_attribute or not self._is_method) and self._choices.below(2)
         if is_elsewhere:
-            self._variables[self._automaton].append(first)
+            self._variables[self._automaton].append(f"{target} = {_OTHERS[kind][0]}")
             before = self._scope
             lines: list[str] = []
             self._in(self._automaton)
@@ -401,9 +399,12 @@ class Found:
     failed: str = ""
 
 
-def refuted(program: Program, seconds: float = 0.7) -> Found:
-    """Check a program, run it in virtual time, and return what happened against a claim."""
-    report = check_model(program.document, PATH)
+def refuted(program: Program, seconds: float = 0.7, *, checked: Document | None = None) -> Found:
+    """Check a program, run it in virtual time, and return what happened against a claim.
+
+    What is `checked` may be another document of the same states and transitions.
+    """
+    report = check_model(checked or program.document, PATH)
     claims = _claims(program, report)
     if not claims:
         return Found(0)
@@ -472,6 +473,27 @@ def _run(component: type[runtime.Component], seconds: float) -> tuple[_Seen, _He
         for thread in set(threading.enumerate()) - before:
             thread.join(_THREAD_LIMIT)
     return seen, head
+
+
+def naive(document: Document) -> Document:
+    """Return a document as it looks to who does not read its code: all guards are one name or its opposite."""
+    return replace(document, automata=tuple(map(_naive, document.automata)))
+
+
+def _naive(one: Automaton) -> Automaton:
+    nothing = Text("")
+    return replace(
+        one, functions=nothing, variables=nothing,
+        states=tuple(replace(each, entry=nothing, code=nothing, exit=nothing, arguments=()) for each in one.states),
+        transitions=tuple(replace(each, code=nothing, trigger=_naive_trigger(each)) for each in one.transitions),
+    )  # fmt: skip
+
+
+def _naive_trigger(one: Transition) -> Text:
+    text = one.trigger.text
+    if one.type != "condition" or text == "True":
+        return one.trigger
+    return Text("False" if "\n" in text else "not n" if text.startswith("not ") else "n")
 
 
 def shrunk(made: Sequence[int], *, limit: int = 1500) -> list[int]:
