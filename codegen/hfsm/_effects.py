@@ -1,30 +1,33 @@
 """Follow all code of a document without running it, until the effects of every piece are known.
 
 Names keep their values between the pieces of an automaton; arguments of states and attributes of the
-component carry them to others. If the component or a proxy is passed to a helper object, a list or a library,
-every call of an unknown object, anywhere in the document, may use it.
+component carry them to others. What escapes in one piece, as `evaluation` says, may run in all of them.
 """
 
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from functools import cached_property
-from typing import Final
+from typing import Any, Final
 
 from ..diagnostics import Location, Note
 from ..messages import Message
-from ._definitions import UNKNOWN, Definitions, is_static
+from ._definitions import Definitions, is_static
 from ._evaluation import Evaluation
-from ._piece_effects import Effects, anything
+from ._piece_effects import Effects, ProxyCall, anything
 from ._possible_values import (
+    CLASS,
     COMPONENT,
+    DATA,
     NOTHING,
     NUMBER,
     PLAIN,
+    SELF,
     UNSURE,
     Names,
+    Value,
     Values,
     add_values,
     as_values,
@@ -33,10 +36,13 @@ from ._possible_values import (
 )
 from .analysis import Analysis, AutomatonCode, Piece
 from .code._values import INPUT_TYPES, PARAMETER_TYPES, ValueTextError, parse_value
+from .code.names import COMPONENT_ALIASES, COMPONENT_ATTRIBUTES, identifier
+from .code.text import evaluated_at_once
 from .document import NO_CHILD, Argument, Parameter, State, Text
 
 _MOST_CALLS: Final = 1000
 """The most calls of functions with different values that are followed."""
+_HIDDEN: Final = frozenset({"automaton", "_hfsm_send", "_hfsm_clock", "_hfsm_sleep", "_hfsm_mark"})
 _Call = tuple[str, tuple[tuple[str, Values], ...]]
 """A function, and the values of its parameters."""
 
@@ -50,8 +56,11 @@ class CodeEffects:
         self.definitions = Definitions(analysis)
         self.attributes: Names = {each.name: PLAIN for each in document.parameters}
         """The values of attributes that code assigns."""
+        self.escaped: set[Value] = {SELF} if self.definitions.is_exposed else set()
+        """The capabilities that code has which cannot be followed, and `DATA` if it may change in place."""
         self.local: dict[str, Effects] = {}
-        """The effects of nested functions and lambdas."""
+        self.parameters: dict[str, Names] = {}
+        """The effects of nested functions and lambdas, and the values of their parameters."""
         self._known: dict[_Call, Effects] = {}
         self._last: dict[_Call, Effects] = {}
         """The effects of functions by the values of their parameters: of this pass, and of the last one."""
@@ -64,6 +73,7 @@ class CodeEffects:
             for automaton in document.automata
         }
         """The values of the variables of each automaton, by its id."""
+        self._names[0] = dict.fromkeys(self.definitions.functions, frozenset({CLASS}))  # not bound yet
         self._function_names: dict[_Call, Names] = {}
         """The values of the variables of functions, by the values of their parameters."""
         self._by_piece: dict[Piece, Effects] = {}
@@ -72,25 +82,35 @@ class CodeEffects:
                 if child in self._names:
                     self._names[child].pop(argument.name, None)  # the argument gives its value
         self._follow()
-        # who can send any event and call anything has the component
-        is_passed = any(effects.any_event and effects.any_call for effects in self._by_piece.values())
-        has_unclear_calls = any(effects.any_call for effects in self._by_piece.values())
-        for effects in self._by_piece.values():
-            if is_passed and effects.reads_component:
-                effects.answer |= UNKNOWN
-            if has_unclear_calls:
-                effects.any_call += effects.unknown
 
     def of(self, text: Text) -> Effects:
-        """Return the effects of a text of the document; one that is not valid Python may do anything."""
+        """Return all that may happen while a text of the document runs, also by what escaped elsewhere.
+
+        A text that is not valid Python may do anything.
+        """
         piece = self.analysis.piece(text)
-        if piece is not None:
-            return self.of_piece(piece)
-        return anything(ast.Module([], [])) if self.analysis.is_broken(text) else Effects()
+        if piece is None:
+            return anything(ast.Module([], [])) if self.analysis.is_broken(text) else Effects()
+        own = self.of_piece(piece)
+        if not self.escaped - {DATA}:
+            return own
+        found = Effects()
+        found.add(own)
+        found.add(replace(self._wild, calls=set(), answer=own.answer), piece.tree.body[0])
+        found.possible = (found.possible | self._wild.calls) - own.calls
+        return found
 
     def of_piece(self, piece: Piece) -> Effects:
         """Return the effects of a piece of code; of functions, those of all together."""
         return anything(piece.tree) if piece.is_deep else self._by_piece[piece]
+
+    @cached_property
+    def _wild(self) -> Effects:
+        """What code may do that has all that escaped."""
+        found = Effects()
+        for value in self.escaped - {DATA}:
+            found.add(self.effects_of(value))
+        return found
 
     @cached_property
     def unclear_sends(self) -> tuple[Note, ...]:
@@ -100,14 +120,44 @@ class CodeEffects:
             place = Location(self.analysis.path)
             found.append(Note(Message("hand-written code beside the document may send any event"), place))
         for text, path, piece in self.analysis.by_text.values():
-            effects = self.of(text)
+            effects = self.of(text) if piece is None else self.of_piece(piece)
             if effects.any_event:
                 place = Location(path, max(1, text.line), max(1, text.column))
                 if piece is not None:
-                    first = min(effects.any_event, key=lambda node: getattr(node, "lineno", 1))
-                    place = piece.place(first)
+                    place = piece.place(min(effects.any_event, key=lambda node: getattr(node, "lineno", 1)))
                 found.append(Note(Message("this code may send any event"), place))
+        if not found and self._wild.any_event:
+            found.append(Note(Message("this code may send any event"), Location(self.analysis.path)))
         return tuple(found)
+
+    def effects_of(self, value: Value) -> Effects:
+        """Return what code may do that has a capability."""
+        node = ast.Module([], [])
+        match value.kind:
+            case "self" | "class":
+                return anything(node)
+            case "send":
+                return Effects(any_event=[node])
+            case "proxy":
+                return Effects(any_call=[node])
+            case "operation":
+                proxy, _, name = value.name.partition(".")
+                return Effects(possible={ProxyCall(proxy, name)})
+            case "function":
+                function = self.definitions.functions[value.name]
+                return self.called(value.name, dict.fromkeys(defaults_of(function), UNSURE))
+            case "local":
+                return self.local.get(value.name, Effects())
+        return Effects()
+
+    def names_of_component(self) -> set[str]:
+        """Return the attributes of the component that code can read, without special ones."""
+        known, states = self.definitions, self.analysis.document.states()
+        names = {*_HIDDEN, *COMPONENT_ATTRIBUTES, *COMPONENT_ALIASES, *known.proxies, *known.defined}
+        for _, state in states:  # what builds the automata again
+            method = f"automaton_{identifier(state.name, 'state')}"
+            names |= {method, *(f"{method}_{child}" for child in state.children)}
+        return names
 
     def _follow(self) -> None:
         """Evaluate all code until no name gets a new value: the effects are then complete."""
@@ -115,50 +165,63 @@ class CodeEffects:
         while before != (now := self._snapshot()):
             before = now
             self._last, self._known = self._known, {}
+            for piece in self.analysis.functions:
+                self._by_piece[piece] = self._look_at_functions(piece)
             for code in self.analysis.automata:
                 names = self._names[code.automaton.id]
                 for piece in code.sharing():
-                    self._by_piece[piece] = self._look(piece, names)
+                    if piece.has_event:
+                        add_values(names, "event", frozenset({DATA}))
+                    body = piece.tree.body
+                    self._by_piece[piece] = self._look(body, names, f"{piece.automaton}", piece.automaton)
                 self._pass_arguments(code, names)
                 self._take_results(code, names)
-            for piece in self.analysis.functions:
-                self._by_piece[piece] = self._look(piece, self.attributes)  # its names are attributes
 
     def _snapshot(self) -> object:
-        names = {
-            key: {**names} for group in (self._names, self._function_names) for key, names in group.items()
-        }
-        return {**self.attributes}, names, self._known, {**self.local}, self.definitions.is_opaque
+        groups: tuple[dict[Any, Names], ...] = (self._names, self._function_names, self.parameters)
+        names = [{key: {**names} for key, names in group.items()} for group in groups]
+        found = {**self.attributes}, {**self.local}, {*self.escaped}, self.definitions.is_opaque
+        return names, self._known, found
 
-    def _look(self, piece: Piece, names: Names) -> Effects:
-        functions = self.definitions.functions if piece.is_functions else {}
-        walk = Evaluation(self, names, f"{piece.automaton}", piece.automaton)
+    def _look(self, body: Iterable[ast.AST], names: Names, context: str, automaton: int = 0) -> Effects:
+        """Evaluate code with these values of its names."""
+        walk = Evaluation(self, names, context, automaton)
         try:
-            for node in piece.tree.body:
-                if isinstance(node, ast.FunctionDef) and functions.get(node.name) is node:
-                    walk.effects.add(self._uncalled(node.name))
-                else:
-                    walk.visit(node)
+            for node in body:
+                walk.visit(node)
         except RecursionError:
-            self.definitions.lose_track()
-            return anything(piece.tree)
+            return self._lose_track()
         return walk.effects
 
-    def _uncalled(self, name: str) -> Effects:
-        """Return the effects of a function that depend on no call; the code that calls it has the others."""
-        effects = self.called(name, {})
-        is_implicit = name.startswith("__")  # Python calls it
-        return effects if is_implicit else replace(effects, any_event=[], any_call=[], unknown=[])
+    def _look_at_functions(self, piece: Piece) -> Effects:
+        """Evaluate the statements among functions; add what functions do that depends on no call."""
+        functions = {each for each in piece.tree.body if each in self.definitions.functions.values()}
+        body: list[ast.AST] = [each for each in piece.tree.body if each not in functions]
+        body += [each for one in functions for each in evaluated_at_once(one)]
+        found = self._look(body, self._names[0], "")
+        for name, function in self.definitions.functions.items():
+            if function in functions:
+                found.add(replace(self.called(name, {}), any_event=[], any_call=[]))
+        for name in piece.bound - self.definitions.functions.keys():
+            add_values(self.attributes, name, self._names[0].get(name, UNSURE))
+        return found
+
+    def _lose_track(self) -> Effects:
+        """Give up: code that cannot be followed has the component."""
+        self.definitions.is_opaque = True
+        self.escaped.add(SELF)
+        return anything(ast.Module([], []))
 
     def _pass_arguments(self, code: AutomatonCode, names: Names) -> None:
         """Give the values of arguments to the inputs of automata."""
         for state in code.automaton.states:
             for child, argument in _passed(state):
                 piece = code.of("argument", argument)
+                values = UNSURE
                 if piece is not None and not piece.is_deep and piece.expression is not None:
                     values = Evaluation(self, names, f"{piece.automaton}").value(piece.expression)
-                    if child in self._names:
-                        add_values(self._names[child], argument.name, values)
+                if child in self._names:
+                    self._carry(self._names[child], argument.name, values)
 
     def _take_results(self, code: AutomatonCode, names: Names) -> None:
         """Give the values of outputs to the variables that take them."""
@@ -166,29 +229,26 @@ class CodeEffects:
             for result in state.results:
                 for child in state.children if result.child == NO_CHILD else (result.child,):
                     values = self._names.get(child, {}).get(result.name, NOTHING)
-                    add_values(names, result.variable.text.strip(), values)
+                    self._carry(names, result.variable.text.strip(), values)
+
+    def _carry(self, names: Names, name: str, values: Values) -> None:
+        """Give values to a name of another automaton, which runs at the same time."""
+        self.escaped |= values & {DATA}
+        add_values(names, name, values)
 
     def called(self, name: str, passed: Names) -> Effects:
         """Return the effects of a function of the document for these values of its parameters."""
         function = self.definitions.functions[name]
-        if not is_static(function) and not parameters_of(function):
-            return anything(function)  # the component is among the arguments of `*args`
+        own = [] if is_static(function) else parameters_of(function)[:1]
         key = name, tuple(sorted(passed.items()))
-        if key not in self._known:
-            if len(self._known) >= _MOST_CALLS:
-                return anything(function)
-            self._known[key] = self._last.get(key, Effects())  # in case functions call each other
-            names = self._function_names.setdefault(key, defaults_of(function) | passed)
-            if not is_static(function):
-                names[parameters_of(function)[0]] = COMPONENT
-            walk = Evaluation(self, names, f"{name} {hash(key)}")
-            try:
-                for statement in function.body:
-                    walk.visit(statement)
-            except RecursionError:
-                self.definitions.lose_track()
-                walk.effects = anything(function)
-            self._known[key] = walk.effects
+        if key in self._known:
+            return self._known[key]
+        if len(self._known) >= _MOST_CALLS or not (own or is_static(function)):
+            return self._lose_track()  # or the component is among the arguments of `*args`
+        self._known[key] = self._last.get(key, Effects())  # in case functions call each other
+        names = self._function_names.setdefault(key, defaults_of(function) | passed)
+        names.update(dict.fromkeys(own, COMPONENT))
+        self._known[key] = self._look(function.body, names, f"{name} {hash(key)}")
         return self._known[key]
 
 

@@ -1,8 +1,12 @@
-"""Describe what a name may be: the component, a proxy, an operation, a function, a text, a plain value.
+"""Describe what a name may be: a capability, a text, a plain value, or unknown.
 
-A *plain* value is a number, a text, a truth value, None, what a servant answered, or a tuple of such values.
-To read it runs no code, and gives the same again. Values of libraries, containers and all other objects are
-not plain: to compare them, or to read an attribute or an item, may run code, with another result each time.
+A *capability* is a value by which code can send events, command servants or assign what others read: the
+component and its class, its functions and `send`, proxies and their operations, local functions.
+
+A *plain* value is a number, a text, a truth value, None, a tuple of such values, or *data*: what a servant
+answered, which code can change in place. To read a plain value runs no code, and gives the same again.
+Values of libraries, containers and all other objects are not plain: to compare them, or to read an attribute
+or an item, may run code, with another result each time.
 """
 
 from __future__ import annotations
@@ -13,8 +17,7 @@ from typing import Final, NamedTuple
 
 MOST_TEXTS: Final = 20
 """The most texts that a name may be; more are unknown."""
-_PLAIN_KINDS: Final = frozenset({"number", "plain", "text"})
-
+_PLAIN_KINDS: Final = frozenset({"data", "number", "plain", "text"})
 
 _HARMLESS_ATTRIBUTES: Final = frozenset(
     {"__call__", "__class__", "__doc__", "__module__", "__name__", "__qualname__"}
@@ -29,15 +32,17 @@ _OF_EVERY_PROXY: Final = frozenset(
     }
 )
 """Operations of the base of all proxies that lead to no other servant."""
+_OF_OPERATIONS: Final = frozenset({"begin", "latest", "samples", "subscribe", "wait"})
+"""What an operation offers beside its call."""
 
 
 class Value(NamedTuple):
     """A possible value of an expression.
 
-    Its kind is `self` (the component), `proxy` (by its attribute), `operation`, `send` (the component's),
-    `function` (of the component, by its name), `reader` (of the last value of a stream), `local` (a nested
-    function or lambda), or `other` for unknown values. Plain ones are a `text` that is known, a `number`,
-    which may also be a truth value or None, or just `plain`.
+    Its kind is `self` (the component), `class` (of the component), `proxy` (by its attribute), `operation`,
+    `send` (the component's), `function` (of the component, by its name), `reader` (of the last value of a
+    stream), `local` (a nested function or lambda), or `other` for unknown values. Plain ones are a `text`
+    that is known, a `number`, which may also be a truth value or None, `data`, or just `plain`.
     """
 
     kind: str
@@ -52,16 +57,22 @@ class Value(NamedTuple):
         """Return whether an attribute may lead back to a value that is followed, in a way that is not."""
         if self.is_plain or self.kind == "other" or attribute in _HARMLESS_ATTRIBUTES:
             return False
+        if self.kind == "class":
+            return True
+        if self.kind == "operation" and attribute not in _OF_OPERATIONS:
+            return True
         if self.kind == "proxy":
             is_of_base = attribute.startswith(("_", "ice_")) or attribute in ("checkedCast", "uncheckedCast")
             return is_of_base and attribute not in _OF_EVERY_PROXY
-        return attribute.startswith(("__", "_hfsm_"))
+        return attribute.startswith(("_", "automaton"))  # to build an automaton again gives its code away
 
 
 SELF: Final = Value("self")
 SENDER: Final = Value("send")
 READER: Final = Value("reader")
 OTHER: Final = Value("other")
+CLASS: Final = Value("class")
+DATA: Final = Value("data")
 _PLAIN: Final = Value("plain")
 
 Values = frozenset[Value]
@@ -74,6 +85,7 @@ PLAIN: Final[Values] = frozenset({_PLAIN})
 """A plain value, which may be any text."""
 UNSURE: Final[Values] = frozenset({OTHER})
 """An unknown value."""
+_UNKNOWN_TEXTS: Final = frozenset({OTHER, DATA, _PLAIN})
 
 
 def add_values(names: Names, name: str, values: Values) -> None:
@@ -83,16 +95,21 @@ def add_values(names: Names, name: str, values: Values) -> None:
     known = names.get(name, NOTHING) | values
     if len(known) > MOST_TEXTS:
         known |= PLAIN
-    if OTHER in known or _PLAIN in known:
+    if not _UNKNOWN_TEXTS.isdisjoint(known):
         known = frozenset(value for value in known if value.kind != "text")
     names[name] = known
 
 
 def texts_of(values: Values) -> list[str]:
-    """Return all texts among values, none if some are unknown."""
-    if OTHER in values or _PLAIN in values:
+    """Return all texts that a value may be if it is one, none if some are unknown."""
+    if not _UNKNOWN_TEXTS.isdisjoint(values):
         return []
     return sorted(value.name for value in values if value.kind == "text")
+
+
+def are_texts(values: Values) -> bool:
+    """Return whether each of the values is a text that is known."""
+    return all(value.kind == "text" for value in values)
 
 
 def as_values(texts: Iterable[str]) -> Values:
@@ -111,6 +128,8 @@ def combined(*values: Values) -> Values:
         return NOTHING
     if not are_plain(*values):
         return UNSURE
+    if any(DATA in each for each in values):
+        return frozenset({DATA})
     return NUMBER if all(each == NUMBER for each in values) else PLAIN
 
 

@@ -12,7 +12,7 @@ from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import Actor
 from visualhfsm.simulation._loading import load_component
 
-__all__ = ["Visits", "commanded", "run"]
+__all__ = ["Visits", "commanded", "run", "sent_by"]
 
 
 class Visits(Observer):
@@ -37,6 +37,22 @@ def run(path: Path, seed: int) -> Visits:
     virtual.tree.observers.append(seen)
     virtual.advance(0.6)
     return seen
+
+
+def sent_by(path: Path) -> set[str]:
+    """Return the names of the events that a document sent in 0.3 s of virtual time."""
+    component, found = load_component(path)(), set[str]()
+    virtual = runtime.VirtualRun(component)
+    send = component._hfsm_send
+    assert send is not None
+
+    def note(name: str, data: object) -> None:
+        found.add(name.strip())
+        send(name, data)
+
+    component._hfsm_send = note
+    virtual.advance(0.3)
+    return found
 
 
 class Servant:

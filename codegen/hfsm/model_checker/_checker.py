@@ -47,6 +47,9 @@ QUICK_LIMIT: Final = 30_000
 _SHOWN_STEPS: Final = 12
 """Steps of a counterexample that are shown of its beginning and of its end."""
 
+_SHOWN_GUARDS: Final = 3
+"""Guards that a counterexample needs, and that are named."""
+
 _SHOWN_OBSTACLES: Final = 3
 """Obstacles to a decision that are shown."""
 
@@ -344,18 +347,11 @@ class _Reporter:
         place = self._report.place(stated, stated.expression)
         if result.verdict is Verdict.VIOLATED:
             expression = " ".join(stated.expression.text.split())
-            parts: dict[str, Value] = {
-                "name": name,
-                "kind": stated.kind.strip(),
-                "expression": expression[:200],
-            }
-            message = Message("{name} is violated: {kind} {expression}", **parts)
+            what = Message.verbatim(f"{stated.kind.strip()} {expression[:200]}")
             if not stated.within.is_blank:
-                within = stated.within.text.strip()
-                message = Message(
-                    "{name} is violated: {kind} {expression} within {time} ms", **parts, time=within
-                )
+                what = Message("{what} within {time} ms", what=what, time=stated.within.text.strip())
             assert result.counterexample is not None
+            message = _violated(name, what, result.counterexample.guards)
             steps = result.counterexample.shortened(_SHOWN_STEPS)
             notes = [Note(Message("by these steps:\n{steps}", steps=steps))]
             self._report.error(Code.VIOLATED_PROPERTY, message, place, notes)
@@ -379,6 +375,26 @@ class _Reporter:
             place = self._report.place(stated, stated.within)
             message = Message("{name}: {problem}", name=name, problem=result.problem)
             self._report.error(Code.BAD_PROPERTY, message, place)
+
+
+def _violated(name: Message, what: Message, guards: tuple[str, ...]) -> Message:
+    """Return that a property is violated, and the guards that must hold for it."""
+    if not guards:
+        return Message("{name} is violated: {what}", name=name, what=what)
+    if len(guards) == 1:
+        (guard,) = guards
+        return Message(
+            "{name} is violated if the guard `{guard}` ever holds: {what}", name=name, guard=guard, what=what
+        )
+    listed = [Message.verbatim(f"`{guard}`") for guard in guards[:_SHOWN_GUARDS]]
+    if len(guards) > len(listed):
+        listed.append(Message("{count} more", count=len(guards) - len(listed)))
+    return Message(
+        "{name} is violated if the guards {guards} ever hold: {what}",
+        name=name,
+        guards=all_of(listed),
+        what=what,
+    )
 
 
 def _count_undecided(results: Iterable[StateResult | TransitionResult]) -> int:

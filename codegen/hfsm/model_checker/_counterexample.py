@@ -8,11 +8,12 @@ from typing import Final
 
 from ...messages import Message, joined
 from ._exploration import Run
-from .model import TransitionModel
+from .model import TransitionModel, condition_of
 from .transition_system import Change, Move, StepKind, TransitionSystem
 
 _NANO: Final = 1e6
 _EVENT: Final = "event "
+_LONGEST_GUARD: Final = 60
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,13 +39,15 @@ class Counterexample:
 
     If it is violated because something never happens, the steps from the index `repeats` may repeat forever:
     the first round lasts from `repeats_ms` to `ends_ms`. If nothing more has to happen, `repeats` is the
-    number of steps, and both times are equal.
+    number of steps, and both times are equal. It is a run only if the `guards` ever hold, of which the model
+    checker knows no values.
     """
 
     steps: tuple[Step, ...]
     ends_ms: float
     repeats: int | None = None
     repeats_ms: float | None = None
+    guards: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         return str(self.text)
@@ -99,13 +102,14 @@ def counterexample(run: Run) -> Counterexample:
     begins = None
     if run.repeats is not None:
         begins = (run.moves[run.repeats].time if run.repeats < len(run.moves) else run.ends) / _NANO
-    return Counterexample(tuple(steps), run.ends / _NANO, repeats, begins)
+    return Counterexample(tuple(steps), run.ends / _NANO, repeats, begins, tuple(narrator.guards))
 
 
 class _Narrator:
-    """Describe the moves of a system by the names in its document."""
+    """Describe the moves of a system by the names in its document; `guards` collects those that hold."""
 
     def __init__(self, system: TransitionSystem) -> None:
+        self.guards: dict[str, None] = {}
         self._model = system.model
         self._system = system
 
@@ -134,6 +138,8 @@ class _Narrator:
                 transition=_name(transition),
                 automaton=label,
             )
+            if not transition.always:
+                self.guards[" ".join(condition_of(transition.source).text.split())[:_LONGEST_GUARD]] = None
             yield self._step(time, holds, text, transition)
         for change in self._system.changes(node, move.choice):
             yield self._changed(change, time, fired if change.kind is StepKind.FIRES else None)

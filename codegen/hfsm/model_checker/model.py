@@ -15,7 +15,7 @@ from .._definitions import Answer
 from .._effects import CodeEffects
 from ..analysis import analyze
 from ..code._values import delay as transition_time
-from ..code._values import milliseconds
+from ..code._values import milliseconds, truth
 from ..code.language import is_foreign
 from ..document import DEFAULT_PERIOD, Automaton, Document, State, Text, Transition
 from ._guards import Conjunction, conjunction
@@ -40,6 +40,8 @@ class TransitionModel:
     finished: bool = False
     needs: Conjunction | None = ()
     guarded: bool = False
+    always: bool = False
+    """Whether its guard, if it has one, is a constant that is true."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -218,7 +220,12 @@ class _Reader:
             finished=source.type == "finished",
             needs=self._needs(number, source),
             guarded=not condition_of(source).is_blank,
+            always=self._is_constant(condition_of(source)),
         )
+
+    def _is_constant(self, guard: Text) -> bool:
+        piece = self._analysis.piece(guard)
+        return piece is not None and piece.expression is not None and truth(piece.expression) is not None
 
     def _needs(self, number: int, source: Transition, *, is_steady: bool = True) -> Conjunction | None:
         """Return the conjunction of a transition without its time and children.

@@ -198,6 +198,26 @@ def test_properties_are_reported_at_their_places() -> None:
 
 
 @pytest.mark.parametrize(
+    ("guards", "words"),
+    [
+        ([], ""),
+        (["True"], ""),
+        (["n == 4"], " if the guard `n == 4` ever holds"),
+        (["n  ==\n4", "True", "not n"], " if the guards `n == 4` and `not n` ever hold"),
+        (["a", "b", "c", "d", "e"], " if the guards `a`, `b`, `c` and 2 more ever hold"),
+        (["n" * 70], f" if the guard `{'n' * 60}` ever holds"),
+    ],
+)
+def test_a_violation_names_the_guards_that_it_needs(guards: list[str], words: str) -> None:
+    states = [state(number) for number in range(1, len(guards) + 3)]
+    ways = [when(guard, number, number + 1) for number, guard in enumerate(guards, 1)]
+    ways.append(after(100, len(guards) + 1, len(guards) + 2))
+    doc = document(automaton(1, states, ways), properties=[stated("never", states[-1].name, "", "p")])
+    (message,) = (message for _, code, message in reported(doc) if code == "E610")
+    assert message == f"`p` is violated{words}: never {states[-1].name}"
+
+
+@pytest.mark.parametrize(
     ("kind", "within", "message"),
     [
         ("sometimes", "", "`p`: a property must be `always`, `eventually` or `never`, not `sometimes`"),
