@@ -1,4 +1,4 @@
-"""Random documents whose code is drawn from the whole grammar of Python, and what in their runs refutes a proof.
+"""Random documents whose code is drawn from the whole grammar of Python.
 
 A program has an aim: to send an event, to command a servant, to change a flag between two guards, or to answer
 otherwise when it is asked again. It is composed of `python_forms` so that it reaches its aim, whatever way it
@@ -9,36 +9,45 @@ from __future__ import annotations
 
 import random
 import re
-import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Any, Final
+from typing import Final, TypeVar
 
-import hfsm_runtime as runtime
-from codegen.hfsm.document import Argument, Automaton, Document, Interface, Library, Parameter, Property, Result, Text, Transition
-from codegen.hfsm.model_checker import ModelReport, Reachability, Verdict, check_model
-from hfsm_runtime.observer import Observer
-from hfsm_runtime.tree import Actor
+from codegen.hfsm.document import (
+    Argument,
+    Automaton,
+    Document,
+    Interface,
+    Library,
+    Parameter,
+    Property,
+    Result,
+    Text,
+)
 from tests.support.model_documents import after, automaton, document, on, state, stated, when
 from tests.support.python_forms import FORMS, Form
-from visualhfsm.simulation._loading import DocumentInvalid, forget, load_component
 
-__all__ = ["Choices", "Found", "Program", "naive", "refuted", "shrunk"]
+__all__ = ["Choices", "Program"]
 
-PATH: Final = Path("drawn.xml")
+T = TypeVar("T")
+
 _MODULES: Final = (
-    "collections concurrent.futures contextlib contextvars copy dataclasses enum functools inspect io itertools json"
-    " math operator queue random re threading types weakref"
-).split()
+    "collections", "concurrent.futures", "contextlib", "contextvars", "copy", "dataclasses", "enum", "functools",
+    "inspect", "io", "itertools", "json", "math", "operator", "queue", "random", "re", "threading", "types", "weakref",
+)  # fmt: skip
 _EVENTS: Final = [("go", "al"), ("leg", 0), ("e", None), ("y", True), ("a b", "c"), ("n", 12)]
 """The halves of the names of events."""
 _AIMS: Final = (*["event"] * 5, "command", "command", "flag", "variable", "flaky", "constant")
 _OTHERS: Final = {
-    "text": ["'decoy'"], "part": ["'decoy'", "None", "5", "False"], "flag": ["True", "None"], "flaky": ["True"],
-    "true": ["0", "''"], "false": ["1", "'x'"], "me": ["None", "len"], "send": ["(lambda *_: None)", "str", "None"], "thunk": ["(lambda *_: None)", "dict", "None"],
-}  # fmt: skip
+    "text": ["'decoy'"],
+    "part": ["'decoy'", "None", "5", "False"],
+    "true": ["0", "''"],
+    "false": ["1", "'x'"],
+    "me": ["None", "len"],
+    "send": ["(lambda *_: None)", "str", "None"],
+    "thunk": ["(lambda *_: None)", "dict", "None"],
+}
+"""Values that are not wanted, by kind; the first does nothing if it is used."""
 _OPERATIONS: Final = {
     "command": ("self.Head.setSpeed", "setSpeed", "$me.Head"),
     "flag": ("self.flip", "flip", "$me"),
@@ -55,8 +64,6 @@ _AWAITED: Final = ("text", "part", "true", "false", "send", "thunk")
 """What may be assigned later than it is used first."""
 _CARRIED: Final = ("text", "part", "true", "false", "me", "send", "thunk")
 _HOLE: Final = re.compile(r"\$(\w+)")
-_THREAD_LIMIT: Final = 5.0
-"""How long a thread of a program may take, in s."""
 
 
 class Choices:
@@ -77,13 +84,9 @@ class Choices:
         self.made.append(number)
         return number
 
-    def one_of(self, values: Sequence[Any]) -> Any:
+    def one_of(self, values: Sequence[T]) -> T:
         """Return one of some values."""
         return values[self.below(len(values))]
-
-
-class _NoForm(Exception):
-    """No form fits a place."""
 
 
 class Program:
@@ -116,7 +119,8 @@ class Program:
     def _acting(self) -> Document:
         """Draw a document with code that sends or commands, in any place of an automaton or of the one below it."""
         place = self._choices.one_of([*_PLACES, "argument", "result", "data"])
-        given, passed = "", {}
+        arguments: tuple[Argument, ...] = ()
+        results: tuple[Result, ...] = ()
         if place == "argument":
             kind = self._choices.one_of(["text", "text", "send", "part"])
             self._in(2)
@@ -124,12 +128,12 @@ class Program:
                 given = self._fill(kind)
             part = f"half = given\n$send(f'{self.word}{{half}}')"
             self._write_piece("below", {"text": "$send(given)", "send": "given($text)", "part": part}[kind])
-            passed = {"arguments": (Argument(name="given", value=Text(given)),)}
+            arguments = (Argument(name="given", value=Text(given)),)
         elif place == "result":
             self._write_piece("below", "out = $text")
             self._write_piece("code", "$send(got)")
             self._variables[2].append("got = 'decoy'")
-            passed = {"results": (Result(name="out", variable=Text("got")),)}
+            results = (Result(name="out", variable=Text("got")),)
         elif place == "data":
             self._write_piece("code", "self.send('data', $text)")
             self._write_piece("data", "$send(event.data)")
@@ -142,15 +146,29 @@ class Program:
             ways.append(on("data", 1, 1, id=4, code=self._piece("data")))
         below = automaton(
             5, [state(1, code=self._piece("below"))], father=2, variables=self._text(5),
-            inputs=_declared("given") if place == "argument" else (), outputs=_declared("out") if place == "result" else (),
+            inputs=_declared("given") if arguments else (), outputs=_declared("out") if results else (),
         )  # fmt: skip
         pieces = {name: self._piece(name) for name in ("entry", "code", "exit")}
-        states = [state(1, children=[5], **pieces, **passed), state(2, entry=self._piece("second"))]
+        states = [
+            state(1, children=[5], arguments=arguments, results=results, **pieces),
+            state(2, entry=self._piece("second")),
+        ]
         acting = automaton(2, states, ways, father=1, variables=self._text(2))
         waits = state(1, code="self.Head.stop()" if self.aim == "command" else "")
-        comes = [on(self.event, 1, 2, id=1), on("never", 1, 3, id=2)] if self.aim == "event" else [after(100, 1, 2, id=1)]
-        listening = automaton(3, [waits, state(2), state(3)], [*comes, when("True", 2, 1, id=3), when("True", 3, 1, id=4)], father=1)
-        return self._written([acting, listening, below], [stated("never", "#3/s2")] if self.aim == "event" else [])
+        comes = (
+            [on(self.event, 1, 2, id=1), on("never", 1, 3, id=2)]
+            if self.aim == "event"
+            else [after(100, 1, 2, id=1)]
+        )
+        listening = automaton(
+            3,
+            [waits, state(2), state(3)],
+            [*comes, when("True", 2, 1, id=3), when("True", 3, 1, id=4)],
+            father=1,
+        )
+        return self._written(
+            [acting, listening, below], [stated("never", "#3/s2")] if self.aim == "event" else []
+        )
 
     def _guarding(self) -> Document:
         """Draw a document with guards of one state, between which a flag may change, or which are flaky."""
@@ -159,21 +177,35 @@ class Program:
             self._functions.append("def flip(self, *_, **__):\n    self.flag = not self.flag")
             self._variables[4].append("self.flag = False")
         elif self.aim == "variable":
-            self._variables[4] += ["flag = False", "def flip(*_, **__):", "    nonlocal flag", "    flag = not flag"]
+            self._variables[4] += [
+                "flag = False",
+                "def flip(*_, **__):",
+                "    nonlocal flag",
+                "    flag = not flag",
+            ]
         with self._body(None):
             if self.aim == "constant":
                 guards = [self._fill("false"), self._fill("true"), "True"]
             else:
                 asked = self._fill({"flag": "own flag", "variable": "flag"}.get(self.aim, "flaky"))
-                guards = [asked, self._choices.one_of([f"not ({asked})", asked, f"not not not ({asked})"]), "True"]
+                guards = [
+                    asked,
+                    self._choices.one_of([f"not ({asked})", asked, f"not not not ({asked})"]),
+                    "True",
+                ]
         if self.aim in ("flag", "variable"):
             self._write_piece("change", "$act")
             guards[1:1] = [self._piece("change") + "\nreturn False"]
         ways = [when(guard, 1, number, id=number) for number, guard in enumerate(guards, 2)]
         ways += [when("True", number, 1, id=number + 20) for number in range(2, len(guards) + 2)]
-        states = [state(1, code=self._piece("guarded")), *(state(number) for number in range(2, len(guards) + 2))]
+        states = [
+            state(1, code=self._piece("guarded")),
+            *(state(number) for number in range(2, len(guards) + 2)),
+        ]
         guarded = automaton(4, states, ways, father=1, variables=self._text(4))
-        held = stated("eventually", " or ".join(f"#4/s{number}" for number in range(2, len(guards) + 1)), "100")
+        held = stated(
+            "eventually", " or ".join(f"#4/s{number}" for number in range(2, len(guards) + 1)), "100"
+        )
         return self._written([guarded], [held])
 
     def _written(self, below: list[Automaton], properties: list[Property]) -> Document:
@@ -227,7 +259,7 @@ class Program:
 
     def _drawn(self, forms: str) -> Form:
         """Draw one of the forms that fit here."""
-        form: Form = self._choices.one_of([form for form in map(_form, FORMS[forms]) if self._fits(form)])
+        form = self._choices.one_of([form for form in map(_form, FORMS[forms]) if self._fits(form)])
         self.forms.append(form.code + (f" # {form.functions}" if form.functions else ""))
         return form
 
@@ -253,7 +285,9 @@ class Program:
         name = self._name(is_attribute=is_attribute)
         target = f"self.{name}" if is_attribute else name
         first, names = f"{target} = {self._other(kind)}", {"t": target, "a": name}
-        places = [place for place, number in _AUTOMATA.items() if number == self._automaton and place != "data"]
+        places = [
+            place for place, number in _AUTOMATA.items() if number == self._automaton and place != "data"
+        ]
         is_elsewhere = kind in _AWAITED and (is_attribute or not self._is_method) and self._choices.below(2)
         if is_elsewhere:
             self._variables[self._automaton].append(f"{target} = {_OTHERS[kind][0]}")
@@ -272,7 +306,7 @@ class Program:
         return target
 
     def _other(self, kind: str) -> str:
-        return str(self._choices.one_of(_OTHERS.get(kind, ["None"])))
+        return self._choices.one_of(_OTHERS.get(kind, ["None"]))
 
     def _name(self, *, is_attribute: bool) -> str:
         scope = "self" if is_attribute else self._scope
@@ -353,173 +387,3 @@ def _form(form: Form | str) -> Form:
 
 def _declared(name: str) -> tuple[Parameter]:
     return (Parameter(name=name, type=Text("object"), default=Text("'decoy'")),)
-
-
-# -- runs --------------------------------------------------------------------------------------------------
-
-
-class _Seen(Observer):
-    """The states that were entered and the transitions that fired, by the ids of automata, and their times."""
-
-    def __init__(self) -> None:
-        self.states: dict[tuple[int, int], int] = {}
-        self.transitions: set[tuple[int, int]] = set()
-        self.has_failed = False
-
-    def cycle_ended(self, actor: Actor, at: int) -> None:
-        self.states.setdefault((actor.automaton.id, actor.current.id), at)
-
-    def fired(self, actor: Actor, transition: runtime.Transition, at: int) -> None:
-        self.transitions.add((actor.automaton.id, transition.id))
-
-    def code_failed(self, actor: Actor, error: Exception) -> None:
-        self.has_failed = True
-        self.error = error
-
-
-class _Head:
-    """Stand for a proxy, and note whether it was commanded."""
-
-    def __init__(self) -> None:
-        self.commanded = False
-
-    def setSpeed(self, *_: object, **__: object) -> None:
-        self.commanded = True
-
-    def stop(self) -> None:
-        pass
-
-
-@dataclass(frozen=True)
-class Found:
-    """How many claims were made of a program, those that a run refutes, and why the run shows nothing if so."""
-
-    claims: int
-    refuted: tuple[str, ...] = ()
-    failed: str = ""
-
-
-def refuted(program: Program, seconds: float = 0.7, *, checked: Document | None = None) -> Found:
-    """Check a program, run it in virtual time, and return what happened against a claim.
-
-    What is `checked` may be another document of the same states and transitions.
-    """
-    report = check_model(checked or program.document, PATH)
-    claims = _claims(program, report)
-    if not claims:
-        return Found(0)
-    try:
-        component = load_component(PATH, content=program.document)
-    except (DocumentInvalid, SyntaxError) as error:
-        return Found(0, (), f"{error}")
-    try:
-        seen, head = _run(component, seconds)
-    except Exception as error:  # noqa: BLE001 - of any code: it voids the claims
-        return Found(len(claims), (), f"{type(error).__name__}: {error}")
-    finally:
-        forget(component)
-    if seen.has_failed:
-        return Found(len(claims), (), f"{type(seen.error).__name__}: {seen.error}")
-    return Found(len(claims), tuple(text for kind, what, text in claims if _happened(kind, what, seen, head)))
-
-
-def _claims(program: Program, report: ModelReport) -> list[tuple[str, Any, str]]:
-    """Return what a report claims: what it is about, and how it reads."""
-    impossible = Reachability.IMPOSSIBLE
-    found: list[tuple[str, Any, str]] = [
-        ("state", (each.automaton, each.state), f"#{each.automaton}/s{each.state} is never entered")
-        for each in report.states if each.reachability is impossible
-    ]  # fmt: skip
-    found += [
-        ("transition", (each.automaton, each.transition), f"transition {each.transition} of #{each.automaton} never fires")
-        for each in report.transitions if each.reachability is impossible
-    ]  # fmt: skip
-    for each in report.properties:
-        if each.verdict is Verdict.HOLDS:
-            states = [(int(a), int(b)) for a, b in re.findall(r"#(\d+)/s(\d+)", each.property.expression.text)]
-            text = f"{each.property.kind} {each.property.expression.text} {each.property.within.text}".strip()
-            found.append((each.property.kind, states, f"{text} holds"))
-    if program.aim == "command" and report.complete and not report.conflicts:
-        found.append(("command", None, "no other automaton commands Head"))
-    return found
-
-
-def _happened(kind: str, what: Any, seen: _Seen, head: _Head) -> bool:  # noqa: ANN401 - by kind
-    """Return whether what happened refutes a claim."""
-    match kind:
-        case "state":
-            return what in seen.states
-        case "transition":
-            return what in seen.transitions
-        case "never":
-            return any(each in seen.states for each in what)
-        case "command":
-            return head.commanded
-    times = [seen.states[each] for each in what if each in seen.states]
-    return not times or min(times) > 100_000_000
-
-
-def _run(component: type[runtime.Component], seconds: float) -> tuple[_Seen, _Head]:
-    """Run a component in virtual time, and let its threads end in between."""
-    random.seed(0)
-    before = set(threading.enumerate())
-    made = component()
-    head = _Head()
-    vars(made)["Head"] = head
-    seen = _Seen()
-    virtual = runtime.VirtualRun(made, on_error="continue", observers=[seen])
-    for _ in range(round(seconds / 0.1)):
-        virtual.advance(0.1)
-        for thread in set(threading.enumerate()) - before:
-            thread.join(_THREAD_LIMIT)
-    return seen, head
-
-
-def naive(document: Document) -> Document:
-    """Return a document as it looks to who does not read its code: all guards are one name or its opposite."""
-    return replace(document, automata=tuple(map(_naive, document.automata)))
-
-
-def _naive(one: Automaton) -> Automaton:
-    nothing = Text("")
-    return replace(
-        one, functions=nothing, variables=nothing,
-        states=tuple(replace(each, entry=nothing, code=nothing, exit=nothing, arguments=()) for each in one.states),
-        transitions=tuple(replace(each, code=nothing, trigger=_naive_trigger(each)) for each in one.transitions),
-    )  # fmt: skip
-
-
-def _naive_trigger(one: Transition) -> Text:
-    text = one.trigger.text
-    if one.type != "condition" or text == "True":
-        return one.trigger
-    return Text("False" if "\n" in text else "not n" if text.startswith("not ") else "n")
-
-
-def shrunk(made: Sequence[int], *, limit: int = 1500) -> list[int]:
-    """Return simpler choices whose program still refutes a claim."""
-    best, tries = list(made), 0
-    is_better = True
-    while is_better and tries < limit:
-        is_better = False
-        for candidate in _simpler(best):
-            tries += 1
-            choices = Choices(candidate)
-            if refuted(Program(choices)).refuted and _size(choices.made) < _size(best):
-                best, is_better = choices.made, True
-                break
-    return best
-
-
-def _simpler(made: list[int]) -> Iterator[list[int]]:
-    """Yield lists of choices without a part of others, and with a choice of what is plainer."""
-    for size in (16, 8, 5, 3, 2, 1):
-        for place in range(3, len(made) - size + 1):
-            yield [*made[:place], *made[place + size :]]
-    for place, number in enumerate(made):
-        if number:
-            yield [*made[:place], 0, *made[place + 1 :]]
-
-
-def _size(made: list[int]) -> tuple[int, int]:
-    return sum(map(bool, made)), len(made)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 
 from codegen.hfsm import write_document
-from tests.support.random_python import Choices, Program, naive, refuted, shrunk
+from tests.support.random_python import Choices, Program
+from tests.support.refuting import naive, refuted, shrunk
 from tests.support.soak import cases
 
 IN_A_BLOCK = 400
