@@ -231,6 +231,14 @@ SENDS: _Forms = [
     "def $f(w, n=2):\n    return $f(w, n - 1) if n else $send(w)\n$f",
     "$x = $send\ndef $f(w='decoy'):\n    $x(w)\n$f",
     "$x = str\ndef $f(w='decoy'):\n    $x(w)\n$x = $send\n$f",
+    Form(
+        "self.$C($owner).say",
+        "class $C:\n    def __init__(me, kept):\n        me.kept = kept\n\n    def say(me, word='decoy'):\n        me.kept.$op(word)",
+    ),
+    Form("self.$f", "def $f(self, word='decoy', *, more='decoy'):\n    more = word\n    $send(more)"),
+    Form("self.$f", "def $f(self, word='decoy'):\n    self.$a = word\n    $send(self.$a)\n$a = 'decoy'"),
+    Form("self.$f", "def $f(self, word='decoy'):\n    for each in ('decoy', word):\n        kept = each\n    $send(kept)"),
+    Form("self.$f", "def $f(self, word='decoy'):\n    word = word if word else 'decoy'\n    $send(f'{word}')"),
 ]  # fmt: skip
 THUNKS: _Forms = [
     "(lambda: $send($text))", "functools.partial($send, $text)", "(lambda f=$send, w=$text: f(w))",

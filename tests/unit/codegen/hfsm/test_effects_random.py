@@ -10,9 +10,10 @@ from tests.support.refuting import naive, refuted, shrunk
 from tests.support.soak import cases
 
 IN_A_BLOCK = 400
+"""Programs of a test; all blocks of a soak are 20,000."""
 
 
-@pytest.mark.parametrize("block", cases([0], range(1, 100)))
+@pytest.mark.parametrize("block", cases([0], range(1, 50)))
 def test_no_run_of_a_random_program_refutes_a_claim(block: int) -> None:
     claims = 0
     for seed in range(block * IN_A_BLOCK, (block + 1) * IN_A_BLOCK):
