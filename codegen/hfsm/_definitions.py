@@ -10,7 +10,7 @@ from functools import lru_cache
 from typing import Final
 
 from ._old_names import LOCK
-from ._possible_values import CLASS, NOTHING, PLAIN, SELF, SENDER, UNSURE, Value, Values
+from ._possible_values import HARMLESS, NOTHING, PLAIN, SELF, SENDER, UNSURE, Value, Values, combined
 from .analysis import Analysis, Piece
 from .code.names import (
     COMPONENT_ALIASES,
@@ -33,31 +33,16 @@ _REFLECTION: Final = frozenset(
 """Names by which code can reach what it does not name; so can `__names__`, but for the harmless ones."""
 _MODULES: Final = frozenset({"gc", "hfsm_runtime", "importlib", "inspect", "pdb", "pkgutil", "runpy"})
 """Modules by which it can."""
-_HARMLESS: Final = frozenset(
-    f"__{name}__"
-    for name in ("call", "class", "doc", "file", "init", "len", "module", "name", "qualname", "version")
-)
 _SETTERS: Final = frozenset({"setattr", "delattr"})
 """Functions that assign names which the code may not contain."""
 _PURE: Final = frozenset({"abs", "bool", "float", "int", "isinstance", "len", "max", "min", "round", "str"})
 _PURE_METHODS: Final = frozenset({"endswith", "isalpha", "isdigit", "lower", "startswith", "strip", "upper"})
 """Methods of texts."""
-_OF_ARGUMENTS: Final = frozenset(
-    {
-        "abs",
-        "max",
-        "min",
-        "round",
-        *(f"math.{name}" for name in ("ceil", "floor", "prod", "sumprod", "trunc")),
-    }
-)
+_OF_ARGUMENTS: Final = ("abs", "max", "min", "round")
+_OF_MATH: Final = ("math.ceil", "math.floor", "math.prod", "math.sumprod", "math.trunc")
 """Functions whose result is of the kind of their arguments: they call methods of an object."""
-_NUMBERS: Final = frozenset(
-    {
-        *("random.gauss", "random.randint", "random.random", "random.randrange", "random.uniform"),
-        *("time.monotonic", "time.perf_counter", "time.time"),
-    }
-)
+_NUMBERS: Final = ("random.gauss", "random.randint", "random.random", "random.randrange", "random.uniform")
+_TIMES: Final = ("time.monotonic", "time.perf_counter", "time.time")
 """Other functions with a plain result, whatever their arguments are."""
 _CONSTANTS: Final = frozenset({"math.e", "math.inf", "math.nan", "math.pi", "math.tau"})
 _RANDOM_LIBRARIES: Final = ("random.", "secrets.", "uuid.", "numpy.random.", "os.urandom")
@@ -124,7 +109,7 @@ class Definitions:
         """The automata whose code uses an attribute, 0 for functions."""
         stem = analysis.path.stem
         file = reserved_names(document).difference({"self"}, dir(builtins))
-        self._components = {*file, camel_case(component_name(stem)), "super"}
+        self.classes = {*file, camel_case(component_name(stem)), "super"}
         """Names of the file that lead to the class of the component."""
         self._file = {*self.libraries, *document.ros_messages, TF, *dir(builtins)}
         self._modules = _MODULES | {stem}
@@ -204,11 +189,9 @@ class Definitions:
 
     def outside(self, name: str) -> Values:
         """Return the values of a name that is not bound where it is read; none if that is an error."""
-        if name in self._components:
-            return frozenset({CLASS})
         if name in _TYPES and self.is_library([name]):
             return PLAIN
-        is_known = name in self._file or name.endswith("Prx") or self.is_opaque
+        is_known = name in self._file | self.classes or name.endswith("Prx") or self.is_opaque
         return UNSURE if is_known or name in self.globals else NOTHING
 
     def declared(self, name: str) -> Values:
@@ -218,7 +201,7 @@ class Definitions:
         found |= {SENDER} if name == "send" else set()
         if name in self._among_functions:
             return frozenset(found)
-        found |= {SELF} if name in COMPONENT_ALIASES else {CLASS} if name == "__class__" else set()
+        found |= {SELF} if name in COMPONENT_ALIASES else set()
         is_hidden = name.startswith("_") and name not in self.defined
         return frozenset(found) or (UNSURE if name in self._given or is_hidden else NOTHING)
 
@@ -286,20 +269,20 @@ class Definitions:
         is_method = is_of_text and isinstance(call.func, ast.Attribute) and call.func.attr in _PURE_METHODS
         return full in _PURE or full.startswith("math.") or (is_method and not self.is_opaque)
 
-    def has_plain_result(self, call: ast.Call, *, is_of_text: bool, of_plain: bool) -> bool:
-        """Return whether a call of a library has a plain result; `of_plain`: so are its arguments."""
+    def result_of(self, call: ast.Call, *, is_of_text: bool, arguments: list[Values]) -> Values:
+        """Return what a call of a library gives."""
         path = dotted(call.func)
-        if path == ["self", "clock", "now"]:
-            return self.defined.isdisjoint(path)
         full = self._full_name(path)
-        if full in _OF_ARGUMENTS:
-            return of_plain
-        return full in _PURE | _NUMBERS or self.is_pure(call, is_of_text=is_of_text)
+        if full in _OF_ARGUMENTS + _OF_MATH:
+            return combined(PLAIN, *arguments)
+        is_clock = path == ["self", "clock", "now"] and self.defined.isdisjoint(path)
+        is_known = is_clock or full in (*_PURE, *_NUMBERS, *_TIMES)
+        return PLAIN if is_known or self.is_pure(call, is_of_text=is_of_text) else UNSURE
 
 
 def is_special(name: str) -> bool:
     """Return whether Python gives a meaning to a name by which code reaches what it does not name."""
-    return name in _REFLECTION or (name.startswith(("__", "_hfsm_")) and name not in _HARMLESS)
+    return name in _REFLECTION or (name.startswith(("__", "_hfsm_")) and name not in HARMLESS)
 
 
 def is_static(function: ast.FunctionDef) -> bool:

@@ -18,11 +18,9 @@ from ._definitions import Definitions, is_static
 from ._evaluation import Evaluation
 from ._piece_effects import Effects, ProxyCall, anything
 from ._possible_values import (
-    CLASS,
     COMPONENT,
     DATA,
     NOTHING,
-    NUMBER,
     PLAIN,
     SELF,
     UNSURE,
@@ -30,8 +28,8 @@ from ._possible_values import (
     Value,
     Values,
     add_values,
-    as_values,
     defaults_of,
+    of_constant,
     parameters_of,
 )
 from .analysis import Analysis, AutomatonCode, Piece
@@ -40,8 +38,9 @@ from .code.names import COMPONENT_ALIASES, COMPONENT_ATTRIBUTES, identifier
 from .code.text import evaluated_at_once
 from .document import NO_CHILD, Argument, Parameter, State, Text
 
-_MOST_CALLS: Final = 1000
+_MOST_CALLS: Final = 300
 """The most calls of functions with different values that are followed."""
+_NOWHERE: Final = ast.Module([], [])
 _HIDDEN: Final = frozenset({"automaton", "_hfsm_send", "_hfsm_clock", "_hfsm_sleep", "_hfsm_mark"})
 _Call = tuple[str, tuple[tuple[str, Values], ...]]
 """A function, and the values of its parameters."""
@@ -73,7 +72,7 @@ class CodeEffects:
             for automaton in document.automata
         }
         """The values of the variables of each automaton, by its id."""
-        self._names[0] = dict.fromkeys(self.definitions.functions, frozenset({CLASS}))  # not bound yet
+        self._names[0] = dict.fromkeys(self.definitions.functions, COMPONENT)  # not bound yet
         self._function_names: dict[_Call, Names] = {}
         """The values of the variables of functions, by the values of their parameters."""
         self._by_piece: dict[Piece, Effects] = {}
@@ -90,7 +89,7 @@ class CodeEffects:
         """
         piece = self.analysis.piece(text)
         if piece is None:
-            return anything(ast.Module([], [])) if self.analysis.is_broken(text) else Effects()
+            return anything(_NOWHERE) if self.analysis.is_broken(text) else Effects()
         own = self.of_piece(piece)
         if not self.escaped - {DATA}:
             return own
@@ -132,14 +131,13 @@ class CodeEffects:
 
     def effects_of(self, value: Value) -> Effects:
         """Return what code may do that has a capability."""
-        node = ast.Module([], [])
         match value.kind:
-            case "self" | "class":
-                return anything(node)
+            case "self":
+                return anything(_NOWHERE)
             case "send":
-                return Effects(any_event=[node])
+                return Effects(any_event=[_NOWHERE])
             case "proxy":
-                return Effects(any_call=[node])
+                return Effects(any_call=[_NOWHERE])
             case "operation":
                 proxy, _, name = value.name.partition(".")
                 return Effects(possible={ProxyCall(proxy, name)})
@@ -210,7 +208,7 @@ class CodeEffects:
         """Give up: code that cannot be followed has the component."""
         self.definitions.is_opaque = True
         self.escaped.add(SELF)
-        return anything(ast.Module([], []))
+        return anything(_NOWHERE)
 
     def _pass_arguments(self, code: AutomatonCode, names: Names) -> None:
         """Give the values of arguments to the inputs of automata."""
@@ -264,9 +262,7 @@ def _first(item: Parameter) -> Values:
         value = parse_value(type_name if type_name in INPUT_TYPES else "object", item.default)
     except ValueTextError:
         return UNSURE
-    if isinstance(value, str):
-        return as_values([value])
-    return NUMBER if isinstance(value, int | float) or value is None else UNSURE
+    return of_constant(value) if isinstance(value, str | int | float) or value is None else UNSURE
 
 
 def _passed(state: State) -> Iterator[tuple[int, Argument]]:

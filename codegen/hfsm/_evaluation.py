@@ -8,7 +8,7 @@ A capability (see `possible_values`) is followed only through these forms:
 - `a if b else c`, `and`, `or`, `not`, `is`, the truth of a condition, and f-strings;
 - calls of `self.send`, of operations, of nested functions, and of functions of the document that are defined
   once, undecorated (or as `staticmethod`) and no generators, with single arguments, by position or by name;
-- `bool`, `print`, `repr` and `str` of it, and `type(self)`, of which only the name is read.
+- `bool`, `print`, `repr` and `str` of it.
 
 A text is known if it is a literal, an f-string or a `+` of known texts, or comes through these forms.
 
@@ -29,7 +29,6 @@ from typing import TYPE_CHECKING, Final
 from ._definitions import UNKNOWN, Answer, is_static, yields
 from ._piece_effects import Effects, ProxyCall
 from ._possible_values import (
-    CLASS,
     COMPONENT,
     DATA,
     MOST_TEXTS,
@@ -49,6 +48,7 @@ from ._possible_values import (
     are_texts,
     as_values,
     combined,
+    of_constant,
     parameters_of,
     texts_of,
 )
@@ -126,7 +126,7 @@ class Evaluation:
     def value(self, node: ast.expr) -> Values:
         """Return the values of an expression; none if it has none yet."""
         if isinstance(node, ast.Constant):
-            return as_values([node.value]) if isinstance(node.value, str) else NUMBER
+            return of_constant(node.value)
         if type(node) not in _STEADY:
             self._note(UNKNOWN)
         if isinstance(getattr(node, "ctx", None), ast.Store | ast.Del):
@@ -190,7 +190,7 @@ class Evaluation:
         """Record that code that is not followed has values: whatever they can do, it may do."""
         for value in values:
             if not value.is_plain and value not in (OTHER, READER):
-                self._code.escaped.add(SELF if value == CLASS else value)
+                self._code.escaped.add(value)
                 self.effects.add(self._code.effects_of(value), node)
 
     def _give_away(self, node: ast.AST, values: Values) -> None:
@@ -224,11 +224,11 @@ class Evaluation:
         self._code.local[walk._context] = walk.effects
         self.effects.add(Effects(events=walk.effects.events, any_event=walk.effects.any_event))
         found = frozenset({Value("local", walk._context)})
-        is_changed = bool(getattr(node, "decorator_list", ())) or isinstance(node, ast.AsyncFunctionDef)
-        if is_changed or is_generator or yields(node):
-            self._escape(node, found)
-            return UNSURE
-        return found
+        is_changed = getattr(node, "decorator_list", ()) or isinstance(node, ast.AsyncFunctionDef)
+        if not (is_changed or is_generator or yields(node)):
+            return found
+        self._escape(node, found)
+        return UNSURE
 
     def _store(self, target: ast.expr, value: ast.expr) -> None:
         """Give the values of an expression to a target."""
@@ -279,9 +279,10 @@ class Evaluation:
         """Return the values of an expression whose identity or attributes are used, not its value."""
         match node:
             case ast.Name(id=name):
-                self._reflect(node, self._definitions.is_reflective(name))
-                self._note(self._definitions.answer_of_name(name))
                 found = self._names.get(name)
+                is_class = found is None and name in self._definitions.classes
+                self._reflect(node, is_class or self._definitions.is_reflective(name))
+                self._note(self._definitions.answer_of_name(name))
                 values = self._definitions.outside(name) if found is None else found
                 if name in self._definitions.globals:
                     values |= UNSURE
@@ -363,12 +364,10 @@ class Evaluation:
         function, owners = call.func, NOTHING
         name = function.id if isinstance(function, ast.Name) else ""
         is_single = not any(isinstance(each, ast.Starred) for each in call.args)
-        if self._definitions.is_library([name]) and is_single and not call.keywords:
-            if name in ("getattr", "hasattr") and len(call.args) in (2, 3):
-                found = self._getattr(call)
-                return NUMBER if name == "hasattr" else found
-            if name == "type" and len(call.args) == 1 and self._identity(call.args[0]) == COMPONENT:
-                return frozenset({CLASS})
+        is_getattr = name in ("getattr", "hasattr") and len(call.args) in (2, 3) and not call.keywords
+        if is_getattr and is_single and self._definitions.is_library([name]):
+            found = self._getattr(call)
+            return NUMBER if name == "hasattr" else found
         if isinstance(function, ast.Attribute):
             owners = self._identity(function.value)
             found = self._attribute(owners, function.attr, function)
@@ -381,56 +380,55 @@ class Evaluation:
             given = each.value if isinstance(each, ast.Starred) else each
             arguments.append((place if is_single else None, given, evaluate(given)))
         arguments += [(each.arg, each.value, evaluate(each.value)) for each in call.keywords]
-        uses = self.effects.calls if len(found) == 1 else self.effects.possible
-        results = [self._called(each, call, owners, arguments, uses) for each in found or UNSURE]
+        results: list[Values] = []
+        for one in found or UNSURE:
+            match one.kind:
+                case "function":
+                    results.append(self._call_function(one, call, arguments))
+                case "operation" | "reader":
+                    results.append(self._ask(one, owners, arguments, is_certain=len(found) == 1))
+                case "send":
+                    results.append(self._send(call, arguments))
+                case _:
+                    results.append(self._call_unknown(one, call, owners, arguments))
         return NOTHING.union(*results)
 
-    def _called(
-        self,
-        function: Value,
-        call: ast.Call,
-        owners: Values,
-        arguments: list[_Argument],
-        uses: set[ProxyCall],
+    def _ask(self, asked: Value, owners: Values, arguments: list[_Argument], *, is_certain: bool) -> Values:
+        """Add the call of an operation, and return the answer: data, if it is not a future of data."""
+        self._note(Answer.OTHER)
+        for _, node, values in arguments:
+            self._escape(node, values)
+        proxy, _, name = asked.name.partition(".")
+        if name:
+            (self.effects.calls if is_certain else self.effects.possible).add(ProxyCall(proxy, name))
+        if name in SAME_PROXY:
+            return frozenset({Value("proxy", proxy)})
+        is_direct = not name or all(each.kind == "proxy" for each in owners)
+        is_data = owners and is_direct and proxy not in self._definitions.arriving
+        return frozenset({DATA}) if is_data else UNSURE
+
+    def _call_unknown(
+        self, function: Value, call: ast.Call, owners: Values, arguments: list[_Argument]
     ) -> Values:
-        """Add the effects of a call of a value, and return what it gives; servants answer with data."""
-        match function.kind:
-            case "function":
-                return self._call_function(function, call, arguments)
-            case "operation" | "reader":
-                self._note(Answer.OTHER)
-                for _, node, values in arguments:
-                    self._escape(node, values)
-                proxy, _, name = function.name.partition(".")
-                uses |= {ProxyCall(proxy, name)} if name else set()
-                if name in SAME_PROXY:
-                    return frozenset({Value("proxy", proxy)})
-                begins = name and any(each.kind != "proxy" for each in owners)  # which gives a future
-                return (
-                    UNSURE
-                    if begins or not owners or proxy in self._definitions.arriving
-                    else frozenset({DATA})
-                )
-            case "send":
-                self._note(UNKNOWN)
-                return self._send(call, arguments)
-            case "local":
-                self._note(UNKNOWN)
-                self.effects.add(self._code.local.get(function.name, Effects()), call)
-            case "self" | "class" | "proxy":
-                self._escape(call, frozenset({function}))
-        is_text, are_data = are_plain(owners), are_plain(*(values for _, _, values in arguments))
+        """Add a call that is not followed: what it gets escapes, unless it only computes with it."""
+        if function.kind == "local":
+            self._note(UNKNOWN)
+            self.effects.add(self._code.local.get(function.name, Effects()), call)
+        else:
+            self._give_away(call, frozenset({function}))
+        is_text = are_plain(owners)
         self._note(self._definitions.answer_of_call(call, is_of_text=is_text))
-        self._give_away(call, (owners | {function}) & {DATA})
+        self._give_away(call, owners & {DATA})
         name = call.func.id if isinstance(call.func, ast.Name) else ""
         if name not in _HARMLESS or call.keywords or not self._definitions.is_library([name]):
             keeps = not self._definitions.is_pure(call, is_of_text=is_text)
             for _, node, values in arguments:
                 (self._give_away if keeps else self._escape)(node, values)
-        is_plain = self._definitions.has_plain_result(call, is_of_text=is_text, of_plain=are_data)
-        return PLAIN if is_plain else UNSURE
+        given = [values for _, _, values in arguments]
+        return self._definitions.result_of(call, is_of_text=is_text, arguments=given)
 
     def _send(self, call: ast.Call, arguments: list[_Argument]) -> Values:
+        self._note(UNKNOWN)
         events: list[str] = []
         for place, node, values in arguments:
             if place in (0, "name"):
@@ -470,7 +468,11 @@ class Evaluation:
             return found.union(*[self._attribute(owners, text, call) for text in texts])
         if not names or are_plain(owners):
             return found | (PLAIN if names else NOTHING)
-        start, end = _known_ends(call.args[1])
+        ends = ["", ""]
+        match call.args[1]:
+            case ast.JoinedStr(values=[first, *_, last]) | ast.BinOp(op=ast.Add(), left=first, right=last):
+                ends = [str(each.value) if isinstance(each, ast.Constant) else "" for each in (first, last)]
+        start, end = ends
         if not (start or end) or start.startswith("_") or end.endswith("_"):
             self._definitions.is_opaque = True  # it may be a special attribute
             self._escape(call, owners | COMPONENT)
@@ -484,15 +486,6 @@ class Evaluation:
                     self._give_away(call, frozenset(each for each in values if each.kind != "proxy"))
                     found |= values
         return found | UNSURE
-
-
-def _known_ends(computed: ast.expr) -> tuple[str, str]:
-    """Return the literal beginning and end of a computed text."""
-    match computed:
-        case ast.JoinedStr(values=[first, *_, last]) | ast.BinOp(op=ast.Add(), left=first, right=last):
-            ends = [part.value if isinstance(part, ast.Constant) else "" for part in (first, last)]
-            return str(ends[0]), str(ends[1])
-    return "", ""
 
 
 def _elements(node: ast.expr) -> list[ast.expr]:

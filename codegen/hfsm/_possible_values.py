@@ -19,9 +19,8 @@ MOST_TEXTS: Final = 20
 """The most texts that a name may be; more are unknown."""
 _PLAIN_KINDS: Final = frozenset({"data", "number", "plain", "text"})
 
-_HARMLESS_ATTRIBUTES: Final = frozenset(
-    {"__call__", "__class__", "__doc__", "__module__", "__name__", "__qualname__"}
-)
+_NAMES: Final = ("call", "doc", "file", "init", "len", "module", "name", "qualname", "version")
+HARMLESS: Final = frozenset(f"__{name}__" for name in _NAMES)
 """Special attributes that lead to no other object."""
 SAME_PROXY: Final = frozenset({"ice_invocationTimeout"})
 """Operations that return a proxy of the same servant."""
@@ -32,17 +31,15 @@ _OF_EVERY_PROXY: Final = frozenset(
     }
 )
 """Operations of the base of all proxies that lead to no other servant."""
-_OF_OPERATIONS: Final = frozenset({"begin", "latest", "samples", "subscribe", "wait"})
-"""What an operation offers beside its call."""
 
 
 class Value(NamedTuple):
     """A possible value of an expression.
 
-    Its kind is `self` (the component), `class` (of the component), `proxy` (by its attribute), `operation`,
-    `send` (the component's), `function` (of the component, by its name), `reader` (of the last value of a
-    stream), `local` (a nested function or lambda), or `other` for unknown values. Plain ones are a `text`
-    that is known, a `number`, which may also be a truth value or None, `data`, or just `plain`.
+    Its kind is `self` (the component), `proxy` (by its attribute), `operation`, `send` (the component's),
+    `function` (of the component, by its name), `reader` (of the last value of a stream), `local` (a nested
+    function or lambda), or `other` for unknown values. Plain ones are a `text` that is known, a `number`,
+    which may also be a truth value or None, `data`, or just `plain`.
     """
 
     kind: str
@@ -55,12 +52,8 @@ class Value(NamedTuple):
 
     def leaks_by(self, attribute: str) -> bool:
         """Return whether an attribute may lead back to a value that is followed, in a way that is not."""
-        if self.is_plain or self.kind == "other" or attribute in _HARMLESS_ATTRIBUTES:
+        if self.is_plain or self.kind == "other" or attribute in HARMLESS:
             return False
-        if self.kind == "class":
-            return True
-        if self.kind == "operation" and attribute not in _OF_OPERATIONS:
-            return True
         if self.kind == "proxy":
             is_of_base = attribute.startswith(("_", "ice_")) or attribute in ("checkedCast", "uncheckedCast")
             return is_of_base and attribute not in _OF_EVERY_PROXY
@@ -71,7 +64,6 @@ SELF: Final = Value("self")
 SENDER: Final = Value("send")
 READER: Final = Value("reader")
 OTHER: Final = Value("other")
-CLASS: Final = Value("class")
 DATA: Final = Value("data")
 _PLAIN: Final = Value("plain")
 
@@ -138,16 +130,18 @@ def parameters_of(function: ast.FunctionDef) -> list[str]:
     return [each.arg for each in (*function.args.posonlyargs, *function.args.args)]
 
 
+def of_constant(value: object) -> Values:
+    """Return a constant as values."""
+    return as_values([value]) if isinstance(value, str) else NUMBER
+
+
 def defaults_of(function: ast.FunctionDef) -> Names:
     """Return the values of the parameters of a function when nothing is known of a call."""
     arguments = function.args
-    positional = [*arguments.posonlyargs, *arguments.args]
-    pairs = [*zip(reversed(positional), reversed(arguments.defaults), strict=False)]
     names = {each.arg: UNSURE for each in ast.walk(arguments) if isinstance(each, ast.arg)}
+    positional = [*arguments.posonlyargs, *arguments.args][::-1]
+    pairs = zip(positional, arguments.defaults[::-1], strict=False)
     for parameter, default in (*pairs, *zip(arguments.kwonlyargs, arguments.kw_defaults, strict=True)):
-        match default:
-            case ast.Constant(value=str(text)):
-                names[parameter.arg] = as_values([text])
-            case ast.Constant():
-                names[parameter.arg] = NUMBER
+        if isinstance(default, ast.Constant):
+            names[parameter.arg] = of_constant(default.value)
     return names

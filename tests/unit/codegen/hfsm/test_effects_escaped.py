@@ -249,7 +249,7 @@ FOLLOWED = [
     ("", "def bind():\n    nonlocal a\n    a = 'left'\nbind()", "a", "a = 'y'", {"left", "y"}),
     ("", "me = self\nme.n = 'left'", "self.n", "", {"left"}),
     ("", "a = [each for each in ('left', 'y')]", "'y'", "print(self, self.log)", {"y"}),
-    ("", "a = getattr(self, 'WORDS')", "'y'", "type(self).__name__", {"y"}),
+    ("", "a = getattr(self, 'WORDS')", "'y'", "hasattr(self, 'WORDS')", {"y"}),
 ]
 
 
