@@ -239,6 +239,10 @@ SENDS: _Forms = [
     Form("self.$f", "def $f(self, word='decoy'):\n    self.$a = word\n    $send(self.$a)\n$a = 'decoy'"),
     Form("self.$f", "def $f(self, word='decoy'):\n    for each in ('decoy', word):\n        kept = each\n    $send(kept)"),
     Form("self.$f", "def $f(self, word='decoy'):\n    word = word if word else 'decoy'\n    $send(f'{word}')"),
+    Form(
+        "self.$f",
+        "def $f(self, word='decoy', more=''):\n    self.$f(word, more + 'x') if len(more) < 3 else $send(word)",
+    ),
 ]  # fmt: skip
 THUNKS: _Forms = [
     "(lambda: $send($text))", "functools.partial($send, $text)", "(lambda f=$send, w=$text: f(w))",
