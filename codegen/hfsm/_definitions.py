@@ -12,13 +12,7 @@ from typing import Final
 from ._old_names import LOCK
 from ._possible_values import HARMLESS, NOTHING, PLAIN, SELF, SENDER, UNSURE, Value, Values, combined
 from .analysis import Analysis, Piece
-from .code.names import (
-    COMPONENT_ALIASES,
-    COMPONENT_ATTRIBUTES,
-    camel_case,
-    component_name,
-    reserved_names,
-)
+from .code.names import COMPONENT_ALIASES, COMPONENT_ATTRIBUTES, camel_case, component_name, reserved_names
 from .code.text import all_nodes, binds, bound_names, dotted, own_nodes
 from .ros import TF
 
@@ -27,24 +21,19 @@ _REFLECTION: Final = frozenset(
         *("eval", "exec", "vars", "locals", "globals", "import_module", "getmembers", "builtins", "ctypes"),
         *("currentframe", "_getframe", "_current_frames", "exc_info", "walk_stack", "walk_tb", "modules"),
         *("f_back", "f_builtins", "f_globals", "f_locals", "ag_frame", "cr_frame", "gi_frame", "tb_frame"),
-        *("get_objects", "get_referents", "get_referrers", "mock", "setprofile", "settrace"),
+        *("get_objects", "get_referents", "get_referrers", "mock", "setattr", "delattr"),
+        *("setprofile", "settrace"),
     }
 )
-"""Names by which code can reach what it does not name; so can `__names__`, but for the harmless ones."""
 _MODULES: Final = frozenset({"gc", "hfsm_runtime", "importlib", "inspect", "pdb", "pkgutil", "runpy"})
-"""Modules by which it can."""
-_SETTERS: Final = frozenset({"setattr", "delattr"})
-"""Functions that assign names which the code may not contain."""
+"""Names and modules by which code can reach what it does not name, as it can by special attributes."""
 _PURE: Final = frozenset({"abs", "bool", "float", "int", "isinstance", "len", "max", "min", "round", "str"})
-_PURE_METHODS: Final = frozenset({"endswith", "isalpha", "isdigit", "lower", "startswith", "strip", "upper"})
-"""Methods of texts."""
+_TEXT_METHODS: Final = frozenset({"endswith", "isalpha", "isdigit", "lower", "startswith", "strip", "upper"})
 _OF_ARGUMENTS: Final = ("abs", "max", "min", "round")
 _OF_MATH: Final = ("math.ceil", "math.floor", "math.prod", "math.sumprod", "math.trunc")
 """Functions whose result is of the kind of their arguments: they call methods of an object."""
 _NUMBERS: Final = ("random.gauss", "random.randint", "random.random", "random.randrange", "random.uniform")
-_TIMES: Final = ("time.monotonic", "time.perf_counter", "time.time")
 """Other functions with a plain result, whatever their arguments are."""
-_CONSTANTS: Final = frozenset({"math.e", "math.inf", "math.nan", "math.pi", "math.tau"})
 _RANDOM_LIBRARIES: Final = ("random.", "secrets.", "uuid.", "numpy.random.", "os.urandom")
 _RANDOM: Final = frozenset({"choice", "gauss", "rand", "randint", "randn", "random", "randrange", "uniform"})
 _TAKING: Final = frozenset({"next", "pop", "popleft", "read", "readline", "recv", "get_nowait", "shuffle"})
@@ -53,8 +42,6 @@ _LITERAL: Final = (
     *(ast.Constant, ast.Dict, ast.List, ast.Set, ast.Tuple, ast.BinOp, ast.UnaryOp),
     *(ast.operator, ast.unaryop, ast.expr_context),
 )
-
-
 _PATH: Final = re.compile(r"[\w.:]+")
 
 
@@ -78,10 +65,9 @@ UNKNOWN: Final = Answer.UNKNOWN | Answer.CHANGES
 class Definitions:
     """Everything that the code of a document defines and assigns.
 
-    The code is `opaque` if names may not mean what they seem to: classes of the document may define
-    operators, and `setattr`, `import *` or hand-written code beside the document may assign anything. Then
-    only constants keep their value. It is `exposed` if Python, hand-written code or code that cannot be read
-    has the component from the start.
+    The code is `opaque` if names may not mean what they seem to, because of classes, `import *` or code that
+    cannot be followed: then only constants keep their value. It is `exposed` if Python, hand-written code or
+    code that cannot be read has the component from the start.
     """
 
     def __init__(self, analysis: Analysis) -> None:
@@ -90,28 +76,25 @@ class Definitions:
         self.proxies = {each.name for each in document.all_interfaces} | set(document.proxy_aliases)
         self.arriving = {each.name for each in document.ros} | set(document.ros_aliases)
         """The attributes with the newest message, which may change at any time."""
-        self._given = COMPONENT_ATTRIBUTES | {"ros", LOCK, *document.ros_aliases}
-        """Attributes of the component with values of which nothing is known."""
+        self._given = COMPONENT_ATTRIBUTES | {"ros", LOCK, *document.ros_aliases}  # with unknown values
+        self._shared: set[str] = set()
+        self.globals: set[str] = set()
+        """Variables that code assigns from within functions, and those of the whole file."""
         self.functions: dict[str, ast.FunctionDef] = {}
         self.unclear_attributes: set[str] = set()
         """Names among the functions whose reading may run code that cannot be followed."""
         self._bound = {name for automaton in document.automata for name in automaton.declared}
-        """Every name that the document binds."""
-        self._shared: set[str] = set()
-        self.globals: set[str] = set()
-        """Variables that code assigns from within functions, and those of the whole file."""
         self._among_functions = analysis.defined
         self.defined = set(analysis.defined)
         self._assigned: set[str] = set()
         self._replaced: set[str] = set()
         """Attributes that the document defines; those that code assigns, and those of other objects."""
-        self._users: dict[str, set[int]] = {}
-        """The automata whose code uses an attribute, 0 for functions."""
+        self._users: dict[str, set[int]] = {}  # the automata whose code uses an attribute, 0 for functions
         stem = analysis.path.stem
-        file = reserved_names(document).difference({"self"}, dir(builtins))
-        self.classes = {*file, camel_case(component_name(stem)), "super"}
+        builtin_names = {*dir(builtins)} - {"super"}
+        self.classes = {camel_case(component_name(stem)), "super", *reserved_names(document)} - builtin_names
         """Names of the file that lead to the class of the component."""
-        self._file = {*self.libraries, *document.ros_messages, TF, *dir(builtins)}
+        self._file = {*self.libraries, *document.ros_messages, TF, *builtin_names}
         self._modules = _MODULES | {stem}
         self._imported = {name for name, path in self.libraries.items() if self.is_reflective_import(path)}
         self.is_exposed = analysis.extension is not None or not analysis.is_complete
@@ -149,15 +132,12 @@ class Definitions:
         own = frozenset[ast.AST]() if piece.is_functions else frozenset(own_nodes(piece.tree))
         for node in all_nodes(piece.tree):
             match node:
-                case ast.Name(id=name, ctx=ast.Load()):
-                    self.is_opaque |= name in _SETTERS
                 case ast.Global(names=names) | ast.Nonlocal(names=names):
                     self._shared.update(names)
                     self.globals.update(names if isinstance(node, ast.Global) else ())
                 case ast.Attribute(attr=name, ctx=context, value=owner):
                     # nested functions, too, may run at any time
                     self._users.setdefault(name, set()).add(piece.automaton if node in own else 0)
-                    self.is_opaque |= name in _SETTERS
                     if not isinstance(context, ast.Load):
                         self._assigned.add(name)
                         self.defined.add(name)
@@ -219,13 +199,10 @@ class Definitions:
         path = dotted(node)
         full = self._full_name(path) if path and path[0] in self.libraries else ""
         is_member = full.startswith("interfaces.") and full.split(".")[-2][:1].isupper()  # of an enumeration
-        return full in _CONSTANTS or is_member
+        return full.startswith("math.") or is_member
 
     def _full_name(self, path: list[str]) -> str:
-        """Return the full name of something of a library or of Python, empty for anything else.
-
-        It is empty, too, for what the document replaces in a module.
-        """
+        """Return the full name of something of a library or of Python that the document does not replace."""
         if self.is_opaque or not self.is_library(path):
             return ""
         return ".".join([self.libraries.get(path[0], path[0]), *path[1:]])
@@ -235,10 +212,7 @@ class Definitions:
         return UNKNOWN if self.is_opaque or name in self._shared else Answer.SAME
 
     def answer_of_attribute(self, name: str, automaton: int) -> Answer:
-        """Return the answer that an attribute of the component allows if its values are plain.
-
-        `automaton` is 0 in functions.
-        """
+        """Return the answer that an attribute of the component allows; `automaton` is 0 in functions."""
         if name in self.arriving:
             return Answer.OTHER
         is_own = automaton != 0 and self._users.get(name) == {automaton}
@@ -246,10 +220,7 @@ class Definitions:
         return Answer.SAME if stays else Answer.UNKNOWN
 
     def answer_of_call(self, call: ast.Call, *, is_of_text: bool) -> Answer:
-        """Return the answer that a call of a library allows if its arguments are plain.
-
-        `is_of_text` says whether it is a method of a text.
-        """
+        """Return the answer that a call of a library, or of a method of a text, allows."""
         path = dotted(call.func)
         name = path[-1] if path else getattr(call.func, "attr", "")
         if path == ["self", "clock", "now"]:
@@ -266,7 +237,7 @@ class Definitions:
         full = self._full_name(dotted(call.func))
         if full in ("max", "min"):  # a single argument may be a generator
             return len(call.args) > 1 and not any(isinstance(each, ast.Starred) for each in call.args)
-        is_method = is_of_text and isinstance(call.func, ast.Attribute) and call.func.attr in _PURE_METHODS
+        is_method = is_of_text and isinstance(call.func, ast.Attribute) and call.func.attr in _TEXT_METHODS
         return full in _PURE or full.startswith("math.") or (is_method and not self.is_opaque)
 
     def result_of(self, call: ast.Call, *, is_of_text: bool, arguments: list[Values]) -> Values:
@@ -276,7 +247,7 @@ class Definitions:
         if full in _OF_ARGUMENTS + _OF_MATH:
             return combined(PLAIN, *arguments)
         is_clock = path == ["self", "clock", "now"] and self.defined.isdisjoint(path)
-        is_known = is_clock or full in (*_PURE, *_NUMBERS, *_TIMES)
+        is_known = is_clock or full in (*_PURE, *_NUMBERS) or full.startswith("time.")
         return PLAIN if is_known or self.is_pure(call, is_of_text=is_of_text) else UNSURE
 
 

@@ -10,7 +10,7 @@ import ast
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from functools import cached_property
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 from ..diagnostics import Location, Note
 from ..messages import Message
@@ -36,14 +36,13 @@ from .analysis import Analysis, AutomatonCode, Piece
 from .code._values import INPUT_TYPES, PARAMETER_TYPES, ValueTextError, parse_value
 from .code.names import COMPONENT_ALIASES, COMPONENT_ATTRIBUTES, identifier
 from .code.text import evaluated_at_once
-from .document import NO_CHILD, Argument, Parameter, State, Text
+from .document import NO_CHILD, Argument, Parameter, Result, State, Text
 
-_MOST_CALLS: Final = 300
-"""The most calls of functions with different values that are followed."""
+_MOST_CALLS: Final = 300  # of functions with different values
+_Item = TypeVar("_Item", Argument, Result)
 _NOWHERE: Final = ast.Module([], [])
 _HIDDEN: Final = frozenset({"automaton", "_hfsm_send", "_hfsm_clock", "_hfsm_sleep", "_hfsm_mark"})
-_Call = tuple[str, tuple[tuple[str, Values], ...]]
-"""A function, and the values of its parameters."""
+_Call = tuple[str, tuple[tuple[str, Values], ...]]  # a function, and the values of its parameters
 
 
 class CodeEffects:
@@ -77,16 +76,13 @@ class CodeEffects:
         """The values of the variables of functions, by the values of their parameters."""
         self._by_piece: dict[Piece, Effects] = {}
         for _, state in document.states():
-            for child, argument in _passed(state):
+            for child, argument in _by_child(state, state.arguments):
                 if child in self._names:
                     self._names[child].pop(argument.name, None)  # the argument gives its value
         self._follow()
 
     def of(self, text: Text) -> Effects:
-        """Return all that may happen while a text of the document runs, also by what escaped elsewhere.
-
-        A text that is not valid Python may do anything.
-        """
+        """Return all that may happen while a text of the document runs, also by what escaped elsewhere."""
         piece = self.analysis.piece(text)
         if piece is None:
             return anything(_NOWHERE) if self.analysis.is_broken(text) else Effects()
@@ -139,8 +135,7 @@ class CodeEffects:
             case "proxy":
                 return Effects(any_call=[_NOWHERE])
             case "operation":
-                proxy, _, name = value.name.partition(".")
-                return Effects(possible={ProxyCall(proxy, name)})
+                return Effects(possible={ProxyCall(*value.name.split(".", 1))})
             case "function":
                 function = self.definitions.functions[value.name]
                 return self.called(value.name, dict.fromkeys(defaults_of(function), UNSURE))
@@ -172,8 +167,7 @@ class CodeEffects:
                         add_values(names, "event", frozenset({DATA}))
                     body = piece.tree.body
                     self._by_piece[piece] = self._look(body, names, f"{piece.automaton}", piece.automaton)
-                self._pass_arguments(code, names)
-                self._take_results(code, names)
+                self._exchange(code, names)
 
     def _snapshot(self) -> object:
         groups: tuple[dict[Any, Names], ...] = (self._names, self._function_names, self.parameters)
@@ -193,7 +187,7 @@ class CodeEffects:
 
     def _look_at_functions(self, piece: Piece) -> Effects:
         """Evaluate the statements among functions; add what functions do that depends on no call."""
-        functions = {each for each in piece.tree.body if each in self.definitions.functions.values()}
+        functions = [each for each in piece.tree.body if each in self.definitions.functions.values()]
         body: list[ast.AST] = [each for each in piece.tree.body if each not in functions]
         body += [each for one in functions for each in evaluated_at_once(one)]
         found = self._look(body, self._names[0], "")
@@ -210,24 +204,17 @@ class CodeEffects:
         self.escaped.add(SELF)
         return anything(_NOWHERE)
 
-    def _pass_arguments(self, code: AutomatonCode, names: Names) -> None:
-        """Give the values of arguments to the inputs of automata."""
+    def _exchange(self, code: AutomatonCode, names: Names) -> None:
+        """Give the values of arguments to the inputs of automata, and those of outputs to variables."""
         for state in code.automaton.states:
-            for child, argument in _passed(state):
-                piece = code.of("argument", argument)
-                values = UNSURE
+            for child, argument in _by_child(state, state.arguments):
+                piece, values = code.of("argument", argument), UNSURE
                 if piece is not None and not piece.is_deep and piece.expression is not None:
                     values = Evaluation(self, names, f"{piece.automaton}").value(piece.expression)
-                if child in self._names:
-                    self._carry(self._names[child], argument.name, values)
-
-    def _take_results(self, code: AutomatonCode, names: Names) -> None:
-        """Give the values of outputs to the variables that take them."""
-        for state in code.automaton.states:
-            for result in state.results:
-                for child in state.children if result.child == NO_CHILD else (result.child,):
-                    values = self._names.get(child, {}).get(result.name, NOTHING)
-                    self._carry(names, result.variable.text.strip(), values)
+                self._carry(self._names.get(child, {}), argument.name, values)
+            for child, result in _by_child(state, state.results):
+                values = self._names.get(child, {}).get(result.name, NOTHING)
+                self._carry(names, result.variable.text.strip(), values)
 
     def _carry(self, names: Names, name: str, values: Values) -> None:
         """Give values to a name of another automaton, which runs at the same time."""
@@ -244,8 +231,8 @@ class CodeEffects:
         if len(self._known) >= _MOST_CALLS or not (own or is_static(function)):
             return self._lose_track()  # or the component is among the arguments of `*args`
         self._known[key] = self._last.get(key, Effects())  # in case functions call each other
-        names = self._function_names.setdefault(key, defaults_of(function) | passed)
-        names.update(dict.fromkeys(own, COMPONENT))
+        first = defaults_of(function) | passed | dict.fromkeys(own, COMPONENT)
+        names = self._function_names.setdefault(key, first)
         self._known[key] = self._look(function.body, names, f"{name} {hash(key)}")
         return self._known[key]
 
@@ -265,8 +252,8 @@ def _first(item: Parameter) -> Values:
     return of_constant(value) if isinstance(value, str | int | float) or value is None else UNSURE
 
 
-def _passed(state: State) -> Iterator[tuple[int, Argument]]:
-    """Yield the arguments of a state, each with the id of an automaton that gets it."""
-    for argument in state.arguments:
-        for child in state.children if argument.child == NO_CHILD else (argument.child,):
-            yield child, argument
+def _by_child(state: State, items: Iterable[_Item]) -> Iterator[tuple[int, _Item]]:
+    """Yield arguments or results of a state, each with the id of an automaton of which it is."""
+    for item in items:
+        for child in state.children if item.child == NO_CHILD else (item.child,):
+            yield child, item

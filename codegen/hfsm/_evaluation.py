@@ -10,11 +10,10 @@ A capability (see `possible_values`) is followed only through these forms:
   once, undecorated (or as `staticmethod`) and no generators, with single arguments, by position or by name;
 - `bool`, `print`, `repr` and `str` of it.
 
-A text is known if it is a literal, an f-string or a `+` of known texts, or comes through these forms.
-
-In any other form, and that is all else that Python has, a capability *escapes*, and the value is unknown.
-Any code may use what has escaped anywhere, at any time, and a function that has escaped gets any arguments.
-Until something escapes, unknown values are objects of libraries, which neither send nor command.
+A text is known if it is a literal, an f-string or a `+` of known texts, or comes through these forms. In any
+other form, and that is all else that Python has, a capability *escapes*, and the value is unknown. All code
+may use what has escaped, at any time, and a function that has escaped gets any arguments. Until something
+escapes, unknown values are objects of libraries, which neither send nor command.
 
 A guard keeps its answer only if it consists of the forms in `_STEADY`, and all that it reads is plain and
 assigned by no code that may run within the cycle.
@@ -31,7 +30,6 @@ from ._piece_effects import Effects, ProxyCall
 from ._possible_values import (
     COMPONENT,
     DATA,
-    MOST_TEXTS,
     NOTHING,
     NUMBER,
     OTHER,
@@ -44,9 +42,9 @@ from ._possible_values import (
     Value,
     Values,
     add_values,
+    added,
     are_plain,
     are_texts,
-    as_values,
     combined,
     of_constant,
     parameters_of,
@@ -67,8 +65,7 @@ _STEADY: Final = frozenset(
     }
 )
 _SIGNS: Final = (ast.expr_context, ast.boolop, ast.operator, ast.unaryop, ast.cmpop)
-_Argument = tuple[int | str | None, ast.expr, Values]
-"""The position or name of an argument (None if unknown), its expression and its values."""
+_Argument = tuple[int | str | None, ast.expr, Values]  # its position or name, if it is single
 
 
 class Evaluation:
@@ -129,8 +126,13 @@ class Evaluation:
             return of_constant(node.value)
         if type(node) not in _STEADY:
             self._note(UNKNOWN)
-        if isinstance(getattr(node, "ctx", None), ast.Store | ast.Del):
-            return self._target(node)
+        if isinstance(getattr(node, "ctx", None), ast.Store | ast.Del):  # of an unknown value
+            if isinstance(node, ast.Name | ast.Attribute):
+                self._give(node, UNSURE)
+            else:
+                self._note(UNKNOWN)
+                self._inside(node)  # the owner of an item changes in place
+            return NOTHING
         match node:
             case ast.Name() | ast.Attribute():
                 values = self._identity(node)
@@ -161,10 +163,7 @@ class Evaluation:
                 return self._compare(operators, [left, *others])
             case ast.BinOp(left=left, op=operator, right=right):
                 first, second = self._operand(left), self._operand(right)
-                if not isinstance(operator, ast.Add) or not are_texts((first | second) - NUMBER):
-                    return combined(first, second)
-                texts = as_values(one + other for one in texts_of(first) for other in texts_of(second))
-                return PLAIN if len(texts) > MOST_TEXTS else texts | (NUMBER & first & second)
+                return added(first, second) if isinstance(operator, ast.Add) else combined(first, second)
             case ast.Subscript(value=owner, slice=place):
                 return combined(self._operand(owner), self._operand(place))
             case ast.Tuple(elts=elements):
@@ -233,26 +232,16 @@ class Evaluation:
     def _store(self, target: ast.expr, value: ast.expr) -> None:
         """Give the values of an expression to a target."""
         elements = _elements(value) if isinstance(value, ast.Tuple | ast.List) else []
-        match target:
-            case ast.Tuple(elts=targets) | ast.List(elts=targets) if len(targets) == len(
-                elements
-            ) and not any(isinstance(each, ast.Starred) for each in (*targets, *elements)):
-                for one, other in zip(targets, elements, strict=True):
-                    self._store(one, other)
-            case ast.Name() | ast.Attribute():
-                self._give(target, self.value(value))
-            case _:
-                self.visit(target)
-                self.visit(value)
-
-    def _target(self, node: ast.expr) -> Values:
-        """Evaluate a target to which unknown values are given; return what nobody uses."""
-        if isinstance(node, ast.Name | ast.Attribute):
-            self._give(node, UNSURE)
+        targets = _elements(target)
+        has_star = any(isinstance(each, ast.Starred) for each in (*targets, *elements))
+        if targets and len(targets) == len(elements) and not has_star:
+            for one, other in zip(targets, elements, strict=True):
+                self._store(one, other)
+        elif isinstance(target, ast.Name | ast.Attribute):
+            self._give(target, self.value(value))
         else:
-            self._note(UNKNOWN)
-            self._inside(node)  # the owner of an item changes in place
-        return NOTHING
+            self.visit(target)
+            self.visit(value)
 
     def _give(self, target: ast.Name | ast.Attribute, values: Values) -> None:
         """Add values to those that a name or an attribute may have."""
@@ -315,16 +304,12 @@ class Evaluation:
                 return found | UNSURE if SELF in self._code.escaped else found
             case "proxy":
                 return frozenset({Value("operation", f"{owner.name}.{name}")})
-            case "operation" if name == "begin":  # without waiting
-                return frozenset({owner})
             case "operation" if name in ("latest", "wait"):
                 return frozenset({READER})
-            case "operation" | "function" | "send" | "local" if name == "__call__":
-                return frozenset({owner})
-            case "data":
-                return frozenset({DATA})
-            case "number" | "plain" | "text":
-                return PLAIN
+            case "operation" | "function" | "send" | "local" if name in ("__call__", "begin"):
+                return frozenset({owner})  # `begin` calls without waiting
+            case "data" | "number" | "plain" | "text":
+                return frozenset({owner}) if owner == DATA else PLAIN
         return UNSURE
 
     def _operand(self, node: ast.expr) -> Values:
@@ -342,23 +327,19 @@ class Evaluation:
         is_inside = [isinstance(each, ast.In | ast.NotIn) for each in operators]
         for inside, right in zip(is_inside, compared[1:], strict=True):
             if inside and not isinstance(right, _DISPLAYS):
-                self._note(UNKNOWN)  # it may be a generator
+                self._note(UNKNOWN)  # it may be in a generator
         return NUMBER if all(is_inside) or are_plain(*values) else UNSURE
 
     def _join(self, parts: list[ast.expr]) -> Values:
         """Return the values of an f-string: texts if each part is a known text, whatever values it has."""
-        joined = [""]
+        joined = of_constant("")
         for part in parts:
             values = self.value(part.value if isinstance(part, ast.FormattedValue) else part)
-            if not values:
-                return NOTHING
             if isinstance(part, ast.FormattedValue) and (part.format_spec or part.conversion != -1):
                 self.value(part.format_spec or ast.Constant(""))
-                values = PLAIN
-            texts = texts_of(values) if are_texts(values) else []
-            joined = [text + more for text in joined for more in texts]
-            joined = joined if len(joined) <= MOST_TEXTS else []
-        return as_values(joined) or PLAIN
+                values = values and PLAIN
+            joined = added(joined, values if are_texts(values) else PLAIN)
+        return joined
 
     def _call(self, call: ast.Call) -> Values:
         function, owners = call.func, NOTHING
@@ -407,25 +388,23 @@ class Evaluation:
         is_data = owners and is_direct and proxy not in self._definitions.arriving
         return frozenset({DATA}) if is_data else UNSURE
 
-    def _call_unknown(
-        self, function: Value, call: ast.Call, owners: Values, arguments: list[_Argument]
-    ) -> Values:
+    def _call_unknown(self, called: Value, call: ast.Call, owners: Values, given: list[_Argument]) -> Values:
         """Add a call that is not followed: what it gets escapes, unless it only computes with it."""
-        if function.kind == "local":
+        if called.kind == "local":
             self._note(UNKNOWN)
-            self.effects.add(self._code.local.get(function.name, Effects()), call)
+            self.effects.add(self._code.local.get(called.name, Effects()), call)
         else:
-            self._give_away(call, frozenset({function}))
+            self._give_away(call, frozenset({called}))
         is_text = are_plain(owners)
         self._note(self._definitions.answer_of_call(call, is_of_text=is_text))
         self._give_away(call, owners & {DATA})
         name = call.func.id if isinstance(call.func, ast.Name) else ""
         if name not in _HARMLESS or call.keywords or not self._definitions.is_library([name]):
             keeps = not self._definitions.is_pure(call, is_of_text=is_text)
-            for _, node, values in arguments:
+            for _, node, values in given:
                 (self._give_away if keeps else self._escape)(node, values)
-        given = [values for _, _, values in arguments]
-        return self._definitions.result_of(call, is_of_text=is_text, arguments=given)
+        results = [values for _, _, values in given]
+        return self._definitions.result_of(call, is_of_text=is_text, arguments=results)
 
     def _send(self, call: ast.Call, arguments: list[_Argument]) -> Values:
         self._note(UNKNOWN)

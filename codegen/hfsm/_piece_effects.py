@@ -18,10 +18,7 @@ class ProxyCall(NamedTuple):
 
 @dataclass
 class Effects:
-    """The effects of a piece of code, with those of the functions that it calls.
-
-    A call is `possible` if an expression may be one of several operations.
-    """
+    """The effects of a piece of code, and of the functions that it calls; some calls are only possible."""
 
     calls: set[ProxyCall] = field(default_factory=set)
     possible: set[ProxyCall] = field(default_factory=set)
@@ -29,9 +26,8 @@ class Effects:
     """The events that it sends, with the expressions of their names or the calls of functions that send."""
     answer: Answer = Answer.SAME
     any_event: list[ast.AST] = field(default_factory=list)
-    """Places that may send any event."""
     any_call: list[ast.AST] = field(default_factory=list)
-    """Places that may call any operation of any proxy."""
+    """Places that may send any event, and those that may call any operation of any proxy."""
 
     def add(self, other: Effects, call: ast.AST | None = None) -> None:
         """Add the effects of other code that runs here; `call` replaces its places."""

@@ -105,8 +105,9 @@ def are_texts(values: Values) -> bool:
 
 
 def as_values(texts: Iterable[str]) -> Values:
-    """Return texts as values."""
-    return frozenset(Value("text", text) for text in texts)
+    """Return texts as values; many are any text."""
+    found = frozenset(Value("text", text) for text in texts)
+    return found if len(found) <= MOST_TEXTS else PLAIN
 
 
 def are_plain(*values: Values) -> bool:
@@ -123,6 +124,14 @@ def combined(*values: Values) -> Values:
     if any(DATA in each for each in values):
         return frozenset({DATA})
     return NUMBER if all(each == NUMBER for each in values) else PLAIN
+
+
+def added(first: Values, second: Values) -> Values:
+    """Return what `first + second` may give: known texts, if there are no other values but numbers."""
+    if not are_texts((first | second) - NUMBER):
+        return combined(first, second)
+    texts = as_values(one + other for one in texts_of(first) for other in texts_of(second))
+    return texts | (NUMBER & first & second)
 
 
 def parameters_of(function: ast.FunctionDef) -> list[str]:

@@ -343,6 +343,7 @@ LEFT_BEHIND = [
     ("helpers = [self.Head]", "helpers[0].stop()"),
     ("helper = self.Holder(self)", "helper.move()"),
     ("global kept\nkept = self.Head", "self.kept()"),
+    ("global go\ndef go():\n    self.Head.stop()", "go()"),
     ("class Helper:\n    def move(me):\n        self.Head.stop()\nhelper = Helper()", "helper.move()"),
     ('name = "Head"', "getattr(self, name).stop()"),
 ]

@@ -196,6 +196,20 @@ def test_no_proof_denies_what_a_call_beyond_the_list_sends(code: str, tmp_path: 
     assert check_model(doc, tmp_path / "forms.xml").properties[0].verdict is not Verdict.HOLDS
 
 
+@pytest.mark.parametrize(
+    "functions",
+    [
+        "def say(self, word):\n    self.say(word + 'o') if len(word) < 2 else self.send(word)",
+        "def say(self, word):\n    self.say(word + 'o')\n    self.say('p' + word)",
+        "def say(self, word):\n    self.say(lambda: word)",
+    ],
+)
+def test_functions_that_call_themselves_with_new_values_come_to_an_end(functions: str) -> None:
+    root = automaton(1, [state(1, code="self.say('x')")], functions=Text(functions))
+    doc = document(root)
+    assert CodeEffects(analyze(doc, PATH)).of(doc.automata[0].states[0].code).any_event
+
+
 TEXTS = [
     # values that are no texts, among texts
     ("n = 0", "", 'f"{n}"', "n = 'last'"),
