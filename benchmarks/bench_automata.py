@@ -32,7 +32,7 @@ from codegen.logic import PROOFS
 from hfsm_runtime import Automaton, State, Transition, VirtualRun
 from hfsm_runtime._cycle import run_cycle
 from hfsm_runtime._runtime import Runtime
-from hfsm_runtime.observer import Observer
+from hfsm_runtime.observer import Observer, Observers
 from hfsm_runtime.tree import Actor
 from tests.support.automata import after, automaton, component, on, when
 from zenoh_ice import WallClock
@@ -191,7 +191,7 @@ def step_of_ours(counted: Counted) -> Callable[[], object]:
     states = [State(id=1, name="a", code=counted.state), State(id=2, name="b", code=counted.state)]
     transitions = [when(counted.guard, 1, 2, counted.code), when(counted.guard, 2, 1, counted.code)]
     virtual = VirtualRun(component(automaton(1, "root", states, transitions)))
-    virtual.tree.observers.clear()  # no trace, as the other libraries write none
+    virtual.tree.observers = Observers()  # no trace, as the other libraries write none
     return lambda: run_cycle(virtual.tree, virtual.tree.root, 0, virtual._supervision)
 
 

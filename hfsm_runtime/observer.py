@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, MutableSequence
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final
 
 from ._actor import Actor, ChangeKind, DropReason
@@ -52,41 +52,22 @@ class Observer:
         """What a proof relies on is not so, in a cycle or elsewhere; perhaps called under the tree's lock."""
 
 
-class Observers(MutableSequence[Observer]):
-    """The observers of a tree, and for each hook the methods that override it: no others are called."""
+class Observers:
+    """The observers of a tree, as the methods that override each hook: no others are called."""
 
     if TYPE_CHECKING:
 
         def __getattr__(self, hook: str) -> tuple[Callable[..., Any], ...]: ...
 
     def __init__(self) -> None:
-        self._all: Final[list[Observer]] = []
-        self._sort()
+        vars(self).update(dict.fromkeys(_HOOKS, ()))
 
-    def insert(self, index: int, value: Observer) -> None:
-        """Insert an observer before an index."""
-        self._all.insert(index, value)
-        self._sort()
-
-    def __len__(self) -> int:
-        return len(self._all)
-
-    def __getitem__(self, index: Any) -> Any:  # noqa: ANN401 - one of them, or a list
-        return self._all[index]
-
-    def __setitem__(self, index: Any, value: Any) -> None:  # noqa: ANN401
-        self._all[index] = value
-        self._sort()
-
-    def __delitem__(self, index: int | slice) -> None:
-        del self._all[index]
-        self._sort()
-
-    def _sort(self) -> None:
+    def append(self, observer: Observer) -> None:
+        """Notify an observer, too, after those so far."""
         for hook, empty in _HOOKS.items():
-            methods = [getattr(each, hook) for each in self._all]
-            overriding = [each for each in methods if getattr(each, "__func__", None) is not empty]
-            setattr(self, hook, tuple(overriding))
+            method = getattr(observer, hook)
+            if getattr(method, "__func__", None) is not empty:
+                setattr(self, hook, (*getattr(self, hook), method))
 
 
 _HOOKS: Final = {name: method for name, method in vars(Observer).items() if not name.startswith("_")}

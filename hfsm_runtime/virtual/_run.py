@@ -201,7 +201,8 @@ class VirtualRun(ComponentRun):
             limits=limits,
         )
         tracer = _Tracer(kept)
-        self.tree.observers += [tracer, *observers]
+        for each in (tracer, *observers):
+            self.tree.observers.append(each)
         self.trace = tracer.changes
         self._due: list[tuple[int, int, Actor]] = [
             (0, index, actor) for index, actor in enumerate(self.tree.actors)
