@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -139,8 +138,8 @@ def load_document(
     `output` is the directory of its component, by default that of the document. `include` are directories
     with packages of proxies, and with files to import. `document` is the parsed content if it has not been
     saved yet; `generated` are packages of proxies that are about to be written. Its component has what proofs
-    rely on if it `keeps_proofs`. States that are never entered
-    or left are reported here where imports are missing, since the model checker does not run then.
+    rely on if it `keeps_proofs`. States that are never entered or left are reported here where imports are
+    missing, since the model checker does not run then.
     """
     errors = len(diagnostics.errors)
     if document is None:
@@ -163,30 +162,17 @@ def load_document(
 
             report_graph(effects, diagnostics)
         return None
-    proofs, checked = _proofs(effects) if keeps_proofs else ([], None)
+    proofs: list[Row] = []
+    checked = None
+    if keeps_proofs:
+        from .model_checker import relied_on
+
+        proofs, checked = relied_on(effects)
     component = generate(analysis, interfaces, proofs)
     check_generated(component, analysis, diagnostics)
     if len(diagnostics.errors) > errors:
         return None
     return LoadedDocument(document, effects, interfaces, component.text, checked)
-
-
-def _proofs(effects: CodeEffects) -> tuple[list[Row], ModelReport | None]:
-    """Return what proofs rely on, without the model checker where neither code nor guards decide anything."""
-    document = effects.analysis.document
-    guarded = Counter(
-        (automaton.id, each.origin)
-        for automaton in document.automata
-        for each in automaton.transitions
-        if each.type == "condition" or not each.guard.is_blank
-    )
-    waits = any(each.type == "event" for one in document.automata for each in one.transitions)
-    if not (document.properties or waits or any(count > 1 for count in guarded.values())):
-        return [], None
-
-    from .model_checker import relied_on
-
-    return relied_on(effects)
 
 
 def is_generated(file: Path) -> bool:
