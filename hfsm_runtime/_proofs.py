@@ -45,7 +45,7 @@ class Proofs(Observer):
         self._is_doubtful = self._is_void = False
         self._places: Final = set[Hashable]()
         self._consistent: Final = set[Hashable]()
-        """Transitions that fired, with the guards that were evaluated: those that do not contradict."""
+        """States, with guards evaluated there and what fired: those that do not contradict each other."""
         self.reported: Final[list[str]] = []
         self._events: Final = set[str]()
         self._sends: Final = dict[_Place, frozenset[str]]()
@@ -76,14 +76,13 @@ class Proofs(Observer):
         if complete:
             tree.observers.append(_CompleteGuards(self, complete))
         looked_at = [each for each in properties if ordered or (each.is_chain and not each.is_timed)]
-        self._properties: Final = _Properties(self, tree, looked_at, ended) if looked_at else None
-        if self._properties is not None:
+        self._properties: Final = _Properties(self, tree, looked_at, ended)
+        if looked_at:
             tree.observers.append(self._properties)
 
     def start(self) -> None:
         """Look at the properties in the initial states."""
-        if self._properties is not None:
-            self._properties.look(self._tree.root, 0)
+        self._properties.look(self._tree.root, 0)
 
     def doubt(self, *, values: bool = False) -> None:
         """Report no more, but events: something was done that proofs do not allow for.
@@ -127,27 +126,29 @@ class Proofs(Observer):
         if place in self._never:
             what = f"{_name(transition)} fired, which the checks call impossible"
             self.report(actor, place, what)
-        key = *place, *actor.guards
-        if len(actor.guards) > 1 and key not in self._consistent and self.compare(actor, at, transition):
-            self._consistent.add(key)
+        self.compare(actor, at, transition)
 
-    def compare(self, actor: Actor, at: int, last: Transition | None = None) -> bool:
+    def compare(self, actor: Actor, at: int, last: Transition | None = None) -> None:
         """Look whether guards of a cycle contradict each other: none held, or the `last` one alone.
 
-        Returns whether those evaluated so far never do, in whichever cycle they were.
+        Those that never do, in whichever cycle they are evaluated, are looked at once.
         """
-        guards = self._guards.get((actor.automaton.id, actor.current.id), {})
+        place = actor.automaton.id, actor.current.id
+        key = *place, last and last.id, *actor.guards
+        if len(actor.guards) < 2 or key in self._consistent:
+            return
+        guards = self._guards.get(place, {})
         held = guards.get(last.id, ()) if last else ()
         before = takewhile(lambda each: each is not last, actor.automaton.outgoing(actor.current))
         failed = [each for each in before if each.id in guards and each.id in actor.guards]
         if satisfy(held, [guards[each.id] for each in failed]) is not None:
-            return True
+            self._consistent.add(key)
+            return
         failed = [each for each in failed if actor.guards[each.id][1] == at]
         if satisfy(held, [guards[each.id] for each in failed]) is None:
             values = [f"{_name(each)} false" for each in failed] + ([f"{_name(last)} true"] if last else [])
             what = f"guards out of the state `{actor.current.name}` contradict each other in one cycle"
-            self.report(actor, (actor.automaton.id, actor.current.id), f"{what}: {', '.join(values)}")
-        return False
+            self.report(actor, place, f"{what}: {', '.join(values)}")
 
     def report(self, actor: Actor, place: Hashable, what: str) -> None:
         """Report what is not so, unless something was done that no proof allows for."""
@@ -170,18 +171,12 @@ class _CompleteGuards(Observer):
 
     def __init__(self, proofs: Proofs, states: set[_Place]) -> None:
         self._proofs: Final = proofs
-        self._seen: Final = {place: set[tuple[int, ...]]() for place in states}
-        """The guards that were evaluated, and looked at."""
+        self._states: Final = states
 
     def cycle_ended(self, actor: Actor, at: int) -> None:
         """Compare the guards: a transition that fired has cleared them."""
-        if len(actor.guards) < 2:
-            return
-        seen = self._seen.get((actor.automaton.id, actor.current.id))
-        if seen is None or (evaluated := tuple(actor.guards)) in seen:
-            return
-        if self._proofs.compare(actor, at):
-            seen.add(evaluated)
+        if actor.guards and (actor.automaton.id, actor.current.id) in self._states:
+            self._proofs.compare(actor, at)
 
 
 @dataclass(eq=False)
@@ -260,10 +255,10 @@ class _Properties(Observer):
 
     def _look_at(self, stated: _Property, actor: Actor, at: int) -> None:
         if stated.kind == "eventually":
-            if not stated.seen and at <= stated.within:
-                self._next_look = min(self._next_look, stated.within)
             is_wrong = not stated.seen and at > stated.within
             stated.seen |= is_wrong
+            if not stated.seen:
+                self._next_look = min(self._next_look, stated.within)
         elif any(each.in_cycle for each in stated.automata if each is not actor):
             self._next_look = -1.0  # when they have ended
             return

@@ -162,7 +162,7 @@ def test_a_cycle_that_continues_after_a_pause_has_the_events_of_the_one_before()
 
 def test_only_the_hooks_that_an_observer_overrides_are_called() -> None:
     observers = Observers()
-    assert observers.fired == ()
+    assert not Observers().fired
     one, other = Notes(), Notes()
     for each in (one, Observer(), other):
         observers.append(each)
