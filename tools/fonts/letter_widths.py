@@ -12,7 +12,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Final
 
-__all__ = ["FILES", "letter_widths", "written"]
+__all__ = ["FILE", "letter_widths", "written"]
 
 _ROOT: Final = Path(__file__).parents[2]
 _RANGES: Final = ((0x20, 0x17F), (0x370, 0x45F), (0x2010, 0x2027), (0x2030, 0x203A), (0x20AC, 0x20AC))
@@ -22,11 +22,8 @@ _NO_BREAK: Final = "\N{NO-BREAK SPACE}"
 _HEAD: Final = "Written by `python -m tools.fonts.letter_widths` from DejaVu Sans 2.35. Do not edit."
 _ABOUT: Final = "Letters without accents by their width, in thousandths of their size."
 _WIDEST: Final = 95  # letters of a row of the table, about
-FILES: Final = (
-    _ROOT / "visualhfsm/_drawing/letter_widths.py",
-    _ROOT / "visualhfsm/_editor/static/measures/letter-widths.js",
-)
-"""What is written: the same table, for Python and for the page."""
+FILE: Final = _ROOT / "visualhfsm/_editor/static/measures/letter-widths.js"
+"""What is written; `visualhfsm._drawing.text` reads it, too."""
 
 
 def letter_widths() -> dict[int, str]:
@@ -47,28 +44,15 @@ def letter_widths() -> dict[int, str]:
     return dict(sorted(found.items()))
 
 
-def written() -> tuple[str, str]:
-    """Return the contents of the files."""
+def written() -> str:
+    """Return the content of the file."""
     rows = [""]
     for wide, letters in letter_widths().items():
         text = letters.replace("\\", "\\\\").replace('"', '\\"').replace(_NO_BREAK, r"\u00a0")
         if len(rows[-1] + text) > _WIDEST:
             rows.append("")
         rows[-1] += f' {wide}: "{text}",'
-    python = [
-        f'"""{_HEAD}"""',
-        "",
-        "from types import MappingProxyType",
-        "from typing import Final",
-        "",
-        "# fmt: off",
-        "LETTER_WIDTHS: Final = MappingProxyType({",
-        *(f"   {row}" for row in rows),
-        "})",
-        f'"""{_ABOUT}"""',
-        "",
-    ]
-    page = [
+    lines = [
         f"/** {_HEAD} */",
         "",
         f"/** {_ABOUT} @type {{Record<number, string>}} */",
@@ -78,9 +62,8 @@ def written() -> tuple[str, str]:
         "};",
         "",
     ]
-    return "\n".join(python), "\n".join(page)
+    return "\n".join(lines)
 
 
 if __name__ == "__main__":
-    for file, content in zip(FILES, written(), strict=True):
-        file.write_text(content, "utf-8")
+    FILE.write_text(written(), "utf-8")

@@ -6,20 +6,29 @@ the widths are those of DejaVu Sans, the widest of the fonts that a picture name
 
 from __future__ import annotations
 
+import json
 import math
+import re
 import unicodedata
 from collections.abc import Sequence
 from functools import lru_cache
 from types import MappingProxyType
 from typing import Final, NamedTuple
 
+from visualhfsm._base.html_file import STATIC
+
 from .arcs import RADIUS
-from .letter_widths import LETTER_WIDTHS
 
 FAMILY: Final = "Inter, system-ui, 'DejaVu Sans', Arial, sans-serif"
 
+_ROW: Final = re.compile(r'(\d+): ("(?:[^"\\]|\\.)+")')
+"""Letters by their width in thousandths of their size, as the page has them."""
 _WIDTHS: Final = MappingProxyType(
-    {letter: wide / 1000 for wide, letters in LETTER_WIDTHS.items() for letter in letters}
+    {
+        letter: int(wide) / 1000
+        for wide, letters in _ROW.findall((STATIC / "measures" / "letter-widths.js").read_text("utf-8"))
+        for letter in json.loads(letters)
+    }
 )
 _WIDE: Final = 1.0
 """Width of all other characters, some of which are narrower: ideographs fill a square."""
