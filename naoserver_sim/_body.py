@@ -15,20 +15,9 @@ from typing import Any, Final
 
 import mujoco
 
+from naoserver import parts
 from naoserver.body import Body
 from naoserver.errors import RobotError
-from naoserver.parts import (
-    NO_TURN,
-    NOWHERE,
-    CameraFacts,
-    Gear,
-    Joint,
-    JointFacts,
-    Link,
-    Loop,
-    Shape,
-    ShapeKind,
-)
 
 Links = Mapping[str, mujoco.MjsBody]
 
@@ -37,7 +26,7 @@ BASE: Final = "base"
 """The free joint of the root link."""
 MOUNT: Final = "mount"
 """What fixes the root of a mounted body to the place where the robot starts."""
-SHAPES: Final[Mapping[ShapeKind, mujoco.mjtGeom]] = {
+SHAPES: Final[Mapping[parts.ShapeKind, mujoco.mjtGeom]] = {
     "box": mujoco.mjtGeom.mjGEOM_BOX,
     "sphere": mujoco.mjtGeom.mjGEOM_SPHERE,
     "capsule": mujoco.mjtGeom.mjGEOM_CAPSULE,
@@ -61,7 +50,7 @@ _TWISTING: Final = 0.003
 _ROLLING: Final = 0.0001
 
 
-def add_body(spec: mujoco.MjSpec, body: Body, cameras: tuple[CameraFacts, ...]) -> Links:
+def add_body(spec: mujoco.MjSpec, body: Body, cameras: tuple[parts.CameraFacts, ...]) -> Links:
     """Add the body on a free base with its motors and sensors; returns its links by name.
 
     `cameras` are those of the body with the image sizes that are simulated.
@@ -103,15 +92,14 @@ def add_body(spec: mujoco.MjSpec, body: Body, cameras: tuple[CameraFacts, ...]) 
 def possible(body: Body) -> Iterator[None]:
     """Raise RobotError when MuJoCo finds a body impossible, such as one with a mass of no size."""
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of the compiler: a body that flies apart is refused later
+        with warnings.catch_warnings(action="ignore"):  # a body that flies apart is refused later
             yield
     except ValueError as problem:
         text = " ".join(str(problem).split())
         raise RobotError(f"body {body.name} cannot be simulated: {text}") from problem
 
 
-def add_camera(parent: mujoco.MjsBody, camera: CameraFacts, yaw: float = 0.0) -> None:
+def add_camera(parent: mujoco.MjsBody, camera: parts.CameraFacts, yaw: float = 0.0) -> None:
     """Mount a camera that looks along its parent's x axis, pitched by its tilt and turned left by `yaw`."""
     width, height = camera.sizes[0]
     half = math.tan(camera.horizontal_fov / 2)
@@ -126,7 +114,7 @@ def add_camera(parent: mujoco.MjsBody, camera: CameraFacts, yaw: float = 0.0) ->
 
 
 def add_motor(
-    spec: mujoco.MjSpec, joint: JointFacts, lasting: float, kind: mujoco.MjsDefault | None = None
+    spec: mujoco.MjSpec, joint: parts.JointFacts, lasting: float, kind: mujoco.MjsDefault | None = None
 ) -> mujoco.MjsActuator:
     """Add the motor of a joint, named as the joint; `lasting` is the continuous torque in N m."""
     limited = math.isfinite(joint.upper - joint.lower)
@@ -142,10 +130,10 @@ def add_motor(
     )
 
 
-def _close(spec: mujoco.MjSpec, links: Links, loop: Loop, name: str) -> None:
+def _close(spec: mujoco.MjSpec, links: Links, loop: parts.Loop, name: str) -> None:
     """Hold two links together at a place."""
     ends = f"{name} first", f"{name} second"
-    links[loop.first].add_site(name=ends[0], pos=loop.place, quat=loop.turn or NO_TURN)
+    links[loop.first].add_site(name=ends[0], pos=loop.place, quat=loop.turn or parts.NO_TURN)
     links[loop.second].add_site(name=ends[1], pos=loop.other)
     spec.add_equality(
         type=mujoco.mjtEq.mjEQ_CONNECT if loop.turn is None else mujoco.mjtEq.mjEQ_WELD,
@@ -157,9 +145,9 @@ def _close(spec: mujoco.MjSpec, links: Links, loop: Loop, name: str) -> None:
     )
 
 
-def _gear(body: Body, joint: Joint) -> Gear:
+def _gear(body: Body, joint: parts.Joint) -> parts.Gear:
     if not joint.gear and joint.name not in body.motors:
-        return Gear(stiffness=0.0)
+        return parts.Gear(stiffness=0.0)
     try:
         return body.gears[joint.gear]
     except KeyError:
@@ -168,7 +156,7 @@ def _gear(body: Body, joint: Joint) -> Gear:
 
 
 def _add_link(
-    spec: mujoco.MjSpec, links: Links, link: Link, joint: Joint | None, body: Body
+    spec: mujoco.MjSpec, links: Links, link: parts.Link, joint: parts.Joint | None, body: Body
 ) -> mujoco.MjsBody:
     # The facts may count the mass of a small part in its neighbor, MuJoCo needs some.
     inertial: dict[str, Any] = {"mass": 1e-5, "inertia": [1e-8] * 3}
@@ -205,7 +193,7 @@ def _add_link(
     return added
 
 
-def _add_shape(spec: mujoco.MjSpec, links: Links, shape: Shape, mesh: str) -> None:
+def _add_shape(spec: mujoco.MjSpec, links: Links, shape: parts.Shape, mesh: str) -> None:
     """Add a contact shape to its link; that of a hull is a mesh of the name `mesh`."""
     place: dict[str, Any] = {"pos": shape.position, "quat": shape.turn}
     if shape.kind == "hull":
@@ -286,7 +274,7 @@ def add_sensors(spec: mujoco.MjSpec, body: Body, links: Links) -> None:
                 measure(name, **{name: sensor.mjSENS_TOUCH})
 
     # Also in a body without such a unit: nobody reads it there.
-    place = body.inertial_unit.accelerometer if body.inertial_unit else NOWHERE
+    place = body.inertial_unit.accelerometer if body.inertial_unit else parts.NOWHERE
     links[body.root.name].add_site(name=_UNIT, pos=place)
     measure(_UNIT, acceleration=sensor.mjSENS_ACCELEROMETER, turning=sensor.mjSENS_GYRO)
     measure(_UNIT, attitude=sensor.mjSENS_FRAMEQUAT)

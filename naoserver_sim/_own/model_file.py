@@ -356,8 +356,7 @@ def _warnings() -> Iterator[list[str]]:
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(texts.append)
     try:
-        with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("always")
+        with warnings.catch_warnings(record=True, action="always") as caught:
             yield texts
         texts += [str(each.message) for each in caught]
     finally:

@@ -6,9 +6,9 @@ import asyncio
 import logging
 import time
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -58,7 +58,7 @@ class Cluster:
         self._limits: Final = limits
         self.lost: Final[tuple[type[BaseException], ...]] = (KilledWorker,)
         self._broken: Final[tuple[type[OSError], ...]] = (ConnectionError, CommClosedError)
-        with _without_warnings():
+        with warnings.catch_warnings(action="ignore"):  # other versions that matter are refused
             found, self.workers = _look_at(address, limits)
             _compare_versions(address, found)
             with TrialsError.in_place_of(
@@ -175,14 +175,6 @@ def _logs() -> list[logging.Logger]:
     names = [*logging.root.manager.loggerDict]
     found = [logging.getLogger(name) for name in names if name.partition(".")[0] == "distributed"]
     return [log for log in found if log.level != logging.NOTSET]
-
-
-@contextmanager
-def _without_warnings() -> Iterator[None]:
-    """Let Dask not warn of other versions, in a `with` block: those that matter are refused."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        yield
 
 
 def _look_at(address: str, limits: ClusterLimits) -> tuple[dict[str, object], int]:

@@ -114,8 +114,7 @@ def _refactored(code: str, fixers: tuple[str, ...], *, is_python3: bool = False)
     plain = textwrap.dedent("\n".join(lines)).split("\n")
     margin = next((a.removesuffix(b) for a, b in zip(lines, plain, strict=True) if b), "")
     for head, tail in (("", "\n"), ("(\n", "\n)\n")):  # statements, or an expression that spans lines
-        with _ONE_AT_A_TIME, warnings.catch_warnings():
-            warnings.simplefilter("ignore")
+        with _ONE_AT_A_TIME, warnings.catch_warnings(action="ignore"):
             tool = _tool(fixers, is_python3=is_python3)
             try:
                 text = str(tool.refactor_string(head + "\n".join(plain) + tail, ""))

@@ -13,7 +13,6 @@ import textwrap
 import tokenize
 import warnings
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Final
@@ -94,7 +93,7 @@ def parse_piece(source: str) -> ast.Module | None:
     text = textwrap.dedent(source)
     for written in (text, f"(\n{text}\n)"):
         try:
-            with without_warnings():
+            with warnings.catch_warnings(action="ignore"):
                 return parse_python(written if written.strip("(\n )") else "")
         except (SyntaxError, ValueError, RecursionError, MemoryError):
             continue
@@ -207,7 +206,7 @@ def _string_lines(lines: tuple[str, ...], *, indented: bool) -> frozenset[int]:
 @lru_cache(maxsize=4096)
 def _parsed(source: str) -> ast.Module:
     """Return the tree of a text, cached: an editor parses all code again after each change."""
-    with without_warnings():
+    with warnings.catch_warnings(action="ignore"):
         return parse_python(source)
 
 
@@ -241,7 +240,7 @@ def parse(code: CodeText, lines: Sequence[str], header: int = 0) -> ast.Module:
 @lru_cache(maxsize=4096)
 def _try_compiling(source: str) -> None:
     """Compile a text, and remember that it could be: an editor compiles all code again after each change."""
-    with without_warnings():
+    with warnings.catch_warnings(action="ignore"):
         compile(source, "<document>", "exec", dont_inherit=True)
 
 
@@ -406,11 +405,3 @@ def binds(node: ast.AST) -> Iterator[str]:
             yield name
         case ast.Nonlocal(names=names):
             yield from names
-
-
-@contextmanager
-def without_warnings() -> Iterator[None]:
-    """Suppress warnings about code, such as those about unknown escape sequences."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        yield

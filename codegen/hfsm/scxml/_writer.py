@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 import re
+import warnings
 import xml.etree.ElementTree as ET
 from collections import Counter
 from collections.abc import Sequence
@@ -19,7 +20,7 @@ from codegen.diagnostics import Diagnostics, Location
 
 from ...messages import Message
 from ..code.language import is_foreign
-from ..code.text import parse_piece, without_warnings
+from ..code.text import parse_piece
 from ..codes import Code
 from ..document import NO_CHILD, Automaton, Document, Node, State, Text, Transition
 from ..formats.writer import write_document
@@ -54,7 +55,7 @@ def write_scxml(document: Document, path: Path, diagnostics: Diagnostics) -> str
 
 def _is_expression(code: str) -> bool:
     """Return whether a text is a Python expression."""
-    with without_warnings():
+    with warnings.catch_warnings(action="ignore"):
         tree = parse_piece(code)
     match tree:
         case ast.Module(body=[ast.Expr()]):
