@@ -8,7 +8,6 @@ from __future__ import annotations
 import ast
 import importlib
 import math
-import sys
 import types
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -25,6 +24,7 @@ from codegen.hfsm.model_checker.model import nanoseconds
 from codegen.logic import PROOFS
 from hfsm_runtime import Automaton, Component, Event, Output, Parameter, Proxy, State, Transition
 from visualhfsm.simulation import DocumentInvalid
+from visualhfsm.simulation._loading import importable
 from zenoh_ice import ObjectPrx
 
 LARGEST_DOCUMENT: Final = 2 << 20
@@ -269,19 +269,14 @@ def _never() -> bool:
 
 def _proxies(document: model.Document, include: Sequence[Path]) -> dict[str, Proxy[Any]]:
     known = find_interfaces(None, include)
-    folders = [str(folder) for folder in include]
     proxies: dict[str, Proxy[Any]] = {}
-    sys.path[:0] = folders
-    try:
+    with importable(*include):
         for each in document.interfaces:
             found = known.find(each.type)[0]
             kind = getattr(importlib.import_module(found.package), found.proxy)
             if not issubclass(kind, ObjectPrx):
                 _refuse(f"{each.type} is no interface")
             proxies[each.name] = Proxy(each.identity.strip(), kind)
-    finally:
-        for folder in folders:
-            sys.path.remove(folder)
     return proxies
 
 

@@ -93,7 +93,7 @@ def load_component(
     vars(module)["__builtins__"] = dict(vars(builtins))  # with these, its imports can get a virtual `time`
     sys.modules[module.__name__] = module  # dataclasses and pickle look up the module of a class there
     try:
-        with _importable(target.parent, *include, *interface_directories(path)), naming_libraries(file):
+        with importable(target.parent, *include, *interface_directories(path)), naming_libraries(file):
             exec(_code(text, file), vars(module))  # noqa: S102 - it is to run
         (found,) = components_in(module)
     except BaseException:
@@ -128,7 +128,7 @@ def _code(text: str, file: str) -> Any:  # noqa: ANN401 - a code object
 
 
 @contextmanager
-def _importable(*directories: Path) -> Iterator[None]:
+def importable(*directories: Path) -> Iterator[None]:
     """Let a component import files beside its document, and the packages of stub interfaces."""
     added = [str(path) for path in directories]
     sys.path[:0] = added
