@@ -10,12 +10,13 @@ import site
 import sys
 from collections.abc import Iterable, Iterator, Mapping
 from importlib.machinery import FrozenImporter, PathFinder
-from importlib.metadata import PackageNotFoundError, distributions, requires, version
+from importlib.metadata import PackageNotFoundError, distributions, requires
 from pathlib import Path
 from typing import Final
 
 from nao_tools._doctor.findings import Finding, fail, note, ok
 from zenoh_ice.application import hidden_interfaces
+from zenoh_ice.status import version_of
 
 _DISTRIBUTION: Final = "visualhfsm"
 _EXTRAS: Final[Mapping[str, str]] = {
@@ -50,14 +51,14 @@ def check_installation() -> Iterator[Finding]:
         if extra not in lacking:
             continue
         needed[_IMPORTED.get(name, name)] = name
-        installed = installed_version(name)
-        if installed is None:
+        installed = version_of(name, "")
+        if not installed:
             lacking[extra].append(f"{name} is not installed")
         elif _numbers(installed) < _numbers(oldest):
             lacking[extra].append(f"{name} {installed} is older than {oldest}")
     if lacking[""]:
         yield fail("; ".join(lacking.pop("")), f"pip install --upgrade {_DISTRIBUTION}")
-    versions = ", ".join(f"{name} {installed_version(name)}" for name in (_DISTRIBUTION, "eclipse-zenoh"))
+    versions = ", ".join(f"{name} {version_of(name)}" for name in (_DISTRIBUTION, "eclipse-zenoh"))
     yield ok(f"Python {platform.python_version()}, {versions}")
     for extra, problems in lacking.items():
         if problems:
@@ -69,14 +70,6 @@ def check_installation() -> Iterator[Finding]:
         yield ok(f"installed: {'; '.join(ready)}")
     yield from _check_hidden(needed)
     yield from _check_paths()
-
-
-def installed_version(name: str) -> str | None:
-    """Return the version of a distribution, or None when it is not installed."""
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return None
 
 
 def _numbers(text: str) -> tuple[int, ...]:

@@ -25,7 +25,6 @@ from nao_tools._connection import (
     servants,
 )
 from nao_tools._doctor.findings import Finding, fail, note, ok, warn
-from nao_tools._doctor.installation import installed_version
 from nao_tools._dynamic import target_of
 from nao_tools._output import count_text, duration_text
 from zenoh_ice import (
@@ -39,7 +38,7 @@ from zenoh_ice import (
 )
 from zenoh_ice.reflection import describe_package
 from zenoh_ice.settings import DEFAULT_ENDPOINT, LOOPBACK_6, Settings, has_only_ipv6, host_and_port
-from zenoh_ice.status import ProcessStatus
+from zenoh_ice.status import ProcessStatus, version_of
 from zenoh_ice.text import few, printable
 
 _PINGS: Final = 20
@@ -151,8 +150,8 @@ def _check_processes(found: list[ServantInfo], processes: _Processes) -> Iterato
             continue
         who = f"{process_name(status, server)} on {status.host}"
         for name, theirs in (("visualhfsm", status.version), ("eclipse-zenoh", status.zenoh)):
-            own = installed_version(name)
-            if own not in {None, theirs}:
+            own = version_of(name, "")
+            if own not in {"", theirs}:
                 wrong = True
                 yield warn(f"{who} has {name} {theirs}, here it is {own}", "install the same on both sides")
     if not wrong:

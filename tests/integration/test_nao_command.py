@@ -23,7 +23,6 @@ from typer.main import get_command
 from nao_tools._command import app
 from nao_tools._completion import complete_call, complete_camera, complete_servant, complete_stream
 from nao_tools._doctor.findings import Level
-from nao_tools._doctor.installation import installed_version
 from nao_tools._doctor.network import check_network
 from naoserver.fake import FakeRobot
 from tests.support.carriers import NETWORK, calls_over_network, over_both
@@ -35,6 +34,7 @@ from tests.support.robot_server import ServedRobot, served
 from tests.support.slice_compiler import imported
 from tests.support.stranger import session_of
 from zenoh_ice import Current, Object, initialize, load_settings
+from zenoh_ice.status import version_of
 
 
 @pytest.fixture(scope="module")
@@ -353,7 +353,7 @@ def test_a_server_that_describes_itself_otherwise_has_another_version(
     monkeypatch.setattr("zenoh_ice.servant.Object.ice_describe", lambda *_: "[]")
     status = msgspec.msgpack.encode({"version": "0.1.0"})
     monkeypatch.setattr("zenoh_ice._communicator.encode_status", lambda *_, **__: status)
-    own = installed_version("visualhfsm")
+    own = version_of("visualhfsm")
     expected = (
         f"Clock describes itself otherwise: its server has VisualHFSM 0.1.0, this is {own}: install the same"
     )

@@ -36,8 +36,8 @@ def test_an_installation_in_order_has_no_failures() -> None:
 
 
 def test_libraries_that_are_missing_or_old_are_reported(monkeypatch: pytest.MonkeyPatch) -> None:
-    versions = {"eclipse-zenoh": "1.2", "mujoco": None}
-    monkeypatch.setattr(installation, "installed_version", lambda name: versions.get(name, "999"))
+    versions = {"eclipse-zenoh": "1.2", "mujoco": ""}
+    monkeypatch.setattr(installation, "version_of", lambda name, *_: versions.get(name, "999"))
     findings = list(check_installation())
     (failure,) = (each.text for each in findings if each.level == Level.FAILURE)
     assert failure.startswith("eclipse-zenoh 1.2 is older than 1.")
