@@ -157,17 +157,13 @@ class Evaluation:
             case ast.UnaryOp(op=ast.Not(), operand=operand):
                 self.value(operand)
                 return NUMBER
-            case ast.UnaryOp(operand=operand) | ast.Starred(value=operand):
-                return combined(self._operand(operand))
             case ast.Compare(left=left, ops=operators, comparators=others):
                 return self._compare(operators, [left, *others])
-            case ast.BinOp(left=left, op=operator, right=right):
-                first, second = self._operand(left), self._operand(right)
-                return added(first, second) if isinstance(operator, ast.Add) else combined(first, second)
-            case ast.Subscript(value=owner, slice=place):
-                return combined(self._operand(owner), self._operand(place))
-            case ast.Tuple(elts=elements):
-                return combined(NUMBER, *[self._operand(each) for each in elements])
+            case ast.BinOp(left=left, op=ast.Add(), right=right):
+                return added(self._operand(left), self._operand(right))
+            case ast.BinOp() | ast.UnaryOp() | ast.Subscript() | ast.Starred() | ast.Tuple():
+                operands = [each for each in child_nodes(node) if isinstance(each, ast.expr)]
+                return combined(*[self._operand(each) for each in operands])
             case ast.JoinedStr(values=parts):
                 return self._join(parts)
         self._inside(node)
@@ -325,9 +321,9 @@ class Evaluation:
             return NUMBER
         values = [self._operand(each) for each in compared]
         is_inside = [isinstance(each, ast.In | ast.NotIn) for each in operators]
-        for inside, right in zip(is_inside, compared[1:], strict=True):
-            if inside and not isinstance(right, _DISPLAYS):
-                self._note(UNKNOWN)  # it may be in a generator
+        searched = [each for each, inside in zip(compared[1:], is_inside, strict=True) if inside]
+        if not all(isinstance(each, _DISPLAYS) for each in searched):
+            self._note(UNKNOWN)  # it may be in a generator
         return NUMBER if all(is_inside) or are_plain(*values) else UNSURE
 
     def _join(self, parts: list[ast.expr]) -> Values:
