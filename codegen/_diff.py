@@ -13,15 +13,7 @@ import typer
 from codegen.diagnostics import Diagnostics
 from codegen.files import is_regular
 
-from .options import (
-    INTERFACES,
-    DiffFormat,
-    DiffResult,
-    ErrorFormat,
-    require_directories,
-    require_extensions,
-    show,
-)
+from . import options
 
 if TYPE_CHECKING:
     from codegen._idl.changes import Change, Refusal
@@ -51,8 +43,8 @@ def diff(
     ] = None,
     *,
     output_format: Annotated[
-        DiffFormat, typer.Option("--format", help="Format of the changes.")
-    ] = DiffFormat.TEXT,
+        options.DiffFormat, typer.Option("--format", help="Format of the changes.")
+    ] = options.DiffFormat.TEXT,
 ) -> None:
     """List the changes between two versions of interfaces, breaking ones first.
 
@@ -64,29 +56,31 @@ def diff(
     from codegen._idl import read_definitions
     from codegen._idl.changes import changes, refusals
 
-    directories = require_directories(include)
+    directories = options.require_directories(include)
     diagnostics = Diagnostics()
     before, after = (
         read_definitions(_files(path), [*([path] if path.is_dir() else []), *directories], diagnostics)
         for path in (old, new)
     )
     if diagnostics.has_errors:
-        show(diagnostics, ErrorFormat.TEXT, outcome=None)
-        raise typer.Exit(DiffResult.TROUBLE)
+        options.show(diagnostics, options.ErrorFormat.TEXT, outcome=None)
+        raise typer.Exit(options.DiffResult.TROUBLE)
     found = sorted(changes(before, after), key=lambda change: not change.breaking)
     refused = [*refusals(before, after)]
-    text = _as_json(found, refused) if output_format is DiffFormat.JSON else _as_text(found, refused)
+    text = _as_json(found, refused) if output_format is options.DiffFormat.JSON else _as_text(found, refused)
     typer.echo(text, nl=bool(text))
     is_breaking = bool(refused) or any(change.breaking for change in found)
-    raise typer.Exit(DiffResult.DIFFERENT if is_breaking else DiffResult.SAME)
+    raise typer.Exit(options.DiffResult.DIFFERENT if is_breaking else options.DiffResult.SAME)
 
 
 def _files(path: Path) -> list[Path]:
     """Return the interfaces in a directory, or the one that is named; refuse others as wrong usage."""
     if not path.is_dir():
-        require_extensions([path], INTERFACES)
+        options.require_extensions([path], options.INTERFACES)
         return [path]
-    found = sorted(each for each in path.rglob("*") if each.suffix.lower() in INTERFACES and is_regular(each))
+    found = sorted(
+        each for each in path.rglob("*") if each.suffix.lower() in options.INTERFACES and is_regular(each)
+    )
     if not found:
         raise typer.BadParameter(f"{path} has no interfaces", param_hint="OLD/NEW")
     return found

@@ -17,15 +17,7 @@ import typer
 from codegen.diagnostics import Diagnostics, shown_path
 from codegen.files import Changes, FilesNotWrittenError, GeneratedFile, apply, compare_with_disk, diff
 
-from .options import (
-    DOCUMENTS,
-    INTERFACES,
-    ErrorFormat,
-    report,
-    require_directories,
-    require_extensions,
-    show,
-)
+from .options import DOCUMENTS, INTERFACES, ErrorFormat, report, require_directories, require_extensions, show
 
 app = typer.Typer(rich_markup_mode=None, pretty_exceptions_enable=False)
 

@@ -158,8 +158,7 @@ class World:
 
 
 def make_app(
-    component: type[Component],
-    dry_run: Callable[[Communicator], AbstractContextManager[World]] | None = None,
+    component: type[Component], dry_run: Callable[[Communicator], AbstractContextManager[World]] | None = None
 ) -> typer.Typer:
     """Return the command of a component; a `dry_run`, given the realm's communicator, makes another world."""
     app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)

@@ -15,22 +15,9 @@ import msgspec
 
 from zenoh_ice import MarshalException, ObjectPrx, UserException
 from zenoh_ice.generated import Byte, Int, Long, Short
-from zenoh_ice.interface import (
-    RETURN_VALUE,
-    Interface,
-    Operation,
-    Struct,
-    StructType,
-    Value,
-)
+from zenoh_ice.interface import RETURN_VALUE, Interface, Operation, Struct, StructType, Value
 from zenoh_ice.proxy import StreamedCall
-from zenoh_ice.reflection import (
-    Definition,
-    Member,
-    OperationDescription,
-    Schema,
-    unscoped,
-)
+from zenoh_ice.reflection import Definition, Member, OperationDescription, Schema, unscoped
 from zenoh_ice.servant import OBJECT_INTERFACE
 from zenoh_ice.text import printable
 from zenoh_ice.transport import Target

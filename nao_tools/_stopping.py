@@ -20,14 +20,7 @@ from typing import Any, Final, TypeVar
 import msgspec
 
 from zenoh_ice import ConnectFailedException, ZenohIceError, typed
-from zenoh_ice.application.emergency_stop import (
-    SAFETY,
-    STILL_LIMIT,
-    RobotStop,
-    refusal,
-    stop_key,
-    stop_payload,
-)
+from zenoh_ice.application import emergency_stop
 from zenoh_ice.messenger import Messenger
 from zenoh_ice.settings import Settings
 from zenoh_ice.text import printable
@@ -52,7 +45,7 @@ class StopLimits:
     """A stop that was not answered is sent again."""
     state: float = 1.0
     """A robot says how fast its joints move."""
-    standstill: float = STILL_LIMIT
+    standstill: float = emergency_stop.STILL_LIMIT
     """The joints are still after a confirmed stop, or the robot has said nothing of them."""
     realms: float = 0.6
     """All robots behind a link are known if none was found for so long; gossip takes less."""
@@ -77,7 +70,7 @@ class Route:
 
 
 @dataclass
-class Realm(RobotStop):
+class Realm(emergency_stop.RobotStop):
     """What is known about the stop of the robot of a realm."""
 
     name: str
@@ -90,7 +83,7 @@ class Realm(RobotStop):
 
     def note(self, answers: list[tuple[bool, bytes]]) -> None:
         """Note the answers to a stop; without any, nothing is known."""
-        failures = [failure for answer in answers if (failure := refusal(*answer)) is not None]
+        failures = [failure for answer in answers if (failure := emergency_stop.refusal(*answer)) is not None]
         if failures:
             self.trouble = printable(str(failures[0]), _LONGEST_TROUBLE)
         elif answers:
@@ -114,7 +107,7 @@ class Stopping:
         self.routes: Final = _routes(settings, min(limit, _LINK_LIMIT))
         own = Realm(settings.realm, required=not every_realm)
         self.realms: Final = {own.name: own}
-        self._payload: Final = stop_payload(reason)
+        self._payload: Final = emergency_stop.stop_payload(reason)
         self._every_realm: Final = every_realm
         self._changed: Final = threading.Condition()
         self._ended: Final = threading.Event()
@@ -244,7 +237,7 @@ class Stopping:
 
     def _discover(self, messenger: Messenger) -> bool:
         """Look for robots of other realms; return whether there are new ones."""
-        tokens = messenger.tokens(f"@servant/*/{SAFETY}/**", self._limits.answer)
+        tokens = messenger.tokens(f"@servant/*/{emergency_stop.SAFETY}/**", self._limits.answer)
         with self._changed:
             found = {token.split("/")[1] for token in tokens}
             new = [name for name in found if name not in self.realms or not self.realms[name].required]
@@ -256,14 +249,16 @@ class Stopping:
         """Stop every robot that is not known to be still, and look whether it is."""
         with self._changed:
             pending = [realm for realm in self.realms.values() if not realm.over]
-        stops = {stop_key(realm.name): self._payload for realm in pending}
+        stops = {emergency_stop.stop_key(realm.name): self._payload for realm in pending}
         answers = messenger.ask(stops, self._limits.answer)
         with self._changed:
             for realm in pending:
-                realm.note(answers[stop_key(realm.name)])
-            stopped = [realm for realm in pending if answers[stop_key(realm.name)] and realm.confirmed]
+                realm.note(answers[emergency_stop.stop_key(realm.name)])
+            stopped = [
+                realm for realm in pending if answers[emergency_stop.stop_key(realm.name)] and realm.confirmed
+            ]
         joints = {realm.name: f"{realm.name}/Body/getJointState" for realm in stopped}
-        safeties = {realm.name: f"{realm.name}/{SAFETY}/getSafetyState" for realm in stopped}
+        safeties = {realm.name: f"{realm.name}/{emergency_stop.SAFETY}/getSafetyState" for realm in stopped}
         questions = [*joints.values(), *safeties.values()]
         states = messenger.ask(dict.fromkeys(questions, _NO_ARGUMENTS), self._limits.state)
         with self._changed:

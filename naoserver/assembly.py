@@ -19,27 +19,10 @@ from naoserver._joint_paths import JointPaths
 from naoserver._motions.player import PERIOD, MotionPlayer
 from naoserver._motions.routes import situation_of
 from naoserver._safety import JointSafety
+from naoserver._servants import moves, sensors
 from naoserver._servants.camera import BodyHistory, CameraI
 from naoserver._servants.expression import HearingI, LedsI, SoundsI, SpeechI
 from naoserver._servants.joints import JointsI, NeckSpeedI, Pose3DEncodersI, Pose3DMotorsI, PoseHeadI
-from naoserver._servants.moves import (
-    EncodersI,
-    KeyFramePosturesI,
-    MotionsI,
-    MotorsI,
-    OwnPosturesI,
-    PosturesI,
-    WalkI,
-)
-from naoserver._servants.sensors import (
-    BatteryI,
-    FootPressureI,
-    GroundTruthI,
-    InertialUnitI,
-    SceneI,
-    SonarI,
-    TouchI,
-)
 from naoserver._servants.server import ClockI, DescriptionI, HealthI, SafetyI
 from naoserver._servants.shared import StateStream
 from naoserver._walk import PERIOD as WALK_PERIOD
@@ -118,8 +101,8 @@ class Assembly:
         if robot.senses is not None:
             self._add_senses(robot.senses)
         if robot.stage is not None:
-            scene = SceneI(robot.stage, self.gate, self.body.hold, self.hearing.hear)
-            self._add(GroundTruth=GroundTruthI(robot.stage), Scene=scene)
+            scene = sensors.SceneI(robot.stage, self.gate, self.body.hold, self.hearing.hear)
+            self._add(GroundTruth=sensors.GroundTruthI(robot.stage), Scene=scene)
         if robot.stage is not None or hears:
             ears = HearingI(time)
             self.hearing.listen(ears.hear)
@@ -222,21 +205,21 @@ class Assembly:
         self.gate.on_stop(walk.stop)
         self.watched.append(walk)
         walk_to = WalkTo(walk, self._robot.clock.now, self._wake)
-        self._add(Motors=MotorsI(walk), Encoders=EncodersI(walk), Walk=WalkI(walk, walk_to))
+        self._add(Motors=moves.MotorsI(walk), Encoders=moves.EncodersI(walk), Walk=moves.WalkI(walk, walk_to))
         return walk_to
 
     def _add_senses(self, senses: Senses) -> None:
         body = self._robot.body
         if body.inertial_unit is not None:
-            self._add(InertialUnit=InertialUnitI(senses))
+            self._add(InertialUnit=sensors.InertialUnitI(senses))
         if any(sole.pressure for sole in body.soles):
-            self._add(FootPressure=FootPressureI(senses, body))
+            self._add(FootPressure=sensors.FootPressureI(senses, body))
         if senses.touch_names:
-            self._add(Touch=TouchI(senses))
+            self._add(Touch=sensors.TouchI(senses))
         if body.battery is not None:
-            self._add(Battery=BatteryI(senses))
+            self._add(Battery=sensors.BatteryI(senses))
         if senses.sonar_range is not None:
-            self._add(Sonar=SonarI(senses))
+            self._add(Sonar=sensors.SonarI(senses))
 
     def _add_hinge(self, device: GuardedDevice, hinge: Hinge) -> None:
         motors, encoders = Pose3DMotorsI(device, hinge), Pose3DEncodersI(device, hinge)
@@ -258,17 +241,17 @@ class Assembly:
         robot = self._robot
         player = MotionPlayer(robot.body, self.body, lambda: situation_of(robot), self._begin_motion)
         if player.motions:
-            self._add(Motions=MotionsI(player))
+            self._add(Motions=moves.MotionsI(player))
         return player
 
-    def _add_postures(self, player: MotionPlayer) -> PosturesI | None:
-        postures: PosturesI | None = None
+    def _add_postures(self, player: MotionPlayer) -> moves.PosturesI | None:
+        postures: moves.PosturesI | None = None
         if (own := self._robot.postures) is not None:
-            postures = way = OwnPosturesI(own, self.body)
+            postures = way = moves.OwnPosturesI(own, self.body)
             self.gate.on_stop(own.stop)
             self.watched.append(way)
         elif self._robot.body.postures:
-            postures = KeyFramePosturesI(player)
+            postures = moves.KeyFramePosturesI(player)
         if postures is not None:
             self._add(Postures=postures)
         return postures

@@ -38,11 +38,7 @@ ResumeAfterReset = Annotated[
 
 @contextmanager
 def serve(
-    robot: Robot,
-    adapter: ObjectAdapter,
-    options: ServerOptions | None = None,
-    *,
-    latch: Latch | None = None,
+    robot: Robot, adapter: ObjectAdapter, options: ServerOptions | None = None, *, latch: Latch | None = None
 ) -> Iterator[Assembly]:
     """Serve a started robot on an adapter in a `with` block, whose end stops motion and threads.
 

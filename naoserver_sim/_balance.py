@@ -104,11 +104,7 @@ class SimulatedBalancer:
     """
 
     def __init__(
-        self,
-        model: Model,
-        simulator: Simulator,
-        sensors: SensorRecord,
-        walking: Callable[[], bool],
+        self, model: Model, simulator: Simulator, sensors: SensorRecord, walking: Callable[[], bool]
     ) -> None:
         self._simulator = simulator
         self._sensors = sensors

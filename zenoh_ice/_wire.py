@@ -14,23 +14,9 @@ from weakref import WeakKeyDictionary
 import msgspec
 from msgspec import Meta
 
-from . import typed
+from . import exceptions, typed
 from ._codec import LARGEST_PAYLOAD, Buffer, Codec, decode_bounded, encode
 from ._values import Resolve
-from .exceptions import (
-    AccessDeniedException,
-    BusyException,
-    ConnectionLostException,
-    InterfaceMismatchException,
-    MarshalException,
-    ObjectNotExistException,
-    OperationNotExistException,
-    SystemException,
-    TimeoutException,
-    UnknownException,
-    UserException,
-    ZenohIceError,
-)
 from .text import cut, encodable, printable, text_of
 
 ATTACHMENT_LIMIT: Final = 2048  # bytes; ours has some 100, and 5 more for each call that was given up
@@ -50,18 +36,18 @@ _PREFIX: Final = "::zenoh_ice::"
 _LONGEST_NAME: Final = 256  # of a type id or a fingerprint in a text
 
 # Exceptions that a server may report, with their encoded members; the others are the client's own.
-_REMOTE: Final[dict[str, tuple[type[SystemException], tuple[str, ...]]]] = {
+_REMOTE: Final[dict[str, tuple[type[exceptions.SystemException], tuple[str, ...]]]] = {
     _PREFIX + cls.__name__: (cls, members)
     for cls, members in (
-        (AccessDeniedException, ()),
-        (ConnectionLostException, ()),
-        (ObjectNotExistException, ()),
-        (OperationNotExistException, ()),
-        (BusyException, ()),
-        (TimeoutException, ()),
-        (UnknownException, ()),
-        (MarshalException, ("path",)),
-        (InterfaceMismatchException, ("expected", "found", "member")),
+        (exceptions.AccessDeniedException, ()),
+        (exceptions.ConnectionLostException, ()),
+        (exceptions.ObjectNotExistException, ()),
+        (exceptions.OperationNotExistException, ()),
+        (exceptions.BusyException, ()),
+        (exceptions.TimeoutException, ()),
+        (exceptions.UnknownException, ()),
+        (exceptions.MarshalException, ("path",)),
+        (exceptions.InterfaceMismatchException, ("expected", "found", "member")),
     )
 }
 
@@ -134,24 +120,24 @@ class _WireError(msgspec.Struct, omit_defaults=True):
 _decode: Final = typed.msgpack_decoder(_WireError)
 
 # Codecs of declared exceptions; making one takes a millisecond or more.
-_codecs: Final[WeakKeyDictionary[type[UserException], Codec[Any]]] = WeakKeyDictionary()
+_codecs: Final[WeakKeyDictionary[type[exceptions.UserException], Codec[Any]]] = WeakKeyDictionary()
 
 
-def unknown_exception(error: BaseException) -> UnknownException:
+def unknown_exception(error: BaseException) -> exceptions.UnknownException:
     """Return the reply for an exception that the operation does not declare."""
     text = text_of(error)
-    name = error.ice_type_id if isinstance(error, UserException) else type(error).__name__
-    return UnknownException(cut(f"{name}: {text}" if text else name))
+    name = error.ice_type_id if isinstance(error, exceptions.UserException) else type(error).__name__
+    return exceptions.UnknownException(cut(f"{name}: {text}" if text else name))
 
 
-def encode_error(error: ZenohIceError) -> bytes:
+def encode_error(error: exceptions.ZenohIceError) -> bytes:
     """Return an exception encoded for the wire."""
-    if isinstance(error, UserException):
+    if isinstance(error, exceptions.UserException):
         type_id, *bases = error.ice_type_ids()
         try:
             members = msgspec.Raw(encode(error.ice_members(), type_id))
         except Exception as problem:  # noqa: BLE001 - its members are the user's own code
-            return encode_error(UnknownException(f"{type_id} could not be encoded: {problem}"))
+            return encode_error(exceptions.UnknownException(f"{type_id} could not be encoded: {problem}"))
         return msgspec.msgpack.encode(_WireError(type_id, bases, members))
     type_id = _PREFIX + type(error).__name__
     if type_id not in _REMOTE:
@@ -163,8 +149,11 @@ def encode_error(error: ZenohIceError) -> bytes:
 
 
 def decode_error(
-    payload: Buffer, declared: Sequence[type[UserException]], what: str, resolve: Resolve | None = None
-) -> ZenohIceError:
+    payload: Buffer,
+    declared: Sequence[type[exceptions.UserException]],
+    what: str,
+    resolve: Resolve | None = None,
+) -> exceptions.ZenohIceError:
     """Return a received exception as the most derived type that the operation may raise.
 
     `what` names the call in the text of a malformed error; proxies are made by `resolve`. Texts of the
@@ -172,7 +161,7 @@ def decode_error(
     """
     try:
         wire = decode_bounded(_decode, payload, LARGEST_PAYLOAD, f"error of {what}")
-    except MarshalException as problem:
+    except exceptions.MarshalException as problem:
         return problem
     message = printable(wire.message) or f"{what} failed, and the servant gives no reason"
     if wire.exception in _REMOTE:
@@ -186,7 +175,7 @@ def decode_error(
             try:
                 members = codec.unpack(bytes(wire.members), f"{what}: {type_id}", resolve)
                 return nearest(**msgspec.structs.asdict(members))
-            except MarshalException as problem:
+            except exceptions.MarshalException as problem:
                 return problem
     name = printable(wire.exception, _LONGEST_NAME)
-    return UnknownException(f"{what} raised {name}, which the operation does not declare")
+    return exceptions.UnknownException(f"{what} raised {name}, which the operation does not declare")

@@ -217,11 +217,7 @@ class Call(Generic[P, V]):
             ) from None
 
     def _begin(
-        self,
-        caller: Caller,
-        payload: bytes,
-        finish: Callable[[bytes | Parted], object],
-        future: Future[Any],
+        self, caller: Caller, payload: bytes, finish: Callable[[bytes | Parted], object], future: Future[Any]
     ) -> None:
         """Call without waiting; a future gets the outcome."""
         if len(payload) > self._size_limit or self._communicator.destroyed:

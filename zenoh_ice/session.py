@@ -17,12 +17,7 @@ from zenoh.handlers import Callback
 
 from ._codec import LARGEST_BULK
 from ._threads import start
-from .exceptions import (
-    BusyException,
-    ConfigurationException,
-    ConnectFailedException,
-    EndpointInUseException,
-)
+from .exceptions import BusyException, ConfigurationException, ConnectFailedException, EndpointInUseException
 from .security import access_control, check_security, exposure
 from .settings import (
     LOOPBACK_6,

@@ -16,13 +16,7 @@ from .checker import check
 from .dependencies import ModuleGraph, cycles
 from .lexer import Source
 from .names import Package, exported_names, module_package, slice_module
-from .packages import (
-    GeneratedModule,
-    ModuleSummary,
-    earlier_modules,
-    modules_of,
-    package_files,
-)
+from .packages import GeneratedModule, ModuleSummary, earlier_modules, modules_of, package_files
 from .parser import parse
 from .preprocessor import Preprocessor
 from .python_writer import write_module
@@ -39,10 +33,7 @@ class Compilation:
 
 
 def compile_interfaces(
-    paths: Sequence[Path],
-    include_directories: Sequence[Path],
-    output: Path | None,
-    diagnostics: Diagnostics,
+    paths: Sequence[Path], include_directories: Sequence[Path], output: Path | None, diagnostics: Diagnostics
 ) -> Compilation:
     """Compile IDL files and the files that they include.
 

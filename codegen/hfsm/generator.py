@@ -35,15 +35,7 @@ from .code.names import (
     reserved_names,
     unique,
 )
-from .code.text import (
-    FUTURE,
-    CodeError,
-    CodeText,
-    bound_names,
-    compile_source,
-    definitions,
-    own_nodes,
-)
+from .code.text import FUTURE, CodeError, CodeText, bound_names, compile_source, definitions, own_nodes
 from .codes import Code
 from .known_interfaces import KnownInterface, KnownInterfaces
 from .ros import TF, parse_qos, stops

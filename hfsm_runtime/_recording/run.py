@@ -28,12 +28,7 @@ from .._marks import Mark
 from .._runtime import Runtime
 from .._timeline import Timeline
 from ..component import Component, parameter_values, proxies_of, ros_of, source_of
-from ..errors import (
-    ComponentError,
-    ComponentStoppedError,
-    CycleCutError,
-    ReloadRefusedError,
-)
+from ..errors import ComponentError, ComponentStoppedError, CycleCutError, ReloadRefusedError
 from ..source_map import sources_of
 from ..tree import Actor, Replaced, Tree
 from .clocks import InterceptedClock, InterceptedTime, InterceptedTimeline

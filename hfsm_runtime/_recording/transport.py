@@ -220,9 +220,7 @@ class _RecordedCaller(_Recorded):
             return _take(exchange, partial(self._call.call_encoded, payload))
 
     def begin(
-        self,
-        payload: bytes,
-        done: Callable[[Outcome | SystemException], object],
+        self, payload: bytes, done: Callable[[Outcome | SystemException], object]
     ) -> Callable[[], object]:
         """Call without waiting; `done`, and what it causes, runs under the lock."""
         future = self._call.begin_encoded(payload)

@@ -24,14 +24,7 @@ from .._recording.run import MONITOR, START, restore_random
 from .._timeline import slot_after
 from ..component import Component, parameters_of, ros_of
 from ..debugger.reload import Replacement, first_values_of
-from ..errors import (
-    ComponentError,
-    ComponentStoppedError,
-    CycleCutError,
-    OnError,
-    OnRefused,
-    describe,
-)
+from ..errors import ComponentError, ComponentStoppedError, CycleCutError, OnError, OnRefused, describe
 from ..observer import Observer
 from ..tree import Actor, ChangeKind, Tree
 from ..virtual._run import VirtualRun

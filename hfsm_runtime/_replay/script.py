@@ -8,26 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from hfsm_runtime.recording_file.messages import (
-    TO_LOOK_AT,
-    Action,
-    Cycle,
-    EventSent,
-    Gap,
-    Image,
-    Message,
-    Overlap,
-    Reading,
-    Result,
-)
-from hfsm_runtime.recording_file.reader import (
-    READ_LIMITS,
-    ImageHash,
-    ReadLimits,
-    RecordingError,
-    RecordingFile,
-    decode,
-)
+from hfsm_runtime.recording_file import messages, reader
 
 from .._recording.recorder import automaton_context
 from ..errors import ComponentError, ComponentStoppedError
@@ -38,7 +19,14 @@ _MOST_BYTES_AHEAD: Final = 64 << 20
 """Largest number of bytes of messages that are searched."""
 _MOST_IMAGES: Final = 500_000
 """Fourteen hours of ten images a second."""
-_INPUTS: Final = (Action, Cycle, Gap, Overlap, Reading, Result)
+_INPUTS: Final = (
+    messages.Action,
+    messages.Cycle,
+    messages.Gap,
+    messages.Overlap,
+    messages.Reading,
+    messages.Result,
+)
 
 
 class ReplayError(ComponentError):
@@ -58,45 +46,45 @@ class Record(NamedTuple):
 
     time: int
     topic: str
-    message: Message
+    message: messages.Message
     data: bytes
     """The message as in the file."""
 
 
-class Recording(RecordingFile):
+class Recording(reader.RecordingFile):
     """A recording to replay: it is read once when it is made, and again for each iteration.
 
     `duration` are the ns from the start of the component to the last message, `settings` the policies that
     it ran with, and the periods of its automata. Raises RecordingError.
     """
 
-    def __init__(self, path: Path, limits: ReadLimits = READ_LIMITS) -> None:
+    def __init__(self, path: Path, limits: reader.ReadLimits = reader.READ_LIMITS) -> None:
         super().__init__(path, limits)
         self._images: dict[str, int] = {}
         self.duration = 0
         self.settings: dict[str, Any] = {}
         for raw in self.messages():
-            if raw.kind is Image:
+            if raw.kind is messages.Image:
                 if len(self._images) >= _MOST_IMAGES:
-                    raise RecordingError(f"the recording {path} has more than {_MOST_IMAGES} images")
-                self._images[decode(raw, ImageHash).hash] = raw.place
-            if raw.kind in TO_LOOK_AT:
+                    raise reader.RecordingError(f"the recording {path} has more than {_MOST_IMAGES} images")
+                self._images[reader.decode(raw, reader.ImageHash).hash] = raw.place
+            if raw.kind in messages.TO_LOOK_AT:
                 continue
             self.duration = max(self.duration, raw.time - self.start)
-            if raw.kind is Action and not self.settings:
-                action = decode(raw, Action)
+            if raw.kind is messages.Action and not self.settings:
+                action = reader.decode(raw, messages.Action)
                 if action.kind == "made":
                     self.settings = action.arguments
 
     def __iter__(self) -> Iterator[Record]:
         for raw in self.messages():
-            if raw.kind not in TO_LOOK_AT:
-                yield Record(raw.time - self.start, raw.topic, decode(raw, raw.kind), raw.data)
+            if raw.kind not in messages.TO_LOOK_AT:
+                yield Record(raw.time - self.start, raw.topic, reader.decode(raw, raw.kind), raw.data)
 
     def image(self, hash: str) -> bytes | None:
         """Return the bytes of an image, or None when the recording does not have them."""
         place = self._images.get(hash)
-        image = None if place is None else self.image_at(place, hash, Image)
+        image = None if place is None else self.image_at(place, hash, messages.Image)
         return None if image is None else image.data
 
 
@@ -113,12 +101,12 @@ class Want:
         message = record.message
         if self.attribute:
             return (
-                isinstance(message, Result)
+                isinstance(message, messages.Result)
                 and message.kind == self.kind
                 and message.operation == self.operation
                 and attribute_of(record) == self.attribute
             )
-        return isinstance(message, Reading) and message.kind == self.kind
+        return isinstance(message, messages.Reading) and message.kind == self.kind
 
     def __str__(self) -> str:
         if self.attribute:
@@ -172,15 +160,15 @@ class Script:
             if context_of(record.message) == context:
                 if want.fits(record):
                     return self._use(index)
-                if isinstance(record.message, Cycle) and not record.message.begins:
+                if isinstance(record.message, messages.Cycle) and not record.message.begins:
                     return None
         return None
 
-    def cycle_ahead(self, context: str) -> Cycle | None:
+    def cycle_ahead(self, context: str) -> messages.Cycle | None:
         """Return the beginning of the cycle that the next records belong to."""
         for record in self._look_ahead():
             message = record.message
-            if isinstance(message, Cycle) and message.begins and context_of(message) == context:
+            if isinstance(message, messages.Cycle) and message.begins and context_of(message) == context:
                 return message
         return None
 
@@ -206,11 +194,11 @@ class Script:
         return record
 
 
-def context_of(message: Message) -> str | None:
+def context_of(message: messages.Message) -> str | None:
     """Return the context that a message belongs to."""
-    if isinstance(message, Reading | Result | EventSent):
+    if isinstance(message, messages.Reading | messages.Result | messages.EventSent):
         return message.context
-    if isinstance(message, Cycle):
+    if isinstance(message, messages.Cycle):
         return automaton_context(message.automaton)
     return None
 

@@ -161,9 +161,7 @@ class _ReplayedCaller(_Replayed):
         return outcome
 
     def begin(
-        self,
-        payload: bytes,
-        done: Callable[[Outcome | SystemException], object],
+        self, payload: bytes, done: Callable[[Outcome | SystemException], object]
     ) -> Callable[[], object]:
 
         def settle(record: Record | None) -> None:

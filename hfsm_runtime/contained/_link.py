@@ -26,26 +26,6 @@ from .._code import Code, current_code
 from .._recording.transport import ObservedTransport
 from ..errors import EventError
 from . import protocol
-from .protocol import (
-    ENDS,
-    NUMBER,
-    Answered,
-    AskHolds,
-    Begin,
-    Deliver,
-    Failed,
-    ListVariables,
-    Pipe,
-    Poll,
-    Push,
-    RunCode,
-    Sample,
-    Sleep,
-    Subscribe,
-    ToFar,
-    Unsubscribe,
-    Wait,
-)
 
 _POLL_PERIOD: Final = 0.01
 """Seconds between two looks at an event that code waits for."""
@@ -59,21 +39,21 @@ class Link:
     `serve` answers its requests, each as a `Code`, which waits where it asks for something.
     """
 
-    def __init__(self, pipe: Pipe) -> None:
+    def __init__(self, pipe: protocol.Pipe) -> None:
         self.clock: Final = FarClock(self)
         self.serve: Callable[[Any], object] = _nobody
         self._pipe: Final = pipe
         self._thread: Final = threading.get_ident()
         self._waiting: Final[dict[int, Code]] = {}
         self._encoder: Final = msgspec.msgpack.Encoder()
-        self._decode: Final = typed.msgpack_decoder(ToFar)
+        self._decode: Final = typed.msgpack_decoder(protocol.ToFar)
 
     def run(self) -> None:
         """Serve until the near end closes the pipe, which raises PipeError."""
         while True:
             data = self._pipe.receive()
-            (number,) = NUMBER.unpack_from(data)
-            message: Any = self._decode(data[NUMBER.size :])
+            (number,) = protocol.NUMBER.unpack_from(data)
+            message: Any = self._decode(data[protocol.NUMBER.size :])
             self.clock.follow(message.now)
             code = self._waiting.pop(number, None)
             if code is None:
@@ -90,13 +70,16 @@ class Link:
             raise RuntimeError("other threads than that of the automata cannot use the robot and its time")
         self._pipe.send(self._encoder.encode(request))
         message = code.wait()
-        if isinstance(message, Failed):
+        if isinstance(message, protocol.Failed):
             raise _failure(message)
         assert isinstance(message, answer)
         return message
 
     def _answer(self, message: object) -> None:
-        assert isinstance(message, Begin | RunCode | Deliver | AskHolds | ListVariables)
+        assert isinstance(
+            message,
+            protocol.Begin | protocol.RunCode | protocol.Deliver | protocol.AskHolds | protocol.ListVariables,
+        )
         self._pipe.send(self._encoder.encode(self.serve(message)))
 
 
@@ -116,11 +99,11 @@ class FarClock(VirtualClock):
         """Let a duration in s pass."""
         if seconds < 0:
             raise ValueError(f"a clock does not run backwards: advance({seconds})")
-        self._link.ask(Sleep(float(seconds), ends=False), Answered)
+        self._link.ask(protocol.Sleep(float(seconds), ends=False), protocol.Answered)
 
     def sleep_in_cycle(self, seconds: float) -> None:
         """Let a duration in s pass; raises what ends the cycle when it has to end."""
-        self._link.ask(Sleep(max(0.0, float(seconds))), Answered)
+        self._link.ask(protocol.Sleep(max(0.0, float(seconds))), protocol.Answered)
 
     def wait(self, event: threading.Event, timeout: float) -> bool:
         """Let time pass until an event is set, at most `timeout` s; return whether it is set."""
@@ -130,9 +113,9 @@ class FarClock(VirtualClock):
         return event.is_set()
 
 
-def _failure(message: Failed) -> BaseException:
-    if message.error in ENDS:
-        return ENDS[message.error](message.text)
+def _failure(message: protocol.Failed) -> BaseException:
+    if message.error in protocol.ENDS:
+        return protocol.ENDS[message.error](message.text)
     if message.error == EventError.__name__:
         return EventError(message.text)
     known = getattr(exceptions, message.error, None)
@@ -161,7 +144,7 @@ class FarTransport(ObservedTransport):
 
     def subscribe(self, target: Target, operation: Operation[..., Any], queue: int = 1) -> Inlet:
         number = next(self._numbers)
-        self._link.ask(Subscribe(number, *target, operation.name, queue), Answered)
+        self._link.ask(protocol.Subscribe(number, *target, operation.name, queue), protocol.Answered)
         inlet = self.inlets[number] = FarInlet(self._link, number, partial(self.inlets.pop, number, None))
         return inlet
 
@@ -201,37 +184,37 @@ class FarInlet:
         self._holds: Callable[[], bool] = lambda: False
         self._callback: Callable[[Any], object] = lambda _: None
 
-    def poll(self) -> Sample | None:
-        return self._link.ask(Poll(self._number), protocol.Polled).sample
+    def poll(self) -> protocol.Sample | None:
+        return self._link.ask(protocol.Poll(self._number), protocol.Polled).sample
 
     def wait(self, changed: threading.Condition, holds: Callable[[], bool], timeout: float) -> bool:  # noqa: ARG002
         self._holds = holds
-        return self._link.ask(Wait(self._number, max(0.0, timeout)), Answered).value
+        return self._link.ask(protocol.Wait(self._number, max(0.0, timeout)), protocol.Answered).value
 
     def deliver(self, callback: Callable[[Any], object], rate: float | None = None) -> None:
         self._callback = callback
-        self._link.ask(Push(self._number, rate), Answered)
+        self._link.ask(protocol.Push(self._number, rate), protocol.Answered)
 
-    def open(self, sample: Sample) -> Arrived:
+    def open(self, sample: protocol.Sample) -> Arrived:
         assert sample.attachment is not None
         sent_at, now = decode_attachment(sample.attachment).wall_time, self._link.clock.now
         return Arrived(_payload(sample), sample.attachment, lambda: now() - sent_at)
 
     def close(self, timeout: float = 0.0) -> bool:  # noqa: ARG002
         if self._forget() is not None:
-            self._link.ask(Unsubscribe(self._number), Answered)
+            self._link.ask(protocol.Unsubscribe(self._number), protocol.Answered)
         return True
 
     def holds(self) -> bool:
         """Return whether what is waited for has happened."""
         return bool(self._holds())
 
-    def push(self, sample: Sample) -> None:
+    def push(self, sample: protocol.Sample) -> None:
         """Call the function of a subscription."""
         self._callback(sample)
 
 
-def _payload(sample: Sample) -> bytes | Parted:
+def _payload(sample: protocol.Sample) -> bytes | Parted:
     if sample.places is None:
         return sample.rest
     return Parted(sample.rest, tuple(sample.places), sample.large)

@@ -14,15 +14,7 @@ from typing import Annotated, Any, Final, Union, get_args, get_origin
 
 import msgspec
 
-from interfaces.jderobot import (
-    CameraDescription,
-    CameraPrx,
-    ConfigurationNotExistException,
-    FloorPoint,
-    ImageData,
-    ImageDescription,
-    ImageProviderPrx,
-)
+from interfaces import jderobot
 from zenoh_ice import Object, ObjectPrx
 from zenoh_ice.interface import Interface, Operation
 
@@ -179,7 +171,7 @@ class _Blanks:
 
 def gives_pictures(interface: Interface) -> bool:
     """Return whether an interface is that of a camera, or extends it."""
-    return ImageProviderPrx.ice_interface in interface.lineage
+    return jderobot.ImageProviderPrx.ice_interface in interface.lineage
 
 
 def black_camera(identity: str, interface: Interface) -> dict[str, Any]:
@@ -187,33 +179,33 @@ def black_camera(identity: str, interface: Interface) -> dict[str, Any]:
     if not gives_pictures(interface):
         return {}
 
-    def picture(format: str) -> ImageData:
+    def picture(format: str) -> jderobot.ImageData:
         pixel = _BLACK.get(format or _STREAMED)
         if pixel is None:
             known = ", ".join(_BLACK)
             message = f"{identity} is a stand-in, which has no format {format[:64]!r}; it has {known}"
-            raise ConfigurationNotExistException(message)
+            raise jderobot.ConfigurationNotExistException(message)
         pixels = pixel * (_WIDTH * _HEIGHT)
-        return ImageData(description=_shape(format or _STREAMED), pixelData=pixels)
+        return jderobot.ImageData(description=_shape(format or _STREAMED), pixelData=pixels)
 
     answers: dict[str, Any] = {
         "getImageDescription": _shape(_STREAMED),
         "getImageFormat": [*_BLACK],
         "getImageData": picture,
     }
-    if CameraPrx.ice_interface in interface.lineage:
-        nowhere = FloorPoint(x=math.inf, y=math.inf, distance=math.inf)
+    if jderobot.CameraPrx.ice_interface in interface.lineage:
+        nowhere = jderobot.FloorPoint(x=math.inf, y=math.inf, distance=math.inf)
         answers |= {"getCameraDescription": _description(identity), "getFloorPoint": nowhere}
     return answers
 
 
-def _shape(format: str) -> ImageDescription:
+def _shape(format: str) -> jderobot.ImageDescription:
     size = len(_BLACK[format]) * _WIDTH * _HEIGHT
-    return ImageDescription(width=_WIDTH, height=_HEIGHT, size=size, format=format)
+    return jderobot.ImageDescription(width=_WIDTH, height=_HEIGHT, size=size, format=format)
 
 
-def _description(identity: str) -> CameraDescription:
-    return CameraDescription(
+def _description(identity: str) -> jderobot.CameraDescription:
+    return jderobot.CameraDescription(
         name=identity,
         shortDescription="a stand-in, whose pictures are black",
         width=_WIDTH,

@@ -49,9 +49,7 @@ def check_router(settings: Settings) -> None:
 
 
 def serve(
-    settings: Settings,
-    report: Callable[[str], Watchdog | None],
-    limits: AdmissionLimits = LIMITS,
+    settings: Settings, report: Callable[[str], Watchdog | None], limits: AdmissionLimits = LIMITS
 ) -> None:
     """Run a router until a signal arrives, then exit; `report` gets a line once the router can be reached.
 

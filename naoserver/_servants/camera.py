@@ -179,12 +179,7 @@ class CameraI(jderobot.Camera):
     """
 
     def __init__(
-        self,
-        robot: Robot,
-        facts: CameraFacts,
-        options: CameraOptions,
-        events: EventLog,
-        history: BodyHistory,
+        self, robot: Robot, facts: CameraFacts, options: CameraOptions, events: EventLog, history: BodyHistory
     ) -> None:
         """Serve the camera `facts` of `robot`; raises RobotError for options that it does not support."""
         if problem := _problem(facts, options):

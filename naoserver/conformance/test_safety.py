@@ -4,15 +4,7 @@ import pytest
 
 from interfaces.jderobot import CommandRefusedException
 from interfaces.nao import JointsPrx, SafetyPrx
-from naoserver.conformance._robot import (
-    JOINT,
-    RobotClient,
-    free_joints,
-    needs,
-    slowly,
-    step_of,
-    target_of,
-)
+from naoserver.conformance._robot import JOINT, RobotClient, free_joints, needs, slowly, step_of, target_of
 
 pytestmark = needs(JOINT)
 

@@ -317,11 +317,7 @@ class NaoqiPostures:
     """The postures of a robot. Implements OwnPostures; `go` raises CommandRefused while the robot is lost."""
 
     def __init__(
-        self,
-        connection: CallConnection,
-        calls: BackgroundCalls,
-        reporter: Reporter,
-        now: Callable[[], float],
+        self, connection: CallConnection, calls: BackgroundCalls, reporter: Reporter, now: Callable[[], float]
     ) -> None:
         self._connection = connection
         self._calls = calls

@@ -243,11 +243,7 @@ class Setpoints:
         self._ways[joint] = _Way(time, value, 0.0, value)
 
     def report(
-        self,
-        commands: Sequence[float],
-        positions: Sequence[float],
-        stiffnesses: Sequence[float],
-        time: float,
+        self, commands: Sequence[float], positions: Sequence[float], stiffnesses: Sequence[float], time: float
     ) -> None:
         """Take NAOqi's report of every joint; the setpoint of a limp motor follows its joint."""
         reports = zip(self._ways.copy(), commands, positions, stiffnesses, strict=True)

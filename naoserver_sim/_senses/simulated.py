@@ -254,11 +254,7 @@ class SimulatedSenses:
     """
 
     def __init__(
-        self,
-        model: Model,
-        simulator: Simulator,
-        noise: SenseNoise | None,
-        random: np.random.Generator,
+        self, model: Model, simulator: Simulator, noise: SenseNoise | None, random: np.random.Generator
     ) -> None:
         self._data = simulator.data
         self._simulator = simulator

@@ -8,17 +8,7 @@ import logging
 from collections.abc import Callable
 from typing import TYPE_CHECKING, TypeVar
 
-from visualhfsm._monitor.messages import (
-    Failed,
-    Output,
-    Present,
-    Push,
-    Robot,
-    Snapshot,
-    Stale,
-    StartedPush,
-    Structure,
-)
+from visualhfsm._monitor import messages
 from visualhfsm._processes.test_results import TestsPush
 from visualhfsm.project._document import Checked, Event, FileChanged
 from visualhfsm.trials._messages import TrialsPush
@@ -42,7 +32,7 @@ class News:
         self._tabs, self._windows = workspace.tabs, workspace.windows
         self._loop = asyncio.get_running_loop()
 
-    def publish(self, news: Present | Failed | Push) -> None:
+    def publish(self, news: messages.Present | messages.Failed | messages.Push) -> None:
         """Take a message of a part of the server."""
         self._call_soon(self._publish, news)
 
@@ -77,17 +67,21 @@ class News:
         if (problems := tab.problems) is not None:
             self._windows.push(problems)
 
-    def _publish(self, news: Present | Failed | Push) -> None:
+    def _publish(self, news: messages.Present | messages.Failed | messages.Push) -> None:
         match news:
-            case Present():
+            case messages.Present():
                 self._workspace.present = news
                 self._workspace.publish_state()
-            case Robot():
+            case messages.Robot():
                 self._workspace.robot = news
                 self._windows.push(news)
-            case Snapshot(component=component) | Structure(component=component) | Stale(component=component):
+            case (
+                messages.Snapshot(component=component)
+                | messages.Structure(component=component)
+                | messages.Stale(component=component)
+            ):
                 self._windows.push_to_followers(component, news)
-            case Output(tab=number, lines=lines, dropped=dropped) if number in self._tabs:
+            case messages.Output(tab=number, lines=lines, dropped=dropped) if number in self._tabs:
                 self._tabs.get(number).output.add(lines, dropped)
                 self._windows.push(news)
             case TrialsPush(tab=number) if number in self._tabs:
@@ -96,11 +90,11 @@ class News:
             case TestsPush(tab=number) if number in self._tabs:
                 tab = self._tabs.get(number)
                 self._windows.push(tab.tests.take(news, tab.shown.document, tab.content))
-            case Failed(tab=number) if number in self._tabs:
+            case messages.Failed(tab=number) if number in self._tabs:
                 tab = self._tabs.get(number)
                 tab.failures.append(news)
                 self._show_problems(tab)
-            case StartedPush(tab=number) if number in self._tabs:
+            case messages.StartedPush(tab=number) if number in self._tabs:
                 tab = self._tabs.get(number)
                 if news.status == "generating":
                     tab.output.clear()

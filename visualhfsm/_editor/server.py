@@ -128,10 +128,7 @@ class Server:
     """A server of the editor, listening from the start; `serve` it in an event loop, then `close` it."""
 
     def __init__(
-        self,
-        options: Options,
-        stopping: threading.Event | None = None,
-        report: Report = lambda *_: None,
+        self, options: Options, stopping: threading.Event | None = None, report: Report = lambda *_: None
     ) -> None:
         """Listen; the server ends when `stopping` is set.
 

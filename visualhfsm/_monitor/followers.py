@@ -18,15 +18,7 @@ from codegen.messages import NO_MESSAGE, Message
 from codegen.reasons import reason
 from interfaces.hfsm import HfsmMonitorPrx
 from visualhfsm._base.errors import MissingPackageError, VisualHfsmError
-from visualhfsm._monitor.messages import (
-    USUAL_LIMITS,
-    PartLimits,
-    Present,
-    Publish,
-    Snapshot,
-    Stale,
-    Structure,
-)
+from visualhfsm._monitor import messages
 from visualhfsm._monitor.realm.description import nao
 from visualhfsm._monitor.realm.follower import Follower, LiveStructure, News, Silence
 from visualhfsm._monitor.realm.moments import translate_moment, translate_snapshot
@@ -91,11 +83,11 @@ class Followers:
 
     def __init__(
         self,
-        publish: Publish,
+        publish: messages.Publish,
         settings: Settings,
         observe: Callable[[RobotPresence], None] = lambda _: None,
         *,
-        limits: PartLimits = USUAL_LIMITS,
+        limits: messages.PartLimits = messages.USUAL_LIMITS,
     ) -> None:
         self._limits = limits
         self._publish = publish
@@ -109,7 +101,7 @@ class Followers:
         self._recordings: Final = OpenRecordings()
         self._recorders: dict[str, Recorder] = {}
         self._stops: Final[set[asyncio.Task[StopReport]]] = set()
-        self._published: Present | None = None
+        self._published: messages.Present | None = None
         self._tasks = {
             asyncio.create_task(self._keep(), name="followers"),
             asyncio.create_task(self._keep_pictures(), name="pictures"),
@@ -294,7 +286,7 @@ class Followers:
                     {"component": name} | (it.shown if (it := self._recorders.get(name)) else {})
                     for name in components(self._communicator)
                 ]
-                news = Present(running)
+                news = messages.Present(running)
                 if news != self._published:
                     self._published = news
                     self._publish(news)
@@ -320,11 +312,11 @@ class Followers:
                 recorder.take(news)
             match news:
                 case LiveSnapshot():
-                    self._publish(Snapshot(component=component, value=translate_snapshot(news)))
+                    self._publish(messages.Snapshot(component=component, value=translate_snapshot(news)))
                 case LiveStructure():
-                    self._publish(Structure(component=component, value=news))
+                    self._publish(messages.Structure(component=component, value=news))
                 case Silence(since):
-                    self._publish(Stale(component=component, since=since))
+                    self._publish(messages.Stale(component=component, since=since))
 
         return publish
 

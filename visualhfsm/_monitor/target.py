@@ -15,12 +15,7 @@ from functools import cached_property
 from typing import Final
 
 from codegen.messages import Message
-from interfaces.hfsm import (
-    AutomatonStructure,
-    ComponentStructure,
-    HfsmMonitorPrx,
-    TransitionStructure,
-)
+from interfaces import hfsm
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._monitor.realm.automata import Automata
 from visualhfsm._monitor.realm.realm import MONITOR_PREFIX, did_you_mean, missing_component, refusals
@@ -38,8 +33,8 @@ class Target:
     """A running component."""
 
     name: str
-    monitor: HfsmMonitorPrx
-    structure: ComponentStructure
+    monitor: hfsm.HfsmMonitorPrx
+    structure: hfsm.ComponentStructure
     communicator: Communicator
 
     @cached_property
@@ -62,7 +57,7 @@ def steered(settings: Settings, name: str) -> Iterator[Target]:
     with initialize(settings) as communicator:
         identity = f"{MONITOR_PREFIX}{name}"
         try:
-            monitor = HfsmMonitorPrx.checkedCast(communicator.stringToProxy(identity))
+            monitor = hfsm.HfsmMonitorPrx.checkedCast(communicator.stringToProxy(identity))
         except ObjectNotExistException as error:
             raise missing_component(communicator, name, _DISCOVERY_TIME) or error from error
         with refusals(name):
@@ -91,7 +86,7 @@ class Address:
 class Addresses:
     """The names in one component."""
 
-    def __init__(self, structure: ComponentStructure) -> None:
+    def __init__(self, structure: hfsm.ComponentStructure) -> None:
         self._automata: dict[Address, set[str]] = {}
         self._states: dict[Address, set[str]] = {}
         self._transitions: dict[Address, set[str]] = {}
@@ -123,7 +118,7 @@ class Addresses:
         alone = sum(address.name == name for address in among) <= 1
         return name if alone else f"{name} ({wanted})"
 
-    def _add(self, automaton: AutomatonStructure, path: str) -> None:
+    def _add(self, automaton: hfsm.AutomatonStructure, path: str) -> None:
         name = automaton.name
         prefixes = {str(automaton.id), path, name, f"{path} ({automaton.id})"}
         root = automaton.parent == 0
@@ -173,7 +168,7 @@ def _spellings(prefixes: set[str], names: set[str]) -> set[str]:
     return {f"{prefix}/{name}" for prefix in prefixes for name in names}
 
 
-def _names(automaton: AutomatonStructure, transition: TransitionStructure) -> list[str]:
+def _names(automaton: hfsm.AutomatonStructure, transition: hfsm.TransitionStructure) -> list[str]:
     states = {state.id: printable(state.name) for state in automaton.states}
     origin, destination = (
         states.get(transition.origin, str(transition.origin)),

@@ -27,18 +27,7 @@ from visualhfsm._base.watched_process import LineReports, Lines, WatchedProcess
 from visualhfsm._base.work import PerDocument
 from visualhfsm._document.generate import generate_component, summary
 from visualhfsm._document.origins import Origin, Origins, read_origins
-from visualhfsm._monitor.messages import (
-    USUAL_LIMITS,
-    Failed,
-    Output,
-    OutputLine,
-    PartLimits,
-    Publish,
-    Source,
-    StartedPush,
-    Stopper,
-    own_listener,
-)
+from visualhfsm._monitor import messages
 from visualhfsm._processes.bodies import body_option, require_body
 from visualhfsm._processes.failures import Failure, LastWords, describe_end
 from zenoh_ice import Settings
@@ -65,13 +54,13 @@ class StartedComponents(PerDocument["StartedComponent"]):
 
     def __init__(
         self,
-        publish: Publish,
+        publish: messages.Publish,
         settings: Settings | None = None,
         include: Sequence[Path] = (),
         folder: Path | None = None,
         sockets: Path | None = None,
         *,
-        limits: PartLimits = USUAL_LIMITS,
+        limits: messages.PartLimits = messages.USUAL_LIMITS,
     ) -> None:
         super().__init__(self._component_of)
         self._limits = limits
@@ -83,7 +72,7 @@ class StartedComponents(PerDocument["StartedComponent"]):
         self._written: dict[Path, bytes] = {}
         """The components that were generated beside their documents, by their files."""
 
-    async def generate(self, source: Source) -> object:
+    async def generate(self, source: messages.Source) -> object:
         """Write the component beside its document, or where the tab's component runs; return its path."""
         if source.path is None and self.get(source.tab) is None:
             raise VisualHfsmError.because("save the document first: its component is written beside it")
@@ -91,7 +80,7 @@ class StartedComponents(PerDocument["StartedComponent"]):
         return {"path": str(generated.component)}
 
     async def start(
-        self, source: Source, arguments: Sequence[str], *, dry_run: str | None = None
+        self, source: messages.Source, arguments: Sequence[str], *, dry_run: str | None = None
     ) -> dict[str, str]:
         """Generate and start; the tab's former process is stopped first. Return the name of the component.
 
@@ -105,7 +94,11 @@ class StartedComponents(PerDocument["StartedComponent"]):
         return {"component": source.component}
 
     async def _start(
-        self, component: StartedComponent, source: Source, arguments: Sequence[str], dry_run: str | None
+        self,
+        component: StartedComponent,
+        source: messages.Source,
+        arguments: Sequence[str],
+        dry_run: str | None,
     ) -> None:
         if any(source.component in other.names for other in self if other is not component):
             raise VisualHfsmError.because(
@@ -114,13 +107,13 @@ class StartedComponents(PerDocument["StartedComponent"]):
             )
         await component.start(source, arguments, dry_run=dry_run)  # which takes the name before it waits
 
-    async def stop(self, tab: int, by: Stopper | None = None) -> None:
+    async def stop(self, tab: int, by: messages.Stopper | None = None) -> None:
         """Stop the tab's process, if one runs; `by` says who wants that."""
         if (started := self.get(tab)) is not None:
             started.announce_stop(by)
         await super().stop(tab)
 
-    def announce_stop(self, by: Stopper | None = None) -> None:
+    def announce_stop(self, by: messages.Stopper | None = None) -> None:
         """Report that all processes are being stopped, before they are; `by` says who wants that."""
         for each in self:
             each.announce_stop(by)
@@ -129,7 +122,7 @@ class StartedComponents(PerDocument["StartedComponent"]):
         """Stop all processes, also those that are being started."""
         await asyncio.gather(*map(super().stop, [*self._kept]))
 
-    async def locate(self, source: Source, text: str, automaton: int = 0, state: int = 0) -> object:
+    async def locate(self, source: messages.Source, text: str, automaton: int = 0, state: int = 0) -> object:
         """Return the place and the line of the code to which a line of a log or a report refers, or None.
 
         A report has the `automaton` and the `state`, which distinguish pieces that share a line. It may come
@@ -153,7 +146,7 @@ class StartedComponents(PerDocument["StartedComponent"]):
         return StartedComponent(
             tab,
             self._publish,
-            {**self._environment, **own_listener(self._sockets)},
+            {**self._environment, **messages.own_listener(self._sockets)},
             partial(_Directory, self._include, self._folder, self._written),
             (self._limits.interruption, self._limits.termination),
         )
@@ -177,7 +170,7 @@ class StartedComponent:
     def __init__(
         self,
         tab: int,
-        publish: Publish,
+        publish: messages.Publish,
         environment: Mapping[str, str],
         make_directory: Callable[[], _Directory],
         patience: Sequence[float],
@@ -195,7 +188,7 @@ class StartedComponent:
         self._last_cycle: Path | None = None
         """The file in which the component keeps what it executes."""
         self._stopping = False
-        self._stopped_by: Stopper | None = None
+        self._stopped_by: messages.Stopper | None = None
         self.component = ""
         """The name of the component that starts or runs; empty when there is none."""
         self._next = ""
@@ -214,7 +207,7 @@ class StartedComponent:
             return None
         return generated.origins
 
-    async def generate(self, source: Source) -> _Generated:
+    async def generate(self, source: messages.Source) -> _Generated:
         """Write the component, for a start or for a reload of the one that runs. Raises VisualHfsmError.
 
         The component of a document that has a file is written beside it, unless one runs elsewhere.
@@ -222,7 +215,7 @@ class StartedComponent:
         return await self._generate(source, beside=True)
 
     async def start(
-        self, source: Source, arguments: Sequence[str] = (), *, dry_run: str | None = None
+        self, source: messages.Source, arguments: Sequence[str] = (), *, dry_run: str | None = None
     ) -> None:
         """Generate the component and start it; one that runs is stopped first. Raises VisualHfsmError.
 
@@ -256,7 +249,7 @@ class StartedComponent:
             raise
         self._report("started")
 
-    def announce_stop(self, by: Stopper | None = None) -> None:
+    def announce_stop(self, by: messages.Stopper | None = None) -> None:
         """Report that the process, if there is one, is being stopped, and who was the first to want that."""
         if self.component:
             self._stopped_by = self._stopped_by or by
@@ -278,7 +271,7 @@ class StartedComponent:
             self._process.kill()
             self._directory.close()
 
-    async def _generate(self, source: Source, *, beside: bool = False) -> _Generated:
+    async def _generate(self, source: messages.Source, *, beside: bool = False) -> _Generated:
         self._generated = await asyncio.to_thread(self._directory.generate, source, beside=beside)
         return self._generated
 
@@ -310,7 +303,7 @@ class StartedComponent:
         elsewhere: Message = NO_MESSAGE,
     ) -> None:
         self._publish(
-            StartedPush(
+            messages.StartedPush(
                 tab=self._tab,
                 component=self.component,
                 status=status,
@@ -328,20 +321,22 @@ class StartedComponent:
         origins = self._generated.origins if self._generated else None
         for each in found:
             texts = origins.texts(each.origin.place) if origins else ()
-            self._publish(Failed(tab=self._tab, origin=each.origin, message=each.message, texts=texts))
+            self._publish(
+                messages.Failed(tab=self._tab, origin=each.origin, message=each.message, texts=texts)
+            )
 
     def _take(self, written: Lines) -> None:
         lines = [self._line(stream, text) for stream, text in written.lines]
-        self._publish(Output(tab=self._tab, lines=lines, dropped=written.dropped))
+        self._publish(messages.Output(tab=self._tab, lines=lines, dropped=written.dropped))
 
-    def _line(self, stream: Literal["out", "err"], text: str) -> OutputLine:
+    def _line(self, stream: Literal["out", "err"], text: str) -> messages.OutputLine:
         origins = self._generated.origins if self._generated else None
         origin = origins.find(text) if origins else None
         if stream == "err":
             self._report_failures(self._words.parse(text, origin))
         if origin is None:
-            return OutputLine(text=text, stream=stream)
-        return OutputLine(text=text, stream=stream, place=origin.place, line=origin.line)
+            return messages.OutputLine(text=text, stream=stream)
+        return messages.OutputLine(text=text, stream=stream, place=origin.place, line=origin.line)
 
 
 class _Directory:
@@ -360,7 +355,7 @@ class _Directory:
         self._notes: TemporaryDirectory[str] | None = None
         self._target: Path | None = None
 
-    def generate(self, source: Source, *, beside: bool = False) -> _Generated:
+    def generate(self, source: messages.Source, *, beside: bool = False) -> _Generated:
         """Write the component. Raises VisualHfsmError, which names the first error and counts the others.
 
         `beside` writes it beside the file also when that lacks the changes. After that the place stays the

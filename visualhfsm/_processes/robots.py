@@ -25,15 +25,7 @@ from visualhfsm._base.environment import child_environment
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._base.watched_process import LineReports, Lines, WatchedProcess, describe_exit
 from visualhfsm._base.work import complete
-from visualhfsm._monitor.messages import (
-    USUAL_LIMITS,
-    PartLimits,
-    Publish,
-    Robot,
-    Simulation,
-    free_endpoint,
-    own_listener,
-)
+from visualhfsm._monitor import messages
 from visualhfsm._monitor.realm.robot import RobotPresence
 from visualhfsm._monitor.realm.translation import translated
 from visualhfsm._processes.bodies import body_option, called, require_body
@@ -92,13 +84,13 @@ class StartedRobot:
 
     def __init__(
         self,
-        publish: Publish,
+        publish: messages.Publish,
         settings: Settings,
         endpoints: Sequence[str] = (),
         root: Path | None = None,
         sockets: Path | None = None,
         *,
-        limits: PartLimits = USUAL_LIMITS,
+        limits: messages.PartLimits = messages.USUAL_LIMITS,
     ) -> None:
         self._publish = publish
         self._limits = limits
@@ -110,7 +102,7 @@ class StartedRobot:
         self._movers = {color: WatchedProcess(LineReports(_log), self._end_of_mover) for color in _BALLS}
         self._kind: Literal["", "simulation", "real"] = ""
         self._name = ""
-        self._simulation = Simulation()
+        self._simulation = messages.Simulation()
         self._ready = asyncio.Event()
         self._last_error = ""
         self._trouble = NO_MESSAGE
@@ -121,14 +113,14 @@ class StartedRobot:
         self._stopping = False
         self._balls: asyncio.Task[None] | None = None
         self._busy = asyncio.Lock()
-        self._published: Robot | None = None
+        self._published: messages.Robot | None = None
 
     @property
-    def state(self) -> Robot:
+    def state(self) -> messages.Robot:
         """The robot as the page shows it."""
         seen = self._presence
         moving = any(mover.is_running for mover in self._movers.values())
-        return Robot(
+        return messages.Robot(
             status=self._status(),
             simulated=seen.simulated or self._kind == "simulation",
             name=self._name,
@@ -156,7 +148,7 @@ class StartedRobot:
         self._presence = presence
         self._report()
 
-    async def simulate(self, simulation: Simulation) -> None:
+    async def simulate(self, simulation: messages.Simulation) -> None:
         """Start a simulated robot, replacing the one that was started here; return before it is present."""
         if simulation.world not in {world.name for world in await asyncio.to_thread(find_worlds)}:
             raise VisualHfsmError.because("the simulation has no world {world}", world=simulation.world[:40])
@@ -231,7 +223,7 @@ class StartedRobot:
             self._report()
             elsewhere = self._sockets is not None or self._settings.mode == "client"
             # The endpoint where others look for it, if that is free and on this machine.
-            listen = [] if elsewhere else [f"--listen={free_endpoint(self._endpoints)}"]
+            listen = [] if elsewhere else [f"--listen={messages.free_endpoint(self._endpoints)}"]
             command = [sys.executable, "-P", "-m", module, *listen, *options]
             try:
                 await self._launch(self._server, command)
@@ -287,7 +279,7 @@ class StartedRobot:
     async def _launch(self, process: WatchedProcess, command: Sequence[str]) -> None:
         try:
             environment = {**child_environment(), **self._settings.environment()}
-            await process.start(command, {**environment, **own_listener(self._sockets)})
+            await process.start(command, {**environment, **messages.own_listener(self._sockets)})
         except OSError as error:
             raise VisualHfsmError.because(
                 "{command} cannot be started: {reason}", command=command[3], reason=reason(error)

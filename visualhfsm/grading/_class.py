@@ -74,10 +74,7 @@ class Graders:
         )
 
     def write_pages(
-        self,
-        rows: Sequence[tuple[Submission, Marks]],
-        folder: Path,
-        written: Callable[[], object],
+        self, rows: Sequence[tuple[Submission, Marks]], folder: Path, written: Callable[[], object]
     ) -> list[Message]:
         """Write the page of each submission into a folder; return why some cannot be written."""
 

@@ -22,14 +22,7 @@ from codegen.logic import read_proofs
 from codegen.messages import Message
 from hfsm_runtime import Component, Event
 from hfsm_runtime.component import parameter_values
-from hfsm_runtime.contained.protocol import (
-    Begin,
-    Done,
-    ListVariables,
-    PrintedTooMuch,
-    RunCode,
-    Variables,
-)
+from hfsm_runtime.contained.protocol import Begin, Done, ListVariables, PrintedTooMuch, RunCode, Variables
 from hfsm_runtime.errors import ComponentError, VariablesError
 from hfsm_runtime.source_map import PLACE
 from hfsm_runtime.virtual import BehaviorFailed

@@ -15,26 +15,7 @@ from typing import Any, Final, NoReturn, TypeVar
 
 import msgspec
 
-from hfsm_runtime.contained.protocol import (
-    ENDS,
-    LARGEST_REQUEST,
-    LARGEST_VALUES,
-    NUMBER,
-    READY,
-    Begin,
-    Failed,
-    Limits,
-    Message,
-    MessageTooLarge,
-    Pipe,
-    PipeError,
-    PipeTimeout,
-    Raised,
-    Sleep,
-    ToNear,
-    Values,
-    Wait,
-)
+from hfsm_runtime.contained import protocol
 from hfsm_runtime.source_map import PLACE
 from interfaces import jderobot
 from visualhfsm._base.line_process import explain_signal
@@ -127,11 +108,11 @@ class Sandbox:
         self.broken = ""
         self.too_busy = False
         """Whether it cannot go on because the computer had no time for it."""
-        self.serve: Callable[[Any], Message] = _nobody
+        self.serve: Callable[[Any], protocol.Message] = _nobody
         self._allowance: Final = allowance
         self._encoder: Final = msgspec.msgpack.Encoder()
-        self._decode: Final = typed.msgpack_decoder(ToNear)
-        self._decode_values: Final = typed.msgpack_decoder(Values)
+        self._decode: Final = typed.msgpack_decoder(protocol.ToNear)
+        self._decode_values: Final = typed.msgpack_decoder(protocol.Values)
         self._depth = 0
         self._requests = 0
         self._sent = self._received = 0
@@ -154,14 +135,14 @@ class Sandbox:
         self._code: Final = CodeProcess(self._process.pid)
         assert self._process.stdin is not None
         assert self._process.stdout is not None
-        self._pipe: Final = Pipe(
-            self._process.stdout.fileno(), self._process.stdin.fileno(), LARGEST_REQUEST, waits=False
+        self._pipe: Final = protocol.Pipe(
+            self._process.stdout.fileno(), self._process.stdin.fileno(), protocol.LARGEST_REQUEST, waits=False
         )
         self._begin()
         self.limits: Final = (
-            Limits()
+            protocol.Limits()
             if walls.unsafe
-            else Limits(
+            else protocol.Limits(
                 memory=allowance.memory * _MEBIBYTE,
                 file=allowance.file * _MEBIBYTE,
                 files=64,
@@ -171,7 +152,7 @@ class Sandbox:
             )
         )
 
-    def ask(self, request: Message, answer: type[M], where: str) -> M:
+    def ask(self, request: protocol.Message, answer: type[M], where: str) -> M:
         """Return the answer of the submission's process; `where` says in words which of its code runs.
 
         Code that sleeps waits here, in its own `Code`, while other code is asked. Raises ContainedError,
@@ -182,30 +163,30 @@ class Sandbox:
         if self._depth == _DEEPEST_NESTING:
             self._break(f"its code in {where} waits for itself")
         allowance = self._allowance
-        limit = allowance.begin if isinstance(request, Begin) else allowance.block
+        limit = allowance.begin if isinstance(request, protocol.Begin) else allowance.block
         piece = _Piece(next(self._numbers), where, limit)
         self._depth += 1
         try:
             found = self._ask(request, answer, piece)
-        except PipeTimeout:
+        except protocol.PipeTimeout:
             if self._left_of_trial <= 0:
                 self._break(f"its code took more than {allowance.trial:g} s in this trial")
             self._break(f"took more than {limit:g} s in {where}")
-        except MessageTooLarge as error:
+        except protocol.MessageTooLarge as error:
             self._break(f"broke off the conversation in {where}: {error}")
-        except PipeError as error:
+        except protocol.PipeError as error:
             self._break(self._why_ended(str(error), where))
         except (msgspec.MsgspecError, RecursionError) as error:
             self._break(f"its process sent what is no message, in {where}: {error}")
         finally:
             self._depth -= 1
-        if isinstance(request, Begin):
+        if isinstance(request, protocol.Begin):
             self._code.find()
         return found
 
     def values(self, encoded: msgspec.Raw, where: str) -> dict[str, msgspec.Raw]:
         """Return variables that its code has sent, each encoded. Raises SubmissionBroken."""
-        if len(encoded) > LARGEST_VALUES:
+        if len(encoded) > protocol.LARGEST_VALUES:
             self._break(f"sent variables of {len(encoded)} bytes, in {where}")
         try:
             return self._decode_values(bytes(encoded))
@@ -240,21 +221,21 @@ class Sandbox:
         assert errors is not None
         with errors:
             try:
-                if self._pipe.receive() == READY:
+                if self._pipe.receive() == protocol.READY:
                     return
-            except PipeTimeout:
+            except protocol.PipeTimeout:
                 self.close()
                 raise ComputerTooBusy.because(
                     "the computer was too busy: no program began within {limit} s", limit=f"{limit:g}"
                 ) from None
-            except PipeError:
+            except protocol.PipeError:
                 pass
             self.close()
             os.set_blocking(errors.fileno(), False)
             said = errors.read(_LONGEST_ERRORS) or b""
         raise ComputerFailed(why_not_begun(self._process.returncode, said))
 
-    def _ask(self, request: Message, answer: type[M], piece: _Piece) -> M:
+    def _ask(self, request: protocol.Message, answer: type[M], piece: _Piece) -> M:
         where, told = piece.where, ""
         if self._pipe.has_more:
             self._break(f"its process sent what nobody had asked for, before {where}")
@@ -263,22 +244,24 @@ class Sandbox:
             message = self._receive(piece)
             if isinstance(message, answer):
                 return message
-            if isinstance(message, Raised):
-                raise ENDS[told] if message.error == told else _exception(message, where)
+            if isinstance(message, protocol.Raised):
+                raise protocol.ENDS[told] if message.error == told else _exception(message, where)
             self._requests += 1
             if self._requests > _MOST_REQUESTS:
                 self._break(f"made more than {_MOST_REQUESTS} requests in a trial, the last in {where}")
             reply = self._serve(message, piece)
-            if isinstance(reply, Failed) and reply.error in ENDS:
+            if isinstance(reply, protocol.Failed) and reply.error in protocol.ENDS:
                 told = reply.error
             if self.broken:
-                raise ENDS[told] if told else SubmissionBroken(self.broken)
+                raise protocol.ENDS[told] if told else SubmissionBroken(self.broken)
             self._send(reply, piece)
 
-    def _serve(self, message: object, piece: _Piece) -> Message:
+    def _serve(self, message: object, piece: _Piece) -> protocol.Message:
         """Do what code asks for; what it waits for is time of the robot, in which other code runs."""
-        if isinstance(message, Sleep | Wait):
-            self._check_sleep(message.seconds if isinstance(message, Sleep) else message.timeout, piece)
+        if isinstance(message, protocol.Sleep | protocol.Wait):
+            self._check_sleep(
+                message.seconds if isinstance(message, protocol.Sleep) else message.timeout, piece
+            )
             self._depth -= 1
             try:
                 return self.serve(message)
@@ -296,8 +279,8 @@ class Sandbox:
         if piece.slept > self._allowance.sleep:
             self._break(f"slept more than {self._allowance.sleep:g} s of the trial in {piece.where}")
 
-    def _send(self, message: Message, piece: _Piece) -> None:
-        data = NUMBER.pack(piece.number) + self._encoder.encode(message)
+    def _send(self, message: protocol.Message, piece: _Piece) -> None:
+        data = protocol.NUMBER.pack(piece.number) + self._encoder.encode(message)
         self._sent += len(data)
         if self._sent > self._allowance.data * _MEBIBYTE:
             self._break(f"asked for more than {self._allowance.data} MB of the robot's data")
@@ -308,12 +291,12 @@ class Sandbox:
         delayed = None
         while True:
             if min(piece.left, self._left_of_trial) <= 0:
-                raise PipeTimeout
+                raise protocol.PipeTimeout
             began = time.monotonic()
             self._pipe.until = began + _LOOK_PERIOD
             try:
                 data = self._pipe.receive()
-            except PipeTimeout:
+            except protocol.PipeTimeout:
                 took, used = time.monotonic() - began, self._code.used()
                 before, delayed = delayed, self._code.queued()
                 active = used + (delayed - before if before is not None else took)
@@ -332,7 +315,7 @@ class Sandbox:
         piece.waited += took
         piece.idle = 0.0 if active > _ACTIVE * took else piece.idle + took
         if piece.idle > piece.limit:
-            raise PipeTimeout
+            raise protocol.PipeTimeout
         if 0 < self.limits.threads < self._code.threads():
             self._break(f"started more than {self.limits.threads} threads in {piece.where}")
         if piece.waited > self._allowance.delay * piece.limit:
@@ -376,7 +359,7 @@ def why_not_begun(code: int, said: bytes) -> str:
     return f"the program that is to run their code {how}" + (f": {printable(lines[-1])}" if lines else "")
 
 
-def _exception(message: Raised, where: str) -> Exception:
+def _exception(message: protocol.Raised, where: str) -> Exception:
     """Return what code raised as an exception of the same name, with its place."""
     error = _named(message)
     setattr(error, PLACE, printable(message.place))
@@ -384,11 +367,11 @@ def _exception(message: Raised, where: str) -> Exception:
     return error
 
 
-def _nobody(message: object) -> Message:
+def _nobody(message: object) -> protocol.Message:
     raise SubmissionBroken(f"{type(message).__name__} came before anything else")
 
 
-def _named(message: Raised) -> Exception:
+def _named(message: protocol.Raised) -> Exception:
     name, text = message.error, printable(message.text)
     known = getattr(exceptions, name, None) or getattr(jderobot, name, None)
     if isinstance(known, type) and issubclass(known, SystemException | jderobot.JderobotException):

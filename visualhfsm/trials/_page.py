@@ -37,11 +37,7 @@ def trials_page(view: TrialsView) -> str:
 
 
 def write_trials_page(
-    path: Path,
-    plan: Plan,
-    summary: Summary,
-    outcomes: Path,
-    record: Callable[[Mapping[int, Path]], object],
+    path: Path, plan: Plan, summary: Summary, outcomes: Path, record: Callable[[Mapping[int, Path]], object]
 ) -> int:
     """Write the page of a series, and those of its worst trials into a folder beside it.
 

@@ -12,16 +12,7 @@ import numpy as np
 from codegen.messages import Message, number
 from codegen.reasons import known_text
 
-from ._messages import (
-    Dependence,
-    Histogram,
-    Part,
-    PlaceMap,
-    Trial,
-    TrialsView,
-    TrialTimeline,
-    Way,
-)
+from ._messages import Dependence, Histogram, Part, PlaceMap, Trial, TrialsView, TrialTimeline, Way
 from ._outcomes import Outcome, StateChange, read_outcomes
 from ._plan import Plan
 from ._quantities import Value

@@ -26,29 +26,7 @@ from .._threads import start
 from ..exceptions import BusyException, ConnectionLostException, MarshalException
 from ..limits import LIMITS, Limits
 from ..transport import Arrived, NoAnswer, Outcome
-from .messages import (
-    LARGEST_INLINE,
-    LARGEST_MESSAGE,
-    REQUEST,
-    RETURN,
-    SUBSCRIBE,
-    VERSION,
-    Part,
-    Parts,
-    Response,
-    Sample,
-    Subscribed,
-    collect,
-    decode_hello,
-    decode_to_client,
-    encode,
-    end_in_children,
-    limit_sending,
-    new_socket,
-    owner_of,
-    receive_with_file,
-    send_parts,
-)
+from . import messages
 
 _ADDRESS: Final = re.compile(r"([0-9a-f]{16})\.([0-9]{1,10})\.([0-9]{1,10})")
 _RETRY_PAUSE: Final = 5.0  # s after a vain attempt in which a server is called over the network
@@ -128,8 +106,8 @@ class Channels:
         channel = SampleChannel(self, connection, self._view, subscriber)
         self._add(channel)
         try:
-            limit_sending(connection, _SENDING_LIMIT)
-            connection.send(encode((SUBSCRIBE, target, operation)), socket.MSG_NOSIGNAL)
+            messages.limit_sending(connection, _SENDING_LIMIT)
+            connection.send(messages.encode((messages.SUBSCRIBE, target, operation)), socket.MSG_NOSIGNAL)
             channel.start()
         except (OSError, BusyException) as error:  # without a thread, too
             self.drop(channel)
@@ -173,7 +151,7 @@ class Channels:
         match = _ADDRESS.fullmatch(self._address)
         assert match is not None  # parsed before
         try:
-            made = end_in_children(new_socket)
+            made = messages.end_in_children(messages.new_socket)
             try:
                 made.settimeout(min(self._limits.hello, self._limits.hello_share * timeout))
                 self._reach(made, f"/proc/{match[2]}/fd/{match[3]}")
@@ -189,12 +167,12 @@ class Channels:
     def _reach(self, connection: socket.socket, path: str) -> None:
         """Connect, and keep the memory that the server lends, if it is the right one."""
         connection.connect(path)
-        if owner_of(connection) != os.geteuid():
+        if messages.owner_of(connection) != os.geteuid():
             raise PermissionError("its user is another one")
-        message, file = receive_with_file(connection)
+        message, file = messages.receive_with_file(connection)
         view = None if file is None else ArenaView(file)
-        hello = decode_hello(message)
-        if (hello.version, hello.server) != (VERSION, self._server):
+        hello = messages.decode_hello(message)
+        if (hello.version, hello.server) != (messages.VERSION, self._server):
             raise ConnectionRefusedError("it is another process, or of another release")
         self._view = self._view or view
         connection.settimeout(None)
@@ -210,7 +188,7 @@ class _Channel:
         answers.register(connection, select.POLLIN)
         self._wait: Final = answers.poll
         self._timeout = 0.0
-        self._parts: Final = Parts()
+        self._parts: Final = messages.Parts()
 
     def call(self, call: Outgoing, payload: bytes, attachment: bytes, view: ArenaView | None) -> Outcome:
         """Send a call and wait for its answer; raises as `Channels.call`, but OSError if it was not sent.
@@ -219,44 +197,46 @@ class _Channel:
         """
         deadline = time.monotonic() + call.timeout
         if call.timeout != self._timeout:
-            limit_sending(self._socket, call.timeout)
+            messages.limit_sending(self._socket, call.timeout)
             self._timeout = call.timeout
-        if len(payload) > LARGEST_INLINE:
-            payload = send_parts(self._send, payload)
-        request = encode((REQUEST, call.target, call.operation, attachment, payload))
+        if len(payload) > messages.LARGEST_INLINE:
+            payload = messages.send_parts(self._send, payload)
+        request = messages.encode((messages.REQUEST, call.target, call.operation, attachment, payload))
         self._socket.send(request, socket.MSG_NOSIGNAL)
         while True:
             if not self._wait(1000.0 * max(0.0, deadline - time.monotonic())):
                 raise NoAnswer(timed_out=True)
             try:
-                message = self._socket.recv(LARGEST_MESSAGE)
+                message = self._socket.recv(messages.LARGEST_MESSAGE)
             except OSError:
                 message = b""
             if not message:
                 raise NoAnswer(timed_out=False, broken=True)
             try:
-                answer = decode_to_client(message)
+                answer = messages.decode_to_client(message)
             except DECODE_ERRORS as error:
                 raise MarshalException(f"{call.what}: {error}") from None
             match answer:
-                case Response(ok, payload, extent=None) if not self._parts and len(payload) <= call.limit:
+                case messages.Response(ok, payload, extent=None) if (
+                    not self._parts and len(payload) <= call.limit
+                ):
                     return ok, payload
-                case Response():
+                case messages.Response():
                     return self._outcome(answer, call, view)
-                case Part():
+                case messages.Part():
                     self._parts.append(answer.payload)
                 case _:
                     raise MarshalException(f"{call.what}: an answer to another call")
 
-    def _outcome(self, answer: Response, call: Outgoing, view: ArenaView | None) -> Outcome:
+    def _outcome(self, answer: messages.Response, call: Outgoing, view: ArenaView | None) -> Outcome:
         """Return what an answer says; raises MarshalException for a result that is too large."""
         if self._parts:
             answer.payload = self._parts.complete(answer.payload)
         limit = call.limit if answer.ok else LARGEST_PAYLOAD
-        result = collect(answer, view, limit, call.what)
+        result = messages.collect(answer, view, limit, call.what)
         if answer.extent is not None and sum(answer.extent.sizes) > _LARGEST_KEPT:
             with suppress(OSError):  # the next call will notice
-                self._send(encode((RETURN, answer.extent.start)))
+                self._send(messages.encode((messages.RETURN, answer.extent.start)))
         return answer.ok, result
 
     def shut(self) -> None:
@@ -307,7 +287,7 @@ class SampleChannel:
     def give_back(self, extent: Extent) -> None:
         """Let memory be used again that was lent for a sample."""
         with self._sending, suppress(OSError):  # it has ended
-            self._socket.send(encode((RETURN, extent.start)), socket.MSG_NOSIGNAL)
+            self._socket.send(messages.encode((messages.RETURN, extent.start)), socket.MSG_NOSIGNAL)
 
     def shut(self) -> None:
         """Let it end; what it was lent is written again soon."""
@@ -321,11 +301,11 @@ class SampleChannel:
 
     def _receive_all(self) -> None:
         try:
-            while message := self._socket.recv(LARGEST_MESSAGE):
-                match decode_to_client(message):
-                    case Sample() as sample:
+            while message := self._socket.recv(messages.LARGEST_MESSAGE):
+                match messages.decode_to_client(message):
+                    case messages.Sample() as sample:
                         self._subscriber.keep(LentSample(self, sample))
-                    case Subscribed():
+                    case messages.Subscribed():
                         self._subscriber.confirm(self)
                     case _:
                         raise MarshalException("an answer to no call")
@@ -343,7 +323,7 @@ class SampleChannel:
 class LentSample:
     """A sample in memory that its sender lends, until it is read or given back, which happens once."""
 
-    def __init__(self, channel: SampleChannel, sample: Sample) -> None:
+    def __init__(self, channel: SampleChannel, sample: messages.Sample) -> None:
         self._channel: Final = channel
         self._sample: Final = sample
         self._arrived: Arrived | None = None
@@ -363,7 +343,7 @@ class LentSample:
         if self._arrived is None:
             what = f"sample of {what}"
             try:
-                payload = collect(self._sample, self._channel.view, limit, what)
+                payload = messages.collect(self._sample, self._channel.view, limit, what)
             finally:
                 self.give_back()
             if self.is_lost:

@@ -25,28 +25,8 @@ from .._pool import Job, Kind, Pool, Source
 from ..exceptions import MarshalException
 from ..limits import LIMITS, Limits
 from ..transport import Receiver, refusal
+from . import messages
 from .listeners import Listeners
-from .messages import (
-    HELLO,
-    LARGEST_INLINE,
-    LARGEST_MESSAGE,
-    RESPONSE,
-    SUBSCRIBED,
-    VERSION,
-    Part,
-    Parts,
-    Request,
-    Return,
-    Subscribe,
-    decode_to_server,
-    encode,
-    end_in_children,
-    lend,
-    limit_sending,
-    new_socket,
-    owner_of,
-    send_parts,
-)
 
 _ACCEPT_PERIOD: Final = 0.02  # s between attempts while the process may open no further file
 _SAMPLE_LIMIT: Final = 0.005  # s that a sample waits while an answer is sent
@@ -81,7 +61,7 @@ class LocalServer(Source):
         if not (space := local_space()):
             raise OSError("the system shows this process to no other one of its user")
         self._most: Final = int(_SHARE_OF_FILES * resource.getrlimit(resource.RLIMIT_NOFILE)[0])
-        self._socket: Final = end_in_children(new_socket)
+        self._socket: Final = messages.end_in_children(messages.new_socket)
         try:
             self._handle: Final = _bind(self._socket)
         except OSError:
@@ -105,7 +85,7 @@ class LocalServer(Source):
 
     def take(self) -> Job | None:
         try:
-            connection = end_in_children(lambda: self._socket.accept()[0])
+            connection = messages.end_in_children(lambda: self._socket.accept()[0])
         except BlockingIOError:
             return None
         except OSError as error:
@@ -152,15 +132,20 @@ class LocalServer(Source):
         opened = ServerChannel(self, connection)
         try:
             connection.setblocking(True)
-            limit_sending(connection, self.limits.sending)
-            if owner_of(connection) != os.geteuid():
+            messages.limit_sending(connection, self.limits.sending)
+            if messages.owner_of(connection) != os.geteuid():
                 raise PermissionError("a process of another user")
             with self._lock:
                 if self._closed or len(self._channels) >= self._most:
                     raise ConnectionRefusedError("too many channels")
                 self._channels.add(opened)
             memory = [] if self.arena is None else [self.arena.file]
-            socket.send_fds(connection, [encode((HELLO, VERSION, self.server))], memory, socket.MSG_NOSIGNAL)
+            socket.send_fds(
+                connection,
+                [messages.encode((messages.HELLO, messages.VERSION, self.server))],
+                memory,
+                socket.MSG_NOSIGNAL,
+            )
             self.pool.attach(opened)
         except OSError as error:
             _logger.info("a connection from this machine was refused: %s", error)
@@ -176,7 +161,7 @@ class ServerChannel(Source):
         # Both are held while it is closed: nobody uses a file with the same number.
         self._receiving: Final = threading.Lock()
         self._sending: Final = threading.Lock()
-        self._parts: Final = Parts()
+        self._parts: Final = messages.Parts()
         self._lent = -1  # the memory of the last answer
         self._unsent: Final[deque[bytes]] = deque()  # one thread waits until its client takes them
         self._unsent_size = 0
@@ -191,7 +176,7 @@ class ServerChannel(Source):
         while True:
             try:
                 with self._receiving:
-                    data = self._socket.recv(LARGEST_MESSAGE, socket.MSG_DONTWAIT)
+                    data = self._socket.recv(messages.LARGEST_MESSAGE, socket.MSG_DONTWAIT)
             except BlockingIOError:
                 return None
             except OSError:
@@ -200,8 +185,8 @@ class ServerChannel(Source):
                 self.close()
                 return None
             try:
-                message = decode_to_server(data)
-                if not isinstance(message, Request):
+                message = messages.decode_to_server(data)
+                if not isinstance(message, messages.Request):
                     self._note(message)
                     continue
             except (*DECODE_ERRORS, MarshalException) as error:
@@ -224,14 +209,14 @@ class ServerChannel(Source):
             if job is not None:
                 return job
 
-    def _note(self, message: Part | Return | Subscribe) -> None:
+    def _note(self, message: messages.Part | messages.Return | messages.Subscribe) -> None:
         """Take a message that is no call; raises MarshalException for parts that are too large."""
         match message:
-            case Part():
+            case messages.Part():
                 self._parts.append(message.payload)
-            case Return():
+            case messages.Return():
                 self._give_back(message.start)
-            case Subscribe():
+            case messages.Subscribe():
                 self._subscribe(message)
 
     def _has_ended(self) -> bool:
@@ -239,13 +224,13 @@ class ServerChannel(Source):
         with self._sending:
             return self._closed or bool(self._ends.poll(0))
 
-    def _subscribe(self, message: Subscribe) -> None:
+    def _subscribe(self, message: messages.Subscribe) -> None:
         listeners = self._server.streams.get(f"{message.target}/{message.operation}")
         if listeners is None or not listeners.add(self):
             self.close()
             return
         with self._sending:
-            self._send(encode((SUBSCRIBED,)))
+            self._send(messages.encode((messages.SUBSCRIBED,)))
         if self._closed:  # meanwhile, by another thread
             listeners.remove(self)
 
@@ -272,15 +257,15 @@ class ServerChannel(Source):
         with self._sending:
             if self._closed:  # nobody would give memory back
                 return
-            if isinstance(answer, bytes) and len(answer) <= LARGEST_INLINE:
-                self._send(encode((RESPONSE, ok, answer)))
+            if isinstance(answer, bytes) and len(answer) <= messages.LARGEST_INLINE:
+                self._send(messages.encode((messages.RESPONSE, ok, answer)))
                 return
-            payload, places, extent = lend(answer, self._server.arena, self)
+            payload, places, extent = messages.lend(answer, self._server.arena, self)
             if extent is not None:
                 self._lent = extent.start
             lent = () if extent is None else (places, extent)
-            payload = send_parts(self._send, payload)
-            self._send(encode((RESPONSE, ok, payload, *lent)))
+            payload = messages.send_parts(self._send, payload)
+            self._send(messages.encode((messages.RESPONSE, ok, payload, *lent)))
 
     def _send(self, message: bytes) -> None:
         """Send a message, or keep it while its client takes none; with the lock."""

@@ -23,11 +23,7 @@ from .._routes import Route, RoutedCaller, Routes
 from .._token_keys import client_token
 from .._wire import ERROR_ENCODING
 from ..clock import WALL, Clock
-from ..exceptions import (
-    CommunicatorDestroyedException,
-    ConnectionLostException,
-    SystemException,
-)
+from ..exceptions import CommunicatorDestroyedException, ConnectionLostException, SystemException
 from ..in_process import InProcessCarrier, InProcessTransport
 from ..interface import Operation
 from ..limits import LIMITS, Limits

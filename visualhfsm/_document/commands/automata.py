@@ -10,19 +10,7 @@ from codegen.hfsm.document import NO_CHILD, Automaton, Document, Import, State, 
 from codegen.messages import Message
 from visualhfsm._base.errors import EditError
 
-from ..nodes import (
-    automaton_ids,
-    changed,
-    checked,
-    find_automaton,
-    find_state,
-    label,
-    require_room,
-    state_ids,
-    swapped,
-    transition_ids,
-    with_automaton,
-)
+from .. import nodes
 from ..subtrees import hanging, without_automata
 from .base import AutomatonCommand, Command, Id
 
@@ -34,19 +22,20 @@ class AddAutomaton(Command, frozen=True, kw_only=True):
     state: Id
 
     def apply(self, document: Document) -> Document:
-        father = find_automaton(document, self.automaton)
-        state = find_state(father, self.state)
-        require_room(document, 1, Message("Cannot add an automaton"))
-        number = next(automaton_ids(document))
+        father = nodes.find_automaton(document, self.automaton)
+        state = nodes.find_state(father, self.state)
+        nodes.require_room(document, 1, Message("Cannot add an automaton"))
+        number = next(nodes.automaton_ids(document))
         new = replace(
-            father, states=swapped(father.states, state, replace(state, children=(*state.children, number)))
+            father,
+            states=nodes.swapped(father.states, state, replace(state, children=(*state.children, number))),
         )
-        automata = swapped(document.automata, father, new)
+        automata = nodes.swapped(document.automata, father, new)
         return replace(document, automata=(*automata, Automaton(id=number, father=father.id)))
 
     def title(self, document: Document) -> Message:
-        state = find_state(find_automaton(document, self.automaton), self.state)
-        return Message("Add an automaton to {state}", state=label(state))
+        state = nodes.find_state(nodes.find_automaton(document, self.automaton), self.state)
+        return Message("Add an automaton to {state}", state=nodes.label(state))
 
 
 class AddRoot(Command, frozen=True, kw_only=True):
@@ -59,7 +48,7 @@ class AddRoot(Command, frozen=True, kw_only=True):
                 Message("there is already one"),
                 Message("add automata below its states"),
             )
-        new = Automaton(id=next(automaton_ids(document)))
+        new = Automaton(id=next(nodes.automaton_ids(document)))
         return replace(document, automata=(new, *document.automata))
 
     def title(self, document: Document) -> Message:
@@ -73,7 +62,7 @@ class SetPeriod(AutomatonCommand, frozen=True, kw_only=True):
     period: str
 
     def change(self, automaton: Automaton) -> Automaton:
-        return changed(automaton, iteration_time=self.period)
+        return nodes.changed(automaton, iteration_time=self.period)
 
     def title(self, document: Document) -> Message:
         return Message("Set the period to {period} ms", period=self.period.strip()[:20])
@@ -91,7 +80,7 @@ class SetImport(AutomatonCommand, frozen=True, kw_only=True):
 
     def change(self, automaton: Automaton) -> Automaton:
         if not self.file.strip():
-            return changed(automaton, imported=None)
+            return nodes.changed(automaton, imported=None)
         if automaton.father == NO_CHILD:
             why = Message("it is the root")
             raise EditError(
@@ -100,11 +89,11 @@ class SetImport(AutomatonCommand, frozen=True, kw_only=True):
         if automaton.states or automaton.transitions or automaton.inputs or automaton.outputs:
             why = Message("it has states, transitions, inputs or outputs")
             raise EditError(Message("Cannot import this automaton"), why, Message("import into an empty one"))
-        file = checked(self.file, Message("the name of the file"))
+        file = nodes.checked(self.file, Message("the name of the file"))
         if automaton.imported is None:
-            return changed(automaton, imported=Import(file=Text(file), automaton=self.source))
-        imported = changed(automaton.imported, file=Text(file), automaton=self.source)
-        return changed(automaton, imported=imported)
+            return nodes.changed(automaton, imported=Import(file=Text(file), automaton=self.source))
+        imported = nodes.changed(automaton.imported, file=Text(file), automaton=self.source)
+        return nodes.changed(automaton, imported=imported)
 
     def title(self, document: Document) -> Message:
         return (
@@ -121,15 +110,15 @@ class ExtractAutomaton(Command, frozen=True, kw_only=True):
     file: str
 
     def apply(self, document: Document) -> Document:
-        automaton = find_automaton(document, self.automaton)
+        automaton = nodes.find_automaton(document, self.automaton)
         document = without_automata(document, hanging(document, automaton, automaton.states))
 
         def empty(former: Automaton) -> Automaton:
-            imported = Import(file=Text(checked(self.file, Message("the name of the file"))))
+            imported = Import(file=Text(nodes.checked(self.file, Message("the name of the file"))))
             stub = Automaton(id=former.id, father=former.father, imported=imported)
             return replace(stub, comments=former.comments, iteration_time=former.iteration_time)
 
-        return with_automaton(document, self.automaton, empty)
+        return nodes.with_automaton(document, self.automaton, empty)
 
     def title(self, document: Document) -> Message:
         return Message("Move the automaton to {file}", file=self.file[:40])
@@ -142,7 +131,7 @@ class RepairNumbers(Command, frozen=True, kw_only=True):
     """
 
     def apply(self, document: Document) -> Document:
-        ids = automaton_ids(document)
+        ids = nodes.automaton_ids(document)
         seen: set[int] = set()
         automata = []
         for automaton in document.automata:
@@ -151,14 +140,14 @@ class RepairNumbers(Command, frozen=True, kw_only=True):
                 repaired = replace(repaired, id=next(ids))
             seen.add(automaton.id)
             automata.append(repaired)
-        return changed(document, automata=tuple(automata))
+        return nodes.changed(document, automata=tuple(automata))
 
     def title(self, document: Document) -> Message:
         return Message("Repair numbers")
 
 
 def _with_own_numbers(automaton: Automaton) -> Automaton:
-    state_numbers, transition_numbers = state_ids(automaton), transition_ids(automaton)
+    state_numbers, transition_numbers = nodes.state_ids(automaton), nodes.transition_ids(automaton)
     seen_states: set[int] = set()
     seen_transitions: set[int] = set()
     states: list[State] = []
@@ -170,4 +159,4 @@ def _with_own_numbers(automaton: Automaton) -> Automaton:
         is_second = transition.id in seen_transitions
         transitions.append(replace(transition, id=next(transition_numbers)) if is_second else transition)
         seen_transitions.add(transition.id)
-    return changed(automaton, states=tuple(states), transitions=tuple(transitions))
+    return nodes.changed(automaton, states=tuple(states), transitions=tuple(transitions))

@@ -30,7 +30,7 @@ from codegen.hfsm.document import (
 from codegen.messages import Message
 from visualhfsm._base.errors import EditError
 
-from ..nodes import changed, find_automaton, free_name, require_own_content, with_automaton
+from .. import nodes
 from .base import Command, Id, Index, Language, made_up, only_text
 
 ListName = Literal[
@@ -101,7 +101,7 @@ class SetComponentText(Command, frozen=True, kw_only=True):
     text: str
 
     def apply(self, document: Document) -> Document:
-        return changed(document, **{_FIELDS[self.part][0]: self.text})
+        return nodes.changed(document, **{_FIELDS[self.part][0]: self.text})
 
     def title(self, document: Document) -> Message:
         return Message("Set {what}", what=_FIELDS[self.part][1])
@@ -115,11 +115,11 @@ class _EntryCommand(Command, frozen=True, kw_only=True):
 
     def changed_list(self, document: Document, change: Callable[[Entries], Entries]) -> Document:
         def change_it(owner: _OwnerT) -> _OwnerT:
-            return changed(owner, **{self.list: change(getattr(owner, self.list))})
+            return nodes.changed(owner, **{self.list: change(getattr(owner, self.list))})
 
         if self.list not in _OF_AUTOMATON:
             return change_it(document)
-        return with_automaton(document, self.automaton, change_it)
+        return nodes.with_automaton(document, self.automaton, change_it)
 
     def noun(self) -> Message:
         return _LISTS[self.list].one
@@ -134,7 +134,7 @@ class AddEntry(_EntryCommand, frozen=True, kw_only=True):
     def apply(self, document: Document) -> Document:
         if self.list in _OF_AUTOMATON:
             what = Message("Cannot add {noun}", noun=self.noun())
-            require_own_content(find_automaton(document, self.automaton), what)
+            nodes.require_own_content(nodes.find_automaton(document, self.automaton), what)
 
         def add(entries: Entries) -> Entries:
             noun, _, blank, _, separator = _LISTS[self.list]
@@ -143,8 +143,8 @@ class AddEntry(_EntryCommand, frozen=True, kw_only=True):
                 name = made_up(noun, self.language)
                 if separator == "_":  # code calls it by that, and so do options of the command line
                     name = component_name(name)
-                fields["name"] = free_name(name, {each.name for each in entries}, separator)
-            return (*entries, changed(blank, **fields))
+                fields["name"] = nodes.free_name(name, {each.name for each in entries}, separator)
+            return (*entries, nodes.changed(blank, **fields))
 
         return self.changed_list(document, add)
 
@@ -168,7 +168,7 @@ class ChangeEntry(_EntryCommand, frozen=True, kw_only=True):
             nonlocal former
             entry = _entry_of(entries, self.list, self.index)
             former = entry.name
-            new = changed(entry, **_checked_fields(self.list, self.fields))
+            new = nodes.changed(entry, **_checked_fields(self.list, self.fields))
             if new is entry:
                 return entries
             return (*entries[: self.index], new, *entries[self.index + 1 :])
@@ -275,17 +275,17 @@ def _with_renamed(document: Document, automaton: int, kind: ListName, former: st
         # Without a `child` it is about the only automaton of the state that has the input or output.
         is_only = others.isdisjoint(state.children)
         renamed = tuple(
-            changed(each, name=name)
+            nodes.changed(each, name=name)
             if each.name == former and (each.child == automaton or (each.child == NO_CHILD and is_only))
             else each
             for each in getattr(state, field)
         )
-        return changed(state, **{field: renamed})
+        return nodes.changed(state, **{field: renamed})
 
     automata = tuple(
-        changed(each, states=tuple(rename(state) for state in each.states))
+        nodes.changed(each, states=tuple(rename(state) for state in each.states))
         if any(automaton in state.children for state in each.states)
         else each
         for each in document.automata
     )
-    return changed(document, automata=automata)
+    return nodes.changed(document, automata=automata)

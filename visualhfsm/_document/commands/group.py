@@ -15,19 +15,8 @@ from codegen.messages import Message
 from codegen.parsing import parse_python
 from visualhfsm._base.errors import EditError
 
+from .. import nodes
 from ..geometry import with_default_handles
-from ..nodes import (
-    automaton_ids,
-    changed,
-    checked,
-    coordinate,
-    find_automaton,
-    find_state,
-    free_name,
-    require_room,
-    state_ids,
-    swapped,
-)
 from ..subtrees import owners
 from .base import Command, Id, Ids, Language, made_up
 from .items import describe
@@ -51,23 +40,25 @@ class GroupStates(Command, frozen=True, kw_only=True):
     language: Language = ""
 
     def apply(self, document: Document) -> Document:
-        source = find_automaton(document, self.automaton)
-        chosen = [find_state(source, number) for number in dict.fromkeys(self.states)]
+        source = nodes.find_automaton(document, self.automaton)
+        chosen = [nodes.find_state(source, number) for number in dict.fromkeys(self.states)]
         if not chosen:
             raise EditError(
                 Message("Cannot group"), Message("no state is selected"), Message("select states first")
             )
-        require_room(document, 1, Message("Cannot group"))
-        number = next(automaton_ids(document))
+        nodes.require_room(document, 1, Message("Cannot group"))
+        number = next(nodes.automaton_ids(document))
         group = State(
-            id=next(state_ids(source)),
-            name=checked(self.name, Message("the name"))
-            or free_name(made_up(Message("group"), self.language), {state.name for state in source.states}),
+            id=next(nodes.state_ids(source)),
+            name=nodes.checked(self.name, Message("the name"))
+            or nodes.free_name(
+                made_up(Message("group"), self.language), {state.name for state in source.states}
+            ),
             initial=any(state.initial for state in chosen),
             children=(number,),
             history=Text("restart"),
-            x=coordinate(sum(state.x for state in chosen) / len(chosen)),
-            y=coordinate(sum(state.y for state in chosen) / len(chosen)),
+            x=nodes.coordinate(sum(state.x for state in chosen) / len(chosen)),
+            y=nodes.coordinate(sum(state.y for state in chosen) / len(chosen)),
         )
         inside = {state.id for state in chosen}
         within = tuple(each for each in source.transitions if {each.origin, each.destination} <= inside)
@@ -86,13 +77,14 @@ class GroupStates(Command, frozen=True, kw_only=True):
         former = _moving(document, source, chosen)
         automata = tuple(
             replace(each, father=number) if each.id in former else each
-            for each in swapped(document.automata, source, changed(grouped, variables=kept))
+            for each in nodes.swapped(document.automata, source, nodes.changed(grouped, variables=kept))
         )
         return replace(document, automata=(*automata, child))
 
     def title(self, document: Document) -> Message:
         return Message(
-            "Group {describe}", describe=describe(find_automaton(document, self.automaton), self.states, ())
+            "Group {describe}",
+            describe=describe(nodes.find_automaton(document, self.automaton), self.states, ()),
         )
 
 
@@ -110,13 +102,13 @@ def _grouped(source: Automaton, group: State, inside: set[int]) -> Automaton:
         if leaves or enters:
             crossing.add(each.id)
         transitions.append(
-            changed(
+            nodes.changed(
                 each,
                 origin=group.id if leaves else each.origin,
                 destination=group.id if enters else each.destination,
             )
         )
-    made = changed(source, states=tuple(states), transitions=tuple(transitions))
+    made = nodes.changed(source, states=tuple(states), transitions=tuple(transitions))
     return with_default_handles(made, frozenset(crossing))
 
 
@@ -145,7 +137,7 @@ def _with_initial(states: list[State], transitions: tuple[Transition, ...]) -> t
         each.destination for each in transitions if each.destination in ids and each.origin not in ids
     ]
     first = entering[0] if entering else states[0].id
-    return tuple(changed(state, initial=state.id == first) for state in states)
+    return tuple(nodes.changed(state, initial=state.id == first) for state in states)
 
 
 def _moving(document: Document, source: Automaton, states: list[State]) -> set[int]:
@@ -201,8 +193,8 @@ class _Names(NamedTuple):
 
 
 def _names(statement: ast.stmt) -> _Names:
-    nodes = ast.walk(statement)
-    used = {each.id for each in nodes if isinstance(each, ast.Name) and isinstance(each.ctx, ast.Load)}
+    names = (each for each in ast.walk(statement) if isinstance(each, ast.Name))
+    used = {each.id for each in names if isinstance(each.ctx, ast.Load)}
     bound = set(bound_names(ast.Module([statement], [])))
     match statement:
         case ast.Assign(targets=targets) if all(isinstance(each, ast.Name) for each in targets):

@@ -13,20 +13,8 @@ import msgspec
 from codegen.hfsm.document import Automaton, Document
 from codegen.messages import Message, all_of
 
+from .. import nodes
 from ..geometry import Point, moved, with_default_handles
-from ..nodes import (
-    changed,
-    coordinate,
-    described,
-    find_annotation,
-    find_automaton,
-    find_state,
-    find_transition,
-    label,
-    size,
-    swapped,
-    with_automaton,
-)
 from ..subtrees import hanging, without_automata
 from .base import AUTOMATIC_LAYOUT, AutomatonCommand, Command, Id, Ids, step_name
 
@@ -45,15 +33,15 @@ class DeleteItems(Command, frozen=True, kw_only=True):
     """Whether they were cut to the clipboard; affects only the name of the step."""
 
     def apply(self, document: Document) -> Document:
-        automaton = find_automaton(document, self.automaton)
-        states = [find_state(automaton, number) for number in self.states]
-        transitions = {id(find_transition(automaton, number)) for number in self.transitions}
-        annotations = {find_annotation(automaton, number).id for number in self.annotations}
+        automaton = nodes.find_automaton(document, self.automaton)
+        states = [nodes.find_state(automaton, number) for number in self.states]
+        transitions = {id(nodes.find_transition(automaton, number)) for number in self.transitions}
+        annotations = {nodes.find_annotation(automaton, number).id for number in self.annotations}
         document = without_automata(document, hanging(document, automaton, states))
         gone = set(self.states)
 
         def delete(automaton: Automaton) -> Automaton:
-            return changed(
+            return nodes.changed(
                 automaton,
                 states=tuple(state for state in automaton.states if state.id not in gone),
                 transitions=tuple(
@@ -64,10 +52,10 @@ class DeleteItems(Command, frozen=True, kw_only=True):
                 annotations=tuple(each for each in automaton.annotations if each.id not in annotations),
             )
 
-        return with_automaton(document, self.automaton, delete)
+        return nodes.with_automaton(document, self.automaton, delete)
 
     def title(self, document: Document) -> Message:
-        automaton = find_automaton(document, self.automaton)
+        automaton = nodes.find_automaton(document, self.automaton)
         what = describe(automaton, self.states, self.transitions, self.annotations)
         return Message("Cut {what}", what=what) if self.cut else Message("Delete {what}", what=what)
 
@@ -86,13 +74,13 @@ class MoveItems(AutomatonCommand, frozen=True, kw_only=True):
 
     def change(self, automaton: Automaton) -> Automaton:
         shift = (self.dx, self.dy)
-        states = {find_state(automaton, number).id: shift for number in self.states}
-        handles = {find_transition(automaton, number).id: shift for number in self.transitions}
-        annotations = {find_annotation(automaton, number).id: shift for number in self.annotations}
+        states = {nodes.find_state(automaton, number).id: shift for number in self.states}
+        handles = {nodes.find_transition(automaton, number).id: shift for number in self.transitions}
+        annotations = {nodes.find_annotation(automaton, number).id: shift for number in self.annotations}
         return moved(automaton, states, handles, annotations)
 
     def title(self, document: Document) -> Message:
-        automaton = find_automaton(document, self.automaton)
+        automaton = nodes.find_automaton(document, self.automaton)
         what = describe(automaton, self.states, self.transitions, self.annotations)
         return Message("Move {what}", what=what)
 
@@ -119,7 +107,7 @@ class AlignStates(AutomatonCommand, frozen=True, kw_only=True):
     to: Literal["left", "center", "right", "top", "middle", "bottom"]
 
     def change(self, automaton: Automaton) -> Automaton:
-        states = [find_state(automaton, number) for number in self.states]
+        states = [nodes.find_state(automaton, number) for number in self.states]
         if len(states) < 2:
             return automaton
         horizontal = self.to in ("left", "center", "right")
@@ -134,7 +122,7 @@ class AlignStates(AutomatonCommand, frozen=True, kw_only=True):
         return moved(automaton, _shifts(self.states, shifts, horizontal=horizontal), {})
 
     def title(self, document: Document) -> Message:
-        automaton = find_automaton(document, self.automaton)
+        automaton = nodes.find_automaton(document, self.automaton)
         what = describe(automaton, self.states, ())
         return Message("Align {what}: {side}", what=what, side=_SIDES[self.to])
 
@@ -146,7 +134,7 @@ class DistributeStates(AutomatonCommand, frozen=True, kw_only=True):
     along: Literal["x", "y"]
 
     def change(self, automaton: Automaton) -> Automaton:
-        states = [find_state(automaton, number) for number in dict.fromkeys(self.states)]
+        states = [nodes.find_state(automaton, number) for number in dict.fromkeys(self.states)]
         if len(states) < 3:
             return automaton
         horizontal = self.along == "x"
@@ -158,7 +146,7 @@ class DistributeStates(AutomatonCommand, frozen=True, kw_only=True):
         return moved(automaton, _shifts(ids, shifts, horizontal=horizontal), {})
 
     def title(self, document: Document) -> Message:
-        automaton = find_automaton(document, self.automaton)
+        automaton = nodes.find_automaton(document, self.automaton)
         return Message("Distribute {what}", what=describe(automaton, self.states, ()))
 
 
@@ -168,11 +156,11 @@ class ResetHandles(AutomatonCommand, frozen=True, kw_only=True):
     transitions: Ids
 
     def change(self, automaton: Automaton) -> Automaton:
-        ids = frozenset(find_transition(automaton, number).id for number in self.transitions)
+        ids = frozenset(nodes.find_transition(automaton, number).id for number in self.transitions)
         return with_default_handles(automaton, ids)
 
     def title(self, document: Document) -> Message:
-        automaton = find_automaton(document, self.automaton)
+        automaton = nodes.find_automaton(document, self.automaton)
         return Message("Reset the handle of {what}", what=describe(automaton, (), self.transitions))
 
 
@@ -199,7 +187,7 @@ class PlaceItems(Command, frozen=True, kw_only=True):
 
     def apply(self, document: Document) -> Document:
         for placement in self.placements:
-            document = with_automaton(document, placement.automaton, partial(_placed, placement))
+            document = nodes.with_automaton(document, placement.automaton, partial(_placed, placement))
         return document
 
     def title(self, document: Document) -> Message:
@@ -209,16 +197,16 @@ class PlaceItems(Command, frozen=True, kw_only=True):
 def describe(automaton: Automaton, states: Ids, transitions: Ids, annotations: Ids = ()) -> Message:
     """Return a name for some states, transitions and annotations together."""
     if annotations:
-        chosen = [find_annotation(automaton, number) for number in annotations]
+        chosen = [nodes.find_annotation(automaton, number) for number in annotations]
         frames = [each for each in chosen if each.kind == "frame"]
         if len(frames) == 1:
-            return described(frames[0])  # with what it holds
+            return nodes.described(frames[0])  # with what it holds
         if len(chosen) == 1 and not states and not transitions:
-            return described(chosen[0])
+            return nodes.described(chosen[0])
     if len(states) == 1 and not transitions:
-        return label(find_state(automaton, states[0]))
+        return nodes.label(nodes.find_state(automaton, states[0]))
     if len(transitions) == 1 and not states:
-        return label(find_transition(automaton, transitions[0]))
+        return nodes.label(nodes.find_transition(automaton, transitions[0]))
     parts = []
     if states:
         parts.append(Message.counted("{count} state", "{count} states", count=len(states)))
@@ -241,19 +229,25 @@ def _placed(placement: Placement, automaton: Automaton) -> Automaton:
     handles = {transition.id: transition for transition in automaton.transitions}
     for number, _, _ in placement.states:
         if number not in states:
-            find_state(automaton, number)
+            nodes.find_state(automaton, number)
     for number, _, _ in placement.transitions:
         if number not in handles:
-            find_transition(automaton, number)
+            nodes.find_transition(automaton, number)
     shifts = {number: (x - states[number].x, y - states[number].y) for number, x, y in placement.states}
     handle_shifts = {
         number: (x - handles[number].x, y - handles[number].y) for number, x, y in placement.transitions
     }
     automaton = moved(automaton, shifts, handle_shifts)
     for number, x, y, width, height in placement.annotations:
-        former = find_annotation(automaton, number)
-        new = changed(former, x=coordinate(x), y=coordinate(y), width=size(width), height=size(height))
-        automaton = changed(automaton, annotations=swapped(automaton.annotations, former, new))
+        former = nodes.find_annotation(automaton, number)
+        new = nodes.changed(
+            former,
+            x=nodes.coordinate(x),
+            y=nodes.coordinate(y),
+            width=nodes.size(width),
+            height=nodes.size(height),
+        )
+        automaton = nodes.changed(automaton, annotations=nodes.swapped(automaton.annotations, former, new))
     moved_ends = frozenset(
         transition.id
         for transition in automaton.transitions

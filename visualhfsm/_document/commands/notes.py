@@ -10,18 +10,7 @@ from typing import Final, Literal
 from codegen.hfsm.document import Annotation, Automaton, Document, Text
 from codegen.messages import Message
 
-from ..nodes import (
-    changed,
-    checked,
-    coordinate,
-    described,
-    find_annotation,
-    find_automaton,
-    free_ids,
-    require_own_content,
-    size,
-    swapped,
-)
+from .. import nodes
 from .base import AutomatonCommand, Id, Ids
 
 Color = Literal["", "yellow", "blue", "green", "pink", "gray"]
@@ -48,16 +37,16 @@ class AddAnnotation(AutomatonCommand, frozen=True, kw_only=True):
     text: str = ""
 
     def change(self, automaton: Automaton) -> Automaton:
-        require_own_content(automaton, Message("Cannot draw in this automaton"))
+        nodes.require_own_content(automaton, Message("Cannot draw in this automaton"))
         made = Annotation(
-            id=next(free_ids(each.id for each in automaton.annotations)),
+            id=next(nodes.free_ids(each.id for each in automaton.annotations)),
             kind=self.kind,
-            x=coordinate(self.x),
-            y=coordinate(self.y),
-            width=size(self.width),
-            height=size(self.height),
+            x=nodes.coordinate(self.x),
+            y=nodes.coordinate(self.y),
+            width=nodes.size(self.width),
+            height=nodes.size(self.height),
             color=Text(self.color),
-            text=Text(checked(self.text, Message("the text"))),
+            text=Text(nodes.checked(self.text, Message("the text"))),
         )
         return replace(automaton, annotations=(*automaton.annotations, made))
 
@@ -71,19 +60,19 @@ class _AnnotationCommand(AutomatonCommand, frozen=True, kw_only=True):
     annotation: Id
 
     def changed_annotation(self, annotation: Annotation) -> Annotation:
-        return changed(annotation, **self.own_fields(_AnnotationCommand))
+        return nodes.changed(annotation, **self.own_fields(_AnnotationCommand))
 
     def change(self, automaton: Automaton) -> Automaton:
-        former = find_annotation(automaton, self.annotation)
+        former = nodes.find_annotation(automaton, self.annotation)
         new = self.changed_annotation(former)
-        return changed(automaton, annotations=swapped(automaton.annotations, former, new))
+        return nodes.changed(automaton, annotations=nodes.swapped(automaton.annotations, former, new))
 
     def title(self, document: Document) -> Message:
-        return self._titled(described(self._named(document)))
+        return self._titled(nodes.described(self._named(document)))
 
     def _named(self, document: Document) -> Annotation:
         """Return the annotation with the words that name it."""
-        return find_annotation(find_automaton(document, self.automaton), self.annotation)
+        return nodes.find_annotation(nodes.find_automaton(document, self.automaton), self.annotation)
 
     def _titled(self, what: Message) -> Message:
         raise NotImplementedError
@@ -114,12 +103,12 @@ class ResizeAnnotation(_AnnotationCommand, frozen=True, kw_only=True):
     height: float
 
     def changed_annotation(self, annotation: Annotation) -> Annotation:
-        return changed(
+        return nodes.changed(
             annotation,
-            x=coordinate(self.x),
-            y=coordinate(self.y),
-            width=size(self.width),
-            height=size(self.height),
+            x=nodes.coordinate(self.x),
+            y=nodes.coordinate(self.y),
+            width=nodes.size(self.width),
+            height=nodes.size(self.height),
         )
 
     def _titled(self, what: Message) -> Message:
@@ -133,11 +122,11 @@ class SetAnnotationColor(AutomatonCommand, frozen=True, kw_only=True):
     color: Color
 
     def change(self, automaton: Automaton) -> Automaton:
-        chosen = {find_annotation(automaton, number).id for number in self.annotations}
-        return changed(
+        chosen = {nodes.find_annotation(automaton, number).id for number in self.annotations}
+        return nodes.changed(
             automaton,
             annotations=tuple(
-                changed(each, color=self.color) if each.id in chosen else each
+                nodes.changed(each, color=self.color) if each.id in chosen else each
                 for each in automaton.annotations
             ),
         )
@@ -146,5 +135,5 @@ class SetAnnotationColor(AutomatonCommand, frozen=True, kw_only=True):
         color = _COLORS[self.color]
         if len(self.annotations) != 1:
             return Message("Color notes {color}", color=color)
-        found = find_annotation(find_automaton(document, self.automaton), self.annotations[0])
-        return Message("Color {what} {color}", what=described(found), color=color)
+        found = nodes.find_annotation(nodes.find_automaton(document, self.automaton), self.annotations[0])
+        return Message("Color {what} {color}", what=nodes.described(found), color=color)

@@ -24,22 +24,9 @@ from codegen.hfsm.document import (
 from codegen.messages import Message
 from visualhfsm._base.errors import EditError
 
+from .. import nodes
 from ..diff import KEYS
 from ..geometry import Point
-from ..nodes import (
-    automaton_ids,
-    changed,
-    checked,
-    coordinate,
-    find_automaton,
-    free_ids,
-    free_name,
-    require_own_content,
-    require_room,
-    state_ids,
-    swapped,
-    transition_ids,
-)
 from ..serialization import parse
 from ..subtrees import hanging, renumbered, renumbered_state, without_automata
 from .base import Command, Id, Language, step_name
@@ -68,8 +55,8 @@ class PasteStates(Command, frozen=True, kw_only=True):
     name: str = ""
 
     def apply(self, document: Document) -> Document:
-        target = find_automaton(document, self.automaton)
-        require_own_content(target, Message("Cannot paste into this automaton"))
+        target = nodes.find_automaton(document, self.automaton)
+        nodes.require_own_content(target, Message("Cannot paste into this automaton"))
         fragment = parse(self.content, Message("Cannot paste"))
         if not fragment.automata or not (fragment.automata[0].states or fragment.automata[0].annotations):
             raise EditError(
@@ -88,7 +75,7 @@ class PasteStates(Command, frozen=True, kw_only=True):
             annotations=(*target.annotations, *_pasted_annotations(target, top, shift)),
         )
         pasted = tuple(renumbered(each, numbers, target.id) for each in others)
-        return replace(document, automata=(*swapped(document.automata, target, filled), *pasted))
+        return replace(document, automata=(*nodes.swapped(document.automata, target, filled), *pasted))
 
     def title(self, document: Document) -> Message:
         return step_name(self.name) if self.name else Message("Paste")
@@ -102,8 +89,8 @@ class PasteStates(Command, frozen=True, kw_only=True):
             for right in _NEAR
             for below in _NEAR
         }
-        right = 0.0 if self.x is None else coordinate(self.x) - min(each.x for each in pasted)
-        down = 0.0 if self.y is None else coordinate(self.y) - min(each.y for each in pasted)
+        right = 0.0 if self.x is None else nodes.coordinate(self.x) - min(each.x for each in pasted)
+        down = 0.0 if self.y is None else nodes.coordinate(self.y) - min(each.y for each in pasted)
         while any(_square(each.x + right, each.y + down) in taken for each in pasted):
             right += _STEP
             down += _STEP
@@ -145,7 +132,7 @@ class AddReadyState(Command, frozen=True, kw_only=True):
             )
             raise EditError(what, why, Message("draw a state, and write its code"))
         _require_same_declarations(document, fragment, what)
-        former = find_automaton(document, self.automaton)
+        former = nodes.find_automaton(document, self.automaton)
         document = AddState(
             automaton=former.id,
             x=self.x,
@@ -154,22 +141,24 @@ class AddReadyState(Command, frozen=True, kw_only=True):
             trigger=self.trigger,
             language=self.language,
         ).apply(document)
-        target = find_automaton(document, self.automaton)
+        target = nodes.find_automaton(document, self.automaton)
         added = target.states[-1]
         numbers = _numbers(document, [top, *(each for each in fragment.automata if each is not top)])
-        state = changed(
+        state = nodes.changed(
             added,
-            name=free_name(checked(self.name, Message("the name")), {each.name for each in former.states}),
+            name=nodes.free_name(
+                nodes.checked(self.name, Message("the name")), {each.name for each in former.states}
+            ),
             children=(numbers[top.id],),
             history=Text("restart"),
             arguments=tuple(Argument(name=each.name, value=Text(each.default.text)) for each in top.inputs),
         )
-        filled = replace(target, states=swapped(target.states, added, state))
+        filled = replace(target, states=nodes.swapped(target.states, added, state))
         known = {each.functions.text.strip() for each in document.automata}
         copies = tuple(
             _without_functions(renumbered(each, numbers, target.id), known) for each in fragment.automata
         )
-        drawn = replace(document, automata=(*swapped(document.automata, target, filled), *copies))
+        drawn = replace(document, automata=(*nodes.swapped(document.automata, target, filled), *copies))
         return _with_declarations(drawn, fragment)
 
     def title(self, document: Document) -> Message:
@@ -193,9 +182,9 @@ class FillAutomaton(Command, frozen=True, kw_only=True):
             raise EditError(
                 Message("Cannot fill the automaton"), Message("the text contains none"), Message("write one")
             )
-        target = find_automaton(document, self.automaton)
+        target = nodes.find_automaton(document, self.automaton)
         document = without_automata(document, hanging(document, target, target.states))
-        target = find_automaton(document, self.automaton)
+        target = nodes.find_automaton(document, self.automaton)
         top, *others = fragment.automata
         numbers = _numbers(document, others)
         filled = replace(
@@ -212,7 +201,7 @@ class FillAutomaton(Command, frozen=True, kw_only=True):
             extras=top.extras,
         )
         pasted = tuple(renumbered(each, numbers, target.id) for each in others)
-        document = replace(document, automata=(*swapped(document.automata, target, filled), *pasted))
+        document = replace(document, automata=(*nodes.swapped(document.automata, target, filled), *pasted))
         return _with_declarations(document, fragment)
 
     def title(self, document: Document) -> Message:
@@ -269,14 +258,14 @@ def _with_declarations(document: Document, fragment: Document) -> Document:
         own: tuple[Node, ...] = getattr(document, name)
         known = {KEYS[name](item) for item in own}
         lists[name] = (*own, *(item for item in getattr(fragment, name) if KEYS[name](item) not in known))
-    return changed(document, **lists)
+    return nodes.changed(document, **lists)
 
 
 def _numbers(document: Document, automata: list[Automaton]) -> dict[int, int]:
     """Return new ids for automata that are added to a document. Raises EditError for too many of them."""
     what = Message("Cannot add these automata")
-    require_room(document, len(automata), what)
-    ids = automaton_ids(document)
+    nodes.require_room(document, len(automata), what)
+    ids = nodes.automaton_ids(document)
     numbers: dict[int, int] = {}
     for automaton in automata:
         if automaton.id in numbers:
@@ -289,27 +278,27 @@ def _numbers(document: Document, automata: list[Automaton]) -> dict[int, int]:
 def _pasted_states(
     target: Automaton, top: Automaton, numbers: dict[int, int], shift: Point
 ) -> Iterator[State]:
-    ids = state_ids(target)
+    ids = nodes.state_ids(target)
     taken = {state.name for state in target.states}
     may_begin = not any(state.initial for state in target.states)
     for state in top.states:
-        name = free_name(state.name, taken) if state.name.strip() else state.name
+        name = nodes.free_name(state.name, taken) if state.name.strip() else state.name
         taken.add(name)
         new = replace(
             renumbered_state(state, numbers),
             id=next(ids),
             initial=state.initial and may_begin,
-            x=coordinate(state.x + shift[0]),
-            y=coordinate(state.y + shift[1]),
+            x=nodes.coordinate(state.x + shift[0]),
+            y=nodes.coordinate(state.y + shift[1]),
         )
         may_begin = may_begin and not state.initial
-        yield changed(new, name=name)
+        yield nodes.changed(new, name=name)
 
 
 def _pasted_transitions(
     target: Automaton, top: Automaton, new_ids: dict[int, int], shift: Point
 ) -> Iterator[Transition]:
-    ids = transition_ids(target)
+    ids = nodes.transition_ids(target)
     for transition in top.transitions:
         if transition.origin in new_ids and transition.destination in new_ids:
             yield replace(
@@ -317,12 +306,14 @@ def _pasted_transitions(
                 id=next(ids),
                 origin=new_ids[transition.origin],
                 destination=new_ids[transition.destination],
-                x=coordinate(transition.x + shift[0]),
-                y=coordinate(transition.y + shift[1]),
+                x=nodes.coordinate(transition.x + shift[0]),
+                y=nodes.coordinate(transition.y + shift[1]),
             )
 
 
 def _pasted_annotations(target: Automaton, top: Automaton, shift: Point) -> Iterator[Annotation]:
-    ids = free_ids(each.id for each in target.annotations)
+    ids = nodes.free_ids(each.id for each in target.annotations)
     for each in top.annotations:
-        yield replace(each, id=next(ids), x=coordinate(each.x + shift[0]), y=coordinate(each.y + shift[1]))
+        yield replace(
+            each, id=next(ids), x=nodes.coordinate(each.x + shift[0]), y=nodes.coordinate(each.y + shift[1])
+        )

@@ -10,19 +10,7 @@ from typing import ClassVar, Literal
 from codegen.hfsm.document import NO_CHILD, Automaton, Document, State
 from codegen.messages import NO_MESSAGE, Message
 
-from ..nodes import (
-    changed,
-    checked,
-    coordinate,
-    find_automaton,
-    find_state,
-    free_name,
-    label,
-    require_own_content,
-    state_ids,
-    swapped,
-    with_automaton,
-)
+from .. import nodes
 from .base import AutomatonCommand, Command, Id, Language, made_up
 from .transitions import AddTransition, TransitionType
 
@@ -42,22 +30,22 @@ class AddState(Command, frozen=True, kw_only=True):
     language: Language = ""
 
     def apply(self, document: Document) -> Document:
-        number = next(state_ids(find_automaton(document, self.automaton)))
+        number = next(nodes.state_ids(nodes.find_automaton(document, self.automaton)))
 
         def add(automaton: Automaton) -> Automaton:
-            require_own_content(automaton, Message("Cannot draw in this automaton"))
+            nodes.require_own_content(automaton, Message("Cannot draw in this automaton"))
             taken = {state.name for state in automaton.states}
             state = State(
                 id=number,
-                name=checked(self.name, Message("the name"))
-                or free_name(made_up(Message("state {number}", number=number), self.language), taken),
+                name=nodes.checked(self.name, Message("the name"))
+                or nodes.free_name(made_up(Message("state {number}", number=number), self.language), taken),
                 initial=not any(state.initial for state in automaton.states),
-                x=coordinate(self.x),
-                y=coordinate(self.y),
+                x=nodes.coordinate(self.x),
+                y=nodes.coordinate(self.y),
             )
             return replace(automaton, states=(*automaton.states, state))
 
-        drawn = with_automaton(document, self.automaton, add)
+        drawn = nodes.with_automaton(document, self.automaton, add)
         if self.origin is None:
             return drawn
         led = AddTransition(
@@ -82,17 +70,19 @@ class _StateCommand(AutomatonCommand, frozen=True, kw_only=True):
     state: Id
 
     def changed_state(self, state: State) -> State:
-        return changed(state, **self.own_fields(_StateCommand))
+        return nodes.changed(state, **self.own_fields(_StateCommand))
 
     def change(self, automaton: Automaton) -> Automaton:
-        former = find_state(automaton, self.state)
-        return changed(automaton, states=swapped(automaton.states, former, self.changed_state(former)))
+        former = nodes.find_state(automaton, self.state)
+        return nodes.changed(
+            automaton, states=nodes.swapped(automaton.states, former, self.changed_state(former))
+        )
 
     def title(self, document: Document) -> Message:
         return Message("{what} {label}", what=self.titled, label=self.label(document))
 
     def label(self, document: Document) -> Message:
-        return label(find_state(find_automaton(document, self.automaton), self.state))
+        return nodes.label(nodes.find_state(nodes.find_automaton(document, self.automaton), self.state))
 
 
 class RenameState(_StateCommand, frozen=True, kw_only=True):
@@ -109,9 +99,9 @@ class MarkInitial(_StateCommand, frozen=True, kw_only=True):
     titled = Message("Start in")
 
     def change(self, automaton: Automaton) -> Automaton:
-        chosen = find_state(automaton, self.state)
-        states = tuple(changed(state, initial=state is chosen) for state in automaton.states)
-        return changed(automaton, states=states)
+        chosen = nodes.find_state(automaton, self.state)
+        states = tuple(nodes.changed(state, initial=state is chosen) for state in automaton.states)
+        return nodes.changed(automaton, states=states)
 
 
 class MarkFinal(_StateCommand, frozen=True, kw_only=True):
@@ -120,11 +110,11 @@ class MarkFinal(_StateCommand, frozen=True, kw_only=True):
     final: bool
 
     def title(self, document: Document) -> Message:
-        label = self.label(document)
+        state = self.label(document)
         return (
-            Message("End in {label}", label=label)
+            Message("End in {label}", label=state)
             if self.final
-            else Message("Do not end in {label}", label=label)
+            else Message("Do not end in {label}", label=state)
         )
 
 
@@ -143,7 +133,7 @@ class RemoveArgument(_StateCommand, frozen=True, kw_only=True):
 
     def changed_state(self, state: State) -> State:
         kept = tuple(each for each in state.arguments if (each.name, each.child) != (self.name, self.child))
-        return changed(state, arguments=kept)
+        return nodes.changed(state, arguments=kept)
 
     def title(self, document: Document) -> Message:
         return Message(
@@ -159,7 +149,7 @@ class RemoveResult(_StateCommand, frozen=True, kw_only=True):
 
     def changed_state(self, state: State) -> State:
         kept = tuple(each for each in state.results if (each.name, each.child) != (self.name, self.child))
-        return changed(state, results=kept)
+        return nodes.changed(state, results=kept)
 
     def title(self, document: Document) -> Message:
         return Message("Leave the output {name} in {label}", name=self.name[:30], label=self.label(document))

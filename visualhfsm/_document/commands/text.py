@@ -12,16 +12,7 @@ from codegen.hfsm.document import NO_CHILD, Argument, Automaton, Document, Resul
 from codegen.messages import Message, template
 from visualhfsm._base.errors import EditError
 
-from ..nodes import (
-    changed,
-    checked,
-    find_automaton,
-    find_state,
-    find_transition,
-    label,
-    swapped,
-    with_automaton,
-)
+from .. import nodes
 from ..places import CODE, Place, pattern_for, texts_in
 from ..serialization import MAX_SIZE
 from ..straightening import straightened
@@ -61,15 +52,15 @@ class SetText(Command, frozen=True, kw_only=True):
 
     def apply(self, document: Document) -> Document:
         self._step()
-        return with_automaton(document, self.place.automaton, self._changed)
+        return nodes.with_automaton(document, self.place.automaton, self._changed)
 
     def title(self, document: Document) -> Message:
         place, step = self.place, self._step()
-        automaton = find_automaton(document, place.automaton)
+        automaton = nodes.find_automaton(document, place.automaton)
         if place.kind == "automaton":
             return step
-        find = find_state if place.kind == "state" else find_transition
-        return step.again({"name": place.name[:30], "label": label(find(automaton, place.id))})
+        find = nodes.find_state if place.kind == "state" else nodes.find_transition
+        return step.again({"name": place.name[:30], "label": nodes.label(find(automaton, place.id))})
 
     @property
     def merge_key(self) -> Hashable | None:
@@ -87,36 +78,38 @@ class SetText(Command, frozen=True, kw_only=True):
     def _changed(self, automaton: Automaton) -> Automaton:
         place, text = self.place, self.text
         if place.kind == "automaton":
-            return changed(automaton, **{place.part: text})
+            return nodes.changed(automaton, **{place.part: text})
         if place.kind == "transition":
-            former = find_transition(automaton, place.id)
-            new = changed(former, **{"code" if place.part == "fired" else place.part: text})
-            return changed(automaton, transitions=swapped(automaton.transitions, former, new))
-        state = find_state(automaton, place.id)
+            former = nodes.find_transition(automaton, place.id)
+            new = nodes.changed(former, **{"code" if place.part == "fired" else place.part: text})
+            return nodes.changed(automaton, transitions=nodes.swapped(automaton.transitions, former, new))
+        state = nodes.find_state(automaton, place.id)
         is_item = place.part in ("argument", "result")
-        new_state = self._with_item(state) if is_item else changed(state, **{place.part: text})
-        return changed(automaton, states=swapped(automaton.states, state, new_state))
+        new_state = self._with_item(state) if is_item else nodes.changed(state, **{place.part: text})
+        return nodes.changed(automaton, states=nodes.swapped(automaton.states, state, new_state))
 
     def _with_item(self, state: State) -> State:
         """Return a state with an argument or a result that is changed or new."""
         place, is_result = self.place, self.place.part == "result"
-        text = checked(self.text, Message("the variable") if is_result else Message("the argument"))
+        text = nodes.checked(self.text, Message("the variable") if is_result else Message("the argument"))
         items: tuple[Argument | Result, ...] = state.results if is_result else state.arguments
         former = next((each for each in items if (each.name, each.child) == (place.name, place.child)), None)
         if former is not None:
-            items = swapped(items, former, changed(former, **{"variable" if is_result else "value": text}))
+            items = nodes.swapped(
+                items, former, nodes.changed(former, **{"variable" if is_result else "value": text})
+            )
         elif not place.name.strip():
             why, hint = Message("it has no name"), Message("name an input or output of the automaton below")
             raise EditError(Message("Cannot set the text"), why, hint)
         else:
-            name = checked(place.name, Message("the name"))
+            name = nodes.checked(place.name, Message("the name"))
             made = (
                 Result(name=name, child=place.child, variable=Text(text))
                 if is_result
                 else Argument(name=name, child=place.child, value=Text(text))
             )
             items = (*items, made)
-        return changed(state, **{"results" if is_result else "arguments": items})
+        return nodes.changed(state, **{"results" if is_result else "arguments": items})
 
 
 class ReplaceText(Command, frozen=True, kw_only=True):
@@ -223,19 +216,19 @@ class CorrectName(Command, frozen=True, kw_only=True):
             if _text_at(document, at).strip() != self.name:
                 raise self._changed()
             return _with_text(document, at, self.meant)
-        automaton = find_automaton(document, place.automaton)
-        state = find_state(automaton, place.id)
+        automaton = nodes.find_automaton(document, place.automaton)
+        state = nodes.find_state(automaton, place.id)
         items: tuple[Argument | Result, ...] = state.results if place.part == "result" else state.arguments
         found = [each for each in items if (each.name, each.child) == (place.name, place.child)]
         if len(found) != 1 or _value(found[0], field) != self.name:
             raise self._changed()
-        new = changed(found[0], **{field: self.meant})
+        new = nodes.changed(found[0], **{field: self.meant})
         part = "results" if place.part == "result" else "arguments"
-        state_now = changed(state, **{part: swapped(items, found[0], new)})
-        return with_automaton(
+        state_now = nodes.changed(state, **{part: nodes.swapped(items, found[0], new)})
+        return nodes.with_automaton(
             document,
             place.automaton,
-            lambda each: changed(each, states=swapped(each.states, state, state_now)),
+            lambda each: nodes.changed(each, states=nodes.swapped(each.states, state, state_now)),
         )
 
     def _changed(self) -> EditError:
@@ -264,7 +257,7 @@ def _with_text(document: Document, place: Place, text: str) -> Document:
     """Return the document with another text at a place. Raises EditError for one without code."""
     lists: Mapping[str, ListName] = {each: each for each in get_args(ListName)}
     if place.part == "import":
-        imported = find_automaton(document, place.automaton).imported
+        imported = nodes.find_automaton(document, place.automaton).imported
         source = NO_CHILD if imported is None else imported.automaton
         return SetImport(automaton=place.automaton, file=text, source=source).apply(document)
     if place.part not in lists:

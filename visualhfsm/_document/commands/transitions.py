@@ -9,18 +9,8 @@ from typing import ClassVar, Final, Literal
 from codegen.hfsm.document import Automaton, Document, Transition
 from codegen.messages import NO_MESSAGE, Message
 
+from .. import nodes
 from ..geometry import with_default_handles
-from ..nodes import (
-    changed,
-    checked,
-    coordinate,
-    find_automaton,
-    find_state,
-    find_transition,
-    label,
-    swapped,
-    transition_ids,
-)
 from .base import AutomatonCommand, Id, Index, Language, made_up
 
 _DEFAULT_TIME: Final = "1000"  # ms
@@ -40,26 +30,30 @@ class AddTransition(AutomatonCommand, frozen=True, kw_only=True):
     language: Language = ""
 
     def change(self, automaton: Automaton) -> Automaton:
-        number = next(transition_ids(automaton))
+        number = next(nodes.transition_ids(automaton))
         transition = Transition(
             id=number,
-            name=checked(self.name, Message("the name"))
+            name=nodes.checked(self.name, Message("the name"))
             or made_up(Message("transition {number}", number=number), self.language),
-            origin=find_state(automaton, self.origin).id,
-            destination=find_state(automaton, self.destination).id,
+            origin=nodes.find_state(automaton, self.origin).id,
+            destination=nodes.find_state(automaton, self.destination).id,
             type=self.type,
-            x=coordinate(self.x or 0.0),
-            y=coordinate(self.y or 0.0),
+            x=nodes.coordinate(self.x or 0.0),
+            y=nodes.coordinate(self.y or 0.0),
         )
         drawn = replace(automaton, transitions=(*automaton.transitions, transition))
         is_placed = self.x is not None and self.y is not None
         return drawn if is_placed else with_default_handles(drawn, frozenset((number,)))
 
     def title(self, document: Document) -> Message:
-        automaton = find_automaton(document, self.automaton)
-        origin, destination = (find_state(automaton, number) for number in (self.origin, self.destination))
+        automaton = nodes.find_automaton(document, self.automaton)
+        origin, destination = (
+            nodes.find_state(automaton, number) for number in (self.origin, self.destination)
+        )
         return Message(
-            "Add a transition from {origin} to {target}", origin=label(origin), target=label(destination)
+            "Add a transition from {origin} to {target}",
+            origin=nodes.label(origin),
+            target=nodes.label(destination),
         )
 
 
@@ -70,18 +64,20 @@ class _TransitionCommand(AutomatonCommand, frozen=True, kw_only=True):
     transition: Id
 
     def changed_transition(self, transition: Transition) -> Transition:
-        return changed(transition, **self.own_fields(_TransitionCommand))
+        return nodes.changed(transition, **self.own_fields(_TransitionCommand))
 
     def change(self, automaton: Automaton) -> Automaton:
-        former = find_transition(automaton, self.transition)
+        former = nodes.find_transition(automaton, self.transition)
         new = self.changed_transition(former)
-        return changed(automaton, transitions=swapped(automaton.transitions, former, new))
+        return nodes.changed(automaton, transitions=nodes.swapped(automaton.transitions, former, new))
 
     def title(self, document: Document) -> Message:
         return Message("{what} {label}", what=self.titled, label=self.label(document))
 
     def label(self, document: Document) -> Message:
-        return label(find_transition(find_automaton(document, self.automaton), self.transition))
+        return nodes.label(
+            nodes.find_transition(nodes.find_automaton(document, self.automaton), self.transition)
+        )
 
 
 class RenameTransition(_TransitionCommand, frozen=True, kw_only=True):
@@ -99,30 +95,32 @@ class RetargetTransition(_TransitionCommand, frozen=True, kw_only=True):
     destination: Id | None = None
 
     def change(self, automaton: Automaton) -> Automaton:
-        former = find_transition(automaton, self.transition)
-        origin = former.origin if self.origin is None else find_state(automaton, self.origin).id
+        former = nodes.find_transition(automaton, self.transition)
+        origin = former.origin if self.origin is None else nodes.find_state(automaton, self.origin).id
         destination = (
-            former.destination if self.destination is None else find_state(automaton, self.destination).id
+            former.destination
+            if self.destination is None
+            else nodes.find_state(automaton, self.destination).id
         )
         if (origin, destination) == (former.origin, former.destination):
             return automaton
-        new = changed(former, origin=origin, destination=destination)
-        led = replace(automaton, transitions=swapped(automaton.transitions, former, new))
+        new = nodes.changed(former, origin=origin, destination=destination)
+        led = replace(automaton, transitions=nodes.swapped(automaton.transitions, former, new))
         return with_default_handles(led, frozenset((former.id,)))
 
     def title(self, document: Document) -> Message:
-        automaton = find_automaton(document, self.automaton)
+        automaton = nodes.find_automaton(document, self.automaton)
         if self.destination is not None:
             return Message(
                 "Lead {label} to {state}",
                 label=self.label(document),
-                state=label(find_state(automaton, self.destination)),
+                state=nodes.label(nodes.find_state(automaton, self.destination)),
             )
         if self.origin is not None:
             return Message(
                 "Lead {label} from {state}",
                 label=self.label(document),
-                state=label(find_state(automaton, self.origin)),
+                state=nodes.label(nodes.find_state(automaton, self.origin)),
             )
         return Message("Lead {label} elsewhere", label=self.label(document))
 
@@ -159,7 +157,7 @@ class SetTransitionType(_TransitionCommand, frozen=True, kw_only=True):
             trigger = _DEFAULT_TIME
         if self.trigger is not None:
             trigger = self.trigger
-        return changed(transition, type=self.type, trigger=trigger, guard=guard)
+        return nodes.changed(transition, type=self.type, trigger=trigger, guard=guard)
 
     def title(self, document: Document) -> Message:
         return Message("Make {label} fire by {type}", label=self.label(document), type=_TYPES[self.type])
@@ -182,7 +180,7 @@ class ReorderTransition(_TransitionCommand, frozen=True, kw_only=True):
     index: Index
 
     def change(self, automaton: Automaton) -> Automaton:
-        chosen = find_transition(automaton, self.transition)
+        chosen = nodes.find_transition(automaton, self.transition)
         former = automaton.outgoing(chosen.origin)
         order = [each for each in former if each is not chosen]
         order.insert(self.index, chosen)
@@ -191,7 +189,7 @@ class ReorderTransition(_TransitionCommand, frozen=True, kw_only=True):
         if any(not each.priority.is_blank for each in order):
             ranks = {id(each): str(rank) for rank, each in enumerate(order, 1)}
             transitions = tuple(
-                changed(each, priority=ranks[id(each)]) if id(each) in ranks else each
+                nodes.changed(each, priority=ranks[id(each)]) if id(each) in ranks else each
                 for each in automaton.transitions
             )
         else:
@@ -200,7 +198,7 @@ class ReorderTransition(_TransitionCommand, frozen=True, kw_only=True):
             transitions = tuple(
                 next(ordered) if id(each) in moving else each for each in automaton.transitions
             )
-        return changed(automaton, transitions=transitions)
+        return nodes.changed(automaton, transitions=transitions)
 
     def title(self, document: Document) -> Message:
         return Message("Try {label} as number {index}", label=self.label(document), index=self.index + 1)

@@ -17,7 +17,7 @@ from codegen.messages import Message
 from codegen.parsing import parse_python
 from visualhfsm._base.errors import EditError
 
-from ..nodes import changed, find_automaton, find_state, free_name, swapped, with_automaton
+from .. import nodes
 from ..places import CODE, Place, texts_in
 from .base import Command, Id
 from .text import SetText
@@ -36,7 +36,7 @@ class PassVariable(Command, frozen=True, kw_only=True):
     def apply(self, document: Document) -> Document:
         analysis = analyze(document, _NOWHERE)
         owner = _owner(analysis, self.automaton, self.name)
-        target = find_automaton(document, self.automaton)
+        target = nodes.find_automaton(document, self.automaton)
         if any(self.name in piece.bound for piece in _code(analysis, target).sharing()):
             raise EditError(
                 Message("Cannot pass “{name}”", name=self.name),
@@ -54,20 +54,20 @@ class PassVariable(Command, frozen=True, kw_only=True):
     def _handed_over(self, document: Document, automaton: Automaton, type: str) -> Document:
         state = _state_of(document, automaton, Message("Cannot pass “{name}”", name=self.name))
         declared = Parameter(name=self.name, type=Text(type), default=Text(), description=Text())
-        document = with_automaton(
-            document, automaton.id, lambda each: changed(each, inputs=(*each.inputs, declared))
+        document = nodes.with_automaton(
+            document, automaton.id, lambda each: nodes.changed(each, inputs=(*each.inputs, declared))
         )
         several = len(state.children) > 1
         argument = Argument(name=self.name, value=Text(self.name), child=automaton.id if several else 0)
 
         def pass_on(father: Automaton) -> Automaton:
             states = tuple(
-                changed(each, arguments=(*each.arguments, argument)) if each.id == state.id else each
+                nodes.changed(each, arguments=(*each.arguments, argument)) if each.id == state.id else each
                 for each in father.states
             )
-            return changed(father, states=states)
+            return nodes.changed(father, states=states)
 
-        return with_automaton(document, automaton.father, pass_on)
+        return nodes.with_automaton(document, automaton.father, pass_on)
 
 
 class HandUpVariable(Command, frozen=True, kw_only=True):
@@ -79,7 +79,7 @@ class HandUpVariable(Command, frozen=True, kw_only=True):
     def apply(self, document: Document) -> Document:
         analysis = analyze(document, _NOWHERE)
         owner = _owner(analysis, self.automaton, self.name)
-        target = find_automaton(document, self.automaton)
+        target = nodes.find_automaton(document, self.automaton)
         what = Message("Cannot hand “{name}” up", name=self.name)
         variables = _code(analysis, target).variables
         if variables is not None and self.name in variables.bound:
@@ -102,10 +102,10 @@ class HandUpVariable(Command, frozen=True, kw_only=True):
         )
         for each in _below(document, owner, target):
             if self.name not in each.declared:
-                document = with_automaton(
+                document = nodes.with_automaton(
                     document,
                     each.id,
-                    lambda automaton: changed(automaton, outputs=(*automaton.outputs, declared)),
+                    lambda automaton: nodes.changed(automaton, outputs=(*automaton.outputs, declared)),
                 )
             document = self._taken(document, each)
         return document
@@ -131,16 +131,18 @@ class TakeOutput(Command, frozen=True, kw_only=True):
     child: Id = NO_CHILD
 
     def apply(self, document: Document) -> Document:
-        above = find_automaton(document, self.automaton)
-        state = find_state(above, self.state)
+        above = nodes.find_automaton(document, self.automaton)
+        state = nodes.find_state(above, self.state)
         below = (document.automaton(child) for child in state.children if self.child in (NO_CHILD, child))
         found = [item for each in below if each for item in each.outputs if item.name == self.name]
         default = found[0].default.text.strip() if found else "None"
         taken = _code(analyze(document, _NOWHERE), above).names
-        variable = free_name(self.name, taken, "_") if self.name in taken else self.name
+        variable = nodes.free_name(self.name, taken, "_") if self.name in taken else self.name
         lines = above.variables.text.rstrip()
         written = f"{lines}\n{variable} = {default}" if lines else f"{variable} = {default}"
-        document = with_automaton(document, above.id, lambda each: changed(each, variables=written))
+        document = nodes.with_automaton(
+            document, above.id, lambda each: nodes.changed(each, variables=written)
+        )
         place = Place(
             kind="state", automaton=above.id, id=state.id, part="result", name=self.name, child=self.child
         )
@@ -158,7 +160,7 @@ class TakeDefault(Command, frozen=True, kw_only=True):
     name: _Name
 
     def apply(self, document: Document) -> Document:
-        automaton = find_automaton(document, self.automaton)
+        automaton = nodes.find_automaton(document, self.automaton)
         items: tuple[Parameter, ...] = getattr(automaton, self.list)
         item = next((each for each in items if each.name == self.name), None)
         pattern = re.compile(rf"^{re.escape(self.name)}\s*(?::[^=\n]*)?=(.+)\n?", re.MULTILINE)
@@ -176,12 +178,12 @@ class TakeDefault(Command, frozen=True, kw_only=True):
             )
         kind, given = _TYPES.get(type(value), "object"), item.type.text.strip()
         fits = given in (kind, "object") or (given, kind) == ("float", "int")
-        new = changed(item, type=given if fits else kind, default=ast.unparse(tree))
+        new = nodes.changed(item, type=given if fits else kind, default=ast.unparse(tree))
         fields = {
-            self.list: swapped(items, item, new),
+            self.list: nodes.swapped(items, item, new),
             "variables": pattern.sub("", automaton.variables.text, count=1),
         }
-        return with_automaton(document, self.automaton, lambda each: changed(each, **fields))
+        return nodes.with_automaton(document, self.automaton, lambda each: nodes.changed(each, **fields))
 
     def title(self, document: Document) -> Message:  # noqa: ARG002
         return Message("Take the default of “{name}” from the variables", name=self.name[:30])
@@ -309,7 +311,7 @@ def _code(analysis: Analysis, automaton: Automaton) -> AutomatonCode:
 
 def _owner(analysis: Analysis, id: int, name: str) -> AutomatonCode:
     """Return the nearest automaton above one that has a variable. Raises EditError."""
-    for above in analysis.document.above(find_automaton(analysis.document, id)):
+    for above in analysis.document.above(nodes.find_automaton(analysis.document, id)):
         code = _code(analysis, above)
         if name in code.names:
             return code

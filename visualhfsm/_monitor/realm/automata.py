@@ -8,13 +8,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from interfaces.hfsm import (
-    AutomatonSnapshot,
-    AutomatonStructure,
-    ComponentSnapshot,
-    ComponentStructure,
-    TransitionStructure,
-)
+from interfaces import hfsm
 from zenoh_ice.text import printable
 
 _DEEPEST_AUTOMATON: Final = 64
@@ -28,24 +22,24 @@ _TRUTHS: Final = {"True": 1.0, "False": 0.0}
 class Automata:
     """Find automata, states and transitions by id; unknown ids get a name that shows them."""
 
-    def __init__(self, structure: ComponentStructure) -> None:
+    def __init__(self, structure: hfsm.ComponentStructure) -> None:
         _clean(structure)
         self.structure = structure
         self.name = structure.name
-        self.all: Sequence[AutomatonStructure] = tuple(structure.automata)
+        self.all: Sequence[hfsm.AutomatonStructure] = tuple(structure.automata)
         self._by_id = {automaton.id: automaton for automaton in self.all}
         self._states = {(a.id, state.id): state for a in self.all for state in a.states}
         self._transitions = {
             (a.id, transition.id): transition for a in self.all for transition in a.transitions
         }
 
-    def fit(self, snapshot: ComponentSnapshot) -> bool:
+    def fit(self, snapshot: hfsm.ComponentSnapshot) -> bool:
         """Return whether a snapshot is of these automata, and not of those after a reload."""
         return snapshot.generation == self.structure.generation and all(
             automaton.id in self._by_id for automaton in snapshot.automata
         )
 
-    def automaton(self, automaton: int) -> AutomatonStructure | None:
+    def automaton(self, automaton: int) -> hfsm.AutomatonStructure | None:
         """Return an automaton, or None when the component has none of this id."""
         return self._by_id.get(automaton)
 
@@ -59,7 +53,7 @@ class Automata:
         found = self._states.get((automaton, state))
         return found.name if found else f"state {state}"
 
-    def transition(self, automaton: int, transition: int) -> TransitionStructure | None:
+    def transition(self, automaton: int, transition: int) -> hfsm.TransitionStructure | None:
         """Return a transition, or None when the automaton has none of this id."""
         return self._transitions.get((automaton, transition))
 
@@ -86,14 +80,14 @@ class Automata:
             yield found.parent
             found = self._by_id.get(found.parent)
 
-    def current_path(self, snapshot: ComponentSnapshot) -> list[str]:
+    def current_path(self, snapshot: hfsm.ComponentSnapshot) -> list[str]:
         """Return the names of the current states from the root down to the innermost running automaton.
 
         Where a state owns several automata it follows the first.
         """
         return next(self.current_paths(snapshot), [])
 
-    def current_paths(self, snapshot: ComponentSnapshot) -> Iterator[list[str]]:
+    def current_paths(self, snapshot: hfsm.ComponentSnapshot) -> Iterator[list[str]]:
         """Yield such a path for each branch, where states own several automata that run side by side."""
         states = by_id(snapshot)
         root = next((a for a in self.all if a.parent not in self._by_id), None)
@@ -102,8 +96,8 @@ class Automata:
 
     def _paths_below(
         self,
-        automaton: AutomatonStructure,
-        states: dict[int, AutomatonSnapshot],
+        automaton: hfsm.AutomatonStructure,
+        states: dict[int, hfsm.AutomatonSnapshot],
         above: list[str],
         visited: set[int],
     ) -> Iterator[list[str]]:
@@ -124,7 +118,7 @@ class Automata:
             yield from self._paths_below(child, states, path, visited)
 
 
-def _clean(structure: ComponentStructure) -> None:
+def _clean(structure: hfsm.ComponentStructure) -> None:
     structure.name = printable(structure.name)
     for automaton in structure.automata:
         automaton.name = printable(automaton.name)
@@ -135,7 +129,7 @@ def _clean(structure: ComponentStructure) -> None:
             transition.event = printable(transition.event)
 
 
-def by_id(snapshot: ComponentSnapshot) -> dict[int, AutomatonSnapshot]:
+def by_id(snapshot: hfsm.ComponentSnapshot) -> dict[int, hfsm.AutomatonSnapshot]:
     """Return the automata of a snapshot by their ids."""
     return {automaton.id: automaton for automaton in snapshot.automata}
 
@@ -189,10 +183,10 @@ class StateLog:
         self.changes: deque[Change] = deque(maxlen=_LONGEST_LOG)
         self.spans: deque[Span] = deque(maxlen=_LONGEST_LOG)
         self._open: dict[int, Span] = {}
-        self._last: dict[int, AutomatonSnapshot] = {}
+        self._last: dict[int, hfsm.AutomatonSnapshot] = {}
         self._before = math.inf
 
-    def add(self, snapshot: ComponentSnapshot) -> bool:
+    def add(self, snapshot: hfsm.ComponentSnapshot) -> bool:
         """Add a snapshot that is newer than the last; return whether a state or a ghost has changed."""
         changed = False
         for automaton in snapshot.automata:
@@ -206,7 +200,7 @@ class StateLog:
             self._open = {number: span for number, span in self._open.items() if number in here}
         return changed
 
-    def _note_change(self, automaton: AutomatonSnapshot) -> None:
+    def _note_change(self, automaton: hfsm.AutomatonSnapshot) -> None:
         last = self._last.get(automaton.id)
         if last is None or (last.state, last.enteredAt) == (automaton.state, automaton.enteredAt):
             return
@@ -217,7 +211,7 @@ class StateLog:
         )
         self.changes.append(change)
 
-    def _note_span(self, automaton: AutomatonSnapshot, now: float) -> bool:
+    def _note_span(self, automaton: hfsm.AutomatonSnapshot, now: float) -> bool:
         span = self._open.get(automaton.id)
         if span is not None and (span.state, span.ghost) == (automaton.state, automaton.ghost):
             span.end = now

@@ -251,12 +251,7 @@ class EditedDocument:
 
     @classmethod
     def new(
-        cls,
-        document: Document,
-        name: str,
-        *,
-        journals: Path | None = None,
-        kept: bool = False,
+        cls, document: Document, name: str, *, journals: Path | None = None, kept: bool = False
     ) -> EditedDocument:
         """Begin with a document that has no file yet; `kept` says that it is kept elsewhere as it is."""
         content = written(document).encode()

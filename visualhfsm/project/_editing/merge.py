@@ -182,9 +182,7 @@ def _with_own_items(base: Automaton, mine: Automaton, theirs: Automaton) -> Auto
 
 
 def _new_numbers(
-    base: Sequence[_Numbered],
-    mine: Sequence[_Numbered],
-    theirs: Sequence[_Numbered],
+    base: Sequence[_Numbered], mine: Sequence[_Numbered], theirs: Sequence[_Numbered]
 ) -> dict[int, int]:
     """Return other ids for what is new in theirs and has that of something else that is new in mine."""
     old = {each.id for each in base}
