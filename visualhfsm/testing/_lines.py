@@ -23,7 +23,7 @@ from codegen.hfsm.source_map import SourceMap
 from codegen.messages import NO_MESSAGE, Message
 from hfsm_runtime import Component
 from hfsm_runtime.component import source_of
-from visualhfsm._document.places import Place, PlacedText, texts_in
+from visualhfsm._document.places import CODE, Place, PlacedText, texts_in
 from visualhfsm._processes.test_results import CodeRun, version_of
 from visualhfsm.simulation import Behavior
 from visualhfsm.simulation._loading import COMPILED, DocumentInvalid, measurable, read
@@ -33,18 +33,8 @@ if TYPE_CHECKING:
 
 _WARNINGS: Final = ["no-ctracer", "no-data-collected", "no-sysmon", "trace-changed"]
 """Warnings of coverage.py that are not issued: a project may make errors of all warnings."""
-_KINDS: Final = {
-    "functions": "automaton",
-    "variables": "automaton",
-    "entry": "state",
-    "code": "state",
-    "exit": "state",
-    "argument": "state",
-    "trigger": "transition",
-    "guard": "transition",
-    "fired": "transition",
-}
-"""The parts that are measured, each with the kind of element that has it."""
+_PARTS: Final = CODE - {"result"}
+"""The parts that are measured: each is one of automata, of states, or of transitions."""
 
 
 class Lines:
@@ -168,17 +158,17 @@ def _code_of(
 
     A line is its number in the component, and that in the piece.
     """
-    content: dict[tuple[str, int, int, str], list[PlacedText]] = {}
+    content: dict[tuple[int, int, str], list[PlacedText]] = {}
     for placed in texts_in(read(document)):
         place = placed.place
-        if placed.text and place.part in _KINDS:
-            content.setdefault((place.kind, place.automaton, place.id, place.part), []).append(placed)
+        if placed.text and place.part in _PARTS:
+            content.setdefault((place.automaton, place.id, place.part), []).append(placed)
     lines = sorted(set(_lines_of(compile(text, file, "exec"))))
     found = []
     for row in SourceMap.read(text).rows:
-        if row.part not in _KINDS:
+        if row.part not in _PARTS:
             continue
-        for placed in content.get((_KINDS[row.part], row.automaton, row.id, row.part), ()):
+        for placed in content.get((row.automaton, row.id, row.part), ()):
             assert placed.text is not None
             begin = row.line_of(row.first) - placed.line  # lines of the piece before the code
             if 0 <= begin <= placed.text.count("\n"):
