@@ -18,6 +18,7 @@ from typing import Final, Self
 import msgspec
 
 from naoserver.errors import RobotError
+from zenoh_ice.application.directories import flush
 from zenoh_ice.application.kept_stop import UNREADABLE, Kept, KeptLease, kept_directory, read_kept
 from zenoh_ice.settings import Settings
 
@@ -56,7 +57,7 @@ class Latch:
             self._write(running=True)
             # From now on a loss of power, too, leaves a file that stops the next server: this one or a newer.
             for path in (self.path, folder):
-                _flush(path)
+                flush(path)
         except OSError as error:
             self.release()
             raise RobotError(
@@ -135,15 +136,6 @@ class Latch:
         with os.fdopen(descriptor, "wb") as file:
             file.write(content)
         beside.replace(self.path)
-
-
-def _flush(path: Path) -> None:
-    """Write a file or directory to the disk."""
-    descriptor = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
 
 
 def latch_of(settings: Settings, machine: Path = _MACHINE) -> Latch | nullcontext[None]:

@@ -1,4 +1,4 @@
-"""Where the programs keep what outlasts them."""
+"""Where the programs keep what outlasts them, and that it does."""
 
 from __future__ import annotations
 
@@ -18,3 +18,12 @@ def state_directory() -> Path:
         return Path.home() / ".local" / "state" / "visualhfsm"
     except RuntimeError as error:
         raise OSError(f"{error}: set XDG_STATE_HOME to a folder that can be written") from error
+
+
+def flush(path: Path) -> None:
+    """Write a file or directory to the disk. Raises OSError."""
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

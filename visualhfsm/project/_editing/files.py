@@ -14,6 +14,7 @@ from codegen.hfsm.formats.xml_tree import MAX_SIZE
 from codegen.messages import Message
 from codegen.reasons import reason
 from visualhfsm._base.errors import EditError
+from zenoh_ice.application.directories import flush
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,13 +102,5 @@ def write_file(path: Path, content: bytes) -> FileVersion:
                 temporary.unlink(missing_ok=True)
         raise EditError(what, reason(error), hint) from error
     with suppress(OSError):  # the file is written; only a power failure could still restore the former one
-        _sync_directory(target.parent)
+        flush(target.parent)
     return FileVersion(written.st_mtime_ns, written.st_size, hashlib.sha256(content).hexdigest())
-
-
-def _sync_directory(directory: Path) -> None:
-    descriptor = os.open(directory, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)

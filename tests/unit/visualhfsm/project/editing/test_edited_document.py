@@ -260,7 +260,7 @@ def test_a_directory_that_cannot_be_synced_does_not_hide_that_the_file_is_there(
     def fail(_directory: Path) -> None:
         raise OSError(22, "Invalid argument")
 
-    monkeypatch.setattr("visualhfsm.project._editing.files._sync_directory", fail)
+    monkeypatch.setattr("visualhfsm.project._editing.files.flush", fail)
     session.do(rename("a"))
     session.save()
     assert not session.dirty
