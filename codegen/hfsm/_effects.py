@@ -77,8 +77,7 @@ class CodeEffects:
         self._by_piece: dict[Piece, Effects] = {}
         for _, state in document.states():
             for child, argument in _by_child(state, state.arguments):
-                if child in self._names:
-                    self._names[child].pop(argument.name, None)  # the argument gives its value
+                self._names.get(child, {}).pop(argument.name, None)  # the argument gives its value
         self._follow()
 
     def of(self, text: Text) -> Effects:

@@ -419,14 +419,14 @@ class Evaluation:
     def _call_function(self, value: Value, call: ast.Call, arguments: list[_Argument]) -> Values:
         """Add the effects of a call of a function of the document with these arguments."""
         function = self._definitions.functions[value.name]
-        positional = dict(enumerate(parameters_of(function)[0 if is_static(function) else 1 :]))
-        by_name = {each.arg for each in (*function.args.args, *function.args.kwonlyargs)}
+        parameters: dict[int | str | None, str] = {}
+        parameters.update(enumerate(parameters_of(function)[0 if is_static(function) else 1 :]))
+        parameters.update((each.arg, each.arg) for each in (*function.args.args, *function.args.kwonlyargs))
         is_followed = not yields(function) and not any(place is None for place, _, _ in arguments)
         passed: Names = {}
         for place, node, values in arguments:
-            parameter = positional.get(place) if isinstance(place, int) else place
-            if is_followed and parameter and (isinstance(place, int) or parameter in by_name):
-                add_values(passed, parameter, values)
+            if is_followed and place in parameters:
+                add_values(passed, parameters[place], values)
             else:
                 self._give_away(node, values)
         if is_followed:
