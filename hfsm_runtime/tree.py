@@ -346,7 +346,8 @@ class Tree:
             actor.since = now
             for child in actor.below:
                 if not actor.current.final and not child.active:
-                    self._activate(child, now)
+                    # A reload may have added it, or taken its state away, while this one was a ghost.
+                    self._activate(child, now, initial=child.phase is Phase.UNUSED)
 
     def _begin_state(self, actor: Actor, now: int) -> None:
         actor.since = now
