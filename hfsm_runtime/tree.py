@@ -216,6 +216,12 @@ class Tree:
                 if actor.active:
                     self._begin_state(actor, now)
 
+    def begin_entry_code(self, actor: Actor) -> None:
+        """Note that the entry code of the current state begins."""
+        with self.lock:
+            if actor.on_duty:
+                actor.phase = Phase.ENTERING
+
     def end_entry_code(self, actor: Actor) -> None:
         """Note that the entry code of the current state has run to its end, and does not run again."""
         with self.lock:

@@ -182,8 +182,8 @@ def test_automata_that_are_new_run_and_those_that_are_gone_do_not() -> None:
 @pytest.mark.parametrize("before", [(), (timed("b", id=3, name="leaf"),)], ids=["new", "without its state"])
 def test_an_automaton_that_a_ghost_gets_enters_its_state_when_it_wakes(before: tuple[Automaton, ...]) -> None:
     ran: list[str] = []
-    code = {"entry": lambda: ran.append("entry"), "code": lambda: ran.append("code")}
-    leaf = Automaton(id=3, name="leaf", states=(State("a", id=7, initial=True, **code),))
+    first = State("a", id=7, initial=True, entry=lambda: ran.append("entry"), code=lambda: ran.append("code"))
+    leaf = Automaton(id=3, name="leaf", states=(first,))
 
     def version(*leaves: Automaton) -> Automaton:
         middle = Automaton(id=2, name="middle", states=(State("m", initial=True, children=leaves),))
