@@ -50,7 +50,7 @@ def stop_named(component: Component, code: Callable[..., object]) -> None:
 
     Nobody waits for their answers; failures are logged.
     """
-    names = _names_in(component, code)
+    names = names_in(component, code)
     for call, name in _begin_stops(component, names).items():
         call.add_done_callback(partial(_report_stop, name))
     if not names.isdisjoint(ros_of(component)):
@@ -77,7 +77,7 @@ def _report_stop(name: str, call: Future[Any]) -> None:
         _logger.warning("self.%s could not be stopped: %s", name, failure)
 
 
-def _names_in(component: Component, code: Callable[..., object]) -> set[str]:
+def names_in(component: Component, code: Callable[..., object]) -> set[str]:
     """Return the names of attributes that code uses, with those in functions that it names."""
     found: set[str] = set()
     new: list[Any] = [code]

@@ -24,7 +24,9 @@ from hfsm_runtime.component import parameter_values
 from hfsm_runtime.contained.protocol import (
     Begin,
     Done,
+    ListNames,
     ListVariables,
+    Names,
     PrintedTooMuch,
     RunCode,
     Variables,
@@ -106,7 +108,13 @@ class Containment:
         path = submission.path
         code = _Code(self._walls, self._allowance, f"{path.stem}.py", submission.component, shows=self._shows)
         component = make_component(
-            submission.document, path, self._include, begin=code.begin, ask=code.run, shown=code.shown
+            submission.document,
+            path,
+            self._include,
+            begin=code.begin,
+            ask=code.run,
+            names=code.names,
+            shown=code.shown,
         )
         behavior = ContainedBehavior(component, code, document=path, **options)
         self._behaviors[:] = [*(each for each in self._behaviors if each.runs_code), behavior]
@@ -248,6 +256,13 @@ class _Code:
             for name, value in sandbox.values(done.variables, where).items():
                 self._show(automaton, name, value)
         return done.value
+
+    def names(self, part: str, automaton: int, id: int, where: str) -> list[str]:
+        """Return which proxies a piece of code names, as the submission's process says."""
+        sandbox, requests = self._sandbox, self._requests
+        assert sandbox is not None
+        assert requests is not None
+        return sandbox.ask(ListNames(requests.now, automaton, part, id), Names, where).names
 
     def variables(self, automaton: int) -> dict[str, Any]:
         """Return the variables of an automaton, as the submission's process says."""
