@@ -28,6 +28,7 @@ from ._automaton import Event, Transition
 from ._cycle import CycleEnded
 from ._limits import RuntimeLimits
 from ._timeline import Timeline
+from ._variables import short_repr
 from .component import Component, source_of
 from .errors import OnError, OnRefused, describe, exit_code_of, part_of_component
 from .observer import Observer
@@ -215,9 +216,8 @@ class Supervision(Observer):
         elif exit_code_of(error) == 0:
             self._log.warning("%s: sys.exit() ends the component%s", _place(actor), place)
         else:
-            message = (
-                f"sys.exit({error.code!r}) ends the component; a final state would end it without an error"
-            )
+            what = f"sys.exit({short_repr(error.code)})"
+            message = f"{what} ends the component; a final state would end it without an error"
             self._record(actor, location, message)
             self._log.error("%s: %s%s", _place(actor), message, place)
         self._halt(exit_code_of(error) if isinstance(error, SystemExit) else 1)

@@ -16,7 +16,7 @@ from .._recording.clocks import TimeModule
 from .._robot import Permission
 from .._stop import stop_robot
 from .._supervision import UNAVAILABLE
-from .._variables import values_of
+from .._variables import short_repr, values_of
 from ..component import Component, parameters_of, source_of
 from ..debugger.reload import Reloading
 from ..errors import OnRefused, describe
@@ -314,7 +314,7 @@ class Execution(VirtualRun):
             location = locate(end, source_of(self.component))
             self._supervision.crashed(self.running or self.tree.root, end)
             stop_robot(self.component)
-            what = f"sys.exit({end.code!r})" if isinstance(end, SystemExit) else describe(end)
+            what = f"sys.exit({short_repr(end.code)})" if isinstance(end, SystemExit) else describe(end)
             raise BehaviorFailed(
                 f"{what} ends the component"
                 + (f"\n  at {location}" if location else "")

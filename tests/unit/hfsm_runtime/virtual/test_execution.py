@@ -6,6 +6,7 @@ import asyncio
 import sys
 from collections.abc import Callable
 from contextlib import suppress
+from typing import Any
 
 import pytest
 
@@ -204,6 +205,18 @@ def test_an_exception_without_a_message_fails_as_any_other() -> None:
         pytest.raises(BehaviorFailed, match="raised Speechless"),
     ):
         run.advance(1.0)
+
+
+def test_sys_exit_with_what_cannot_be_shown_ends_it_too() -> None:
+    class Speechless:
+        def __repr__(self) -> str:
+            raise ValueError("no words")
+
+    speechless: Any = Speechless()
+    with Execution(leaving(lambda: sys.exit(speechless)), stubs={"Hand": {"stop": None}}) as run:
+        with pytest.raises(BehaviorFailed, match=r"sys.exit\(<Speechless.*ends the component"):
+            run.advance(1.0)
+        assert (run.ended.is_set(), run.exit_code, len(run.errors)) == (True, 1, 1)
 
 
 def test_code_that_fails_while_it_is_closed_keeps_no_other_from_ending() -> None:
