@@ -34,6 +34,7 @@ from .protocol import (
     Begin,
     Deliver,
     Failed,
+    ListNames,
     ListVariables,
     Pipe,
     Poll,
@@ -96,7 +97,7 @@ class Link:
         return message
 
     def _answer(self, message: object) -> None:
-        assert isinstance(message, Begin | RunCode | Deliver | AskHolds | ListVariables)
+        assert isinstance(message, Begin | RunCode | Deliver | AskHolds | ListVariables | ListNames)
         self._pipe.send(self._encoder.encode(self.serve(message)))
 
 

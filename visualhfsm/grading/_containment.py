@@ -25,7 +25,9 @@ from hfsm_runtime.component import parameter_values
 from hfsm_runtime.contained.protocol import (
     Begin,
     Done,
+    ListNames,
     ListVariables,
+    Names,
     PrintedTooMuch,
     RunCode,
     Variables,
@@ -112,6 +114,7 @@ class Containment:
             self._include,
             begin=code.begin,
             ask=code.run,
+            names=code.names,
             shown=code.shown,
             proofs=read_proofs(submission.component),
         )
@@ -255,6 +258,13 @@ class _Code:
             for name, value in sandbox.values(done.variables, where).items():
                 self._show(automaton, name, value)
         return done.value
+
+    def names(self, part: str, automaton: int, id: int, where: str) -> list[str]:
+        """Return which proxies a piece of code names, as the submission's process says."""
+        sandbox, requests = self._sandbox, self._requests
+        assert sandbox is not None
+        assert requests is not None
+        return sandbox.ask(ListNames(requests.now, automaton, part, id), Names, where).names
 
     def variables(self, automaton: int) -> dict[str, Any]:
         """Return the variables of an automaton, as the submission's process says."""

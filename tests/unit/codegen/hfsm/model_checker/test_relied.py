@@ -38,9 +38,7 @@ def test_the_events_of_a_state_are_those_of_all_code_that_runs_in_it() -> None:
     ]
 
 
-@pytest.mark.parametrize(
-    ("code", "declared"), [('self.send("go")', ["go"]), ("self.send(input())", [])]
-)
+@pytest.mark.parametrize(("code", "declared"), [('self.send("go")', ["go"]), ("self.send(input())", [])])
 def test_no_proof_relies_on_an_event_that_may_come_from_anywhere(code: str, declared: list[str]) -> None:
     automata = automaton(1, [state(1, code=code), state(2)], [on("go", 1, 2)])
     assert rows(document(automata, events=tuple(Event(name=name) for name in declared))) == []
