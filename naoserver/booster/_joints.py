@@ -55,7 +55,7 @@ class Joints:
         motors = (
             len(reading.positions),
             *chain.from_iterable(
-                (stiffness > LIMP, position, velocity, 0.0, torque, min(255, max(0, round(heat))), 0, 0, 0)
+                (stiffness >= LIMP, position, velocity, 0.0, torque, min(255, max(0, round(heat))), 0, 0, 0)
                 for stiffness, position, velocity, torque, heat in joints
             ),
         )

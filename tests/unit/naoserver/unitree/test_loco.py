@@ -246,6 +246,7 @@ def test_it_waves(rig):
         (STATE, " " * 5000 + '{"data": 1}', WRONG_PARAMETER),
         (STATE, '{"data": "1"}', WRONG_PARAMETER),
         (STATE, '{"data": 1e999}', WRONG_PARAMETER),
+        (STATE, '{"data": NaN}', WRONG_PARAMETER),
     ],
     ids=str,
 )
