@@ -13,7 +13,8 @@ from naoserver.bodies import find_body
 from naoserver.errors import CommandRefused, InvalidCommand
 from naoserver.fake import FakeRobot
 from naoserver.options import SafetyOptions, ServerOptions
-from naoserver.parts import SpeedRule
+from naoserver.parts import Gains, SpeedRule
+from tests.support.linkage import LINKAGE
 from zenoh_ice import VirtualClock
 
 OPTIONS = SafetyOptions()
@@ -238,6 +239,19 @@ def test_it_is_watched_while_joints_follow_commands(rig):
     assert rig.guard.watch() == OPTIONS.period
     rig.live(2.0)
     assert rig.guard.watch() is None
+
+
+def test_of_joints_that_share_a_motor_one_is_commanded():
+    rig = rig_of(replace(LINKAGE, gains=Gains(100.0, 10.0)))
+    with pytest.raises(InvalidCommand, match="pinch shares its motor with another joint: command that one"):
+        rig.guard.command({"pinch": stiffly(0.0)}, "ann")
+    rig.guard.command({"grip": stiffly(0.0)}, "ann")
+    assert rig.guard.moves_for("ann")
+
+
+def test_a_joint_that_is_none_is_refused(rig):
+    with pytest.raises(InvalidCommand, match="there is no joint 'Tail'"):
+        rig.guard.command({"Tail": stiffly(0.0)}, "ann")
 
 
 @pytest.mark.parametrize("pitch", [0.4, -3.0])
