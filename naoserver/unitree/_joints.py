@@ -33,6 +33,7 @@ _MODE_MACHINE: Final = 5
 _COMMAND: Final = struct.Struct("<2BBx5fI" + "B3x5fI" * (_SLOTS - 1) + "5I")
 _COMMAND_IN_C: Final = struct.Struct("<2B2x" + "B3x5fI" * _SLOTS + "4I")
 _STATE: Final = struct.Struct("<8x2B2x4x13f2xBx4f2hf7I" + "B3x4f2hf7I" * (_SLOTS - 1) + "60x")
+_WORD: Final = struct.Struct("<I")
 _TICK, _FIRST_MOTOR, _STATE_CHECKSUM = 12, 70, _STATE.size - 4
 """Where they begin in a state."""
 _NO_MOTOR: Final = (0,) * 15
@@ -103,10 +104,10 @@ class Joints:
         if reading is not self._reading:
             self._reading, self._packed = reading, bytearray(self._pack(reading))
         packed, first = self._packed, _FIRST_MOTOR
-        struct.pack_into("<I", packed, _TICK, next(self._ticks) % 2**32)
+        _WORD.pack_into(packed, _TICK, next(self._ticks) % 2**32)
         # C pads the end of the inertial unit, and the mode of the first motor by two bytes more.
         layout = packed[:first] + b"\0\0" + packed[first : first + 2] + b"\0\0" + packed[first + 2 : -4]
-        struct.pack_into("<I", packed, _STATE_CHECKSUM, checksum(layout))
+        _WORD.pack_into(packed, _STATE_CHECKSUM, checksum(layout))
         return bytes(packed)
 
     def _pack(self, reading: JointReading) -> bytes:

@@ -172,6 +172,7 @@ def test_it_says_what_it_is(rig):
         (SHOOT,),
         (MODE, {"mode": DAMPING}),
         (GET_UP,),
+        (GET_UP, ""),
         (UPPER_BODY, {"start": True}),
     ],
     ids=str,
