@@ -223,9 +223,9 @@ def test_where_it_is_and_how_fast_is_in_its_odometry(rig, types):
 
 def test_a_simulation_that_began_again_stands(rig, types, monkeypatch):
     rig.programs.drive(WalkVelocity(forward=0.2), 9.0, "program")
-    rig.clock.advance(0.5)
+    rig.clock.advance(0.1)
     assert place_of(rig, types).velocity[0] == pytest.approx(0.2)
-    monkeypatch.setattr(rig.robot.walker, "odometry", lambda: Odometry(0.1, 0.0, 0.0, 0.0))
+    monkeypatch.setattr(rig.robot.walker, "odometry", lambda: Odometry(0.05, 0.0, 0.0, 0.0))
     assert place_of(rig, types).velocity == [0.0, 0.0, 0.0]
-    monkeypatch.setattr(rig.robot.walker, "odometry", lambda: Odometry(0.3, 0.01, 0.0, 0.0))
+    monkeypatch.setattr(rig.robot.walker, "odometry", lambda: Odometry(0.25, 0.01, 0.0, 0.0))
     assert place_of(rig, types).velocity[0] == pytest.approx(0.05)
