@@ -64,6 +64,31 @@ def test_a_turn_that_is_left_is_fast_enough_to_overcome_the_backlash_of_legs(tur
     )
 
 
+@pytest.mark.parametrize(("lag", "gain"), [(0.0, 1.5), (0.1, 1.5), (1.2, 0.5)])
+@pytest.mark.parametrize("limits", [LIMITS, WHEELS], ids=["legs", "wheels"])
+def test_who_lags_behind_slows_down_earlier(limits, lag, gain):
+    assert way_to((0.06, 0.0, 0.0), START, limits, lag).velocity(START).forward == pytest.approx(gain * 0.06)
+
+
+def test_without_a_word_of_it_nothing_lags():
+    assert way_to((0.06, 0.0, 0.0), START, LIMITS).velocity(START).forward == pytest.approx(1.5 * 0.06)
+
+
+@pytest.mark.parametrize(
+    ("place", "limits", "seconds"),
+    [
+        ((0.9, 0.0, 0.0), LIMITS, 3.0),
+        ((0.9, 0.48, 0.0), LIMITS, 5.0),
+        ((0.9, 0.48, -0.9), LIMITS, 6.0),
+        ((1.0, 0.0, 0.0), WHEELS, 2.0),
+        ((-1.0, 0.0, 0.0), WHEELS, 2.0),
+        ((0.0, 1.0, math.pi / 2 - 0.3), WHEELS, 2.0 + (math.pi / 2 + 0.3) / 1.5),
+    ],
+)
+def test_it_may_take_three_times_as_long_as_at_full_speed(place, limits, seconds):
+    assert way_to(place, START, limits).patience == pytest.approx(10.0 + 3.0 * seconds)
+
+
 def test_its_progress_is_the_share_of_way_and_turn():
     way = way_to((1.0, 0.0, 1.0), START, LIMITS)
     assert way.progress(START) == 0.0
@@ -146,5 +171,5 @@ def test_on_wheels_its_progress_counts_the_turns_to_the_place_and_there():
     ("limits", "lacks"), [(WalkVelocity(forward=0.5), "turn"), (WalkVelocity(turn=1.0), "drive forwards")]
 )
 def test_a_robot_that_cannot_get_everywhere_says_so(limits, lacks):
-    with pytest.raises(InvalidCommand, match=f"the robot cannot {lacks}"):
+    with pytest.raises(InvalidCommand, match=f"^the robot cannot {lacks}, so"):
         way_to((1.0, 0.0, 0.0), START, limits)

@@ -20,7 +20,7 @@ FORMS = {"motors": struct.Struct("<B3x6f"), "head": struct.Struct("<2I")}
 
 def command(motors: dict[int, float], count: int = 23) -> bytes:
     """Return the bytes of a command of some motors to positions."""
-    packed = (FORMS["motors"].pack(0, motors.get(n, 0.0), 0, 0, 50.0, 2.0, n in motors) for n in range(count))
+    packed = (FORMS["motors"].pack(1, motors.get(n, 0.0), 0, 0, 50.0, 2.0, n in motors) for n in range(count))
     return FORMS["head"].pack(1, count) + b"".join(packed)
 
 
@@ -48,7 +48,8 @@ def test_motors_with_a_weight_follow(rig, joints):
 def test_a_command_that_is_not_obeyed_is_an_event(rig, joints):
     rig.assembly.gate.stop("a test")
     joints.obey(command({ELBOW: 0.5}), "program")
-    assert "ignored a program's command of joints" in rig.assembly.events.snapshot()[0][-1].message
+    newest = rig.assembly.events.snapshot()[0][-1]
+    assert (newest.source, newest.message[:38]) == ("Booster", "ignored a program's command of joints:")
     rig.advance(0.1)
     assert rig.angle("Left_Elbow_Pitch") == pytest.approx(0.0)
 
