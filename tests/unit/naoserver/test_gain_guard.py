@@ -13,7 +13,7 @@ from naoserver.bodies import find_body
 from naoserver.errors import CommandRefused, InvalidCommand
 from naoserver.fake import FakeRobot
 from naoserver.options import SafetyOptions, ServerOptions
-from naoserver.parts import Gains, SpeedRule
+from naoserver.parts import Gains, RangeTable, SpeedRule
 from tests.support.linkage import LINKAGE
 from zenoh_ice import VirtualClock
 
@@ -201,7 +201,11 @@ def test_a_joint_is_as_fast_as_the_rules_of_its_body_say():
 
 @pytest.fixture
 def sent(rig, monkeypatch):
-    """The commands that reach the motors, by joint, the newest of each."""
+    return sent_of(rig, monkeypatch)
+
+
+def sent_of(rig, monkeypatch):
+    """Return the commands that reach the motors, by joint, the newest of each."""
     newest, command = {}, rig.robot.command_gains
 
     def spied(commands):
@@ -255,6 +259,31 @@ def test_of_joints_that_share_a_motor_one_is_commanded():
 def test_a_joint_that_is_none_is_refused(rig):
     with pytest.raises(InvalidCommand, match="there is no joint 'Tail'"):
         rig.guard.command({"Tail": stiffly(0.0)}, "ann")
+
+
+def with_table(*rows):
+    """A T1 on which the pitch of a shoulder leaves its roll what a table says."""
+    body = find_body("T1")
+    weak = tuple(replace(joint, max_torque=1.0) if joint.name == ROLL else joint for joint in body.joints)
+    return rig_of(replace(body, joints=weak, tables=(RangeTable(PITCH, ROLL, rows),)))
+
+
+@pytest.mark.parametrize("roll", [-9.0, 9.0])
+def test_a_table_takes_no_joint_out_of_its_range(monkeypatch, roll):
+    rig = with_table((-1.0, -9.0, 9.0), (1.0, -9.0, 9.0))
+    sent = sent_of(rig, monkeypatch)
+    rig.guard.command({PITCH: stiffly(0.0), ROLL: stiffly(roll)}, "ann")
+    facts = rig.body.facts(ROLL)
+    edge = facts.lower if roll < 0.0 else facts.upper
+    assert (sent[ROLL].position, sent[ROLL].lower, sent[ROLL].upper) == (edge, facts.lower, facts.upper)
+    assert sent[PITCH].max_speed == rig.body.facts(PITCH).max_velocity
+
+
+def test_a_joint_comes_half_as_fast_as_the_other_can_make_way(monkeypatch):
+    rig = with_table((-1.0, -1.0, 0.0), (1.0, -1.0, 4.0))  # steepest: 2
+    sent = sent_of(rig, monkeypatch)
+    rig.guard.command({PITCH: stiffly(0.0), ROLL: stiffly(0.0)}, "ann")
+    assert sent[PITCH].max_speed == rig.body.facts(ROLL).max_velocity / 4.0
 
 
 @pytest.mark.parametrize("pitch", [0.4, -3.0])
