@@ -26,7 +26,7 @@ from naoserver.booster._loco import (
     WALKING,
     Loco,
 )
-from naoserver.errors import CommandRefused, RobotError
+from naoserver.errors import CommandRefused, InvalidCommand, RobotError
 from naoserver.fake import FakeRobot
 from naoserver.kinematics import kinematics_of
 from naoserver.options import ServerOptions
@@ -314,8 +314,9 @@ def test_odometry_begins_anew_where_it_is_reset(rig):
 
 
 def test_joints_follow_commands_in_the_custom_mode_alone(rig):
-    with pytest.raises(RobotError, match="mode 3"):
+    with pytest.raises(InvalidCommand, match="mode 3") as refusal:
         rig.follow({ELBOW: 0.5})
+    assert refusal.value.field == "mode"
     rig.mode(CUSTOM)
     rig.follow({ELBOW: 0.5})
     rig.advance(0.1)
