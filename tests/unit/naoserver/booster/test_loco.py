@@ -26,6 +26,7 @@ from naoserver.booster._loco import (
     WALKING,
     Loco,
 )
+from naoserver.capabilities import WalkVelocity
 from naoserver.errors import CommandRefused, InvalidCommand, RobotError
 from naoserver.fake import FakeRobot
 from naoserver.kinematics import kinematics_of
@@ -102,6 +103,11 @@ def test_a_move_lasts_until_the_next_one(rig):
     assert rig.forward == pytest.approx(0.1)
     rig.move(0.0)
     assert rig.forward == 0.0
+
+
+def test_a_move_goes_forwards_and_to_the_left_and_turns(rig):
+    assert rig.call(MOVE, {"vx": 0.1, "vy": 0.05, "vyaw": 0.2}) == 0
+    assert rig.robot.walker.commanded() == WalkVelocity(forward=0.1, left=0.05, turn=0.2)
 
 
 def test_a_move_ends_with_its_program(rig):
