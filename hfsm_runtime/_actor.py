@@ -44,19 +44,21 @@ class Phase(IntEnum):
     UNUSED = 0
     """It has never been active, and entered no state yet."""
     OWES_ENTRY = 1
-    """The entry code of the state is to run, from its beginning."""
-    OWES_ARGUMENTS = 2
+    """The entry code of the state is to run."""
+    ENTERING = 2
+    """The entry code has begun; if it does not run to its end, it is to run again, from its beginning."""
+    OWES_ARGUMENTS = 3
     """The entry code has run to its end; the inputs of the automata below are to be set."""
-    ENTERED = 3
+    ENTERED = 4
     """The entry is complete. No cycle of an active automaton ends so: the state begins."""
-    BEGUN = 4
+    BEGUN = 5
     """The timers count, and the automata below are awake; no observer has been asked whether to pause."""
-    SETTLED = 5
-    PAUSED = 6
+    SETTLED = 6
+    PAUSED = 7
     """The next cycle continues the last one at the transitions, with the same events."""
-    PAUSED_AT_CODE = 7
+    PAUSED_AT_CODE = 8
     """The next cycle continues the last one at the code of the state."""
-    FINISHED = 8
+    FINISHED = 9
     """The state is final, and no more cycles run."""
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import suppress
 from contextvars import Context
 from typing import Any, Final
 from weakref import ref
@@ -54,8 +53,12 @@ class Code:
         for _ in range(_END_ATTEMPTS):
             if self._greenlet:
                 self._greenlet.parent = getcurrent()
-                with suppress(Exception, SystemExit, error):
+                try:
                     self._greenlet.throw(error)
+                except KeyboardInterrupt:  # of who ends it
+                    raise
+                except BaseException:  # noqa: BLE001, S110 - a cycle has reported it
+                    pass
 
 
 def current_code() -> Code | None:

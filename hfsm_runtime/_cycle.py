@@ -10,6 +10,7 @@ from typing import Final, Protocol
 from greenlet import GreenletExit
 
 from ._automaton import REQUIRED, Arguments, Automaton, Event, State, Transition
+from ._code import current_code
 from ._variables import convert, functions_of
 from .errors import ArgumentError, ComponentStoppedError, CycleCutError, ValueTypeError
 from .source_map import PLACE, place_of_assignment
@@ -52,7 +53,10 @@ class Supervisor(Protocol):
         """Handle a cycle that was completed."""
 
     def left_early(self, actor: Actor, code: Callable[[], object]) -> None:
-        """Handle exit code that failed, before its exception: its servants may hear nothing more."""
+        """Handle exit code that failed, before its exception, or that does not run as the entry did not end.
+
+        Its servants may hear nothing more.
+        """
 
     def skipped(self, actor: Actor, transition: Transition) -> None:
         """Handle the code of a transition that does not run, since exit code before it ended the cycle."""
@@ -82,10 +86,8 @@ def run_cycle(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> Non
         supervisor.succeeded(actor)
     except _ENDS_OF_CYCLES:
         pass
-    except (KeyboardInterrupt, GreenletExit):  # of who drives it, or has dropped it
-        raise
     except BaseException as error:
-        supervisor.crashed(actor, error)  # before the cycle ends, so that no other one begins
+        _report_end(actor, error, supervisor)  # before the cycle ends, so that no other one begins
         raise
     finally:
         if actor.phase is _ENTERED:  # a state that is current has begun, whatever ended the cycle
@@ -203,7 +205,7 @@ def _fire(tree: Tree, actor: Actor, transition: Transition, now: int, supervisor
                 supervisor.not_handed_over(actor, late)
         finally:
             _run_exit_code(tree, actor, supervisor)
-    except CycleEnded:
+    except (CycleEnded, CycleCutError):
         if transition.code is not None:
             supervisor.skipped(actor, transition)
         raise
@@ -224,13 +226,27 @@ def _run_exit_code(tree: Tree, actor: Actor, supervisor: Supervisor) -> None:
     """
     ends: list[BaseException] = []
     for left, state in _left_for_good(actor):
-        if state.exit is not None:
-            try:
+        if state.exit is None:
+            continue
+        try:
+            if left.owed:  # it does not run, since the entry is not complete
+                supervisor.left_early(left, state.exit)
+            else:
                 _call(tree, left, partial(_exit, left, state.exit, supervisor), supervisor)
-            except BaseException as end:  # noqa: BLE001 - raised below
-                ends.append(end)
+        except BaseException as end:  # noqa: BLE001 - raised below
+            ends.append(end)
     if ends:
-        raise min(ends, key=lambda end: isinstance(end, _ENDS_OF_CYCLES))
+        ends.sort(key=lambda end: isinstance(end, _ENDS_OF_CYCLES))
+        for each in ends:  # all but the first are never seen again
+            _report_end(actor, each, supervisor)
+        raise ends[0]
+
+
+def _report_end(actor: Actor, end: BaseException, supervisor: Supervisor) -> None:
+    """Report what ends the component; in virtual time Ctrl-C does not, and neither does who drops it."""
+    is_of_driver = isinstance(end, KeyboardInterrupt | GreenletExit) and current_code() is not None
+    if not (isinstance(end, _ENDS_OF_CYCLES) or is_of_driver):
+        supervisor.crashed(actor, end)
 
 
 def _exit(actor: Actor, code: Callable[[], object], supervisor: Supervisor) -> None:
@@ -246,8 +262,9 @@ def _enter(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> None:
     state = actor.current
     if not actor.on_duty:
         return
-    if actor.phase is Phase.OWES_ENTRY:
+    if actor.phase in (Phase.OWES_ENTRY, Phase.ENTERING):
         if state.entry is not None:  # a reload may have taken it away
+            tree.begin_entry_code(actor)
             _call(tree, actor, state.entry, supervisor)
         tree.end_entry_code(actor)
     arguments = state.arguments
@@ -264,11 +281,14 @@ def _settled(actor: Actor, now: int, supervisor: Supervisor) -> int:
 
 
 def _left_for_good(actor: Actor) -> list[tuple[Actor, State]]:
-    """Return the states whose exit code runs when an automaton leaves its state, in this order."""
+    """Return the states that are left for good when an automaton leaves its own, in this order.
+
+    The entry into them has at least begun.
+    """
     left: list[tuple[Actor, State]] = []
     if actor.current.restart and actor.phase >= Phase.BEGUN:  # if not woken since, they have left already
         for child in actor.below:
-            if Phase.ENTERED <= child.phase < Phase.FINISHED:
+            if Phase.ENTERING <= child.phase < Phase.FINISHED and not child.current.final:
                 left += _left_for_good(child)
     left.append((actor, actor.current))
     return left

@@ -190,7 +190,7 @@ class Runtime(ComponentRun, Observer):
                     continue
                 worker.stepped.clear()
                 with self.tree.lock:
-                    ordered = actor.stepping = not self._stopping
+                    ordered = actor.stepping = not self.ended.is_set()
                 if not ordered:
                     return
                 worker.wake.set()

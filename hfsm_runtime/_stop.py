@@ -6,7 +6,9 @@ import inspect
 import logging
 from collections.abc import Callable, Container, Iterator
 from concurrent.futures import Future, wait
+from contextlib import suppress
 from functools import partial
+from inspect import iscode, isfunction
 from typing import Any, Final
 
 from zenoh_ice import ObjectPrx, ZenohIceError
@@ -48,7 +50,7 @@ def stop_named(component: Component, code: Callable[..., object]) -> None:
 
     Nobody waits for their answers; failures are logged.
     """
-    names = _names_in(component, code)
+    names = names_in(component, code)
     for call, name in _begin_stops(component, names).items():
         call.add_done_callback(partial(_report_stop, name))
     if not names.isdisjoint(ros_of(component)):
@@ -75,15 +77,20 @@ def _report_stop(name: str, call: Future[Any]) -> None:
         _logger.warning("self.%s could not be stopped: %s", name, failure)
 
 
-def _names_in(component: Component, code: Callable[..., object]) -> set[str]:
-    """Return the names of attributes that code uses, with those of the component's functions among them."""
+def names_in(component: Component, code: Callable[..., object]) -> set[str]:
+    """Return the names of attributes that code uses, with those in functions that it names."""
     found: set[str] = set()
-    new = [code]
+    new: list[Any] = [code]
     for each in new:  # grows
-        names = set(getattr(getattr(each, "__code__", None), "co_names", ())) - found
+        compiled = getattr(each, "__code__", each)
+        names = set(getattr(compiled, "co_names", ())) - found
         found |= names
-        functions = (inspect.getattr_static(type(component), name, None) for name in names)
-        new += filter(inspect.isfunction, functions)
+        inner = [inspect.getattr_static(type(component), name, None) for name in names]
+        inner += getattr(compiled, "co_consts", ())  # lambdas, and loops within brackets
+        for cell in getattr(each, "__closure__", None) or ():
+            with suppress(ValueError):  # nothing has been assigned
+                inner.append(cell.cell_contents)
+        new += [one for one in inner if (isfunction(one) or iscode(one)) and one not in new]
     return found
 
 

@@ -28,6 +28,7 @@ from ._automaton import Event, Transition
 from ._cycle import CycleEnded
 from ._limits import RuntimeLimits
 from ._timeline import Timeline
+from ._variables import short_repr
 from .component import Component, source_of
 from .errors import OnError, OnRefused, describe, exit_code_of, part_of_component
 from .observer import Observer
@@ -91,7 +92,7 @@ class Supervision(Observer):
 
     `on_error` and `on_refused` are the policies, by default those of the document. `halt` is called with an
     exit code when an error is to stop the component, `refused` when a refused command is to pause it, and
-    `stop` to stop what exit code commands that failed.
+    `stop` to stop what exit code names that failed, or does not run.
 
     While a server is offline, the cycles that need it are ended, and tried again at their next time; the log
     reports once that it is offline and once that it is back. It is back when `servers_present` returns true
@@ -128,9 +129,9 @@ class Supervision(Observer):
         self._refused = _Outage()
         self._hardware_failures: dict[Actor, tuple[int, int]] = {}
         """Cycles in a row in which hardware failed: how many, and the number of the last one."""
-        self._crash: BaseException | None = None
         self.raised = False
         """Whether code has raised an exception."""
+        self._crashes: list[BaseException] = []
         self._dropped: set[tuple[int, int, str]] = set()
         """Dropped events: the automaton, its state, and the event with the reason."""
         tree.observers.append(self)
@@ -206,9 +207,9 @@ class Supervision(Observer):
 
     def crashed(self, actor: Actor, error: BaseException) -> None:
         """Log and remember, once, what ends the component, such as `sys.exit()` in user code."""
-        if error is self._crash:
+        if any(error is crash for crash in self._crashes):
             return
-        self._crash = error
+        self._crashes.append(error)
         location = locate(error, self._file)
         place = f" at {location}" if location else ""
         if not isinstance(error, SystemExit):
@@ -218,9 +219,8 @@ class Supervision(Observer):
         elif exit_code_of(error) == 0:
             self._log.warning("%s: sys.exit() ends the component%s", _place(actor), place)
         else:
-            message = (
-                f"sys.exit({error.code!r}) ends the component; a final state would end it without an error"
-            )
+            what = f"sys.exit({short_repr(error.code)})"
+            message = f"{what} ends the component; a final state would end it without an error"
             self._record(actor, location, message)
             self._log.error("%s: %s%s", _place(actor), message, place)
         self._halt(exit_code_of(error) if isinstance(error, SystemExit) else 1)
@@ -241,7 +241,7 @@ class Supervision(Observer):
                     self._log.warning("the server is back after %.1f s", seconds)
 
     def left_early(self, actor: Actor, code: Callable[[], object]) -> None:  # noqa: ARG002
-        """Stop what exit code commands that failed: its servants may hear nothing more."""
+        """Stop what exit code names that failed, or does not run: its servants may hear nothing more."""
         self._stop(self._component, code)
 
     def skipped(self, actor: Actor, transition: Transition) -> None:

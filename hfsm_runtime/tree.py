@@ -216,6 +216,12 @@ class Tree:
                 if actor.active:
                     self._begin_state(actor, now)
 
+    def begin_entry_code(self, actor: Actor) -> None:
+        """Note that the entry code of the current state begins."""
+        with self.lock:
+            if actor.on_duty:
+                actor.phase = Phase.ENTERING
+
     def end_entry_code(self, actor: Actor) -> None:
         """Note that the entry code of the current state has run to its end, and does not run again."""
         with self.lock:
@@ -346,7 +352,8 @@ class Tree:
             actor.since = now
             for child in actor.below:
                 if not actor.current.final and not child.active:
-                    self._activate(child, now)
+                    # A reload may have added it, or taken its state away, while this one was a ghost.
+                    self._activate(child, now, initial=child.phase is Phase.UNUSED)
 
     def _begin_state(self, actor: Actor, now: int) -> None:
         actor.since = now

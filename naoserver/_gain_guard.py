@@ -10,6 +10,8 @@ from functools import partial
 from operator import le
 from typing import Final
 
+from msgspec.structs import asdict, astuple
+
 from interfaces import nao
 from naoserver._guarded_device import GuardedDevice, require_reached
 from naoserver._safety import clamp
@@ -150,16 +152,17 @@ class GainGuard:
         self, joint: str, given: nao.JointCommand, limited: dict[str, nao.JointCommand]
     ) -> JointCommand:
         """Return a command within the limits of its joint; one that was not is added to `limited`."""
-        if joint not in self._limits:
-            self._body.check({joint: 0.0}, "command")
-            raise InvalidCommand(joint, f"{joint} shares its motor with another joint: command that one")
-        least, most = self._limits[joint]
-        values: tuple[float, ...] = (given.position, given.velocity, given.torque, given.kp, given.kd)
-        if not (all(map(le, least, values)) and all(map(le, values, most))):  # also if it is not a number
-            for field, value in zip(JointCommand._fields, values, strict=False):
+        limits = self._limits.get(joint)
+        values: tuple[float, ...] = astuple(given)
+        # Also a value that is not a number is not within limits.
+        if limits is None or not (all(map(le, limits[0], values)) and all(map(le, values, limits[1]))):
+            for field, value in asdict(given).items():
                 self._body.check({joint: value}, field)
-            values = tuple(map(clamp, values, least, most))
+            if limits is None:
+                raise InvalidCommand(joint, f"{joint} shares its motor with another joint: command that one")
+            values = tuple(map(clamp, values, *limits))
             limited[joint] = nao.JointCommand(*values)
+        least, most = limits
         speed = self._body.speed_cap(joint) if joint in self._ruled else most[1]
         return JointCommand._make((*values, least[0], most[0], speed))
 

@@ -16,6 +16,7 @@ from typing import Final
 
 from interfaces.nao import Severity
 from naoserver._guarded_device import GuardedDevice
+from naoserver._safety import clamp
 from naoserver.errors import CommandRefused, InvalidCommand
 from zenoh_ice import Clock
 
@@ -63,11 +64,8 @@ class Curve:
 
     def at(self, time: float) -> float:
         """Return the angle at a time; before the start the first angle, after the end the last."""
-        if time <= 0.0:
-            return self._keys[0].angle
-        if time >= self.duration:
-            return self._keys[-1].angle
-        i = bisect_right(self._times, time) - 1
+        time = clamp(time, 0.0, self.duration)
+        i = bisect_right(self._times, time, hi=len(self._times) - 1) - 1
         begin, end = self._keys[i], self._keys[i + 1]
         span, time = end.time - begin.time, time - begin.time
         # Handles end within the piece, so that the time along the curve never runs backwards.
@@ -95,9 +93,9 @@ def smooth_curve(joint: str, start: float, times: Sequence[float], angles: Seque
     one for each angle.
     """
     check_times(joint, times, len(angles))
-    points = list(pairwise(zip((0.0, *times), (start, *angles), strict=True)))
-    spans = [later - time for (time, _), (later, _) in points]
-    rises = [(after - before) / span for ((_, before), (_, after)), span in zip(points, spans, strict=True)]
+    spans = [later - time for time, later in pairwise((0.0, *times))]
+    ways = pairwise((start, *angles))
+    rises = [(after - before) / span for (before, after), span in zip(ways, spans, strict=True)]
     inner = [
         2.0 * before * after / (before + after) if before * after > 0.0 else 0.0
         for before, after in pairwise(rises)
@@ -280,8 +278,8 @@ class JointPaths:
                     self._move(path, path._sent)
             return True
         # Wait until the setpoints have arrived; full speed where they are late.
-        late = (self._late(joint, curves[joint].at(end)) for joint in self._own(path, curves))
-        return time < max(end, path._done) + _SETTLING_LIMIT and any(late)
+        late = any(map(self._late, self._own(path, curves)))
+        return time < max(end, path._done) + _SETTLING_LIMIT and late
 
     def _move(self, path: Path, time: float) -> None:
         """Send the setpoints to their angles at a time one period from now."""
@@ -300,10 +298,8 @@ class JointPaths:
             self._body.move(targets, speeds, client=path.client)
             path.moves(targets)
 
-    def _late(self, joint: str, target: float) -> bool:
-        """Return whether a setpoint still has to approach its end; that of a limp motor never does."""
+    def _late(self, joint: str) -> bool:
+        """Return whether a setpoint still has to reach its goal; that of a limp motor never does."""
         reading, index = self._body.read(), self._body.index(joint)
-        setpoint, limp = reading.commands[index], reading.stiffnesses[index] == 0.0
-        return (
-            not limp and min(abs(setpoint - target), abs(setpoint - self._body.goal(joint).target)) > _REACHED
-        )
+        way = reading.commands[index] - self._body.goal(joint).target
+        return reading.stiffnesses[index] > 0.0 and abs(way) > _REACHED

@@ -74,12 +74,11 @@ def couple(values: dict[str, float], pairs: Sequence[Coupling]) -> list[Limitati
             values[pair.leader] = pair.reversed().of(given[pair.follower])
     limitations = []
     for pair in pairs:
-        if pair.leader not in values:
-            continue
-        value = values[pair.follower] = pair.of(values[pair.leader])
-        if abs(given.get(pair.follower, value) - value) > _ROUNDING:
-            reason = f"shares its motor with {pair.leader}, whose {values[pair.leader]:.4g} it takes"
-            limitations.append(Limitation(pair.follower, reason))
+        if pair.leader in values:
+            value = values[pair.follower] = pair.of(values[pair.leader])
+            if abs(given.get(pair.follower, value) - value) > _ROUNDING:
+                reason = f"shares its motor with {pair.leader}, whose {values[pair.leader]:.4g} it takes"
+                limitations.append(Limitation(pair.follower, reason))
     return limitations
 
 

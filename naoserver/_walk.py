@@ -65,7 +65,7 @@ class Way:
     It is straight, of a robot that goes in every direction, which turns to the heading first.
     """
 
-    def __init__(self, place: Place, start: Odometry, highest: WalkVelocity, lag: float = 0.0) -> None:
+    def __init__(self, place: Place, start: Odometry, highest: WalkVelocity, lag: float) -> None:
         x, y, heading = place
         self._gain = min(_GAIN, _CAUTION / lag) if lag else _GAIN
         # In the plane, x + iy.
@@ -79,7 +79,7 @@ class Way:
     def progress(self, now: Odometry) -> float:
         """Return the completed fraction of the way."""
         left = self._left(*self._rest(now))
-        return min(max(1.0 - left / max(self._length, _PLACE_TOLERANCE), 0.0), 1.0)
+        return max(1.0 - left / max(self._length, _PLACE_TOLERANCE), 0.0)
 
     def _rest(self, now: Odometry) -> tuple[complex, float]:
         """Return the place and the turn to its heading in the robot's frame."""
@@ -119,7 +119,7 @@ class SteeredWay(Way):
     It drives backwards where that takes less turning.
     """
 
-    def __init__(self, place: Place, start: Odometry, highest: WalkVelocity, lag: float = 0.0) -> None:
+    def __init__(self, place: Place, start: Odometry, highest: WalkVelocity, lag: float) -> None:
         super().__init__(place, start, highest, lag)
         way, turn = self._rest(start)
         self._side = 1.0 if _turning(way, turn) <= _turning(-way, turn) + _EVEN else -1.0  # -1: backwards

@@ -49,8 +49,7 @@ class Latch:
         try:
             folder = self.path.parent
             folder.mkdir(parents=True, exist_ok=True)
-            found = folder.stat()
-            if found.st_mode & 0o077 and found.st_uid == os.geteuid():
+            if folder.stat().st_uid == os.geteuid():
                 folder.chmod(0o700)  # its files say who holds a robot
             self._lock = self._locked()
             self.found = self._newest = self._read()
@@ -132,7 +131,7 @@ class Latch:
         content = msgspec.json.encode(msgspec.structs.replace(self._newest, running=running))
         beside = self.path.with_suffix(".new")
         beside.unlink(missing_ok=True)  # whatever it is: to open a pipe, say, would last for ever
-        descriptor = os.open(beside, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o600)
+        descriptor = os.open(beside, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
         with os.fdopen(descriptor, "wb") as file:
             file.write(content)
         beside.replace(self.path)

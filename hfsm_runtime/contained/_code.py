@@ -25,6 +25,7 @@ from .._cycle import hand_over, outputs_of
 from .._marks import Mark
 from .._recording.clocks import TimeModule
 from .._recording.run import restore_random
+from .._stop import names_in
 from .._variables import functions_of, short_repr, values_of
 from ..component import Component, equip, make_automata, proxies_of, ros_of
 from ..debugger.reload import components_in
@@ -78,6 +79,8 @@ class FarComponent:
                     self._transport.inlets[message.stream].push(message.sample)
                 case protocol.ListVariables():
                     return Variables(_encoded(self._variables(message.automaton)))
+                case protocol.ListNames():
+                    return protocol.Names(self._names(message))
         except protocol.PipeError:
             raise
         except BaseException as error:  # noqa: BLE001 - code of others may raise anything, also SystemExit
@@ -129,6 +132,12 @@ class FarComponent:
     def _variables(self, automaton: int) -> dict[str, object]:
         found = values_of(self._automata[automaton])
         return {name: _shown(value, _DEEPEST_NESTING) for name, value in list(found.items())[:_MOST_ELEMENTS]}
+
+    def _names(self, message: protocol.ListNames) -> list[str]:
+        code, component = self._code.get((message.automaton, message.part, message.id)), self._component
+        if code is None or component is None:
+            return []
+        return sorted(names_in(component, code) & proxies_of(component).keys())
 
     def _changed(self, automaton: int) -> dict[str, object]:
         """Return the variables that have changed since the last time."""

@@ -76,10 +76,7 @@ class Link:
         return message
 
     def _answer(self, message: object) -> None:
-        assert isinstance(
-            message,
-            protocol.Begin | protocol.RunCode | protocol.Deliver | protocol.AskHolds | protocol.ListVariables,
-        )
+        assert isinstance(message, protocol.Task)
         self._pipe.send(self._encoder.encode(self.serve(message)))
 
 

@@ -35,6 +35,7 @@ ENDS: Final = {each.__name__: each for each in (CycleCutError, ComponentStoppedE
 
 Text = Annotated[str, msgspec.Meta(max_length=LARGEST_TEXT)]
 Name = Annotated[str, msgspec.Meta(max_length=200)]
+_MOST_NAMES: Final = 1000
 Plain = bool | int | float | str
 """A value of a parameter."""
 Values = Annotated[dict[Name, msgspec.Raw], msgspec.Meta(max_length=1000)]
@@ -125,6 +126,15 @@ class ListVariables(Timed):
     automaton: int
 
 
+class ListNames(Timed):
+    """Say which attributes of the component a piece of code names: answered by Names."""
+
+    automaton: int
+    part: str
+    """As in RunCode."""
+    id: int
+
+
 class Answered(Timed):
     """The answer to a request of the far end that asks for nothing, or for a truth value."""
 
@@ -192,6 +202,12 @@ class Variables(Message):
     """The values of variables that are plain, and texts of all others: encoded Values."""
 
     values: msgspec.Raw
+
+
+class Names(Message):
+    """The names of attributes, with those in functions that the code names."""
+
+    names: Annotated[list[Name], msgspec.Meta(max_length=_MOST_NAMES)]
 
 
 class Call(Message):
@@ -278,11 +294,14 @@ class Log(Message):
     text: Text
 
 
-ToFar = Begin | RunCode | Deliver | AskHolds | ListVariables | Answered | Outcome | Found | Polled | Failed
+Task = Begin | RunCode | Deliver | AskHolds | ListVariables | ListNames
+"""What the far end is to do."""
+ToFar = Task | Answered | Outcome | Found | Polled | Failed
 ToNear = (
     Done
     | Raised
     | Variables
+    | Names
     | Call
     | Find
     | Subscribe

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from .._automaton import Event, Transition
+from ..errors import describe
 from ..observer import Observer
 from ..tree import Actor, ChangeKind, DropReason
 
@@ -117,7 +118,7 @@ class Journal(Observer):
     def code_failed(self, actor: Actor, error: Exception) -> None:
         """Write down an exception of user code."""
         self._failures.append((actor, error))
-        text = f"{actor.automaton.name}: in {actor.current.name} raises {type(error).__name__}: {error}"
+        text = f"{actor.automaton.name}: in {actor.current.name} raises {describe(error)}"
         self._write(self._now(), actor.depth, text[:_LONGEST_LINE])
 
     def called(self, target: str, arguments: dict[str, Any], result: object, error: Exception | None) -> None:

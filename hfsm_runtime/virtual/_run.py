@@ -175,7 +175,7 @@ class VirtualRun(ComponentRun):
         starts: bool = True,
         limits: RuntimeLimits = LIMITS,
     ) -> None:
-        self._on_end = on_end
+        self._on_end = on_end or (lambda: None)
         self._commands_accepted = commands_accepted
         self._retry_at: float | None = None
         """When the automata try again after a refused command, by the clock."""
@@ -281,7 +281,7 @@ class VirtualRun(ComponentRun):
                 self._let_late_ones_begin()
         if self.ended.is_set():
             self.end_cycles()
-            if not had_ended and self._on_end is not None:
+            if not had_ended:
                 self._on_end()
         self._move_to(end)
 
@@ -416,6 +416,8 @@ class VirtualRun(ComponentRun):
         self.clock.advance(duration / _SECOND)
         now = self.component_time.now()
         for actor in active:
+            if self.ended.is_set():
+                break
             if actor in self.cycles:
                 continue
             actor.stepping = True
@@ -425,6 +427,9 @@ class VirtualRun(ComponentRun):
                 _logger.warning("the step of %s takes longer than %g s", name, limit)
         with self.tree.lock:
             self._schedule(now)
+        if self.ended.is_set():
+            self.end_cycles()
+            self._on_end()
 
     def _actor_here(self) -> Actor | None:
         code = current_code()

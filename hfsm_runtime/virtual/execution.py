@@ -16,7 +16,7 @@ from .._recording.clocks import TimeModule
 from .._robot import Permission
 from .._stop import stop_robot
 from .._supervision import UNAVAILABLE
-from .._variables import values_of
+from .._variables import short_repr, values_of
 from ..component import Component, parameters_of, source_of
 from ..debugger.reload import Reloading
 from ..errors import OnRefused, describe
@@ -113,21 +113,17 @@ class Execution(VirtualRun):
         Raises BehaviorFailed when user code raises an exception and no `on_error` was given, and when it
         calls `sys.exit`, or raises what is no Exception, which ends the component and stops the robot.
         """
-        try:
+        with self._told():
             self._run_cycles(seconds)
-        except (Exception, KeyboardInterrupt):
-            raise
-        except BaseException as end:
-            location = locate(end, source_of(self.component))
-            self._supervision.crashed(self.running or self.tree.root, end)
-            stop_robot(self.component)
-            what = f"sys.exit({end.code!r})" if isinstance(end, SystemExit) else describe(end)
-            raise BehaviorFailed(
-                f"{what} ends the component"
-                + (f"\n  at {location}" if location else "")
-                + f"\n{self.timeline}"
-            ) from end
         self._check()
+
+    def step(self, automaton: int) -> None:
+        """Run one cycle of one automaton, or of all with 0, while paused: see `ComponentRun`.
+
+        Raises BehaviorFailed for what `sys.exit` ends, as `advance` does.
+        """
+        with self._told():
+            super().step(automaton)
 
     def run_until(self, condition: Condition, limit: float = 60.0) -> float:
         """Run cycle by cycle until a condition holds, and return the time at which it does.
@@ -308,6 +304,24 @@ class Execution(VirtualRun):
         self._guards = GuardTable(self.tree)
         self._paths = {actor: path_of(actor) for actor in self.tree.actors}
 
+    @contextmanager
+    def _told(self) -> Iterator[None]:
+        """Raise BehaviorFailed for what ends the component in a `with` block, and stop the robot."""
+        try:
+            yield
+        except (Exception, KeyboardInterrupt):
+            raise
+        except BaseException as end:
+            location = locate(end, source_of(self.component))
+            self._supervision.crashed(self.running or self.tree.root, end)
+            stop_robot(self.component)
+            what = f"sys.exit({short_repr(end.code)})" if isinstance(end, SystemExit) else describe(end)
+            raise BehaviorFailed(
+                f"{what} ends the component"
+                + (f"\n  at {location}" if location else "")
+                + f"\n{self.timeline}"
+            ) from end
+
     def _run_cycles(self, seconds: float) -> None:
         """Advance, while the code of the component sees virtual time; raises what ends the component."""
         with self._time_module.shown_to(self.component):
@@ -331,7 +345,7 @@ class Execution(VirtualRun):
             if self._strict and not (self.world.network.offline and isinstance(error, UNAVAILABLE)):
                 location = self.errors[-1].location if self.errors else ""
                 raise BehaviorFailed(
-                    f"the code of {actor.automaton.name} raised {type(error).__name__}: {error}"
+                    f"the code of {actor.automaton.name} raised {describe(error)}"
                     + (f"\n  at {location}" if location else "")
                     + f"\n{self.timeline}"
                 ) from error

@@ -19,6 +19,9 @@ from naoserver.robot import LIMP, Robot
 
 _COMMAND: Final = struct.Struct("<B3x6f")
 _MOTOR: Final = "B3x4fB3x3I"
+_ODOMETER: Final = struct.Struct("<3f")
+_FALL: Final = struct.Struct("<Ix")
+"""The state of a fall, and that it does not get up, which is 0."""
 _HAS_FALLEN: Final = 2
 
 
@@ -55,7 +58,7 @@ class Joints:
         motors = (
             len(reading.positions),
             *chain.from_iterable(
-                (stiffness > LIMP, position, velocity, 0.0, torque, min(255, max(0, round(heat))), 0, 0, 0)
+                (stiffness >= LIMP, position, velocity, 0.0, torque, min(255, max(0, round(heat))), 0, 0, 0)
                 for stiffness, position, velocity, torque, heat in joints
             ),
         )
@@ -64,11 +67,11 @@ class Joints:
 
     def odometer(self) -> bytes:
         """Return where the robot believes it is."""
-        return struct.pack("<3f", *self._loco.place())
+        return _ODOMETER.pack(*self._loco.place())
 
     def fall(self) -> bytes:
         """Return whether the robot has fallen; it does not get up."""
-        return struct.pack("<I?", _HAS_FALLEN if self._robot.state().fallen else 0, False)
+        return _FALL.pack(_HAS_FALLEN if self._robot.state().fallen else 0)
 
     def _motors(self, data: bytes) -> Iterator[tuple[float, ...]]:
         """Return q, dq, tau, kp, kd and the weight of each motor in a command. Raises HardwareFailure."""

@@ -186,7 +186,8 @@ class Loco:
 
     def _rotate_head(self, body: str, client: str) -> None:
         head = self._programs.read(body, _Head)
-        targets = dict(zip(self._head, (head.pitch, head.yaw), strict=True))
+        tilt, pan = self._head
+        targets = {tilt: head.pitch, pan: head.yaw}
         speeds = dict.fromkeys(targets, _HEAD_SPEED)
         if head.time_millis > 0:
             reading = self._body.read()
@@ -197,7 +198,8 @@ class Loco:
 
     def _rotate_head_on(self, body: str, client: str) -> None:
         given = self._programs.read(body, _Direction)
-        ways = dict(zip(self._head, (given.pitch_direction, given.yaw_direction), strict=True))
+        tilt, pan = self._head
+        ways = {tilt: given.pitch_direction, pan: given.yaw_direction}
         self._body.hold(self._head)
         ranges = {joint: self._body.facts(joint) for joint, way in ways.items() if way}
         targets = {joint: of.upper if ways[joint] > 0 else of.lower for joint, of in ranges.items()}

@@ -33,6 +33,7 @@ _MODE_MACHINE: Final = 5
 _COMMAND: Final = struct.Struct("<2BBx5fI" + "B3x5fI" * (_SLOTS - 1) + "5I")
 _COMMAND_IN_C: Final = struct.Struct("<2B2x" + "B3x5fI" * _SLOTS + "4I")
 _STATE: Final = struct.Struct("<8x2B2x4x13f2xBx4f2hf7I" + "B3x4f2hf7I" * (_SLOTS - 1) + "60x")
+_WORD: Final = struct.Struct("<I")
 _TICK, _FIRST_MOTOR, _STATE_CHECKSUM = 12, 70, _STATE.size - 4
 """Where they begin in a state."""
 _NO_MOTOR: Final = (0,) * 15
@@ -64,9 +65,11 @@ class Joints:
         self._programs = programs
         self._robot = robot
         self._events = programs.assembly.events
-        self._names = [joint.name for joint in find_body("G1").joints]
+        names = [joint.name for joint in find_body("G1").joints]
+        self._commanded = [(name, 2 + 7 * motor) for motor, name in enumerate(names)]
+        """The joint of each motor, and where its values begin in a command."""
         places = {joint.name: place for place, joint in enumerate(robot.joints)}
-        self._places = [places.get(name) for name in self._names]
+        self._places = [places.get(name) for name in names]
         self._volts = robot.body.battery.voltage if robot.body.battery else 0.0
         self._ticks = count(_TICKS, _TICKS)
         self._reading: JointReading | None = None
@@ -92,8 +95,7 @@ class Joints:
         values = _COMMAND.unpack(data)
         if checksum(_COMMAND_IN_C.pack(*values[:-1])) != values[-1]:
             raise HardwareFailure("its checksum is wrong")
-        motors = zip(self._names, range(2, len(values), 7), strict=False)
-        on = {name: JointCommand(*values[at + 1 : at + 6]) for name, at in motors if values[at]}
+        on = {name: JointCommand(*values[at + 1 : at + 6]) for name, at in self._commanded if values[at]}
         return self._programs.follow(on, client)
 
     def state(self) -> bytes:
@@ -102,10 +104,10 @@ class Joints:
         if reading is not self._reading:
             self._reading, self._packed = reading, bytearray(self._pack(reading))
         packed, first = self._packed, _FIRST_MOTOR
-        struct.pack_into("<I", packed, _TICK, next(self._ticks) % 2**32)
+        _WORD.pack_into(packed, _TICK, next(self._ticks) % 2**32)
         # C pads the end of the inertial unit, and the mode of the first motor by two bytes more.
         layout = packed[:first] + b"\0\0" + packed[first : first + 2] + b"\0\0" + packed[first + 2 : -4]
-        struct.pack_into("<I", packed, _STATE_CHECKSUM, checksum(layout))
+        _WORD.pack_into(packed, _STATE_CHECKSUM, checksum(layout))
         return bytes(packed)
 
     def _pack(self, reading: JointReading) -> bytes:
@@ -129,11 +131,14 @@ class Joints:
 
     def place(self) -> bytes:
         """Return where the robot believes it is, and how fast, in its own frame."""
-        now = self._where()
-        if not 0.0 <= (seconds := now.time - self._past.time) < _WINDOW:
-            way = complex(now.x - self._past.x, now.y - self._past.y) * cmath.rect(1.0, -now.heading)
-            self._velocity = way / seconds if seconds > 0.0 else 0j
-            self._past, self._height = now, self._programs.height()
+        now, past = self._where(), self._past
+        since = now.time - past.time
+        if since < 0.0:  # a simulation began again
+            self._past, self._velocity = now, 0j
+        elif since >= _WINDOW:
+            way = complex(now.x - past.x, now.y - past.y) * cmath.rect(1.0, -now.heading)
+            self._past, self._velocity = now, way / since
+            self._height = self._programs.height()
         seconds, part = divmod(round(1e9 * now.time), 10**9)
         x, y, turn = self._velocity.real, self._velocity.imag, self._senses().angular_velocity[2]
         height = self._height
@@ -154,4 +159,5 @@ class Joints:
 
     def _where(self) -> Odometry:
         walker = self._robot.walker
-        return Odometry(0.0, 0.0, 0.0, 0.0) if walker is None else walker.odometry()
+        assert walker is not None  # a G1
+        return walker.odometry()

@@ -157,6 +157,24 @@ def test_what_is_refused_is_heard_the_same_inside(containment: Containment, tmp_
     assert len(inside["variable"]) == 2
 
 
+def test_what_exit_code_names_that_is_cut_is_stopped_inside_as_outside(
+    containment: Containment, tmp_path: Path
+) -> None:
+    leave = "<exit>self.sleep(5.0)\nself.hold()</exit></state>"
+    text = document(
+        sub(1, 0, state(1, "a", initial=True, child=2), state(2, "b"), transition(1, 1, 2, "500", type="time"),
+            functions="def hold(self):\n    self.Head.stop()"),
+        sub(2, 1, state(1, "c", initial=True).replace("</state>", leave), state(2, "d"),
+            transition(1, 1, 2, "200", type="time")),
+        config="<iceinterface><nameinterface>Head</nameinterface><nameproxy>Head</nameproxy><interface>PoseHead</interface></iceinterface>",
+    )  # fmt: skip
+    path = tmp_path / "cut.xml"
+    path.write_text(text, encoding="utf-8")
+    inside = seen_of(containment.simulate, path)
+    assert inside == seen_of(simulate, path)
+    assert [each[:2] for each in inside["calls"]] == [(0.5, "Head.stop")]
+
+
 def test_code_of_several_automata_sleeps_side_by_side_inside_as_outside(
     containment: Containment, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:

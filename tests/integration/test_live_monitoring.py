@@ -28,6 +28,7 @@ from hfsm_runtime.recording_file.reader import RecordingFile
 from interfaces.hfsm import ComponentStatus, ComponentStructure
 from interfaces.jderobot import CommandRefusedException
 from interfaces.nao import Description, PoseHeadPrx, SafetyPrx, SoundsPrx, SpeechPrx, Vector3
+from naoserver._insistent import SILENCE
 from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
 from naoserver.fake import FakeRobot
@@ -431,7 +432,8 @@ def test_a_stopped_robot_takes_no_command_until_it_is_reset_from_the_page(robot:
             with pytest.raises(CommandRefusedException, match="STOP"):
                 head.setPose(0.5, 0.0, 0.5)
             await opened.service.reset_robot()
-            head.setPose(0.5, 0.0, 0.5)
+        with robot.client() as another:
+            another.proxy(PoseHeadPrx, "Head").setPose(0.5, 0.0, 0.5)
 
     on_page(robot, go)
 
@@ -741,6 +743,7 @@ def test_the_page_shows_the_world_of_a_simulation_and_moves_things_in_it() -> No
         with pytest.raises(VisualHfsmError, match="STOP was pressed"):
             await change("pushRobot", **push)
         await opened.service.reset_robot()
+        await asyncio.sleep(SILENCE)  # the page commanded during the stop
         await change("pushRobot", **push)
         async for frame in frames:
             if frame["torso"][2] < 0.2:

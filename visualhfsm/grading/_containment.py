@@ -22,7 +22,16 @@ from codegen.logic import read_proofs
 from codegen.messages import Message
 from hfsm_runtime import Component, Event
 from hfsm_runtime.component import parameter_values
-from hfsm_runtime.contained.protocol import Begin, Done, ListVariables, PrintedTooMuch, RunCode, Variables
+from hfsm_runtime.contained.protocol import (
+    Begin,
+    Done,
+    ListNames,
+    ListVariables,
+    Names,
+    PrintedTooMuch,
+    RunCode,
+    Variables,
+)
 from hfsm_runtime.errors import ComponentError, VariablesError
 from hfsm_runtime.source_map import PLACE
 from hfsm_runtime.virtual import BehaviorFailed
@@ -105,6 +114,7 @@ class Containment:
             self._include,
             begin=code.begin,
             ask=code.run,
+            names=code.names,
             shown=code.shown,
             proofs=read_proofs(submission.component),
         )
@@ -248,6 +258,13 @@ class _Code:
             for name, value in sandbox.values(done.variables, where).items():
                 self._show(automaton, name, value)
         return done.value
+
+    def names(self, part: str, automaton: int, id: int, where: str) -> list[str]:
+        """Return which proxies a piece of code names, as the submission's process says."""
+        sandbox, requests = self._sandbox, self._requests
+        assert sandbox is not None
+        assert requests is not None
+        return sandbox.ask(ListNames(requests.now, automaton, part, id), Names, where).names
 
     def variables(self, automaton: int) -> dict[str, Any]:
         """Return the variables of an automaton, as the submission's process says."""

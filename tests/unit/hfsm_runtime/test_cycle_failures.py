@@ -23,8 +23,8 @@ from tests.support.waiting import until
 FOREVER = 10**18  # ns
 CELLS = [*cells()]
 REPLAYED = [[each for each in CELLS if each.policy == policy] for policy in ("stop", "continue")]
-TOLD = {Raised.ERROR, Raised.DECLARED, Raised.LOST, Raised.REFUSED}
-"""What is told when code of a transition does not run for it; by others the component ends, or pauses."""
+TOLD = {Raised.ERROR, Raised.DECLARED, Raised.LOST, Raised.REFUSED, Raised.CUT}
+"""What is told when code of a transition does not run for it; by others the component ends."""
 
 
 def walk(run: ComponentRun) -> Actor:

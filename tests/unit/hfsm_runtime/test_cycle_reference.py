@@ -321,7 +321,8 @@ def reference(plan: Plan, outside: Outside) -> list[Line]:
         ends = False
         if node.now_in.restart:
             for child in node.children:
-                if child.owner == node.state and child.begun and child.settled and not child.finished:
+                is_left = child.begun and child.settled and not child.now_in.final
+                if child.owner == node.state and is_left:
                     ends |= leave_for_good(child)
         try:
             piece(node, f"exit {node.state}", node.now_in.exit)

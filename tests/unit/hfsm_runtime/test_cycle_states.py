@@ -295,6 +295,17 @@ def test_a_finish_is_reported_as_a_change() -> None:
     ]
 
 
+def test_exit_code_of_a_final_state_does_not_run_though_its_automaton_could_not_finish(log: Log) -> None:
+    def lost() -> None:
+        raise ConnectionLostException("offline")
+
+    states = [State("x", exit=lost), State("done", final=True, exit=log.says("exit done"))]
+    child = automaton(2, "child", states, [after(0.2, 1, 2)], period=0.2)
+    root = [State("a", restart=True, children=(child,), exit=log.says("exit a")), State("b")]
+    run(component(automaton(1, "root", root, [after(0.3, 1, 2)])), 1.0)
+    assert log.lines == ["exit a"]
+
+
 def test_children_of_a_final_state_never_wake_and_are_handed_nothing(log: Log) -> None:
     def arguments() -> Mapping[int, Mapping[str, object]]:
         log.says("arguments")()

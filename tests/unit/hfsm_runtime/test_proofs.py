@@ -14,6 +14,7 @@ from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import Actor
 from hfsm_runtime.virtual.errors import BehaviorFailed
 from tests.support.documents import compile_to, load
+from tests.support.limits import EVENT_LIMIT
 from tests.support.wrong_proofs import ALL, Wrong
 from visualhfsm.simulation import Behavior
 from visualhfsm.testing._plugin import MakeBehavior
@@ -78,7 +79,7 @@ def test_a_proof_that_is_wrong_is_reported_on_threads(
     runtime.tree.observers.append(reports)
     runtime.start()
     try:
-        assert reports.found.wait(10), [each.message for each in runtime.errors]
+        assert reports.found.wait(EVENT_LIMIT), [each.message for each in runtime.errors]
     finally:
         runtime.stop()
     assert not runtime.failed

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
 import pytest
 
-from hfsm_runtime import Automaton, Component, Proxy, State
+from hfsm_runtime import Automaton, Component, Input, Proxy, State
 from hfsm_runtime.virtual import Execution
 from interfaces.jderobot import InvalidValueException
 from tests.support.automata import after, automaton
@@ -57,3 +61,74 @@ def test_exit_code_that_succeeds_stops_what_it_says() -> None:
 
 def test_all_is_stopped_when_the_error_ends_the_component() -> None:
     assert set(stopped(ValueError("a mistake"), on_error="stop")) == {"Hand", "Other", "Voice"}
+
+
+class Hands(Component):
+    """Its automata are made by a test."""
+
+    Hand = Proxy("Hand", GripperPrx)
+
+
+def stops(make: Callable[[Hands], Automaton]) -> list[str]:
+    """Return the calls that stop something within a second."""
+
+    class Made(Hands):
+        def automaton(self) -> Automaton:
+            return make(self)
+
+    with Execution(Made(), stubs={"Hand": {"stop": None, "close": 1.0}}, on_error="continue") as run:
+        run.advance(1.0)
+        return [call.target for call in run.calls() if call.target.endswith("stop")]
+
+
+def by_comprehension(hands: Hands) -> Callable[[], object]:
+    return lambda: [1 // each or hands.Hand.stop() for each in range(2)]
+
+
+def by_lambda(hands: Hands) -> Callable[[], object]:
+    return lambda: [hold() for hold in (lambda: 1 // 0, lambda: hands.Hand.stop())]
+
+
+def by_variable(hands: Hands) -> Callable[[], object]:
+    def let_go(force: int) -> None:
+        hands.Hand.stop()
+
+    return lambda: let_go(1 // 0)
+
+
+@pytest.mark.parametrize("leave", [by_comprehension, by_lambda, by_variable])
+def test_what_functions_of_exit_code_name_is_stopped(leave: Callable[[Hands], Callable[[], object]]) -> None:
+    def make(hands: Hands) -> Automaton:
+        return automaton(1, "hands", [State("lift", exit=leave(hands)), State("rest")], [after(0.1, 1, 2)])
+
+    assert stops(make) == ["Hand.stop"]
+
+
+def left_early(below: Automaton) -> Automaton:
+    """Return automata of which one leaves its state while code below it still sleeps."""
+    states = [State("a", restart=True, children=(below,)), State("b")]
+    return automaton(1, "above", states, [after(0.2, 1, 2)])
+
+
+@pytest.mark.parametrize("piece", ["entry", "arguments"])
+def test_what_exit_code_names_is_stopped_when_the_entry_did_not_end(piece: str) -> None:
+    def make(hands: Hands) -> Automaton:
+        def sleep() -> dict[str, object]:
+            hands.sleep(60)
+            return {}
+
+        inner = automaton(3, "inner", [State("c")], inputs=(Input(name="n", type=int, default=0),))
+        code: dict[str, Any] = {"entry": lambda: hands.Hand.close(1.0), piece: sleep}
+        lift = replace(State("lift", exit=lambda: hands.Hand.stop(), children=(inner,)), **code)
+        return left_early(automaton(2, "below", [lift]))
+
+    assert stops(make) == ["Hand.stop"]
+
+
+def test_nothing_is_stopped_for_a_state_whose_entry_did_not_begin() -> None:
+    def make(hands: Hands) -> Automaton:
+        lift = State("lift", entry=lambda: hands.Hand.close(1.0), exit=lambda: hands.Hand.stop())
+        wait = State("wait", exit=lambda: hands.sleep(60))
+        return left_early(automaton(2, "below", [wait, lift], [after(0.1, 1, 2)]))
+
+    assert stops(make) == []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 from collections.abc import Callable
 from contextlib import suppress
@@ -325,6 +326,24 @@ def test_code_of_a_transition_that_does_not_run_is_reported(
     assert virtual.active == "b"
     reported = [text for text in caplog.messages if "go does not run" in text]
     assert len(reported) == (code is not None)
+
+
+@pytest.mark.parametrize("later", [asyncio.CancelledError("why"), SystemExit(4)], ids=repr)
+def test_all_that_ends_the_component_in_exit_code_is_reported(later: BaseException) -> None:
+    def leave(end: BaseException) -> Callable[[], object]:
+        def code() -> None:
+            raise end
+
+        return code
+
+    child = automaton(2, "child", [State("x", exit=leave(SystemExit(3)))])
+    states = [State("a", restart=True, children=(child,), exit=leave(later)), State("b")]
+    virtual = VirtualRun(component(automaton(1, "root", states, [after(0.2, 1, 2)])))
+    with pytest.raises(SystemExit) as end:
+        virtual.advance(0.5)
+    assert (end.value.code, virtual.exit_code) == (3, 3)
+    assert len(virtual.errors) == 2
+    assert str(later) in virtual.errors[1].message
 
 
 def test_a_mistake_in_the_code_is_not_refused() -> None:

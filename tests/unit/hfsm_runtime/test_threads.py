@@ -14,8 +14,10 @@ from hfsm_runtime._limits import RuntimeLimits
 from hfsm_runtime._runtime import Runtime
 from hfsm_runtime._timeline import Timeline
 from hfsm_runtime.errors import ComponentStoppedError, UnknownElementError
+from hfsm_runtime.observer import Observer
+from hfsm_runtime.tree import Actor
 from interfaces.hfsm import ComponentStatus
-from tests.support.automata import after, automaton, finished, on, when
+from tests.support.automata import after, automaton, component, finished, on, when
 from tests.support.documents import load
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.places import DATA
@@ -188,6 +190,42 @@ def test_user_code_may_end_the_component(code: int | None, failed: bool) -> None
     with running(root) as runtime:
         assert runtime.ended.wait(EVENT_LIMIT)
     assert runtime.failed is failed
+
+
+@pytest.mark.parametrize("end", [SystemExit, KeyboardInterrupt])
+def test_no_other_cycle_begins_once_code_ends_the_component(end: type[BaseException]) -> None:
+    class Watch(Observer):
+        def cycle_ended(self, actor: Actor, at: int) -> None:
+            had_ended.append(runtime.ended.is_set())
+
+    def code() -> None:
+        raise end
+
+    had_ended: list[bool] = []
+    runtime = Runtime(component(automaton(1, "root", [State("a", code=code)])), WallClock())
+    runtime.tree.observers.append(Watch())
+    runtime.start()
+    try:
+        assert runtime.ended.wait(EVENT_LIMIT)
+    finally:
+        runtime.stop()
+    assert had_ended == [True]
+
+
+def test_a_step_of_all_begins_no_cycle_once_one_has_ended_the_component() -> None:
+    ran = threading.Event()
+    child = automaton(2, "child", [State("x", code=ran.set)])
+    root = automaton(1, "root", [State("a", children=(child,), code=lambda: run_now.is_set() and 1 / 0)])
+    run_now = threading.Event()
+    with running(root) as runtime:
+        assert ran.wait(EVENT_LIMIT)
+        runtime.pause()
+        until(lambda: not runtime.in_cycle)
+        ran.clear()
+        run_now.set()
+        runtime.step(0)
+        assert runtime.failed
+        assert not ran.is_set()
 
 
 def test_a_component_that_halts_stays_halted() -> None:

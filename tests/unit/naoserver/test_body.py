@@ -12,6 +12,7 @@ from naoserver.bodies.nao import H25
 from naoserver.body import read_body, write_body
 from naoserver.errors import RobotError
 from naoserver.parts import Axis, RangeTable
+from tests.support.linkage import LINKAGE
 from tests.support.published import TOTAL_MASS
 
 VERTICAL_VIEW = 43.7
@@ -135,3 +136,13 @@ def test_a_range_over_a_sweep_holds_everywhere_in_it(angles, share):
 def test_a_table_that_makes_no_sense_is_refused(rows, reason):
     with pytest.raises(RobotError, match=f"HeadPitch.*{reason}"):
         RangeTable("HeadYaw", "HeadPitch", rows)
+
+
+def test_a_joint_of_which_nothing_is_said_is_as_near_to_0_as_can_be():
+    angles = H25.complete({"HeadYaw": 0.5, "HeadPitch": 9.0})
+    assert (angles["HeadYaw"], angles["HeadPitch"]) == (0.5, H25.joint["HeadPitch"].upper)
+    assert (angles["LShoulderPitch"], angles["LElbowRoll"]) == (0.0, H25.joint["LElbowRoll"].upper)
+
+
+def test_a_follower_is_where_its_leader_takes_it():
+    assert LINKAGE.complete({"grip": 0.4, "pinch": 0.0})["pinch"] == pytest.approx(0.1 - 2.0 * 0.4)

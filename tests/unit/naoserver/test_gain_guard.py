@@ -13,7 +13,8 @@ from naoserver.bodies import find_body
 from naoserver.errors import CommandRefused, InvalidCommand
 from naoserver.fake import FakeRobot
 from naoserver.options import SafetyOptions, ServerOptions
-from naoserver.parts import SpeedRule
+from naoserver.parts import Gains, RangeTable, SpeedRule
+from tests.support.linkage import LINKAGE
 from zenoh_ice import VirtualClock
 
 OPTIONS = SafetyOptions()
@@ -119,7 +120,7 @@ def test_a_stop_between_the_check_of_a_command_and_its_claim_holds(rig, monkeypa
 
     monkeypatch.setattr(rig.body.claims, "claim", claimed_after_a_stop)
     there = position(rig)
-    with pytest.raises(CommandRefused, match="the robot was stopped" if was_reset else "in between"):
+    with pytest.raises(CommandRefused, match=r"^the robot was stopped$" if was_reset else "in between"):
         rig.guard.command({JOINT: JointCommand(velocity=1.0, kd=2.0)}, "ann")
     assert not rig.guard.moves_for("ann")
     rig.live(0.1)
@@ -200,7 +201,11 @@ def test_a_joint_is_as_fast_as_the_rules_of_its_body_say():
 
 @pytest.fixture
 def sent(rig, monkeypatch):
-    """The commands that reach the motors, by joint, the newest of each."""
+    return sent_of(rig, monkeypatch)
+
+
+def sent_of(rig, monkeypatch):
+    """Return the commands that reach the motors, by joint, the newest of each."""
     newest, command = {}, rig.robot.command_gains
 
     def spied(commands):
@@ -212,10 +217,11 @@ def sent(rig, monkeypatch):
 
 
 def test_a_command_reaches_the_motors_with_the_limits_of_its_joint(rig, sent):
-    rig.guard.command({JOINT: stiffly(0.5, velocity=0.1, torque=0.2)}, "ann")
-    facts = rig.body.facts(JOINT)
+    neck = "AAHead_yaw"
+    rig.guard.command({neck: stiffly(0.5, velocity=0.1, torque=0.2)}, "ann")
+    facts = rig.body.facts(neck)
     speed = OPTIONS.speed_fraction * facts.max_velocity
-    assert sent == {JOINT: (0.5, 0.1, 0.2, 50.0, 2.0, facts.lower, facts.upper, speed)}
+    assert sent == {neck: (0.5, 0.1, 0.2, 50.0, 2.0, facts.lower, facts.upper, speed)}
 
 
 def test_who_is_lost_leaves_joints_that_are_damped_as_their_gear_says(rig, sent):
@@ -230,6 +236,8 @@ def test_a_command_lasts_until_its_timeout(rig, sent):
     rig.guard.command({JOINT: stiffly(0.5)}, "ann")
     rig.live(OPTIONS.gains_timeout - 2 * OPTIONS.period)
     assert sent[JOINT].kp == 50.0
+    rig.live(2 * OPTIONS.period)
+    assert sent[JOINT].kp == 0.0
 
 
 def test_it_is_watched_while_joints_follow_commands(rig):
@@ -238,6 +246,44 @@ def test_it_is_watched_while_joints_follow_commands(rig):
     assert rig.guard.watch() == OPTIONS.period
     rig.live(2.0)
     assert rig.guard.watch() is None
+
+
+def test_of_joints_that_share_a_motor_one_is_commanded():
+    rig = rig_of(replace(LINKAGE, gains=Gains(100.0, 10.0)))
+    with pytest.raises(InvalidCommand, match="pinch shares its motor with another joint: command that one"):
+        rig.guard.command({"pinch": stiffly(0.0)}, "ann")
+    rig.guard.command({"grip": stiffly(0.0)}, "ann")
+    assert rig.guard.moves_for("ann")
+
+
+def test_a_joint_that_is_none_is_refused(rig):
+    with pytest.raises(InvalidCommand, match="there is no joint 'Tail'"):
+        rig.guard.command({"Tail": stiffly(0.0)}, "ann")
+
+
+def with_table(*rows):
+    """A T1 on which the pitch of a shoulder leaves its roll what a table says."""
+    body = find_body("T1")
+    weak = tuple(replace(joint, max_torque=1.0) if joint.name == ROLL else joint for joint in body.joints)
+    return rig_of(replace(body, joints=weak, tables=(RangeTable(PITCH, ROLL, rows),)))
+
+
+@pytest.mark.parametrize("roll", [-9.0, 9.0])
+def test_a_table_takes_no_joint_out_of_its_range(monkeypatch, roll):
+    rig = with_table((-1.0, -9.0, 9.0), (1.0, -9.0, 9.0))
+    sent = sent_of(rig, monkeypatch)
+    rig.guard.command({PITCH: stiffly(0.0), ROLL: stiffly(roll)}, "ann")
+    facts = rig.body.facts(ROLL)
+    edge = facts.lower if roll < 0.0 else facts.upper
+    assert (sent[ROLL].position, sent[ROLL].lower, sent[ROLL].upper) == (edge, facts.lower, facts.upper)
+    assert sent[PITCH].max_speed == rig.body.facts(PITCH).max_velocity
+
+
+def test_a_joint_comes_half_as_fast_as_the_other_can_make_way(monkeypatch):
+    rig = with_table((-1.0, -1.0, 0.0), (1.0, -1.0, 4.0))  # steepest: 2
+    sent = sent_of(rig, monkeypatch)
+    rig.guard.command({PITCH: stiffly(0.0), ROLL: stiffly(0.0)}, "ann")
+    assert sent[PITCH].max_speed == rig.body.facts(ROLL).max_velocity / 4.0
 
 
 @pytest.mark.parametrize("pitch", [0.4, -3.0])

@@ -57,6 +57,15 @@ def test_a_command_reaches_the_device(rig, clock):
     assert rig.due is None, "there is nothing to watch over"
 
 
+def test_a_joint_is_measured_behind_its_setpoint(rig, clock):
+    rig.guarded.move({"LKneePitch": 0.4}, {})
+    clock.advance(0.1)
+    measured, set_ = (rig.guarded.angles(measured=each)["LKneePitch"] for each in (True, False))
+    reading, place = rig.device.read(), rig.guarded.index("LKneePitch")
+    assert (measured, set_) == (reading.positions[place], reading.commands[place])
+    assert 0.0 < measured < set_
+
+
 def test_a_command_that_must_be_watched_says_within_what_time(rig):
     rig.guarded.drive({"HeadYaw": 0.4}, "client")
     assert rig.due == pytest.approx(0.02)

@@ -1,6 +1,7 @@
 """What programs of a robot's maker command, on a T1 without physics in virtual time."""
 
 import math
+from typing import Literal
 
 import pytest
 
@@ -8,7 +9,7 @@ from naoserver._lasting_walk import LastingWalk
 from naoserver._programs import Codes, Programs, Refusal
 from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
-from naoserver.errors import CommandRefused
+from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
 from naoserver.fake import FakeRobot
 from naoserver.kinematics import kinematics_of
 from naoserver.options import ServerOptions
@@ -114,3 +115,101 @@ def test_a_way_may_last_for_a_minute(rig):
     rig.reach(AHEAD, seconds=60.0)
     with pytest.raises(Refusal, match="reached within 60 s"):
         rig.reach(AHEAD, seconds=60.1)
+
+
+def test_a_call_has_a_longest_parameter(rig):
+    operations = {1: lambda parameter, _client: len(parameter)}
+    assert rig.programs.answer(operations, 1, 4096 * " ", "program") == (0, "4096")
+    assert rig.programs.answer(operations, 1, 4097 * " ", "program") == (WRONG, "")
+
+
+@pytest.mark.parametrize(
+    ("error", "code"),
+    [
+        (Refusal(123, "not so"), 123),
+        (CommandRefused("not so"), 409),
+        (InvalidCommand("joint", "not so"), 409),
+        (HardwareFailure("not so"), 500),
+    ],
+    ids=lambda value: type(value).__name__,
+)
+def test_a_call_that_fails_has_no_result_and_its_event_says_why(rig, error, code):
+    def fail(_parameter, _client):
+        raise error
+
+    assert rig.programs.answer({1: fail}, 1, "", "program") == (code, "")
+    newest = rig.assembly.events.snapshot()[0][-1]
+    assert newest.message == f"answered a program with error {code}: not so"
+
+
+def test_what_is_said_of_a_parameter_has_a_longest_length(rig):
+    with pytest.raises(Refusal) as refusal:
+        rig.programs.read('"' + 1000 * "a" + '"', Literal["b"])
+    assert len(str(refusal.value)) == 200
+
+
+def test_a_posture_that_waited_and_is_refused_is_an_event(rig, monkeypatch):
+    with monkeypatch.context() as walking:
+        walking.setattr(LastingWalk, "moving", True)
+        rig.programs.go("Crouch", "program")
+    rig.assembly.gate.acquire("behavior", "dance", 30.0)
+    rig.programs.renew()
+    assert "held by dance" in rig.assembly.events.snapshot()[0][-1].message
+
+
+def go_after_a_walk(rig, monkeypatch):
+    with monkeypatch.context() as walking:
+        walking.setattr(LastingWalk, "moving", True)
+        rig.programs.go("Crouch", "program")
+    rig.programs.renew()
+
+
+@pytest.mark.parametrize(
+    ("start", "posture", "go"),
+    [
+        ("StandInit", "Crouch", lambda rig, _: rig.programs.go("Crouch", "program")),
+        ("StandInit", "Crouch", go_after_a_walk),
+        ("Crouch", "Stand", lambda rig, _: rig.programs.stand("program")),
+    ],
+    ids=["at once", "after a walk", "to stand"],
+)
+def test_a_posture_is_taken_at_full_pace(rig, monkeypatch, start, posture, go):
+    def seconds(begin):
+        rig.robot.place(rig.robot.body.postures[start].angles)
+        begin()
+        begun = rig.clock.now()
+        while rig.assembly.player.busy:
+            rig.clock.advance(0.02)
+            rig.assembly.player.tick()
+        return rig.clock.now() - begun
+
+    full = seconds(lambda: rig.assembly.postures.go(posture, 1.0, "program"))
+    assert seconds(lambda: go(rig, monkeypatch)) == pytest.approx(full) != 0.0
+
+
+def test_the_height_is_that_of_the_joints_as_they_are_measured(rig):
+    rig.programs.go("Crouch", "program")
+    for _ in range(10):
+        rig.clock.advance(0.02)
+        rig.assembly.player.tick()
+    measured = rig.assembly.body.angles(measured=True)
+    place = kinematics_of(rig.robot.body).torso_place(measured)
+    assert rig.programs.height() == pytest.approx(place[2, 3], abs=1e-9)
+
+
+def test_a_way_begins_where_the_setpoints_of_a_moving_hand_are(rig):
+    rig.reach(AHEAD)
+    rig.advance(0.5)
+    there = rig.hand
+    rig.reach(ASIDE, seconds=60.0)
+    rig.advance(0.1)
+    assert rig.hand == pytest.approx(there, abs=1e-3)
+
+
+def test_a_robot_whose_motors_take_no_gains_says_so():
+    robot = FakeRobot(VirtualClock())
+    programs = Programs(
+        robot, Assembly(robot, ServerOptions(), robot.clock), "maker", Codes(404, WRONG, 409, 500)
+    )
+    with pytest.raises(HardwareFailure, match=r"^the motors of this robot take no gains by command$"):
+        programs.follow({}, "program")

@@ -14,7 +14,7 @@ from naoserver.errors import InvalidCommand
 from naoserver.fake import FakeDevice, FakeRobot
 from naoserver.options import SafetyOptions, capped
 from naoserver.parts import JointFacts, RangeTable, SpeedRule
-from naoserver.robot import JointFault, JointReading
+from naoserver.robot import LIMP, JointFault, JointReading
 from tests.support.examples import examples
 from tests.support.linkage import LINKAGE
 from zenoh_ice.clock import VirtualClock
@@ -439,6 +439,13 @@ def test_nobody_waits_for_a_joint_that_cannot_come_to_its_goal(without):
         reading = replace(reading, faults={"HeadYaw": JointFault("lost", lost=True)})
     assert not rig.safety.moves_for("lost", reading)
     assert rig.safety.drop_client("lost", reading).stopped == ["HeadYaw"], "it may become stiff again"
+
+
+def test_a_joint_that_just_holds_moves_for_its_client():
+    rig = Rig()
+    rig.move({"HeadYaw": 1.0}, client="lost")
+    reading = rig.device.read()
+    assert rig.safety.moves_for("lost", replace(reading, stiffnesses=(LIMP, *reading.stiffnesses[1:])))
 
 
 def test_a_lost_client_does_not_stop_what_another_has_taken_over_or_what_has_arrived():

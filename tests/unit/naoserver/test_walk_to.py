@@ -121,18 +121,18 @@ def test_it_reports_its_progress_and_is_done_once_it_stands(rig):
 
 
 @pytest.mark.parametrize(
-    "end",
+    ("end", "says"),
     [
-        lambda rig: rig.walk_to.stop(),
-        lambda rig: rig.walk.stop(),
-        lambda rig: rig.walk.drop_client("anna"),
-        lambda rig: rig.gate.stop("test"),
-        lambda rig: rig.gate.acquire("berta", "Berta", 10.0),
-        lambda rig: rig.walker.fall(),
+        (lambda rig: rig.walk_to.stop(), "stopped"),
+        (lambda rig: rig.walk.stop(), "stopped"),
+        (lambda rig: rig.walk.drop_client("anna"), "stopped"),
+        (lambda rig: rig.gate.stop("a test"), "stopped"),
+        (lambda rig: rig.gate.acquire("berta", "Berta", 10.0), "Berta"),
+        (lambda rig: rig.walker.fall(), "stopped"),
     ],
     ids=["its stop", "a stop of the walk", "the client is gone", "emergency stop", "lease", "fall"],
 )
-def test_it_ends_and_does_not_begin_again(rig, end):
+def test_it_ends_and_does_not_begin_again(rig, end, says):
     begin(rig)
     go(rig, 1.0)
     end(rig)
@@ -140,7 +140,8 @@ def test_it_ends_and_does_not_begin_again(rig, end):
     state = rig.walk_to.state()
     assert not rig.walk_to.busy
     assert rig.walker.commanded() == STILL
-    assert (state.status, bool(state.message)) == (ActionStatus.Stopped, True)
+    assert state.status is ActionStatus.Stopped
+    assert says in state.message
 
 
 def test_at_its_end_nothing_is_left_to_say(rig):

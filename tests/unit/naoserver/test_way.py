@@ -54,6 +54,11 @@ def test_its_velocity_is_within_the_limits_on_a_straight_line():
     assert (velocity.forward, velocity.left) == pytest.approx((0.2, 0.1))
 
 
+def test_who_turns_goes_at_the_share_of_its_speed_that_the_turn_leaves():
+    velocity = way_to((1.0, 0.0, 0.3), START, WalkVelocity(0.4, 0.1, 0.6)).velocity(START)
+    assert (velocity.forward, velocity.left, velocity.turn) == pytest.approx((0.1, 0.0, 0.45))
+
+
 @pytest.mark.parametrize("turn", [0.06, -0.06])
 def test_a_turn_that_is_left_is_fast_enough_to_overcome_the_backlash_of_legs(turn):
     velocity = way_to((0.0, 0.0, turn), START, LIMITS).velocity(START)
@@ -62,6 +67,32 @@ def test_a_turn_that_is_left_is_fast_enough_to_overcome_the_backlash_of_legs(tur
     assert way_to((0.0, 0.0, turn), START, slow).velocity(START) == WalkVelocity(
         turn=math.copysign(0.15, turn)
     )
+
+
+@pytest.mark.parametrize(("lag", "gain"), [(0.0, 1.5), (0.1, 1.5), (1.2, 0.5)])
+@pytest.mark.parametrize("limits", [LIMITS, WHEELS], ids=["legs", "wheels"])
+def test_who_lags_behind_slows_down_earlier(limits, lag, gain):
+    assert way_to((0.06, 0.0, 0.0), START, limits, lag).velocity(START).forward == pytest.approx(gain * 0.06)
+
+
+def test_without_a_word_of_it_nothing_lags():
+    assert way_to((0.06, 0.0, 0.0), START, LIMITS).velocity(START).forward == pytest.approx(1.5 * 0.06)
+
+
+@pytest.mark.parametrize(
+    ("place", "limits", "seconds"),
+    [
+        ((0.9, 0.0, 0.0), LIMITS, 3.0),
+        ((0.9, 0.48, 0.0), LIMITS, 5.0),
+        ((0.9, 0.48, -0.9), LIMITS, 6.0),
+        ((1.0, 0.0, 0.0), WHEELS, 2.0),
+        ((-1.0, 0.0, 0.0), WHEELS, 2.0),
+        ((0.0, 1.0, math.pi / 2 - 0.3), WHEELS, 2.0 + (math.pi / 2 + 0.3) / 1.5),
+        ((0.8, 0.6, 0.5), WHEELS, 2.0 + (2 * math.atan2(0.6, 0.8) - 0.5) / 1.5),
+    ],
+)
+def test_it_may_take_three_times_as_long_as_at_full_speed(place, limits, seconds):
+    assert way_to(place, START, limits).patience == pytest.approx(10.0 + 3.0 * seconds)
 
 
 def test_its_progress_is_the_share_of_way_and_turn():
@@ -135,6 +166,11 @@ def test_on_wheels_that_slip_while_it_turns_at_the_place_it_does_not_drive_again
     assert way.velocity(Odometry(0.0, 0.9, 0.0, 0.0)).forward > 0.0
 
 
+def test_on_wheels_its_progress_backwards_needs_no_turns():
+    way = way_to((-1.0, 0.0, 0.0), START, WHEELS)
+    assert way.progress(Odometry(0.0, -0.5, 0.0, 0.0)) == pytest.approx(0.5)
+
+
 def test_on_wheels_its_progress_counts_the_turns_to_the_place_and_there():
     way = way_to((0.0, 1.0, 0.0), START, WHEELS)
     turned = way.progress(Odometry(0.0, 0.0, 0.0, math.pi / 2))
@@ -146,5 +182,6 @@ def test_on_wheels_its_progress_counts_the_turns_to_the_place_and_there():
     ("limits", "lacks"), [(WalkVelocity(forward=0.5), "turn"), (WalkVelocity(turn=1.0), "drive forwards")]
 )
 def test_a_robot_that_cannot_get_everywhere_says_so(limits, lacks):
-    with pytest.raises(InvalidCommand, match=f"the robot cannot {lacks}"):
+    with pytest.raises(InvalidCommand, match=f"^the robot cannot {lacks}, so") as refusal:
         way_to((1.0, 0.0, 0.0), START, limits)
+    assert refusal.value.field == "walk"

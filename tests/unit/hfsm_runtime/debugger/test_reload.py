@@ -179,6 +179,23 @@ def test_automata_that_are_new_run_and_those_that_are_gone_do_not() -> None:
     assert run.tree.actor(2) is None
 
 
+@pytest.mark.parametrize("before", [(), (timed("b", id=3, name="leaf"),)], ids=["new", "without its state"])
+def test_an_automaton_that_a_ghost_gets_enters_its_state_when_it_wakes(before: tuple[Automaton, ...]) -> None:
+    ran: list[str] = []
+    first = State("a", id=7, initial=True, entry=lambda: ran.append("entry"), code=lambda: ran.append("code"))
+    leaf = Automaton(id=3, name="leaf", states=(first,))
+
+    def version(*leaves: Automaton) -> Automaton:
+        middle = Automaton(id=2, name="middle", states=(State("m", initial=True, children=leaves),))
+        return timed("follow", "dance", seconds=1.0, children={"follow": middle})
+
+    run = running(version(*before), 1.5)
+    reload(run, version(leaf))
+    run.advance(0.6)
+    assert ran == ["entry", "code", "code"]
+    assert run.changes("leaf")[-1] == (2.0, "a")
+
+
 def test_an_automaton_that_moves_below_another_state_goes_on() -> None:
     colors = timed("red", "green", seconds=3.0, id=2, name="colors")
     run = running(timed("follow", "dance", children={"follow": colors}), 4.0)

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import asyncio
 import sys
 from collections.abc import Callable
+from contextlib import suppress
+from typing import Any
 
 import pytest
 
@@ -150,6 +153,89 @@ def test_sys_exit_ends_it_and_stops_what_it_commanded(on_error: str | None) -> N
             run.advance(1.0)
         assert (run.ended.is_set(), run.exit_code) == (True, 3)
         assert [call.target for call in run.calls()] == ["Hand.stop"]
+
+
+@pytest.mark.parametrize("code", [lambda: sys.exit(3), lambda: 1 / 0], ids=["sys.exit", "an error"])
+def test_what_ends_it_in_a_step_stops_what_it_commanded_and_lets_no_other_cycle_begin(
+    code: Callable[[], object],
+) -> None:
+    class Steps(Component):
+        Hand = Proxy("Hand", GripperPrx)
+
+        def automaton(self) -> Automaton:
+            child = automaton(2, "child", [State("x", code=lambda: ran.append("child"))])
+            root = State("a", children=(child,), code=lambda: run.paused_by_client and code())
+            return automaton(1, "steps", [root])
+
+    ran: list[str] = []
+    with Execution(Steps(), stubs={"Hand": {"stop": None}}, on_error="stop") as run:
+        run.advance(0.1)
+        run.pause()
+        ran.clear()
+        with suppress(BehaviorFailed):
+            run.step(0)
+        assert run.failed
+        assert [call.target for call in run.calls()] == ["Hand.stop"]
+        run.advance(1.0)
+        assert (ran, len(run.calls())) == ([], 1)
+
+
+def test_sys_exit_in_a_step_is_told_as_in_an_advance() -> None:
+    with Execution(leaving(lambda: sys.exit(3)), stubs={"Hand": {"stop": None}}) as run:
+        run.advance(0.1)
+        run.pause()
+        with pytest.raises(BehaviorFailed, match=r"sys.exit\(3\) ends the component"):
+            run.step(0)
+
+
+def test_an_exception_without_a_message_fails_as_any_other() -> None:
+    class Speechless(Exception):
+        def __str__(self) -> str:
+            raise ValueError("no words")
+
+    def code() -> None:
+        raise Speechless
+
+    with Execution(leaving(code), stubs={"Hand": {"stop": None}}, on_error="continue") as run:
+        run.advance(1.0)
+        assert (run.ended.is_set(), len(run.errors)) == (False, 1)
+        assert "Speechless" in run.timeline
+    with (
+        Execution(leaving(code), stubs={"Hand": {"stop": None}}) as run,
+        pytest.raises(BehaviorFailed, match="raised Speechless"),
+    ):
+        run.advance(1.0)
+
+
+def test_sys_exit_with_what_cannot_be_shown_ends_it_too() -> None:
+    class Speechless:
+        def __repr__(self) -> str:
+            raise ValueError("no words")
+
+    speechless: Any = Speechless()
+    with Execution(leaving(lambda: sys.exit(speechless)), stubs={"Hand": {"stop": None}}) as run:
+        with pytest.raises(BehaviorFailed, match=r"sys.exit\(<Speechless.*ends the component"):
+            run.advance(1.0)
+        assert (run.ended.is_set(), run.exit_code, len(run.errors)) == (True, 1, 1)
+
+
+def test_code_that_fails_while_it_is_closed_keeps_no_other_from_ending() -> None:
+    def code(ends: BaseException) -> Callable[[], None]:
+        def sleeps() -> None:
+            try:
+                run.component.sleep(60)
+            finally:
+                ended.append(ends)
+                raise ends
+
+        return sleeps
+
+    ended: list[BaseException] = []
+    ends = [asyncio.CancelledError(), ValueError()]
+    below = [automaton(number, "x", [State("y", code=code(each))]) for number, each in enumerate(ends, 2)]
+    with Execution(component(automaton(1, "root", [State("a", children=tuple(below))]))) as run:
+        run.advance(0.1)
+    assert ended == ends
 
 
 def test_ctrl_c_in_a_cycle_does_not_end_the_cycles_of_its_automaton() -> None:

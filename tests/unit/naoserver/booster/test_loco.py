@@ -26,7 +26,8 @@ from naoserver.booster._loco import (
     WALKING,
     Loco,
 )
-from naoserver.errors import CommandRefused, RobotError
+from naoserver.capabilities import WalkVelocity
+from naoserver.errors import CommandRefused, InvalidCommand, RobotError
 from naoserver.fake import FakeRobot
 from naoserver.kinematics import kinematics_of
 from naoserver.options import ServerOptions
@@ -104,6 +105,11 @@ def test_a_move_lasts_until_the_next_one(rig):
     assert rig.forward == 0.0
 
 
+def test_a_move_goes_forwards_and_to_the_left_and_turns(rig):
+    assert rig.call(MOVE, {"vx": 0.1, "vy": 0.05, "vyaw": 0.2}) == 0
+    assert rig.robot.walker.commanded() == WalkVelocity(forward=0.1, left=0.05, turn=0.2)
+
+
 def test_a_move_ends_with_its_program(rig):
     rig.move()
     rig.programs.drop("program")
@@ -172,6 +178,7 @@ def test_it_says_what_it_is(rig):
         (SHOOT,),
         (MODE, {"mode": DAMPING}),
         (GET_UP,),
+        (GET_UP, ""),
         (UPPER_BODY, {"start": True}),
     ],
     ids=str,
@@ -199,7 +206,7 @@ def test_the_head_turns_to_angles(rig):
 def test_the_head_takes_the_time_that_it_is_given(rig):
     rig.call(HEAD_WITH_TIME, {"pitch": 0.4, "yaw": 0.0, "time_millis": 4000})
     rig.advance(2.0)
-    assert rig.angle("Head_pitch") == pytest.approx(0.2, abs=0.05)
+    assert rig.assembly.body.angles(measured=False)["Head_pitch"] == pytest.approx(0.2, abs=1e-5)
 
 
 def test_the_head_turns_in_a_direction_until_it_is_stopped(rig):
@@ -313,8 +320,9 @@ def test_odometry_begins_anew_where_it_is_reset(rig):
 
 
 def test_joints_follow_commands_in_the_custom_mode_alone(rig):
-    with pytest.raises(RobotError, match="mode 3"):
+    with pytest.raises(InvalidCommand, match="mode 3") as refusal:
         rig.follow({ELBOW: 0.5})
+    assert refusal.value.field == "mode"
     rig.mode(CUSTOM)
     rig.follow({ELBOW: 0.5})
     rig.advance(0.1)
@@ -450,7 +458,14 @@ def test_a_hand_goes_to_a_place_in_the_frame_of_the_trunk(rig, hand, effector, s
 
 
 @pytest.mark.parametrize(
-    "change", [{"hand_index": 2}, {"time_millis": 0}, {"time_millis": 10**9}, {"target_posture": None}]
+    "change",
+    [
+        {"hand_index": 2},
+        {"time_millis": 0},
+        {"time_millis": 60_001},
+        {"time_millis": 10**9},
+        {"target_posture": None},
+    ],
 )
 def test_a_hand_that_is_none_and_a_way_that_is_none(rig, change):
     body = {"target_posture": posture(0.3, 0.25, 0.1), "time_millis": 1000, "hand_index": 0}

@@ -7,14 +7,18 @@ import random
 import struct
 from collections.abc import Sequence
 
+import numpy as np
 import pytest
 
 from naoserver._programs import Programs
 from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
-from naoserver.capabilities import WalkVelocity
+from naoserver.capabilities import InertialReading, Odometry, WalkVelocity
 from naoserver.fake import FakeRobot
+from naoserver.kinematics import matrix_of
 from naoserver.options import SafetyOptions, ServerOptions
+from naoserver.robot import LIMP
+from naoserver.unitree import _joints
 from naoserver.unitree._joints import Joints, checksum
 from naoserver.unitree._loco import CODES
 from zenoh_ice import VirtualClock
@@ -109,7 +113,7 @@ def test_a_silent_program_moves_nothing_on(rig):
     ("data", "event"),
     [
         (command({})[:-4], "it has 996 bytes, not 1000"),
-        (command({ELBOW: (0, 0, 0, 60, 2)}, change=1), "its checksum is wrong"),
+        (command({ELBOW: (0, 0, 0, 60, 2)}, change=1), "ignored a low command: its checksum is wrong"),
         (command({ELBOW: (math.nan, 0, 0, 60, 2)}), "left_elbow_joint"),
         (command({ELBOW: (99.0, 0, 0, 60, 2)}), "limited a low command to left_elbow_joint"),
     ],
@@ -137,16 +141,30 @@ def test_random_commands_keep_every_joint_within_its_range(rig):
             assert facts.lower - 1e-6 <= at <= facts.upper + 1e-6
 
 
-def test_a_state_is_what_the_types_say(rig):
+@pytest.fixture
+def types():
+    """The maker's types, which read what was packed."""
     pytest.importorskip("cyclonedds", reason="the extra unitree is not installed")
-    from naoserver.unitree._types import LowState
+    from naoserver.unitree import _types
 
+    return _types
+
+
+def state_of(rig, types):
+    return types.LowState.deserialize(b"\0\1\0\0" + rig.joints.state())
+
+
+def place_of(rig, types):
+    return types.SportModeState.deserialize(b"\0\1\0\0" + rig.joints.place())
+
+
+def test_a_state_is_what_the_types_say(rig, types):
     rig.joints.state()
-    state = LowState.deserialize(b"\0\1\0\0" + rig.joints.state())
+    state = state_of(rig, types)
     reading = rig.robot.read()
     assert [motor.q for motor in state.motor_state[:29]] == pytest.approx(reading.positions)
     assert [motor.mode for motor in state.motor_state] == [1] * 29 + [0] * 6
-    assert (state.mode_machine, state.tick) == (5, 4)
+    assert (state.mode_pr, state.mode_machine, state.tick) == (0, 5, 4)
     assert state.imu_state.quaternion == [1.0, 0.0, 0.0, 0.0]
     assert state.imu_state.accelerometer[2] == pytest.approx(9.81)
     flat = state.serialize(use_version_2=False)[4:]
@@ -154,16 +172,60 @@ def test_a_state_is_what_the_types_say(rig):
     assert state.crc == slow_checksum(layout)
 
 
-def test_where_it_is_and_how_fast_is_in_its_odometry(rig):
-    pytest.importorskip("cyclonedds", reason="the extra unitree is not installed")
-    from naoserver.unitree._types import SportModeState
+def test_what_is_not_known_of_a_motor_is_0(rig, types):
+    motor = state_of(rig, types).motor_state[ELBOW]
+    assert [motor.ddq, *motor.sensor, motor.motorstate, *motor.reserve] == [0] * 8
 
-    rig.programs.drive(WalkVelocity(forward=0.2), 9.0, "program")
+
+@pytest.mark.parametrize(("stiffness", "mode"), [(LIMP, 1), (0.9 * LIMP, 0)])
+def test_a_limp_motor_is_off(rig, types, stiffness, mode):
+    rig.assembly.body.stiffen({rig.robot.joints[ELBOW].name: stiffness}, 0.0)
+    assert state_of(rig, types).motor_state[ELBOW].mode == mode
+
+
+def test_after_weeks_its_number_begins_again(rig, types, monkeypatch):
+    monkeypatch.setattr(_joints, "_TICKS", 2**31)
+    rig.joints = Joints(rig.programs)
+    assert [state_of(rig, types).tick for _ in range(3)] == [2**31, 0, 2**31]
+
+
+def test_a_state_has_the_inertial_unit_and_the_orientation(rig, types):
+    roll, pitch, heading = 0.3, -0.5, 1.2
+    unit = InertialReading((1.0, 2.0, 3.0), (4.0, 5.0, 6.0), roll, pitch)
+    rig.robot.senses.feel(inertial=unit)
+    rig.programs.drive(WalkVelocity(turn=0.4), 9.0, "program")
+    rig.clock.advance(heading / 0.4)
+    state = state_of(rig, types).imu_state
+    assert state.rpy == pytest.approx([roll, pitch, heading])
+    assert state.accelerometer == pytest.approx(unit.acceleration)
+    assert state.gyroscope == pytest.approx(unit.angular_velocity)
+    w, *axis = state.quaternion
+    x, y, z = axis
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    turned = np.eye(3) + 2 * w * cross + 2 * cross @ cross
+    assert turned == pytest.approx(matrix_of((0, 0, 0, roll, pitch, heading))[:3, :3], abs=1e-6)
+
+
+def test_where_it_is_and_how_fast_is_in_its_odometry(rig, types):
+    rig.programs.drive(WalkVelocity(turn=0.5), 2.0, "program")
+    rig.clock.advance(2.0)
+    rig.programs.drive(WalkVelocity(forward=0.2, left=0.1), 9.0, "program")
     for _ in range(5):
         rig.clock.advance(0.1)
-        rig.joints.place()
-    place = SportModeState.deserialize(b"\0\1\0\0" + rig.joints.place())
+        place = place_of(rig, types)
     where = rig.robot.walker.odometry()
+    assert where.heading == pytest.approx(1.0)
     assert place.position[:2] == pytest.approx([where.x, where.y])
-    assert place.velocity == pytest.approx([0.2, 0.0, 0.0], abs=0.01)
-    assert place.stamp.sec + place.stamp.nanosec / 1e9 == pytest.approx(where.time)
+    assert place.velocity == pytest.approx([0.2, 0.1, 0.0], abs=1e-6)
+    assert place_of(rig, types).velocity == place.velocity  # at the same moment
+    assert (place.stamp.sec, place.stamp.nanosec) == (2, 500_000_000)
+
+
+def test_a_simulation_that_began_again_stands(rig, types, monkeypatch):
+    rig.programs.drive(WalkVelocity(forward=0.2), 9.0, "program")
+    rig.clock.advance(0.1)
+    assert place_of(rig, types).velocity[0] == pytest.approx(0.2)
+    monkeypatch.setattr(rig.robot.walker, "odometry", lambda: Odometry(0.05, 0.0, 0.0, 0.0))
+    assert place_of(rig, types).velocity == [0.0, 0.0, 0.0]
+    monkeypatch.setattr(rig.robot.walker, "odometry", lambda: Odometry(0.25, 0.01, 0.0, 0.0))
+    assert place_of(rig, types).velocity[0] == pytest.approx(0.05)

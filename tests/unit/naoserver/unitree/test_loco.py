@@ -11,6 +11,7 @@ import pytest
 from naoserver._programs import Programs
 from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
+from naoserver.capabilities import WalkVelocity
 from naoserver.errors import RobotError
 from naoserver.fake import FakeRobot
 from naoserver.options import ServerOptions
@@ -76,6 +77,11 @@ def test_a_velocity_lasts_for_its_duration_and_no_longer(rig):
     assert rig.forward == pytest.approx(0.1)
     rig.advance(0.4)
     assert rig.forward == 0.0
+
+
+def test_a_velocity_is_forwards_and_to_the_left_and_of_the_turn(rig):
+    assert rig.call(VELOCITY, '{"velocity": [0.1, 0.05, 0.2], "duration": 1}') == 0
+    assert rig.robot.walker.commanded() == WalkVelocity(forward=0.1, left=0.05, turn=0.2)
 
 
 def test_a_continuous_move_ends_with_its_program(rig):
@@ -246,6 +252,7 @@ def test_it_waves(rig):
         (STATE, " " * 5000 + '{"data": 1}', WRONG_PARAMETER),
         (STATE, '{"data": "1"}', WRONG_PARAMETER),
         (STATE, '{"data": 1e999}', WRONG_PARAMETER),
+        (STATE, '{"data": NaN}', WRONG_PARAMETER),
     ],
     ids=str,
 )

@@ -9,6 +9,7 @@ import pytest
 from naoserver._programs import Programs
 from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
+from naoserver.expression import LONGEST_TEXT
 from naoserver.fake import FakeRobot
 from naoserver.options import ServerOptions
 from naoserver.unitree import _skills
@@ -57,8 +58,30 @@ def test_it_says_a_text(rig):
 
 
 def test_its_light_has_the_color(rig):
-    assert rig.call(rig.voice, 1010, '{"R": 255, "G": 0, "B": 51}') == (0, "")
-    assert rig.robot.lights.colors()["Head"] == pytest.approx((1.0, 0.0, 0.2))
+    assert rig.call(rig.voice, 1010, '{"R": 255, "G": 102, "B": 51}') == (0, "")
+    assert rig.robot.lights.colors()["Head"] == pytest.approx((1.0, 0.4, 0.2))
+
+
+def test_a_text_has_a_longest_length(rig):
+    assert rig.call(rig.voice, 1001, json.dumps({"text": LONGEST_TEXT * "a"})) == (0, "")
+    assert rig.call(rig.voice, 1001, json.dumps({"text": (LONGEST_TEXT + 1) * "a"}))[0] == WRONG_PARAMETER
+
+
+@pytest.mark.parametrize(
+    ("part", "call"),
+    [("voice", (1001, '{"text": "Hello"}')), ("lights", (1010, '{"R": 255, "G": 0, "B": 51}'))],
+)
+def test_a_robot_says_which_part_it_lacks(rig, monkeypatch, part, call):
+    monkeypatch.setattr(rig.robot, part, None)
+    assert rig.call(_skills.voice(rig.programs), *call)[0] == NOT_IMPLEMENTED
+    assert rig.assembly.events.snapshot()[0][-1].message.endswith(f": this robot has no {part}")
+
+
+@pytest.mark.parametrize(
+    ("service", "version"), [("arm", "1.0.0.14"), ("voice", "1.0.0.0"), ("modes", "1.0.0.1")]
+)
+def test_each_service_has_the_makers_version(rig, service, version):
+    assert rig.call(getattr(rig, service), 1) == (0, version)
 
 
 def test_a_program_takes_the_joints_and_gives_them_back(rig):
