@@ -58,12 +58,7 @@ def move(
     ] = 0.02,
     limit: Annotated[
         float,
-        typer.Option(
-            metavar="SECONDS",
-            min=0.0,
-            callback=finite,
-            help="Time limit for reaching a waypoint.",
-        ),
+        typer.Option(metavar="SECONDS", min=0.0, callback=finite, help="Time limit for reaching a waypoint."),
     ] = 5.0,
     server_wait: ServerWait = SERVER_WAIT,
 ) -> None:

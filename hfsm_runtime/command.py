@@ -81,8 +81,7 @@ _Breakpoints = Annotated[
 _StayHalted = Annotated[
     bool,
     typer.Option(
-        "--stay-halted",
-        help="After an error stop the robot but keep serving the monitor, until Ctrl-C.",
+        "--stay-halted", help="After an error stop the robot but keep serving the monitor, until Ctrl-C."
     ),
 ]
 _Record = Annotated[

@@ -283,9 +283,7 @@ def _routes(settings: Settings, limit: float) -> list[Route]:
     limits: Any = {"timeout": limit, "lease": limit}
     routes = [
         Route(
-            endpoint,
-            settings.override(mode="client", connect=[endpoint], listen=[], **limits),
-            required=True,
+            endpoint, settings.override(mode="client", connect=[endpoint], listen=[], **limits), required=True
         )
         for endpoint in settings.connect
     ]

@@ -179,9 +179,7 @@ def naoserver_sim(
     """
     factor = parse_speed(speed)
     options = ServerOptions(
-        safety=capped(joint_speed),
-        cameras=parse_cameras(camera or ()),
-        resume_after_reset=resume_after_reset,
+        safety=capped(joint_speed), cameras=parse_cameras(camera or ()), resume_after_reset=resume_after_reset
     )
     surroundings = load_world(world)
     if write_body is not None:

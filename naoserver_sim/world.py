@@ -203,8 +203,7 @@ def scattered(world: World, random: np.random.Generator) -> World:
     """Return the world with its carried balls at random places within reach of the robot's head."""
     balls = tuple(
         msgspec.structs.replace(
-            ball,
-            start=(random.uniform(-0.5, 0.5), random.uniform(0.7, 1.2), random.uniform(0.35, 0.65)),
+            ball, start=(random.uniform(-0.5, 0.5), random.uniform(0.7, 1.2), random.uniform(0.35, 0.65))
         )
         for ball in world.carried_balls
     )

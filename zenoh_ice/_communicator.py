@@ -256,12 +256,7 @@ class Communicator:
         """
         self.check()
         watch = ClientWatch(
-            self.transport,
-            self.realm,
-            callback,
-            self.pool.submit,
-            self._forget_watch,
-            limits=self.limits,
+            self.transport, self.realm, callback, self.pool.submit, self._forget_watch, limits=self.limits
         )
         with self._lock:
             self._set_watches((*self.client_watches, watch))

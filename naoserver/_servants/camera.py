@@ -51,12 +51,7 @@ class BodyHistory:
         self._past: deque[Moment] = deque(maxlen=_MOST_MOMENTS)
         self._used = -math.inf
         self.job: Final[Job] = Periodic(
-            "places of the body",
-            robot.clock,
-            lambda: _PERIOD,
-            self.note,
-            thread="state",
-            wanted=self._wanted,
+            "places of the body", robot.clock, lambda: _PERIOD, self.note, thread="state", wanted=self._wanted
         )
 
     def note(self) -> Moment:

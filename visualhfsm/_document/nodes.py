@@ -71,9 +71,7 @@ def coordinate(value: float) -> float:
     """Return a coordinate in pixels, rounded to hundredths. Raises EditError when it is not on the canvas."""
     if not math.isfinite(value) or abs(value) > FARTHEST_PLACE:
         why = Message(
-            "{value} is not within {limit:.0f} pixels of the origin",
-            value=value,
-            limit=FARTHEST_PLACE,
+            "{value} is not within {limit:.0f} pixels of the origin", value=value, limit=FARTHEST_PLACE
         )
         raise EditError(Message("Cannot move that far"), why, Message("move it closer to the others"))
     return round(float(value), 2)

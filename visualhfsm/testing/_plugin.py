@@ -77,12 +77,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         action="store_true",
         help="with --hfsm-cov, measure which lines of their code run, too; tests take longer",
     )
-    group.addoption(
-        "--hfsm-cov-fail-under",
-        type=float,
-        metavar="PERCENT",
-        help="fail when less is covered",
-    )
+    group.addoption("--hfsm-cov-fail-under", type=float, metavar="PERCENT", help="fail when less is covered")
     group.addoption(
         "--hfsm-results", metavar="FILE", help="write each result as a line of JSON, for the editor"
     )

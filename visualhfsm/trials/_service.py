@@ -235,11 +235,7 @@ class _TabTrials:
                 "{filename} cannot be read: {reason}", filename=error.filename, reason=reason(error)
             ) from error
         order = Order(
-            action=action,
-            document=str(path),
-            content=str(kept),
-            choices=choices,
-            workers=self._state.workers,
+            action=action, document=str(path), content=str(kept), choices=choices, workers=self._state.workers
         )
         beside = [_changed_at(path.with_name(path.stem + suffix)) for suffix in (SUFFIX, OUTCOMES)]
         return order, (path, digest, choices, *beside)

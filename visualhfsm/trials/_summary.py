@@ -139,10 +139,7 @@ class Summary:
     def worst(self) -> list[Row]:
         """The ten worst trials: those that fail, of rare ways first, then the slowest ones."""
         rarity = Counter(_way(row) for row in self.rows if not row.success)
-        ranked = sorted(
-            self.rows,
-            key=lambda row: (row.success, rarity[_way(row)], -row.time, row.number),
-        )
+        ranked = sorted(self.rows, key=lambda row: (row.success, rarity[_way(row)], -row.time, row.number))
         return ranked[:_WORST]
 
     @cached_property

@@ -62,11 +62,7 @@ def view_of(plan: Plan, summary: Summary, file: Path, pages: Mapping[int, str] |
             Dependence(
                 _cut(name),
                 [
-                    Part(
-                        _cut(part.label),
-                        part.rate,
-                        _means(part.means, summary.own_numbers[:_MOST_MEANS]),
-                    )
+                    Part(_cut(part.label), part.rate, _means(part.means, summary.own_numbers[:_MOST_MEANS]))
                     for part in parts[:_MOST_PARTS]
                 ],
             )

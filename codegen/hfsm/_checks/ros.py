@@ -96,9 +96,7 @@ def _check_options(interface: RosInterface, report: Report) -> None:
     stop = interface.stop.text.strip()
     if stop not in ("", "true", "false"):
         message = Message(
-            "`stop` of `{name}` must be `true` or `false`, not `{stop}`",
-            name=interface.name,
-            stop=stop[:40],
+            "`stop` of `{name}` must be `true` or `false`, not `{stop}`", name=interface.name, stop=stop[:40]
         )
         report.error(Code.BAD_ROS_INTERFACE, message, report.place(interface, interface.stop))
     elif stop == "true" and interface.kind != "publish":

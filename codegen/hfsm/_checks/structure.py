@@ -79,9 +79,7 @@ def _check_owners(document: Document, automata: dict[int, Automaton], report: Re
             child = automata.get(number)
             if child is None:
                 message = Message(
-                    "{state} owns automaton {id}, which does not exist",
-                    state=state_label(state),
-                    id=number,
+                    "{state} owns automaton {id}, which does not exist", state=state_label(state), id=number
                 )
                 note = Note(Message("the state runs without an automaton"))
                 report.warning(Code.MISSING_AUTOMATON, message, state, [note])
@@ -93,13 +91,10 @@ def _check_owners(document: Document, automata: dict[int, Automaton], report: Re
                 owners[number] = state
                 if child.father != automaton.id:
                     message = Message(
-                        "automaton {id} says that its father is {father}",
-                        id=number,
-                        father=child.father,
+                        "automaton {id} says that its father is {father}", id=number, father=child.father
                     )
                     note = Note(
-                        Message("but a state of automaton {id} owns it", id=automaton.id),
-                        report.place(state),
+                        Message("but a state of automaton {id} owns it", id=automaton.id), report.place(state)
                     )
                     report.error(Code.NOT_A_TREE, message, child, [note])
     return owners
@@ -116,9 +111,7 @@ def _check_ancestors(automaton: Automaton, automata: dict[int, Automaton], repor
         above.add(current.id)
         if len(above) == _MAX_DEPTH:
             message = Message(
-                "automaton {id} is nested deeper than {limit}",
-                id=automaton.id,
-                limit=_MAX_DEPTH,
+                "automaton {id} is nested deeper than {limit}", id=automaton.id, limit=_MAX_DEPTH
             )
             report.error(Code.NOT_A_TREE, message, automaton)
             return

@@ -307,9 +307,7 @@ class NativeReader:
             if not number:
                 element.attributes["id"] = next(free)
                 message = Message(
-                    "`{element}` has no id: it gets {new}",
-                    element=element.name,
-                    new=element.attributes["id"],
+                    "`{element}` has no id: it gets {new}", element=element.name, new=element.attributes["id"]
                 )
                 if expected:
                     self.warn(element, Code.MISSING_ID, message)

@@ -250,9 +250,7 @@ class _Parser:
         automaton = self._model.by_id.get(number)
         if automaton is None:
             raise ExpressionError(
-                Message("there is no automaton with the id `{id}`", id=token.text),
-                token.offset,
-                token.length,
+                Message("there is no automaton with the id `{id}`", id=token.text), token.offset, token.length
             )
         return automaton
 

@@ -64,9 +64,7 @@ def describe_interfaces(path: Path, include: Sequence[Path] = ()) -> list[Interf
     known = [each for several in interfaces.by_name.values() for each in several]
     return [
         InterfaceDescription(
-            each.scoped_name.rsplit("::", 1)[-1],
-            each.scoped_name,
-            list(_operations(each, interfaces)),
+            each.scoped_name.rsplit("::", 1)[-1], each.scoped_name, list(_operations(each, interfaces))
         )
         for each in sorted(known, key=lambda each: each.scoped_name)
     ]
