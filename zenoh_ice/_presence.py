@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from typing import Any, Final, NamedTuple
 
+from . import exceptions
 from ._token_keys import (
     FORMAT,
     ServantToken,
@@ -19,15 +20,6 @@ from ._token_keys import (
     parse_client_token,
     parse_servant_token,
     server_of_unknown_token,
-)
-from .exceptions import (
-    AccessDeniedException,
-    CommunicatorDestroyedException,
-    ConnectFailedException,
-    ConnectionLostException,
-    ObjectNotExistException,
-    SystemException,
-    TimeoutException,
 )
 from .limits import LIMITS, Limits
 from .status import own_version, version_in_status, versions
@@ -207,24 +199,26 @@ class Presence:
 
     # Explanations.
 
-    def explain_absence(self, target: Target, limit: float = math.inf) -> SystemException:
+    def explain_absence(self, target: Target, limit: float = math.inf) -> exceptions.SystemException:
         """Return the exception that says why a servant cannot be called, after at most 2.5 or `limit` s."""
         if self._closed:
-            return CommunicatorDestroyedException("the communicator was destroyed")
+            return exceptions.CommunicatorDestroyedException("the communicator was destroyed")
         if self._lost_with_its_process(target, limit):
             way = f" (connecting to {', '.join(self._endpoints)})" if self._endpoints else ""
-            return ConnectionLostException(
+            return exceptions.ConnectionLostException(
                 f"the server of {target} is offline{way}; calls continue when it is back"
             )
         if self._endpoints and not self._linked:
-            return ConnectFailedException(self._transport.explain_unreachable(limit))
+            return exceptions.ConnectFailedException(self._transport.explain_unreachable(limit))
         present = self.identities(target.realm)
         shown = difflib.get_close_matches(target.identity, present, 3, 0.5) or present
         there = f"there is {few(shown, 8)}" if shown else ""
         other = self.other_version_in(target.realm, limit)
         has = f"the realm has {other}" if other else ""
         reasons = "; ".join(filter(None, (there, has))) or "the realm has no servants: is --realm right?"
-        return ObjectNotExistException(f"no servant {target.identity!r} in realm {target.realm!r}; {reasons}")
+        return exceptions.ObjectNotExistException(
+            f"no servant {target.identity!r} in realm {target.realm!r}; {reasons}"
+        )
 
     def other_version_in(self, realm: str, limit: float = math.inf) -> str:
         """Return that a realm has servants of another version of VisualHFSM, and which; empty if it has none.
@@ -252,7 +246,7 @@ class Presence:
 
     def _version(self, realm: str, server: str, limit: float) -> str:
         """Return the version of a server; empty where it does not say it."""
-        with suppress(SystemException):
+        with suppress(exceptions.SystemException):
             return version_in_status(self._transport.ask_status(realm, server, min(_VERSION_LIMIT, limit)))
         return ""
 
@@ -265,7 +259,7 @@ class Presence:
         end: NoAnswer,
         *,
         limit: float | None = None,
-    ) -> SystemException:
+    ) -> exceptions.SystemException:
         """Return the exception of a call that ended without an answer.
 
         `started` is the moment of the monotonic clock when it was sent, `timeout` its limit in s, which may
@@ -281,7 +275,9 @@ class Presence:
         if unexplained and not served:
             self._wait_until(lambda: self.lost_since(target, started), self._limits.loss_notice)
         if self._closed:
-            return CommunicatorDestroyedException(f"{what}: the communicator was destroyed during the call")
+            return exceptions.CommunicatorDestroyedException(
+                f"{what}: the communicator was destroyed during the call"
+            )
         if target not in self.present:
             return self.explain_absence(target)
         if self.lost_since(target, started):
@@ -289,7 +285,7 @@ class Presence:
         elif self._last_link_lost >= started:
             reason = ": the connection was lost during the call"
         elif end.timed_out:
-            return TimeoutException(f"{what} did not answer within {limit or timeout:g} s")
+            return exceptions.TimeoutException(f"{what} did not answer within {limit or timeout:g} s")
         elif self.came_since(target, started):
             reason = ": its servant started during the call, and missed it"
         elif not served:
@@ -297,11 +293,11 @@ class Presence:
         elif end.broken:
             reason = ": the connection was lost during the call"
         else:
-            return AccessDeniedException(
+            return exceptions.AccessDeniedException(
                 f"{what} was not executed: {target} exists, but access control does not let this component "
                 "call it; `security` in its settings, and in those of the router, says who may"
             )
-        return ConnectionLostException(what + reason)
+        return exceptions.ConnectionLostException(what + reason)
 
     def _lost_with_its_process(self, target: Target, limit: float) -> bool:
         """Return whether a servant was lost because its process ended or its link broke."""

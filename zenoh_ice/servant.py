@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeVar
 
 import msgspec
 
+from . import exceptions
 from ._codec import DECODE_ERRORS, ENCODE_ERRORS, misfit, not_encoded, to_msgpack, too_large
 from ._pool import Job, Kind
 from ._token_keys import servant_token
@@ -26,17 +27,6 @@ from ._wire import (
     encode_error,
     read_attachment,
     unknown_exception,
-)
-from .exceptions import (
-    AlreadyRegisteredException,
-    BusyException,
-    ConfigurationException,
-    InterfaceMismatchException,
-    MarshalException,
-    ObjectNotExistException,
-    OperationNotExistException,
-    TimeoutException,
-    ZenohIceError,
 )
 from .interface import OBJECT_TYPE_ID, Interface, Operation
 from .reflection import schema_of
@@ -61,7 +51,7 @@ _NO_ARGUMENTS: Final = b"\x80"  # an empty map
 _TURN: Final = "_ice_turn"
 
 # System exceptions that a servant may raise itself, as in Ice.
-_OF_SERVANTS: Final = (ObjectNotExistException, OperationNotExistException)
+_OF_SERVANTS: Final = (exceptions.ObjectNotExistException, exceptions.OperationNotExistException)
 
 _logger = logging.getLogger(__name__)
 
@@ -278,7 +268,7 @@ class ServedObject:
                     if about.given_up:
                         self._communicator.given_up.hear(about)
             if method is None:
-                raise OperationNotExistException(
+                raise exceptions.OperationNotExistException(
                     f"{self.target.identity}, a {self._interface.type_id}, has no operation {name!r}"
                 )
             # The size before anything is copied.
@@ -288,7 +278,7 @@ class ServedObject:
             call = _Call(self, method, data, about, reply, time.monotonic(), ended)
             with turn.lock:
                 if self._withdrawn:
-                    raise ObjectNotExistException(f"{self.target.identity} is no longer served")
+                    raise exceptions.ObjectNotExistException(f"{self.target.identity} is no longer served")
                 # A servant that calls itself must not wait for its own turn.
                 if turn.running >= turn.width and turn not in _here.turns:
                     self._enqueue(call)
@@ -296,13 +286,13 @@ class ServedObject:
                 turn.running += 1
                 self._running += 1
                 self._executed += 1
-        except ZenohIceError as error:
+        except exceptions.ZenohIceError as error:
             return self._refusals, partial(reply, *self._refuse(error))
         except DECODE_ERRORS as error:
             return self._refusals, partial(reply, *self._refuse(misfit(error, "attachment")))
         return method.kind, partial(self._run, call)
 
-    def _run(self, call: _Call, refusal: BusyException | None = None) -> None:
+    def _run(self, call: _Call, refusal: exceptions.BusyException | None = None) -> None:
         """Execute or refuse, and answer, a call whose turn it is; then let the next one have the turn."""
         # Inlined: in a small call, each further function call would cost more than the work done in it.
         method = call.method
@@ -317,16 +307,16 @@ class ServedObject:
         stage: _Stage = "admitted"
         try:
             if refusal is not None:
-                raise BusyException(f"{method.what} was not executed: {refusal}")
+                raise exceptions.BusyException(f"{method.what} was not executed: {refusal}")
             client = about.call_id.partition("/")[0]
             if not method.stops and (
                 about.sequence in communicator.given_up.numbers.get(client, ())
                 or (call.ended is not None and call.ended())
             ):
-                raise TimeoutException(f"{method.what} was not executed: its caller gave it up")
+                raise exceptions.TimeoutException(f"{method.what} was not executed: its caller gave it up")
             if method.fingerprints is not None and about.fingerprint not in method.fingerprints:
                 own = self._interface
-                raise InterfaceMismatchException.between(
+                raise exceptions.InterfaceMismatchException.between(
                     method.what, own.type_id, about.fingerprint, own.fingerprint
                 )
             if timeout > 0 and communicator.pool.has_threads:  # else its caller is here, and waits
@@ -373,7 +363,7 @@ class ServedObject:
 
     def _hear(self, attachment: Buffer) -> None:
         """Note what the attachment of a frozen or an unknown call says of other calls, if it can be read."""
-        with suppress(MarshalException):
+        with suppress(exceptions.MarshalException):
             about = decode_attachment(attachment)
             if about.given_up:
                 self._communicator.given_up.hear(about)
@@ -384,7 +374,7 @@ class ServedObject:
         most = _MOST_FROZEN if call.method.frozen else _MOST_WAITING
         full = turn.waiting_bytes + size > self._communicator.limits.waiting_bytes
         if len(turn.waiting) >= most or (turn.waiting and full):
-            raise BusyException(
+            raise exceptions.BusyException(
                 f"{call.method.what}: {len(turn.waiting)} calls are already waiting; "
                 "this one was not executed"
             )
@@ -393,7 +383,7 @@ class ServedObject:
 
     # Failures.
 
-    def _refuse(self, error: ZenohIceError) -> Answer:
+    def _refuse(self, error: exceptions.ZenohIceError) -> Answer:
         """Count a call that is not executed, and return the answer that says why."""
         with self._turn.lock:
             self._refused += 1
@@ -405,19 +395,19 @@ class ServedObject:
         if stage == "admitted":
             if isinstance(error, DECODE_ERRORS):
                 error = misfit(error, method.what)
-            if isinstance(error, ZenohIceError):
+            if isinstance(error, exceptions.ZenohIceError):
                 with self._turn.lock:
                     self._executed -= 1
                 return self._refuse(error)
-        declared: tuple[type[ZenohIceError], ...] = (*method.operation.exceptions, *_OF_SERVANTS)
+        declared: tuple[type[exceptions.ZenohIceError], ...] = (*method.operation.exceptions, *_OF_SERVANTS)
         if stage == "executed" and isinstance(error, declared):
             return False, encode_error(error)
         with self._turn.lock:
             self._failed += 1
         if stage == "returned" and isinstance(error, ENCODE_ERRORS):
             error = not_encoded(error, method.what)
-        if stage == "returned" and isinstance(error, MarshalException):
-            error = MarshalException(f"result of {error}", error.path)
+        if stage == "returned" and isinstance(error, exceptions.MarshalException):
+            error = exceptions.MarshalException(f"result of {error}", error.path)
             _logger.error("%s", error)
             return False, encode_error(error)
         client = call.about.client or "a stranger"
@@ -433,7 +423,7 @@ class ServedObject:
         frozen = operation.name in self.servant.ice_frozen
         function = getattr(self.servant, operation.method)
         if inspect.iscoroutinefunction(function):
-            raise ConfigurationException(
+            raise exceptions.ConfigurationException(
                 f"{what} is a coroutine: a servant answers a call when its method returns"
             )
         self._methods[operation.name] = _Method(
@@ -524,7 +514,7 @@ class ServedObject:
                 turn.waiting.remove(call)
                 turn.waiting_bytes -= len(call.payload)
         for call in dropped:
-            error = ObjectNotExistException(f"{self.target.identity} is no longer served")
+            error = exceptions.ObjectNotExistException(f"{self.target.identity} is no longer served")
             call.reply(*self._refuse(error))
         if not done:
             _logger.error("a call of %s still runs", self.target)
@@ -555,7 +545,9 @@ def _check_patience(call: _Call) -> None:
     waited = time.monotonic() - call.since
     waited = waited if waited >= call.about.timeout else time.time() - call.about.wall_time
     if waited >= call.about.timeout:
-        raise TimeoutException(f"{call.method.what} waited {waited:.3g} s for its turn and was not executed")
+        raise exceptions.TimeoutException(
+            f"{call.method.what} waited {waited:.3g} s for its turn and was not executed"
+        )
 
 
 class ObjectAdapter:
@@ -586,7 +578,9 @@ class ObjectAdapter:
         check_name(identity, "identity")
         with self._lock:
             if identity in self._servants:
-                raise AlreadyRegisteredException(f"adapter {self._name} serves {identity!r} already")
+                raise exceptions.AlreadyRegisteredException(
+                    f"adapter {self._name} serves {identity!r} already"
+                )
             if self._active is not None:
                 self._active |= self._open({identity: servant})
             self._servants[identity] = servant
@@ -656,13 +650,13 @@ class ObjectAdapter:
         communicator = self._communicator
         communicator.check()
         if communicator.presence.servers(target):
-            raise AlreadyRegisteredException(
+            raise exceptions.AlreadyRegisteredException(
                 f"another process of realm {target.realm!r} serves {target.identity!r} already, and two "
                 "would share its calls: stop one, or give it another --realm"
             )
         served = ServedObject(communicator, target, servant)
         if communicator.served.setdefault(target, served) is not served:
-            raise AlreadyRegisteredException(
+            raise exceptions.AlreadyRegisteredException(
                 f"another adapter of this process serves {target.identity!r} already"
             )
         return served

@@ -15,21 +15,12 @@ from functools import partial
 from typing import Any, Final, Generic, Self, TypeVar, cast
 from weakref import WeakValueDictionary
 
+from . import exceptions
 from ._pool import Pool
 from ._presence import Presence
 from ._threads import repeat
 from ._values import Resolve
 from ._wire import NO_ATTACHMENT, Attachment, decode_attachment, encode_sample_attachment
-from .exceptions import (
-    AccessDeniedException,
-    CommunicatorDestroyedException,
-    ConfigurationException,
-    ConnectionLostException,
-    InterfaceMismatchException,
-    MarshalException,
-    SystemException,
-    TimeoutException,
-)
 from .interface import Operation
 from .limits import LIMITS, Limits
 from .transport import Inlet, Outlet, Pacer, Target, Transport
@@ -91,7 +82,9 @@ class Publisher(Generic[V]):
         result = self.operation.result
         payload = result.gather_result(value, what)
         if len(payload) > result.size_limit:
-            raise MarshalException(f"{what}: {len(payload)} bytes; at most {result.size_limit} are sent")
+            raise exceptions.MarshalException(
+                f"{what}: {len(payload)} bytes; at most {result.size_limit} are sent"
+            )
         with self._sending:  # they travel in the order of their numbers
             attachment = encode_sample_attachment(self._fingerprint, next(self._numbers), time, self.stream)
             for outlet in outlets:
@@ -236,7 +229,9 @@ class Streams:
 
     def _check_open(self, listener: _Listener[Any]) -> None:
         if self.closed.is_set():
-            raise CommunicatorDestroyedException(f"{listener.what}: the communicator was destroyed")
+            raise exceptions.CommunicatorDestroyedException(
+                f"{listener.what}: the communicator was destroyed"
+            )
 
     def _wake(self) -> None:
         for reader in self._all_readers():
@@ -273,7 +268,7 @@ class _Listener(Generic[V]):
         """
         try:
             arrived = inlet.open(raw)
-        except ConnectionLostException as error:  # the next sample counts it as lost
+        except exceptions.ConnectionLostException as error:  # the next sample counts it as lost
             _logger.debug("%s", error)
             return None
         about = NO_ATTACHMENT if arrived.attachment is None else decode_attachment(arrived.attachment)
@@ -309,7 +304,7 @@ class _Listener(Generic[V]):
             found = self.streams.presence.interfaces(self.target).get(own.type_id, own.fingerprint)
             if found != own.fingerprint:
                 what = f"sample of {self.what}"
-                raise InterfaceMismatchException.between(what, own.type_id, own.fingerprint, found)
+                raise exceptions.InterfaceMismatchException.between(what, own.type_id, own.fingerprint, found)
         self._accepted = fingerprint
 
 
@@ -425,19 +420,19 @@ class StreamReader(_Listener[V]):
         presence = self.streams.presence
         return presence.lost_since(self.target, moment) and presence.is_lost(self.target)
 
-    def explain_silence(self, timeout: float, inquiry: _Inquiry) -> SystemException:
+    def explain_silence(self, timeout: float, inquiry: _Inquiry) -> exceptions.SystemException:
         """Return why no sample arrived within `timeout` s, at once."""
         streams, target = self.streams, self.target
         if streams.closed.is_set():
-            return CommunicatorDestroyedException(f"{self.what}: the communicator was destroyed")
+            return exceptions.CommunicatorDestroyedException(f"{self.what}: the communicator was destroyed")
         if not streams.presence.interfaces(target):
             return streams.presence.explain_absence(target, _EXPLAINING)
         if inquiry.is_unheard():
-            return AccessDeniedException(
+            return exceptions.AccessDeniedException(
                 f"{self.what}: {target} exists but sees no listener: access control does not "
                 "let this component read it; `security` in the settings of the router says who may"
             )
-        return TimeoutException(f"no new sample of {self.what} within {timeout:g} s")
+        return exceptions.TimeoutException(f"no new sample of {self.what} within {timeout:g} s")
 
     def close_if_unwanted(self) -> None:
         """Stop listening if nobody waits for it, and nobody has used it for `linger` s."""
@@ -524,7 +519,7 @@ class Subscription(_Listener[V]):
             return
         try:
             sample = self._decode(inlet, raw)
-        except (MarshalException, InterfaceMismatchException) as error:
+        except (exceptions.MarshalException, exceptions.InterfaceMismatchException) as error:
             if self._readable:
                 _logger.error("%s; continuing with the next valid sample", error)
             self._readable = False
@@ -605,10 +600,10 @@ class Samples(Generic[V]):
 def _check(rate: float | None, queue: int = 1) -> None:
     """Raise ConfigurationException for a rate or a queue that makes no sense."""
     if rate is not None and not _LOWEST_RATE <= rate < math.inf:
-        raise ConfigurationException(
+        raise exceptions.ConfigurationException(
             f"a rate is a finite number of samples a second, {_LOWEST_RATE:g} or more, not {rate!r}"
         )
     if not isinstance(queue, int) or not 1 <= queue <= _LONGEST_QUEUE:
-        raise ConfigurationException(
+        raise exceptions.ConfigurationException(
             f"queue is from 1 to {_LONGEST_QUEUE} samples, a whole number, not {queue!r}"
         )

@@ -12,22 +12,11 @@ from typing import Any, Final, Literal, TypeVar
 
 import msgspec
 
-from codegen.hfsm.document import (
-    Annotation,
-    Argument,
-    Automaton,
-    Document,
-    Import,
-    Node,
-    Result,
-    State,
-    Text,
-    Transition,
-)
+from codegen.hfsm import document as model
 
 from .places import Place
 
-_NodeT = TypeVar("_NodeT", bound=Node)
+_NodeT = TypeVar("_NodeT", bound=model.Node)
 
 KEYS: Final[dict[str, Callable[[Any], Hashable]]] = {
     **dict.fromkeys(("automata", "states", "transitions", "annotations"), attrgetter("id")),
@@ -38,12 +27,12 @@ KEYS: Final[dict[str, Callable[[Any], Hashable]]] = {
 }
 """The key by which elements are matched, for each field that holds some."""
 
-_PARTS: Final[dict[tuple[type[Node], str], str]] = {
-    (Document, "on_error"): "onError",
-    (Document, "on_refused"): "onRefused",
-    (Automaton, "iteration_time"): "period",
-    (Automaton, "imported"): "import",
-    (Transition, "code"): "fired",
+_PARTS: Final[dict[tuple[type[model.Node], str], str]] = {
+    (model.Document, "on_error"): "onError",
+    (model.Document, "on_refused"): "onRefused",
+    (model.Automaton, "iteration_time"): "period",
+    (model.Automaton, "imported"): "import",
+    (model.Transition, "code"): "fired",
 }
 _POSITION: Final = frozenset(("x", "y"))
 _ONE_LINE: Final = 60
@@ -64,7 +53,7 @@ class Difference(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit
     after: str = ""
 
 
-def diff_documents(before: Document, after: Document) -> list[Difference]:
+def diff_documents(before: model.Document, after: model.Document) -> list[Difference]:
     """Return the differences between two versions, in the order of `after`, the later one.
 
     Automata, states, transitions and annotations are matched by their ids, other things by their names.
@@ -72,7 +61,7 @@ def diff_documents(before: Document, after: Document) -> list[Difference]:
     return list(_nodes(before, after, Place(kind="document")))
 
 
-def differ(one: Document, other: Document) -> bool:
+def differ(one: model.Document, other: model.Document) -> bool:
     """Return whether two versions differ in more than positions."""
     return any(each.kind != "moved" for each in diff_documents(one, other))
 
@@ -86,7 +75,7 @@ def changed_lines(difference: Difference) -> Iterator[str]:
         yield from (line for line in islice(lines, 2, None) if not line.startswith("@@"))
 
 
-def _nodes(before: Node, after: Node, place: Place) -> Iterator[Difference]:
+def _nodes(before: model.Node, after: model.Node, place: Place) -> Iterator[Difference]:
     differing = [name for name in compared_fields(after) if getattr(before, name) != getattr(after, name)]
     for name in differing:
         old, new = getattr(before, name), getattr(after, name)
@@ -103,7 +92,7 @@ def _nodes(before: Node, after: Node, place: Place) -> Iterator[Difference]:
 
 
 def _lists(
-    name: str, before: tuple[Node, ...], after: tuple[Node, ...], place: Place
+    name: str, before: tuple[model.Node, ...], after: tuple[model.Node, ...], place: Place
 ) -> Iterator[Difference]:
     old, new = keyed(name, before), keyed(name, after)
     for index, (key, item) in enumerate(new.items()):
@@ -131,30 +120,30 @@ def keyed(name: str, items: Sequence[_NodeT]) -> dict[Hashable, _NodeT]:
     return found
 
 
-def compared_fields(node: Node) -> list[str]:
+def compared_fields(node: model.Node) -> list[str]:
     """Return the names of the fields of an element that are compared."""
     return [each.name for each in fields(node) if each.compare]
 
 
-def _place_of(parent: Place, name: str, item: Node, index: int) -> Place:
+def _place_of(parent: Place, name: str, item: model.Node, index: int) -> Place:
     """Return the place of an element in the field `name` of the element at `parent`."""
     match item:
-        case Automaton():
+        case model.Automaton():
             return Place(kind="automaton", automaton=item.id)
-        case State():
+        case model.State():
             return Place(kind="state", automaton=parent.automaton, id=item.id)
-        case Transition():
+        case model.Transition():
             return Place(kind="transition", automaton=parent.automaton, id=item.id)
-        case Annotation():
+        case model.Annotation():
             return Place(kind="annotation", automaton=parent.automaton, id=item.id)
-        case Argument():
+        case model.Argument():
             return msgspec.structs.replace(parent, part="argument", name=item.name, child=item.child)
-        case Result():
+        case model.Result():
             return msgspec.structs.replace(parent, part="result", name=item.name, child=item.child)
     return Place(kind=parent.kind, automaton=parent.automaton, part=name, index=index)
 
 
-def part_of(node: Node, name: str) -> str:
+def part_of(node: model.Node, name: str) -> str:
     """Return the name of a field of an element in a place."""
     return _PARTS.get((type(node), name), name)
 
@@ -169,7 +158,7 @@ def shown(value: object) -> str:
     match value:
         case None:
             return ""
-        case Text():
+        case model.Text():
             return value.text
         case bool():
             return "yes" if value else "no"
@@ -177,10 +166,10 @@ def shown(value: object) -> str:
             return f"{value:g}"
         case tuple():
             return ", ".join(shown(each) for each in value)
-        case Import():
+        case model.Import():
             return value.file.text
-        case Annotation():
+        case model.Annotation():
             return first_line(value.text.text)
-        case Node():
+        case model.Node():
             return shown(getattr(value, "name", ""))
     return str(value)

@@ -12,16 +12,7 @@ from dataclasses import replace
 from itertools import count
 from typing import Any, Final, TypeVar
 
-from codegen.hfsm.document import (
-    SMALLEST_ANNOTATION,
-    Annotation,
-    Automaton,
-    Document,
-    Node,
-    State,
-    Text,
-    Transition,
-)
+from codegen.hfsm import document as model
 from codegen.hfsm.formats.native import MAX_ID
 from codegen.hfsm.formats.writer import UNWRITABLE
 from codegen.messages import Message
@@ -36,8 +27,8 @@ FARTHEST_PLACE: Final = 1e6
 _LONGEST_LABEL: Final = 30
 _NUMBERED: Final = re.compile(r"^(?P<stem>.*?)\s+\d{1,9}$", re.DOTALL)
 
-_NodeT = TypeVar("_NodeT", bound=Node)
-_NumberedT = TypeVar("_NumberedT", Automaton, State, Transition, Annotation)
+_NodeT = TypeVar("_NodeT", bound=model.Node)
+_NumberedT = TypeVar("_NumberedT", model.Automaton, model.State, model.Transition, model.Annotation)
 _T = TypeVar("_T")
 
 
@@ -79,7 +70,7 @@ def coordinate(value: float) -> float:
 
 def size(value: float) -> float:
     """Return a width or height of an annotation in pixels. Raises EditError when it is none."""
-    return max(SMALLEST_ANNOTATION, coordinate(value))
+    return max(model.SMALLEST_ANNOTATION, coordinate(value))
 
 
 def changed(node: _NodeT, **fields: Any) -> _NodeT:  # noqa: ANN401 - whatever the node has
@@ -93,7 +84,7 @@ def changed(node: _NodeT, **fields: Any) -> _NodeT:  # noqa: ANN401 - whatever t
         value = given
         if isinstance(given, str):
             text = checked(given, Message("the {name}", name=name.replace("_", " ")))
-            value = Text(text) if isinstance(former, Text) else text
+            value = model.Text(text) if isinstance(former, model.Text) else text
         if value != former:
             values[name] = value
     if not values:
@@ -107,19 +98,19 @@ def swapped(items: tuple[_T, ...], old: _T, new: _T) -> tuple[_T, ...]:
     return items if old is new else tuple(new if item is old else item for item in items)
 
 
-def find_automaton(document: Document, id: int) -> Automaton:
+def find_automaton(document: model.Document, id: int) -> model.Automaton:
     """Return the automaton with an id. Raises EditError when there is none, or more than one."""
     return _only(document.automata, id, Message("automaton {id}", id=id))
 
 
-def find_state(automaton: Automaton, id: int) -> State:
+def find_state(automaton: model.Automaton, id: int) -> model.State:
     """Return the state with an id. Raises EditError when there is none, or more than one."""
     return _only(
         automaton.states, id, Message("state {id} of automaton {automaton}", id=id, automaton=automaton.id)
     )
 
 
-def find_transition(automaton: Automaton, id: int) -> Transition:
+def find_transition(automaton: model.Automaton, id: int) -> model.Transition:
     """Return the transition with an id. Raises EditError when there is none, or more than one."""
     return _only(
         automaton.transitions,
@@ -128,7 +119,7 @@ def find_transition(automaton: Automaton, id: int) -> Transition:
     )
 
 
-def find_annotation(automaton: Automaton, id: int) -> Annotation:
+def find_annotation(automaton: model.Automaton, id: int) -> model.Annotation:
     """Return the annotation with an id. Raises EditError when there is none, or more than one."""
     what = Message("annotation {id} of automaton {automaton}", id=id, automaton=automaton.id)
     return _only(automaton.annotations, id, what)
@@ -152,37 +143,39 @@ def _only(items: Iterable[_NumberedT], id: int, what: Message) -> _NumberedT:
     return found[0]
 
 
-def require_own_content(automaton: Automaton, what: Message) -> None:
+def require_own_content(automaton: model.Automaton, what: Message) -> None:
     """Raise EditError, which begins with `what`, for an automaton whose content is imported."""
     if automaton.imported is not None:
         why = Message("its content comes from another file")
         raise EditError(what, why, Message("change that file, or inline it first"))
 
 
-def require_room(document: Document, more: int, what: Message) -> None:
+def require_room(document: model.Document, more: int, what: Message) -> None:
     """Raise EditError, which begins with `what`, when a document cannot hold so many more automata."""
     if len(document.automata) + more > MAX_AUTOMATA:
         why = Message("the document would have more than {limit} automata", limit=MAX_AUTOMATA)
         raise EditError(what, why, Message("move some to separate documents and import them"))
 
 
-def with_automaton(document: Document, id: int, change: Callable[[Automaton], Automaton]) -> Document:
+def with_automaton(
+    document: model.Document, id: int, change: Callable[[model.Automaton], model.Automaton]
+) -> model.Document:
     """Return a document with one automaton changed, the same object when nothing changes."""
     former = find_automaton(document, id)
     new = change(former)
     return document if new is former else replace(document, automata=swapped(document.automata, former, new))
 
 
-def label(node: State | Transition | Annotation) -> Message:
+def label(node: model.State | model.Transition | model.Annotation) -> Message:
     """Return the name of a state or a transition, or the words of an annotation, for a message or a step."""
-    name = " ".join((node.text.text if isinstance(node, Annotation) else node.name).split())
+    name = " ".join((node.text.text if isinstance(node, model.Annotation) else node.name).split())
     if not name:
         return _unnamed(node)
     short = name if len(name) <= _LONGEST_LABEL else f"{name[: _LONGEST_LABEL - 1]}…"
     return Message.verbatim(f"“{short}”")
 
 
-def described(annotation: Annotation) -> Message:
+def described(annotation: model.Annotation) -> Message:
     """Return what people call a note or a frame in the name of a step: by its words, if it has any."""
     is_frame = annotation.kind == "frame"
     if not annotation.text.text.strip():
@@ -192,11 +185,11 @@ def described(annotation: Annotation) -> Message:
     return Message("the note {label}", label=label(annotation))
 
 
-def _unnamed(node: State | Transition | Annotation) -> Message:
+def _unnamed(node: model.State | model.Transition | model.Annotation) -> Message:
     match node:
-        case State():
+        case model.State():
             return Message("state {id}", id=node.id)
-        case Transition():
+        case model.Transition():
             return Message("transition {id}", id=node.id)
     return Message.verbatim(str(node.id))
 
@@ -208,7 +201,7 @@ def free_ids(used: Iterable[int]) -> Iterator[int]:
     yield from (number for number in range(1, MAX_ID + 1) if number not in taken)
 
 
-def automaton_ids(document: Document) -> Iterator[int]:
+def automaton_ids(document: model.Document) -> Iterator[int]:
     """Yield ids for new automata; one that is only referred to counts as used."""
     used = {automaton.id for automaton in document.automata}
     used.update(automaton.father for automaton in document.automata)
@@ -217,7 +210,7 @@ def automaton_ids(document: Document) -> Iterator[int]:
     return free_ids(used)
 
 
-def state_ids(automaton: Automaton) -> Iterator[int]:
+def state_ids(automaton: model.Automaton) -> Iterator[int]:
     """Yield ids for new states; one that is only referred to counts as used."""
     used = {state.id for state in automaton.states}
     for transition in automaton.transitions:
@@ -225,7 +218,7 @@ def state_ids(automaton: Automaton) -> Iterator[int]:
     return free_ids(used)
 
 
-def transition_ids(automaton: Automaton) -> Iterator[int]:
+def transition_ids(automaton: model.Automaton) -> Iterator[int]:
     """Yield ids for new transitions."""
     return free_ids(transition.id for transition in automaton.transitions)
 

@@ -22,16 +22,7 @@ from codegen.logic import read_proofs
 from codegen.messages import Message
 from hfsm_runtime import Component, Event
 from hfsm_runtime.component import parameter_values
-from hfsm_runtime.contained.protocol import (
-    Begin,
-    Done,
-    ListNames,
-    ListVariables,
-    Names,
-    PrintedTooMuch,
-    RunCode,
-    Variables,
-)
+from hfsm_runtime.contained import protocol
 from hfsm_runtime.errors import ComponentError, VariablesError
 from hfsm_runtime.source_map import PLACE
 from hfsm_runtime.virtual import BehaviorFailed
@@ -240,8 +231,8 @@ class _Code:
         sandbox.serve = requests.serve
         values: dict[str, Any] = parameter_values(component)
         include, limits = self._walls.include, sandbox.limits
-        begin = Begin(requests.now, self._file, self._text, include, values, limits, self._shows)
-        sandbox.ask(begin, Done, "its variables")
+        begin = protocol.Begin(requests.now, self._file, self._text, include, values, limits, self._shows)
+        sandbox.ask(begin, protocol.Done, "its variables")
 
     def run(self, part: str, automaton: int, id: int, where: str, event: Event | None) -> bool:
         """Run a piece of code, and return what a condition is. Raises what the code raises."""
@@ -249,11 +240,11 @@ class _Code:
         assert sandbox is not None
         assert requests is not None
         if event is None:
-            message = RunCode(requests.now, automaton, part, id)
+            message = protocol.RunCode(requests.now, automaton, part, id)
         else:
             data = b"" if event.data is None else msgspec.json.encode(event.data)
-            message = RunCode(requests.now, automaton, part, id, event.name, data)
-        done = sandbox.ask(message, Done, where)
+            message = protocol.RunCode(requests.now, automaton, part, id, event.name, data)
+        done = sandbox.ask(message, protocol.Done, where)
         if self._shows:
             for name, value in sandbox.values(done.variables, where).items():
                 self._show(automaton, name, value)
@@ -264,7 +255,7 @@ class _Code:
         sandbox, requests = self._sandbox, self._requests
         assert sandbox is not None
         assert requests is not None
-        return sandbox.ask(ListNames(requests.now, automaton, part, id), Names, where).names
+        return sandbox.ask(protocol.ListNames(requests.now, automaton, part, id), protocol.Names, where).names
 
     def variables(self, automaton: int) -> dict[str, Any]:
         """Return the variables of an automaton, as the submission's process says."""
@@ -272,7 +263,7 @@ class _Code:
         assert sandbox is not None
         assert requests is not None
         where = "its variables"
-        answer = sandbox.ask(ListVariables(requests.now, automaton), Variables, where)
+        answer = sandbox.ask(protocol.ListVariables(requests.now, automaton), protocol.Variables, where)
         return {
             name: sandbox.value(each, where) for name, each in sandbox.values(answer.values, where).items()
         }
@@ -393,7 +384,7 @@ def _in_words(error: BaseException | None, broken: str) -> str:
     place = getattr(error, PLACE, "")
     line = _LINE.search(place)
     where = _where(error)
-    if type(error).__name__ == PrintedTooMuch.__name__:
+    if type(error).__name__ == protocol.PrintedTooMuch.__name__:
         said = str(error)
     else:
         text = _NUMBER.sub("", str(error))

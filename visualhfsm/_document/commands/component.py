@@ -12,21 +12,8 @@ from typing import Any, Final, Literal, NamedTuple, Self, TypeVar, get_args
 
 import msgspec
 
+from codegen.hfsm import document as model
 from codegen.hfsm.code.names import component_name
-from codegen.hfsm.document import (
-    NO_CHILD,
-    Automaton,
-    Document,
-    Event,
-    Interface,
-    Library,
-    Node,
-    Parameter,
-    Property,
-    RosInterface,
-    State,
-    Text,
-)
 from codegen.messages import Message
 from visualhfsm._base.errors import EditError
 
@@ -39,7 +26,7 @@ ListName = Literal[
 PropertyKind = Literal["always", "eventually", "never"]
 RosKind = Literal["publish", "subscribe", "service", "action"]
 Entries = tuple[Any, ...]
-_OwnerT = TypeVar("_OwnerT", Document, Automaton)
+_OwnerT = TypeVar("_OwnerT", model.Document, model.Automaton)
 
 
 class _List(NamedTuple):
@@ -50,33 +37,41 @@ class _List(NamedTuple):
 
     noun: Message
     one: Message
-    blank: Node
+    blank: model.Node
     fields: tuple[str, ...]
     separator: str = ""
 
 
-_PARAMETER: Final = Parameter(name="", type=Text("float"), default=Text("0.0"))
+_PARAMETER: Final = model.Parameter(name="", type=model.Text("float"), default=model.Text("0.0"))
 _PARAMETER_FIELDS: Final = ("name", "type", "default", "description")
 _LISTS: Final[dict[str, _List]] = {
     "parameters": _List(Message("parameter"), Message("a parameter"), _PARAMETER, _PARAMETER_FIELDS, "_"),
     "inputs": _List(Message("input"), Message("an input"), _PARAMETER, _PARAMETER_FIELDS, "_"),
     "outputs": _List(Message("output"), Message("an output"), _PARAMETER, _PARAMETER_FIELDS, "_"),
-    "events": _List(Message("event"), Message("an event"), Event(name=""), ("name", "description"), " "),
-    "properties": _List(
-        Message("property"), Message("a property"), Property(), ("name", "kind", "within", "expression"), " "
+    "events": _List(
+        Message("event"), Message("an event"), model.Event(name=""), ("name", "description"), " "
     ),
-    "libraries": _List(Message("library"), Message("a library"), Library(name=Text("math")), ("name",)),
+    "properties": _List(
+        Message("property"),
+        Message("a property"),
+        model.Property(),
+        ("name", "kind", "within", "expression"),
+        " ",
+    ),
+    "libraries": _List(
+        Message("library"), Message("a library"), model.Library(name=model.Text("math")), ("name",)
+    ),
     "interfaces": _List(
         Message("interface"),
         Message("an interface"),
-        Interface(name="", proxy=""),
+        model.Interface(name="", proxy=""),
         ("name", "proxy", "type"),
         "_",
     ),
     "ros": _List(
         Message("topic"),
         Message("a topic"),
-        RosInterface(name=""),
+        model.RosInterface(name=""),
         ("name", "kind", "target", "type", "qos", "stop"),
         "_",
     ),
@@ -100,10 +95,10 @@ class SetComponentText(Command, frozen=True, kw_only=True):
     part: Literal["description", "onError", "onRefused", "world", "language"]
     text: str
 
-    def apply(self, document: Document) -> Document:
+    def apply(self, document: model.Document) -> model.Document:
         return nodes.changed(document, **{_FIELDS[self.part][0]: self.text})
 
-    def title(self, document: Document) -> Message:
+    def title(self, document: model.Document) -> Message:
         return Message("Set {what}", what=_FIELDS[self.part][1])
 
 
@@ -111,9 +106,9 @@ class _EntryCommand(Command, frozen=True, kw_only=True):
     """A change of a list of the component, or of the inputs or outputs of an `automaton`."""
 
     list: ListName
-    automaton: Id = NO_CHILD
+    automaton: Id = model.NO_CHILD
 
-    def changed_list(self, document: Document, change: Callable[[Entries], Entries]) -> Document:
+    def changed_list(self, document: model.Document, change: Callable[[Entries], Entries]) -> model.Document:
         def change_it(owner: _OwnerT) -> _OwnerT:
             return nodes.changed(owner, **{self.list: change(getattr(owner, self.list))})
 
@@ -131,7 +126,7 @@ class AddEntry(_EntryCommand, frozen=True, kw_only=True):
     fields: dict[str, str] = msgspec.field(default_factory=dict)
     language: Language = ""
 
-    def apply(self, document: Document) -> Document:
+    def apply(self, document: model.Document) -> model.Document:
         if self.list in _OF_AUTOMATON:
             what = Message("Cannot add {noun}", noun=self.noun())
             nodes.require_own_content(nodes.find_automaton(document, self.automaton), what)
@@ -148,7 +143,7 @@ class AddEntry(_EntryCommand, frozen=True, kw_only=True):
 
         return self.changed_list(document, add)
 
-    def title(self, document: Document) -> Message:
+    def title(self, document: model.Document) -> Message:
         return Message("Add {noun}", noun=self.noun())
 
 
@@ -161,7 +156,7 @@ class ChangeEntry(_EntryCommand, frozen=True, kw_only=True):
     index: Index
     fields: dict[str, str]
 
-    def apply(self, document: Document) -> Document:
+    def apply(self, document: model.Document) -> model.Document:
         former = ""
 
         def change(entries: Entries) -> Entries:
@@ -179,7 +174,7 @@ class ChangeEntry(_EntryCommand, frozen=True, kw_only=True):
             return document
         return _with_renamed(document, self.automaton, self.list, former, name)
 
-    def title(self, document: Document) -> Message:
+    def title(self, document: model.Document) -> Message:
         return Message("Change {noun}", noun=self.noun())
 
     @property
@@ -202,14 +197,14 @@ class RemoveEntry(_EntryCommand, frozen=True, kw_only=True):
 
     index: Index
 
-    def apply(self, document: Document) -> Document:
+    def apply(self, document: model.Document) -> model.Document:
         def remove(entries: Entries) -> Entries:
             _entry_of(entries, self.list, self.index)
             return entries[: self.index] + entries[self.index + 1 :]
 
         return self.changed_list(document, remove)
 
-    def title(self, document: Document) -> Message:
+    def title(self, document: model.Document) -> Message:
         return Message("Remove {noun}", noun=self.noun())
 
 
@@ -219,7 +214,7 @@ class ReorderEntry(_EntryCommand, frozen=True, kw_only=True):
     index: Index
     to: Index
 
-    def apply(self, document: Document) -> Document:
+    def apply(self, document: model.Document) -> model.Document:
         def reorder(entries: Entries) -> Entries:
             order = [*entries]
             _entry_of(entries, self.list, self.index)
@@ -228,7 +223,7 @@ class ReorderEntry(_EntryCommand, frozen=True, kw_only=True):
 
         return self.changed_list(document, reorder)
 
-    def title(self, document: Document) -> Message:
+    def title(self, document: model.Document) -> Message:
         return Message("Move {noun}", noun=self.noun())
 
 
@@ -260,7 +255,9 @@ def _entry_of(entries: Entries, list_name: str, index: int) -> Any:  # noqa: ANN
     return entries[index]
 
 
-def _with_renamed(document: Document, automaton: int, kind: ListName, former: str, name: str) -> Document:
+def _with_renamed(
+    document: model.Document, automaton: int, kind: ListName, former: str, name: str
+) -> model.Document:
     """Return a document in which the arguments for an input, or the results for an output, are renamed."""
     others = {
         each.id
@@ -269,14 +266,14 @@ def _with_renamed(document: Document, automaton: int, kind: ListName, former: st
     }
     field = _OF_AUTOMATON[kind]
 
-    def rename(state: State) -> State:
+    def rename(state: model.State) -> model.State:
         if automaton not in state.children:
             return state
         # Without a `child` it is about the only automaton of the state that has the input or output.
         is_only = others.isdisjoint(state.children)
         renamed = tuple(
             nodes.changed(each, name=name)
-            if each.name == former and (each.child == automaton or (each.child == NO_CHILD and is_only))
+            if each.name == former and (each.child == automaton or (each.child == model.NO_CHILD and is_only))
             else each
             for each in getattr(state, field)
         )

@@ -8,19 +8,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Final
 
-from codegen.hfsm.document import (
-    Annotation,
-    Argument,
-    Automaton,
-    Document,
-    Interface,
-    Node,
-    Parameter,
-    RosInterface,
-    State,
-    Text,
-    Transition,
-)
+from codegen.hfsm import document as model
 from codegen.messages import Message
 from visualhfsm._base.errors import EditError
 
@@ -54,7 +42,7 @@ class PasteStates(Command, frozen=True, kw_only=True):
     y: float | None = None
     name: str = ""
 
-    def apply(self, document: Document) -> Document:
+    def apply(self, document: model.Document) -> model.Document:
         target = nodes.find_automaton(document, self.automaton)
         nodes.require_own_content(target, Message("Cannot paste into this automaton"))
         fragment = parse(self.content, Message("Cannot paste"))
@@ -77,12 +65,14 @@ class PasteStates(Command, frozen=True, kw_only=True):
         pasted = tuple(renumbered(each, numbers, target.id) for each in others)
         return replace(document, automata=(*nodes.swapped(document.automata, target, filled), *pasted))
 
-    def title(self, document: Document) -> Message:
+    def title(self, document: model.Document) -> Message:
         return step_name(self.name) if self.name else Message("Paste")
 
-    def _shift(self, target: Automaton, top: Automaton) -> Point:
-        pasted: tuple[State | Annotation, ...] = top.states or top.annotations
-        placed: tuple[State | Annotation, ...] = target.states if top.states else target.annotations
+    def _shift(self, target: model.Automaton, top: model.Automaton) -> Point:
+        pasted: tuple[model.State | model.Annotation, ...] = top.states or top.annotations
+        placed: tuple[model.State | model.Annotation, ...] = (
+            target.states if top.states else target.annotations
+        )
         taken = {
             (across + right, down + below)
             for across, down in (_square(each.x, each.y) for each in placed)
@@ -119,7 +109,7 @@ class AddReadyState(Command, frozen=True, kw_only=True):
     trigger: TransitionType = "condition"
     language: Language = ""
 
-    def apply(self, document: Document) -> Document:
+    def apply(self, document: model.Document) -> model.Document:
         what = Message("Cannot draw {name}", name=self.name[:40])
         fragment = parse(self.content, what)
         top = fragment.root
@@ -150,8 +140,10 @@ class AddReadyState(Command, frozen=True, kw_only=True):
                 nodes.checked(self.name, Message("the name")), {each.name for each in former.states}
             ),
             children=(numbers[top.id],),
-            history=Text("restart"),
-            arguments=tuple(Argument(name=each.name, value=Text(each.default.text)) for each in top.inputs),
+            history=model.Text("restart"),
+            arguments=tuple(
+                model.Argument(name=each.name, value=model.Text(each.default.text)) for each in top.inputs
+            ),
         )
         filled = replace(target, states=nodes.swapped(target.states, added, state))
         known = {each.functions.text.strip() for each in document.automata}
@@ -161,7 +153,7 @@ class AddReadyState(Command, frozen=True, kw_only=True):
         drawn = replace(document, automata=(*nodes.swapped(document.automata, target, filled), *copies))
         return _with_declarations(drawn, fragment)
 
-    def title(self, document: Document) -> Message:
+    def title(self, document: model.Document) -> Message:
         return Message("Draw {name}", name=self.name[:80])
 
 
@@ -176,7 +168,7 @@ class FillAutomaton(Command, frozen=True, kw_only=True):
     content: str
     name: str = ""
 
-    def apply(self, document: Document) -> Document:
+    def apply(self, document: model.Document) -> model.Document:
         fragment = parse(self.content, Message("Cannot fill the automaton"))
         if not fragment.automata:
             raise EditError(
@@ -204,7 +196,7 @@ class FillAutomaton(Command, frozen=True, kw_only=True):
         document = replace(document, automata=(*nodes.swapped(document.automata, target, filled), *pasted))
         return _with_declarations(document, fragment)
 
-    def title(self, document: Document) -> Message:
+    def title(self, document: model.Document) -> Message:
         return step_name(self.name) if self.name else Message("Fill the automaton")
 
 
@@ -214,15 +206,15 @@ class ReplaceDocument(Command, frozen=True, kw_only=True):
     content: str
     name: str = ""
 
-    def apply(self, document: Document) -> Document:
+    def apply(self, document: model.Document) -> model.Document:
         new = parse(self.content, Message("Cannot replace the document"))
         return document if new == document else new
 
-    def title(self, document: Document) -> Message:
+    def title(self, document: model.Document) -> Message:
         return step_name(self.name) if self.name else Message("Replace the document")
 
 
-def _require_same_declarations(document: Document, fragment: Document, what: Message) -> None:
+def _require_same_declarations(document: model.Document, fragment: model.Document, what: Message) -> None:
     """Raise EditError when two documents declare different things by the same name."""
     for name in ("interfaces", "ros", "parameters"):
         own = {KEYS[name](item): item for item in getattr(document, name)}
@@ -240,28 +232,30 @@ def _require_same_declarations(document: Document, fragment: Document, what: Mes
                 )
 
 
-def _type_of(declared: Interface | RosInterface | Parameter) -> str:
+def _type_of(declared: model.Interface | model.RosInterface | model.Parameter) -> str:
     """Return the type of what is declared, without its scope."""
-    text = declared.type.text if isinstance(declared.type, Text) else declared.type
+    text = declared.type.text if isinstance(declared.type, model.Text) else declared.type
     return text.strip().replace(".", "::").rpartition("::")[2]
 
 
-def _without_functions(automaton: Automaton, known: set[str]) -> Automaton:
+def _without_functions(automaton: model.Automaton, known: set[str]) -> model.Automaton:
     """Return an automaton without its functions, if they are known."""
-    return replace(automaton, functions=Text()) if automaton.functions.text.strip() in known else automaton
+    return (
+        replace(automaton, functions=model.Text()) if automaton.functions.text.strip() in known else automaton
+    )
 
 
-def _with_declarations(document: Document, fragment: Document) -> Document:
+def _with_declarations(document: model.Document, fragment: model.Document) -> model.Document:
     """Return a document with the declarations of another one added."""
-    lists: dict[str, tuple[Node, ...]] = {}
+    lists: dict[str, tuple[model.Node, ...]] = {}
     for name in ("libraries", "interfaces", "ros", "parameters", "events"):
-        own: tuple[Node, ...] = getattr(document, name)
+        own: tuple[model.Node, ...] = getattr(document, name)
         known = {KEYS[name](item) for item in own}
         lists[name] = (*own, *(item for item in getattr(fragment, name) if KEYS[name](item) not in known))
     return nodes.changed(document, **lists)
 
 
-def _numbers(document: Document, automata: list[Automaton]) -> dict[int, int]:
+def _numbers(document: model.Document, automata: list[model.Automaton]) -> dict[int, int]:
     """Return new ids for automata that are added to a document. Raises EditError for too many of them."""
     what = Message("Cannot add these automata")
     nodes.require_room(document, len(automata), what)
@@ -276,8 +270,8 @@ def _numbers(document: Document, automata: list[Automaton]) -> dict[int, int]:
 
 
 def _pasted_states(
-    target: Automaton, top: Automaton, numbers: dict[int, int], shift: Point
-) -> Iterator[State]:
+    target: model.Automaton, top: model.Automaton, numbers: dict[int, int], shift: Point
+) -> Iterator[model.State]:
     ids = nodes.state_ids(target)
     taken = {state.name for state in target.states}
     may_begin = not any(state.initial for state in target.states)
@@ -296,8 +290,8 @@ def _pasted_states(
 
 
 def _pasted_transitions(
-    target: Automaton, top: Automaton, new_ids: dict[int, int], shift: Point
-) -> Iterator[Transition]:
+    target: model.Automaton, top: model.Automaton, new_ids: dict[int, int], shift: Point
+) -> Iterator[model.Transition]:
     ids = nodes.transition_ids(target)
     for transition in top.transitions:
         if transition.origin in new_ids and transition.destination in new_ids:
@@ -311,7 +305,9 @@ def _pasted_transitions(
             )
 
 
-def _pasted_annotations(target: Automaton, top: Automaton, shift: Point) -> Iterator[Annotation]:
+def _pasted_annotations(
+    target: model.Automaton, top: model.Automaton, shift: Point
+) -> Iterator[model.Annotation]:
     ids = nodes.free_ids(each.id for each in target.annotations)
     for each in top.annotations:
         yield replace(
