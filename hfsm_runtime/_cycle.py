@@ -288,7 +288,7 @@ def _left_for_good(actor: Actor) -> list[tuple[Actor, State]]:
     left: list[tuple[Actor, State]] = []
     if actor.current.restart and actor.phase >= Phase.BEGUN:  # if not woken since, they have left already
         for child in actor.below:
-            if Phase.ENTERING <= child.phase < Phase.FINISHED and not child.current.final:
+            if child.phase >= Phase.ENTERING and not child.current.final:
                 left += _left_for_good(child)
     left.append((actor, actor.current))
     return left

@@ -20,7 +20,9 @@ class Notes(Observer):
         )
 
     def guard_evaluated(self, run: Actor, transition: Transition, value: bool, at: int) -> None:
-        self.lines.append(f"guard {transition.event or 'plain'} {value} in {run.current.name}")
+        self.lines.append(
+            f"guard {transition.event or 'plain'} {value} in {run.current.name} at {at // 1_000_000}"
+        )
 
     def fired(self, run: Actor, transition: Transition, at: int) -> None:
         self.lines.append(f"fired {transition.event} in {run.current.name}")
@@ -39,7 +41,7 @@ class Notes(Observer):
         self.lines.append(f"sent {event.name} {event.data}")
 
     def code_failed(self, run: Actor, error: Exception) -> None:
-        self.lines.append(f"failed {error}")
+        self.lines.append(f"failed in {run.current.name}: {error}")
 
 
 def test_an_observer_is_notified_of_all_that_happens_in_its_order() -> None:
@@ -59,18 +61,18 @@ def test_an_observer_is_notified_of_all_that_happens_in_its_order() -> None:
     assert notes.lines == [
         "cycle began 0",
         "may pause in a after None",
-        "guard plain False in a",
+        "guard plain False in a at 0",
         "cycle ended 0",
         "sent go 7",
         "cycle began 100 go",
-        "guard plain False in a",
-        "guard go True in a",
+        "guard plain False in a at 100",
+        "guard go True in a at 100",
         "fired go in a",
         "exit",
         "entered b",
         "entered x",
         "may pause in b after go",
-        "failed division by zero",
+        "failed in b: division by zero",
         "cycle ended 100",
     ]
 
