@@ -383,7 +383,7 @@ def test_a_process_of_another_user_that_found_the_socket_is_refused(
 ) -> None:
     caplog.set_level(logging.INFO)
     own = os.geteuid()
-    monkeypatch.setattr("zenoh_ice._local.server.owner_of", lambda _: own + 1)
+    monkeypatch.setattr("zenoh_ice._local.messages.owner_of", lambda _: own + 1)
     with Visitor(server.address) as visitor, pytest.raises(ConnectionError):
         visitor.enter()
     assert "a process of another user" in caplog.text

@@ -25,7 +25,6 @@ from tests.support.soak import repeated
 from tests.support.stranger import stranger
 from tests.support.waiting import until
 from zenoh_ice import MarshalException, SystemException
-from zenoh_ice._local import channels
 from zenoh_ice._local.channels import Channels, NotSent, Outgoing
 from zenoh_ice._local.messages import (
     HELLO,
@@ -155,7 +154,7 @@ class TestGreetings:
         self, call: Call, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         own = os.geteuid()
-        monkeypatch.setattr(channels, "owner_of", lambda _: own + 1)
+        monkeypatch.setattr("zenoh_ice._local.messages.owner_of", lambda _: own + 1)
         with (
             fake_server(replying(answer())) as address,
             pytest.raises(NotSent, match="user"),
