@@ -25,6 +25,7 @@ class Supervisor:
 
     def __init__(self) -> None:
         self.time = 0
+        self.crashes: list[tuple[type[BaseException], bool]] = []
 
     def now(self) -> int:
         return self.time
@@ -36,7 +37,7 @@ class Supervisor:
         raise error
 
     def crashed(self, run: Actor, error: BaseException) -> None:
-        pass
+        self.crashes.append((type(error), run.in_cycle))
 
     def succeeded(self, run: Actor) -> None:
         pass
@@ -104,6 +105,17 @@ def test_a_longer_cycle_is_one() -> None:
     rig = working(PERIOD + 1)
     rig.cycle()
     assert rig.run.overruns == 1
+
+
+@pytest.mark.parametrize("end", [SystemExit, KeyboardInterrupt])
+def test_what_ends_the_component_is_handled_before_its_cycle_ends(end: type[BaseException]) -> None:
+    def code() -> None:
+        raise end
+
+    rig = Rig(automaton(1, "root", [State(id=1, name="a", code=code)]))
+    with pytest.raises(end):
+        rig.cycle()
+    assert (rig.supervisor.crashes, rig.run.in_cycle) == ([(end, True)], False)
 
 
 def test_a_cycle_notes_how_long_it_took() -> None:
