@@ -8,7 +8,6 @@ from collections.abc import Callable, Container, Iterator
 from concurrent.futures import Future, wait
 from contextlib import suppress
 from functools import partial
-from inspect import iscode, isfunction
 from typing import Any, Final
 
 from zenoh_ice import ObjectPrx, ZenohIceError
@@ -90,7 +89,7 @@ def names_in(component: Component, code: Callable[..., object]) -> set[str]:
         for cell in getattr(each, "__closure__", None) or ():
             with suppress(ValueError):  # nothing has been assigned
                 inner.append(cell.cell_contents)
-        new += [one for one in inner if (isfunction(one) or iscode(one)) and one not in new]
+        new += [one for one in inner if (inspect.isfunction(one) or inspect.iscode(one)) and one not in new]
     return found
 
 

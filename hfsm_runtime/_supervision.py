@@ -110,7 +110,7 @@ class Supervision(Observer):
         *,
         halt: Callable[[int], None],
         refused: Callable[[Refusal], None],
-        stop: Callable[[Component, Callable[[], object]], None] = lambda _component, _code: None,
+        stop: Callable[[Component, Callable[[], object]], None],
         servers_present: Callable[[], bool] = lambda: True,
         hand_over: float = RuntimeLimits.hand_over,
     ) -> None:

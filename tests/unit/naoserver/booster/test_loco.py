@@ -31,6 +31,7 @@ from naoserver.errors import CommandRefused, InvalidCommand, RobotError
 from naoserver.fake import FakeRobot
 from naoserver.kinematics import kinematics_of
 from naoserver.options import ServerOptions
+from tests.support.gates import clients_that_ask
 from zenoh_ice import VirtualClock
 
 MODE, MOVE, HEAD, WAVE, HEAD_ON, GET_UP, GET_MODE, STATUS, INFO, SHOOT = (
@@ -184,15 +185,9 @@ def test_it_says_what_it_is(rig):
     ids=str,
 )
 def test_what_moves_is_a_command_of_its_program(rig, monkeypatch, command):
-    clients, require = set(), rig.assembly.gate.require
-
-    def asked(client, **more):
-        clients.add(client)
-        require(client, **more)
-
     rig.mode(DAMPING if command[0] == GET_UP else WALKING)
     rig.advance(5.0)
-    monkeypatch.setattr(rig.assembly.gate, "require", asked)
+    clients = clients_that_ask(rig.assembly.gate, monkeypatch)
     assert rig.call(*command, client="mine") == 0
     assert clients == {"mine"}
 

@@ -25,6 +25,7 @@ from naoserver.unitree._loco import (
     WRONG_PARAMETER,
     Loco,
 )
+from tests.support.gates import clients_that_ask
 from zenoh_ice import VirtualClock
 
 STATE, HEIGHT, VELOCITY, TASK = 7101, 7104, 7105, 7106
@@ -161,16 +162,10 @@ def test_the_state_that_was_set_is_reported(rig):
     ids=str,
 )
 def test_what_moves_is_a_command_of_its_program(rig, monkeypatch, command):
-    clients, require = set(), rig.assembly.gate.require
-
-    def asked(client, **more):
-        clients.add(client)
-        require(client, **more)
-
     if command == (STATE, '{"data": 4}'):
         rig.call(HEIGHT, '{"data": 0}')
         rig.advance(5.0)
-    monkeypatch.setattr(rig.assembly.gate, "require", asked)
+    clients = clients_that_ask(rig.assembly.gate, monkeypatch)
     assert rig.call(*command, client="mine") == 0
     assert clients == {"mine"}
 
