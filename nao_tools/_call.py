@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
+import msgspec
 import typer
 
 from nao_tools import NaoError
@@ -20,7 +21,7 @@ from nao_tools._connection import find_operation
 from nao_tools._dynamic import DynamicProxy, target_of
 from nao_tools._output import print_json, print_value
 from nao_tools._values import FromJson, Json, is_bytes, to_json
-from zenoh_ice import Communicator, initialize
+from zenoh_ice import Communicator, initialize, typed
 from zenoh_ice.reflection import Member
 from zenoh_ice.settings import Settings
 from zenoh_ice.text import cut
@@ -29,6 +30,7 @@ _BY_NAME: Final = re.compile(r"([A-Za-z_]\w*)=(.*)", re.DOTALL)
 _LARGEST_FILE: Final = 32 << 20  # bytes
 _LONGEST_SHOWN: Final = 60  # characters of a wrong word in an error
 _COMMAND: Final = "::jderobot::CommandRefusedException"  # thrown by the operations that move a robot
+_ACTION: Final = "::nao::ActionState"  # what says how the newest walk, motion or posture goes
 _CHECK_PERIOD: Final = 0.1  # s
 
 
@@ -36,7 +38,8 @@ def call(settings: Settings, address: str, words: Sequence[str], *, as_json: boo
     """Call the operation that an address names with the arguments of the command line.
 
     A command to a robot lasts until the robot has come to rest, because its motion ends with this client.
-    Raises NaoError for arguments that do not fit, and whatever the call raises.
+    Raises NaoError for arguments that do not fit, and for a walk, a motion or a posture that ended early, and
+    whatever the call raises.
     """
     with initialize(settings) as communicator:
         proxy, name = find_operation(communicator, address)
@@ -44,18 +47,23 @@ def call(settings: Settings, address: str, words: Sequence[str], *, as_json: boo
         arguments = _read_arguments(proxy, name, words, maker)
         if maker.left_out and sys.stderr.isatty():
             typer.secho(f"not given, so zero: {', '.join(maker.left_out)}", err=True, dim=True)
+        moves = _COMMAND in proxy.operations[name].exceptions
+        before = _progress(proxy) if moves else _Progress()
         results = proxy.invoke(name, arguments)
         result = next(iter(results.values())) if len(results) == 1 else results or None
         if as_json:
             print_json(to_json(result))
         elif results:
             print_value(to_json(result, shown_bytes))
-        if _COMMAND in proxy.operations[name].exceptions:
-            _wait_for_rest(communicator)
+        if moves:
+            _wait_for_rest(communicator, proxy, before)
 
 
-def _wait_for_rest(communicator: Communicator) -> None:
-    """Wait while a robot moves because this client commanded it."""
+def _wait_for_rest(communicator: Communicator, commanded: DynamicProxy, before: _Progress) -> None:
+    """Wait while a robot moves because this client commanded it. Raises NaoError if that ended early.
+
+    `before` is how the walk, motion or posture before went.
+    """
     untyped = communicator.stringToProxy("Safety")
     if not communicator.presence.interfaces(target_of(untyped)):
         return
@@ -63,8 +71,37 @@ def _wait_for_rest(communicator: Communicator) -> None:
     if "isMoving" not in safety.operations:  # a server of a former release
         return
     sys.stdout.flush()
-    while safety.invoke("isMoving", [])["returnValue"]:
+    now = _progress(commanded)
+    # Who took the walk is known at the next correction of it.
+    while safety.invoke("isMoving", [])["returnValue"] or (
+        now.count == before.count + 1 and now.status == "Moving"
+    ):
         time.sleep(_CHECK_PERIOD)
+        now = _progress(commanded)
+    if now.count > before.count + 1:
+        raise NaoError("it ended early: another one began")
+    if now.count > before.count and now.status in {"Stopped", "Failed"}:
+        raise NaoError(f"it ended early: {now.message}")
+
+
+class _Progress(msgspec.Struct):
+    """How the newest walk, motion or posture goes."""
+
+    count: int = 0
+    status: str = ""
+    message: str = ""
+
+
+def _progress(commanded: DynamicProxy) -> _Progress:
+    """Return how the newest walk, motion or posture goes, if the interface says it."""
+    for name, of in commanded.operations.items():
+        if not of.parameters and [each.type for each in of.results] == [_ACTION]:
+            state = to_json(commanded.invoke(name, [])["returnValue"])
+            try:
+                return typed.convert(state, _Progress)
+            except msgspec.ValidationError as error:
+                raise NaoError(f"{name} does not say how an action goes: {error}") from None
+    return _Progress()
 
 
 def shown_bytes(data: bytes) -> Json:

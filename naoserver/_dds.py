@@ -61,6 +61,10 @@ _CONFIGURATION: Final = (
 )
 
 
+_Of = Callable[[str], None]
+"""Called with the name of a program."""
+
+
 def message(typename: str, **members: Any) -> Any:  # noqa: ANN401 - cyclonedds has no types
     """Make a type of messages, whose members are on the wire in their order."""
     made = make_idl_struct(typename.rpartition(".")[2], typename, members)
@@ -109,12 +113,12 @@ class Wire:
     """A domain of DDS on loopback alone, dds:DOMAIN, in a `with` block.
 
     Its thread, called `name`, begins with `start`. It gives each message to its taker with the name that its
-    program has in the eyes of the guards, calls `renew` every 0.1 s, and `drop` with the name of each program
-    that is gone, and of all at the end. Takers raise nothing. Raises RobotError for a domain that cannot be
-    joined.
+    program has in the eyes of the guards, and that name to `heard` before. It calls `renew` every 0.1 s, and
+    `drop` with the name of each program that is gone, and of all at the end. Takers raise nothing. Raises
+    RobotError for a domain that cannot be joined.
     """
 
-    def __init__(self, url: str, name: str, renew: Callable[[], None], drop: Callable[[str], None]) -> None:
+    def __init__(self, url: str, name: str, renew: Callable[[], None], drop: _Of, heard: _Of) -> None:
         found = _URL.fullmatch(url)
         if found is None or int(found[1]) > _HIGHEST_DOMAIN:
             raise RobotError(f"{url[:40]} is no domain of DDS: write dds:0 to dds:{_HIGHEST_DOMAIN}")
@@ -122,6 +126,7 @@ class Wire:
         self._name = name
         self._renew = renew
         self._drop = drop
+        self._heard = heard
         self._ending = threading.Event()
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._inputs: list[_Input] = []
@@ -208,16 +213,19 @@ class Wire:
 
     def _take_turn(self) -> None:
         self._arrival.wait(duration(seconds=_PERIOD))
-        if time.monotonic() >= self._due:
-            self._due = time.monotonic() + _PERIOD
-            self._find_programs()
-            self._renew()
         for topic in self._inputs:
             for message, handle in _taken(topic):
                 if handle not in self._programs:
                     self._find_programs()
                 if client := self._programs.get(handle):  # otherwise its program is gone
+                    self._heard(client)
                     topic.take(message, client)
+        if (
+            time.monotonic() >= self._due
+        ):  # after the messages: this thread may be late, and no program silent
+            self._due = time.monotonic() + _PERIOD
+            self._find_programs()
+            self._renew()
 
     def _find_programs(self) -> None:
         """Name new programs, and drop lost ones."""

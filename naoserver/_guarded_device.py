@@ -10,7 +10,7 @@ from typing import Final
 from interfaces.nao import Severity
 from naoserver._gate import Gate
 from naoserver._safety import Goal, JointSafety, Outcome
-from naoserver.errors import InvalidCommand
+from naoserver.errors import InvalidCommand, JointTaken
 from naoserver.parts import JointFacts
 from naoserver.robot import JointDevice, JointFault, JointReading
 from zenoh_ice.text import few
@@ -29,7 +29,7 @@ class Claims:
         """Claim joints for an activity, in place of its earlier ones.
 
         `stop` is called when one of them must hold still: it ends the activity.
-        Raises InvalidCommand, and then claims nothing, while another activity has one of them.
+        Raises JointTaken, and then claims nothing, while another activity has one of them.
         """
         wanted = frozenset(joints)
         with self._lock:
@@ -43,12 +43,13 @@ class Claims:
         return joints
 
     def check(self, joints: Iterable[str], activity: str = "") -> None:
-        """Raise InvalidCommand, naming joint and activity, if another activity has one of the joints."""
+        """Raise JointTaken if another activity has one of the joints."""
         with self._lock:
             for joint in joints:
                 for name, (claimed, _) in self._claims.items():
                     if name != activity and joint in claimed:
-                        raise InvalidCommand(joint, f"{joint} is moved by {name} now: stop it first")
+                        what = name.removesuffix(f" to {joint}")  # it claims each joint for itself
+                        raise JointTaken(joint, name, f"{joint} is moved by {what} now: stop it first")
 
     def stop(self, joints: Iterable[str]) -> frozenset[str]:
         """Stop the activities that have any of the joints; return the joints that they still have."""

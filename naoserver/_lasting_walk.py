@@ -40,6 +40,7 @@ class LastingWalk:
         self._robot_time = assembly.events.robot_time
         self._lock = threading.Lock()
         self._wanted: _Velocity | None = None
+        self._newest = ""
 
     @property
     def guard(self) -> WalkGuard:
@@ -58,6 +59,10 @@ class LastingWalk:
         """Whether the walk has the legs: from a command until the robot stands again."""
         return self.active or (self._walk is not None and self._walk.watch() is not None)
 
+    def moves_for(self, client: str) -> bool:
+        """Return whether it moves by the command of a client, which was the last one here."""
+        return self._newest == client and self.moving
+
     def go(
         self, velocity: WalkVelocity, client: str, limits: WalkVelocity | None = None, seconds: float = inf
     ) -> None:
@@ -65,6 +70,7 @@ class LastingWalk:
         with self._lock:
             self.guard.drive(asdict(velocity), client, limits)
             self._wanted = _Velocity(self.guard.commanded(), client, self._robot_time() + seconds)
+            self._newest = client
 
     def stop(self) -> None:
         """End the walk of any client, on both feet if it has feet; never refused."""

@@ -1,6 +1,9 @@
 """What programs of a robot's maker command, whichever wire brings it: the walk, postures, motions.
 
 Such programs have no lease. Each is a client of the guards like any other, and its commands end with it.
+
+Such programs do not wait either: the robot of a maker takes the newest command. So a command waits for the
+end of what the same program began before and needs the same joints; the robot would fall half way.
 """
 
 from __future__ import annotations
@@ -15,15 +18,16 @@ from typing import Final, TypeVar
 import msgspec
 import numpy as np
 
-from interfaces.nao import JointCommand, Severity
+from interfaces.nao import ActionStatus, JointCommand, Severity
 from naoserver._effector_paths import POSITION, Waypoints, curves_along
 from naoserver._joint_paths import Path
 from naoserver._lasting_walk import LastingWalk
 from naoserver._motions.routes import MotionRoute
-from naoserver._servants.moves import MOTION
+from naoserver._servants.moves import MOTION, POSTURE
+from naoserver._walk import WALK
 from naoserver.assembly import Assembly
 from naoserver.capabilities import STILL, Vector, WalkVelocity
-from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand, RobotError
+from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand, JointTaken, RobotError
 from naoserver.kinematics import kinematics_of, matrix_of
 from naoserver.robot import Robot
 from zenoh_ice import typed
@@ -36,6 +40,11 @@ _MOST_MOMENTS: Final = 20
 """Moments of a way for which angles are computed: other programs wait meanwhile."""
 _LIMP_TIME: Final = 1.0
 """Robot seconds in which the motors go limp, or stiff."""
+_LONGEST_PAUSE: Final = 0.5
+_LEAST_TIME: Final = 2.0
+"""A program sends regularly once it sent messages for so long without such a pause; wall seconds."""
+_SILENCE: Final = 1.0
+"""Wall seconds of silence after which a program that sent regularly is taken to hang."""
 
 P = TypeVar("P")
 Operation = Callable[[str, str], object]
@@ -64,11 +73,22 @@ class Codes:
     """The robot failed."""
 
 
+@dataclass(frozen=True, slots=True)
+class _Waiting:
+    """A call that waits for the end of an activity: the walk, or what else its program began."""
+
+    activity: str
+    parameter: str
+    client: str
+    stops: int
+    """How often the robot had been stopped before."""
+
+
 class Programs:
     """Command a robot through its guards, for programs of `maker`. `renew` is due every 0.2 s.
 
-    `answer` and the two others that a thread calls, `renew` and `drop`, are thread-safe; the rest is for
-    operations.
+    `answer` and the three others that a thread calls, `heard`, `renew` and `drop`, are thread-safe; the rest
+    is for operations.
     """
 
     def __init__(self, robot: Robot, assembly: Assembly, maker: str, codes: Codes) -> None:
@@ -82,8 +102,9 @@ class Programs:
         self._postures = assembly.postures
         self._kinematics = kinematics_of(robot.body)
         self._lock = threading.Lock()
-        # Where to go after the walk, its client, and how often the robot had been stopped before.
-        self._posture: tuple[str, str, int] | None = None
+        self._waiting: dict[Operation, _Waiting] = {}
+        # Since when each program sends without a pause, and when it sent its newest message, in wall time.
+        self._sending: dict[str, tuple[float, float]] = {}
 
     # -- calls -------------------------------------------------------------------------------------------
 
@@ -91,21 +112,35 @@ class Programs:
         self, operations: Mapping[int, Operation], number: int, parameter: str, client: str
     ) -> tuple[int, str]:
         """Perform a call; return 0 or the maker's code of an error, and the result. Raises no RobotError."""
+        if (perform := operations.get(number)) is None:
+            return self.refused(self.codes.unknown, f"the simulation has no operation {number}"), ""
+        if len(parameter) > _LONGEST:
+            return self.refused(self.codes.wrong, f"operation {number}: more than {_LONGEST} characters"), ""
+        with self._lock:
+            return self._perform(perform, parameter, client)
+
+    def _perform(self, perform: Operation, parameter: str, client: str) -> tuple[int, str]:
+        """Perform a call in place of one of its operation that waits, or let it wait; return its answer."""
+        stops = self.assembly.gate.stops
         try:
-            perform = operations.get(number)
-            if perform is None:
-                raise Refusal(self.codes.unknown, f"the simulation has no operation {number}")
-            if len(parameter) > _LONGEST:
-                raise Refusal(self.codes.wrong, f"operation {number}: more than {_LONGEST} characters")
-            with self._lock:
-                result = perform(parameter, client)
-                return 0, "" if result is None else str(result)
+            result = perform(parameter, client)
         except Refusal as refusal:
             return self.refused(refusal.code, str(refusal)), ""
         except (CommandRefused, InvalidCommand) as error:
-            return self.refused(self.codes.unavailable, str(error)), ""
+            if not isinstance(error, JointTaken) or not self._moves_by(error.activity, client):
+                return self.refused(self.codes.unavailable, str(error)), ""
+            if error.activity == WALK:
+                self._walk.stop()
+            self._waiting[perform] = _Waiting(error.activity, parameter, client, stops)
+            return 0, ""
         except RobotError as error:
             return self.refused(self.codes.failed, str(error)), ""
+        self._waiting.pop(perform, None)
+        return 0, "" if result is None else str(result)
+
+    def _moves_by(self, activity: str, client: str) -> bool:
+        """Return whether an activity goes on that a client began here: its walk, or its posture or motion."""
+        return (self._walk if activity == WALK else self.assembly.player).moves_for(client)
 
     def refused(self, code: int, message: str) -> int:
         """Report a refusal as an event; return its code."""
@@ -129,31 +164,54 @@ class Programs:
         """
         if not all(map(math.isfinite, astuple(velocity))) or not seconds > 0.0:
             raise Refusal(self.codes.wrong, "a velocity is finite, and lasts for more than 0 s")
-        self._posture = None
+        self._waiting = {of: each for of, each in self._waiting.items() if each.activity != WALK}
         if velocity == STILL:  # everybody may stop it
             self._walk.stop()
         else:
             self._walk.go(velocity, client, seconds=seconds)
 
     def renew(self) -> None:
-        """Renew the velocity, or end it after its time; begin what waits for the end of a walk."""
+        """Renew the velocity, or end it after its time, or of a program that hangs; begin what waits."""
         with self._lock:
-            if self._posture is not None and not self._walk.moving:
-                (posture, client, stops), self._posture = self._posture, None
-                try:
-                    if self.assembly.gate.stops == stops:
-                        self._postures.go(posture, 1.0, client)
-                except RobotError as error:
-                    self.refused(self.codes.unavailable, str(error))
+            self._stop_silent()
+            for perform, each in list(self._waiting.items()):
+                if self._walk.moving if each.activity == WALK else self._moves_by(each.activity, each.client):
+                    continue
+                del self._waiting[perform]
+                if self.assembly.gate.stops == each.stops:
+                    self._perform(perform, each.parameter, each.client)
             self._walk.renew()
+
+    def heard(self, client: str) -> None:
+        """Note that a program sent a message, on whatever topic."""
+        now = self.assembly.events.wall_time()
+        with self._lock:
+            since, newest = self._sending.get(client, (now, now))
+            self._sending[client] = since if now - newest < _LONGEST_PAUSE else now, now
+
+    def _stop_silent(self) -> None:
+        """End the walk of a program that sent messages regularly, and sends none any more."""
+        now = self.assembly.events.wall_time()
+        for client, (since, newest) in self._sending.items():
+            if newest - since >= _LEAST_TIME and now - newest >= _SILENCE:
+                self._sending[client] = now, now
+                self._forget(client)
+                if self._walk.active and self._walk.moves_for(client):
+                    self._walk.stop()
+                    text = f"ended the walk: its program sent regularly, and nothing for {_SILENCE:g} s"
+                    self.assembly.events.add(Severity.Warning, self._maker, text, "silent")
 
     def drop(self, client: str) -> None:
         """End what a lost client commanded."""
         with self._lock:
             self._walk.drop(client)
-            if self._posture is not None and self._posture[1] == client:
-                self._posture = None
+            self._forget(client)
+            self._sending.pop(client, None)
             self.assembly.drop_client(client)
+
+    def _forget(self, client: str) -> None:
+        """Begin nothing that waits for a client."""
+        self._waiting = {of: each for of, each in self._waiting.items() if each.client != client}
 
     # -- the body ----------------------------------------------------------------------------------------
 
@@ -161,13 +219,20 @@ class Programs:
         """Return the posture that the body is next to."""
         return self._postures.posture()
 
+    def goal(self) -> str:
+        """Return the posture that the body is on the way to, or else next to."""
+        if waiting := self._waiting.get(self._go):
+            return waiting.parameter
+        way = self.assembly.player.progress(POSTURE)
+        return way.name if way.status is ActionStatus.Moving else self.posture()
+
     def height(self) -> float:
         """Return the height of the root above the floor in m."""
         return float(self._kinematics.torso_place(self._body.angles(measured=True))[2, 3])
 
     def end_motion(self) -> None:
         """End whatever moves, of any client: a stop is never refused."""
-        self._posture = None
+        self._waiting.clear()
         self._walk.stop()
         self.assembly.paths.stop()
         self._body.claims.stop([joint.name for joint in self._body.joints])
@@ -180,10 +245,16 @@ class Programs:
         stops = self.assembly.gate.stops
         self.assembly.gate.require(client)
         self.end_motion()
+        self._begin(posture, client, stops)
+
+    def _begin(self, posture: str, client: str, stops: int) -> None:
         if self._walk.moving:
-            self._posture = posture, client, stops
+            self._waiting[self._go] = _Waiting(WALK, posture, client, stops)
         else:
-            self._postures.go(posture, 1.0, client)
+            self._go(posture, client)
+
+    def _go(self, posture: str, client: str) -> None:
+        self._postures.go(posture, 1.0, client)
 
     def damp(self, client: str) -> None:
         """End what moves, for everybody, and crouch: limp it would fall, and it does not get up."""
@@ -191,10 +262,13 @@ class Programs:
         self.go("Crouch", client)
 
     def stand(self, client: str) -> None:
-        """Stand up; one that stands already begins nothing, so that it can walk at once."""
-        if not self.posture().startswith("Stand") and not self._walk.active:
+        """Stand up; one that stands already, or stands up, begins nothing, so that it can walk at once."""
+        stops = self.assembly.gate.stops
+        self.assembly.gate.require(client)
+        self._waiting.pop(self._go, None)
+        if not self.goal().startswith("Stand") and not self._walk.active:
             self._body.stiffen({joint.name: 1.0 for joint in self._body.joints}, _LIMP_TIME, client=client)
-            self._postures.go("Stand", 1.0, client)
+            self._begin("Stand", client, stops)
 
     def go_limp(self, client: str) -> None:
         """End what moves, and let every motor go limp: the robot falls."""

@@ -21,6 +21,7 @@ from naoserver._guarded_device import GuardedDevice
 from naoserver.capabilities import STILL, Odometry, Walker, WalkVelocity
 from naoserver.errors import InvalidCommand, RobotError
 from naoserver.options import SafetyOptions
+from zenoh_ice.text import few, printable
 
 _GAIN: Final = 1.5
 """Ratio of the velocity to the rest of the way, in 1/s."""
@@ -162,6 +163,7 @@ def _turning(way: complex, turn: float) -> float:
 WALK: Final = "the walk"
 """The activity that claims the legs, or the wheels, while it walks."""
 _SOURCE: Final = "Walk"
+_LONGEST_NAME: Final = 64
 _CANNOT: Final = {"forward": "go forwards or backwards", "left": "go sideways", "turn": "turn"}
 """What a robot cannot that has the limit 0 of a kind of velocity."""
 
@@ -224,9 +226,13 @@ class WalkGuard:
         self._check_for_end()
         with self._lock:
             if after is not None and (commanded := self._walker.commanded()) != after:
-                if commanded == STILL and self._walker.ended:
+                if commanded != STILL:
+                    others = {each.client for each in self._drives.values()} - {client} or {client}
+                    of = few(sorted(printable(each, _LONGEST_NAME) for each in others))
+                    raise InvalidCommand("walk", f"another command of the walk ended it, of {of}")
+                if self._walker.ended:
                     raise InvalidCommand("walk", f"the robot ended the walk: {self._walker.ended}")
-                raise InvalidCommand("walk", "the walk was stopped, or walks by another command now")
+                raise InvalidCommand("walk", "the walk was stopped")
             if any(velocities.values()):  # everybody may stop it
                 self._body.gate.require(client)
                 if self._clings(client):

@@ -30,3 +30,11 @@ class InvalidCommand(RobotError):
         super().__init__(message)
         self.field = field
         """The joint, parameter or member that holds the value."""
+
+
+class JointTaken(InvalidCommand):
+    """Another activity moves a joint, and is to end first."""
+
+    def __init__(self, joint: str, activity: str, message: str) -> None:
+        super().__init__(joint, message)
+        self.activity = activity

@@ -200,6 +200,8 @@ class Loco:
         given = self._programs.read(body, _Direction)
         tilt, pan = self._head
         ways = {tilt: given.pitch_direction, pan: given.yaw_direction}
+        if any(ways.values()) and self._programs.assembly.player.busy:
+            self._body.claims.check(self._head)  # turning the head ends no posture half way
         self._body.hold(self._head)
         ranges = {joint: self._body.facts(joint) for joint, way in ways.items() if way}
         targets = {joint: of.upper if ways[joint] > 0 else of.lower for joint, of in ranges.items()}

@@ -39,7 +39,7 @@ def serve(robot: Robot, assembly: Assembly, url: str) -> Iterator[str]:
     programs = Programs(robot, assembly, "Booster", CODES)
     loco = Loco(programs)
     joints = Joints(robot, assembly.events, loco)
-    with Wire(url, "Booster", programs.renew, programs.drop) as wire:
+    with Wire(url, "Booster", programs.renew, programs.drop, programs.heard) as wire:
         answers = wire.writer("rt/LocoApiTopicResp", RpcRespMsg, CALLS)
         wire.listen("rt/LocoApiTopicReq", RpcReqMsg, _answering(programs, loco, answers), CALLS)
         wire.listen("rt/joint_ctrl", LowCmd, joints.obey, NEWEST, raw=True)

@@ -58,7 +58,7 @@ class Loco:
             programs.go_limp(client)
         elif state == DAMP:
             programs.damp(client)
-        elif state == SQUAT or (state == SQUAT_OR_STAND and programs.posture() != "Crouch"):
+        elif state == SQUAT or (state == SQUAT_OR_STAND and programs.goal() != "Crouch"):
             programs.go("Crouch", client)
         elif state in {STAND, WALK, LIE_TO_STAND, SQUAT_OR_STAND}:
             programs.stand(client)

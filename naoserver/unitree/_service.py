@@ -34,7 +34,7 @@ def serve(robot: Robot, assembly: Assembly, url: str) -> Iterator[str]:
         "motion_switcher": _skills.ModeSwitch(programs).operations,
     }
     joints = Joints(programs)
-    with Wire(url, "Unitree", programs.renew, programs.drop) as wire:
+    with Wire(url, "Unitree", programs.renew, programs.drop, programs.heard) as wire:
         for name, operations in services.items():
             writer = wire.writer(f"rt/api/{name}/response", _types.Response)
             wire.listen(f"rt/api/{name}/request", _types.Request, _answering(programs, operations, writer))

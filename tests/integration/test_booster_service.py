@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import signal
 import struct
 from contextlib import contextmanager
 from importlib.util import find_spec
@@ -19,7 +20,7 @@ from naoserver.fake import FakeRobot
 from naoserver.jobs import JobThreads
 from naoserver.options import ServerOptions
 from tests.support.dds import free_domain
-from tests.support.processes import ComponentProcess, module
+from tests.support.processes import REPOSITORY, ComponentProcess, module
 from tests.support.resets import check_that_a_reset_starts_nothing
 from tests.support.soak import repeated
 from tests.support.waiting import until
@@ -99,6 +100,18 @@ def test_a_stop_ends_what_a_program_commands_by_both_doors():
         there, other = robot.read().commands[ELBOW], Program(DOMAIN)
         assert [other.call(*MOVE), other.call(*CUSTOM)] == [409, 409]
         assert robot.read().commands[ELBOW] == there
+        program.process.kill()
+
+
+def test_a_program_that_hangs_while_it_sends_walks_no_further(monkeypatch):
+    monkeypatch.setattr("naoserver._programs._LEAST_TIME", 0.0)
+    flood = ComponentProcess(module("tests.support.booster", str(DOMAIN), "flood", LONG))
+    with t1() as (robot, assembly), flood as program:
+        program.wait_for("answered 0")
+        until(lambda: robot.read().positions[ELBOW] > 0.4)
+        program.process.send_signal(signal.SIGSTOP)
+        until(lambda: robot.walker.commanded().forward == 0.0)
+        assert any("sent regularly" in each.message for each in assembly.events.snapshot()[0])
         program.process.kill()
 
 
@@ -192,6 +205,17 @@ def test_the_makers_own_package_calls_reads_and_commands():
             r"statuses \[0, 0, 0, 501, 0, 409\] state \[-0.75, 9.81\] place \[0\.\d+, 0.0, 0.0\]"
         )
         until(lambda: robot.read().positions[ELBOW] == pytest.approx(0.5, abs=0.02))
+        program.process.kill()
+
+
+@NO_SDK
+def test_a_program_of_the_makers_package_that_names_no_interface_takes_the_profile_of_the_page(tmp_path):
+    page = (REPOSITORY / "docs" / "reference" / "booster.md").read_text("utf-8")
+    profile = tmp_path / "loopback.xml"
+    profile.write_text(page.split("```xml\n")[1].split("```")[0])
+    command = module("tests.support.booster_sdk", str(DOMAIN), "walk", "")
+    with t1(), ComponentProcess(command, {"FASTRTPS_DEFAULT_PROFILES_FILE": str(profile)}) as program:
+        program.wait_for("walks")
         program.process.kill()
 
 

@@ -6,11 +6,12 @@ import json
 
 import pytest
 
+from naoserver._servants.moves import MOTION
 from naoserver.booster._loco import CODES, CUSTOM, DAMPING, WALKING, Loco
 from naoserver.kinematics import kinematics_of
 from tests.support.simulated_programs import SimulatedPrograms
 
-MODE, MOVE, WAVE, HAND = 2000, 2001, 2005, 2009
+MODE, MOVE, WAVE, HAND, SHOOT = 2000, 2001, 2005, 2009, 2024
 
 
 class Rig(SimulatedPrograms):
@@ -67,6 +68,29 @@ def test_it_does_not_crouch_after_its_last_step_if_it_was_stopped_meanwhile(rig)
     rig.assembly.gate.reset()
     rig.live(5.0)
     assert rig.programs.height() == pytest.approx(height, abs=0.03)
+
+
+def test_a_kick_waits_for_the_end_of_the_walk(rig):
+    rig.call(MOVE, vx=0.3, vy=0.0, vyaw=0.0)
+    rig.live(1.0)
+    rig.call(SHOOT)
+    assert rig.assembly.player.progress(MOTION).count == 0
+    rig.live(3.0)
+    assert rig.assembly.player.progress(MOTION).name == "kick"
+    rig.live(5.0)
+    assert not rig.robot.state().fallen
+
+
+def test_modes_without_waits_leave_it_in_the_last_one(rig):
+    height = rig.programs.height()
+    for mode in (DAMPING, WALKING, DAMPING, WALKING):
+        rig.call(MODE, mode=mode)
+        rig.live(0.4)
+    rig.call(MOVE, vx=0.3, vy=0.0, vyaw=0.0)
+    rig.live(6.0)
+    assert rig.robot.stage.truth().torso.position[0] > 0.3
+    assert rig.programs.height() > height - 0.05
+    assert not rig.robot.state().fallen
 
 
 def test_it_waves(rig):

@@ -29,8 +29,9 @@ class Ears:
     def __init__(self) -> None:
         self.heard: list[tuple[object, str]] = []
         self.lost: list[str] = []
+        self.senders: list[str] = []
         self.renewed = threading.Event()
-        self.wire = Wire(f"dds:{DOMAIN}", "Test", self.renewed.set, self.lost.append)
+        self.wire = Wire(f"dds:{DOMAIN}", "Test", self.renewed.set, self.lost.append, self.senders.append)
         self.wire.listen("calls", Identity, lambda message, client: self.heard.append((message, client)))
         self.wire.listen("raw", Status, lambda data, client: self.heard.append((data, client)), raw=True)
         self.wire.start()
@@ -64,6 +65,7 @@ def test_messages_arrive_with_the_name_of_their_program(ears):
     until(lambda: len(ears.heard) == 2)
     assert {(message.id, message.api_id) for message, _ in ears.heard} == {(1, 2), (3, 4)}
     assert len({client for _, client in ears.heard}) == 2
+    assert ears.senders == [client for _, client in ears.heard]
 
 
 def test_all_that_a_participant_writes_is_of_one_program_until_it_writes_no_more(ears):
@@ -121,4 +123,4 @@ def test_what_programs_command_is_renewed_without_messages(ears):
 @pytest.mark.parametrize("url", ["dds:233", "dds:", "tcp://127.0.0.1", "dds:1 "])
 def test_what_is_no_domain_is_refused(url):
     with pytest.raises(RobotError, match="is no domain of DDS: write dds:0 to dds:232"):
-        Wire(url, "Test", lambda: None, lambda _client: None)
+        Wire(url, "Test", lambda: None, lambda _client: None, lambda _client: None)

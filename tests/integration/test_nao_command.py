@@ -9,7 +9,8 @@ import re
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -33,6 +34,7 @@ from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.robot_server import ServedRobot, served
 from tests.support.slice_compiler import imported
 from tests.support.stranger import session_of
+from tests.support.waiting import until
 from zenoh_ice import Current, Object, initialize, load_settings
 from zenoh_ice.status import version_of
 
@@ -158,6 +160,46 @@ def test_a_command_lasts_until_the_robot_is_where_it_was_sent(robot: ServedRobot
     assert robot.robot.read().commands[:2] == pytest.approx((0.4, 0.1))
     assert nao("call", "Head.setSpeed", "-0.2", "0.0").code == 0
     assert robot.assembly.body.velocity("HeadYaw") == 0.0, "its time has run out"
+
+
+@pytest.mark.parametrize(
+    ("words", "end", "says"),
+    [
+        (
+            ("Walk.walkTo", "5", "0", "0"),
+            lambda of: of.walk.drive({"turn": 0.2}, "berta"),
+            "another command of the walk ended it, of berta",
+        ),
+        (("Walk.walkTo", "5", "0", "0"), lambda of: of.walk.stop(), "it ended early: the walk was stopped"),
+        (
+            ("Postures.goToPosture", "Crouch", "0.2"),
+            lambda of: of.postures.go("StandInit", 1.0, "berta"),
+            "it ended early: another one began",
+        ),
+        (
+            ("Motions.play", "wave", "1"),
+            lambda of: of.postures.go("StandInit", 1.0, "berta"),
+            "it ended early: the posture StandInit began",
+        ),
+    ],
+    ids=["walk", "stop", "posture", "motion"],
+)
+def test_a_command_that_something_else_ends_is_an_error(
+    robot: ServedRobot, words: tuple[str, ...], end: Callable[[Any], None], says: str
+) -> None:
+    walk = robot.assembly.walk
+    assert walk is not None
+
+    def disturb() -> None:
+        until(lambda: robot.assembly.player.busy or walk.commanded().forward > 0.0)
+        end(robot.assembly)
+
+    with ThreadPoolExecutor(1) as disturber:
+        disturbance = disturber.submit(disturb)
+        outcome = nao("call", *words)
+        disturbance.result(END_LIMIT)
+    assert (outcome.code, says in outcome.err) == (1, True), outcome.err
+    until(lambda: not robot.assembly.player.busy)
 
 
 def test_names_with_dots_are_listed_and_called(calculator: Any) -> None:

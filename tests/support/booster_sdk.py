@@ -1,4 +1,6 @@
-"""A program for the maker's own package, either of the two: python -m tests.support.booster_sdk DOMAIN calls|walk.
+"""A program for the maker's own package, either of the two:
+
+    python -m tests.support.booster_sdk DOMAIN calls|walk [INTERFACE]
 
 It says what each call was answered, and what it read; then it commands the left elbow until it is killed.
 """
@@ -45,7 +47,7 @@ def connected() -> Any:
 
 
 def main() -> None:
-    sdk.ChannelFactory.Instance().Init(int(sys.argv[1]), "127.0.0.1")
+    sdk.ChannelFactory.Instance().Init(int(sys.argv[1]), *(sys.argv[3:] or ["127.0.0.1"]))
     client = connected()
     if sys.argv[2] == "walk":
         sys.stdout.write("walks\n")

@@ -9,6 +9,7 @@ from naoserver._lasting_walk import LastingWalk
 from naoserver._programs import Codes, Programs, Refusal
 from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
+from naoserver.capabilities import WalkVelocity
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
 from naoserver.fake import FakeRobot
 from naoserver.kinematics import kinematics_of
@@ -109,6 +110,69 @@ def test_a_posture_waits_for_the_end_of_the_walk_unless_its_program_is_lost(rig,
         rig.clock.advance(0.1)
         rig.assembly.player.tick()
     assert rig.programs.posture() == posture
+
+
+def test_to_stand_replaces_a_posture_that_waits_for_the_end_of_the_walk(rig, monkeypatch):
+    with monkeypatch.context() as walking:
+        walking.setattr(LastingWalk, "moving", True)
+        rig.programs.go("Crouch", "program")
+        assert rig.programs.goal() == "Crouch"
+        rig.programs.stand("program")
+    rig.programs.renew()
+    assert not rig.assembly.player.busy
+
+
+def sends(rig, client, seconds, period):
+    for _ in range(round(seconds / period)):
+        rig.programs.heard(client)
+        for _ in range(round(period / 0.1)):
+            rig.clock.advance(0.1)
+            rig.programs.renew()
+            rig.assembly.walk.watch()
+
+
+def walks(rig):
+    return rig.assembly.walk.commanded().forward > 0.0
+
+
+def test_a_program_that_sent_regularly_and_is_silent_walks_no_further(rig):
+    rig.programs.drive(WalkVelocity(forward=0.1), math.inf, "program")
+    sends(rig, "program", seconds=2.5, period=0.1)
+    assert walks(rig)
+    sends(rig, "another", seconds=1.2, period=0.1)
+    assert not walks(rig)
+    assert rig.assembly.events.snapshot()[0][-1].message == (
+        "ended the walk: its program sent regularly, and nothing for 1 s"
+    )
+
+
+def test_what_waits_of_a_program_that_is_silent_does_not_begin(rig, monkeypatch):
+    sends(rig, "program", seconds=2.5, period=0.1)
+    with monkeypatch.context() as walking:
+        walking.setattr(LastingWalk, "moving", True)
+        rig.programs.go("Crouch", "program")
+        sends(rig, "another", seconds=1.2, period=0.1)
+    rig.programs.renew()
+    assert not rig.assembly.player.busy
+
+
+@pytest.mark.parametrize(
+    ("client", "seconds", "period"),
+    [("program", 9.0, 3.0), ("program", 1.5, 0.1), ("another", 2.5, 0.1)],
+    ids=["now and then", "at its start", "another"],
+)
+def test_a_program_that_does_not_send_regularly_walks_on(rig, client, seconds, period):
+    rig.programs.drive(WalkVelocity(forward=0.1), math.inf, "program")
+    sends(rig, client, seconds, period)
+    sends(rig, "somebody", seconds=10.0, period=0.1)
+    assert walks(rig)
+
+
+def test_a_program_that_is_silent_ends_the_walk_of_no_other(rig):
+    sends(rig, "program", seconds=2.5, period=0.1)
+    rig.programs.drive(WalkVelocity(forward=0.1), math.inf, "another")
+    sends(rig, "another", seconds=1.5, period=0.1)
+    assert walks(rig)
 
 
 def test_a_way_may_last_for_a_minute(rig):

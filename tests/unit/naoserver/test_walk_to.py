@@ -160,7 +160,7 @@ def test_it_says_that_another_command_took_its_place(rig):
     go(rig, 1.0)
     rig.walk.drive({"turn": 0.5}, "berta")
     go(rig, 1.0)
-    assert rig.walk_to.state().message == "the walk was stopped, or walks by another command now"
+    assert rig.walk_to.state().message == "another command of the walk ended it, of berta"
 
 
 def test_it_was_stopped_only_if_it_was_on_its_way(rig):

@@ -47,6 +47,7 @@ _REFUSED: Final = (
     template("{joint} is moved by the way into a posture now: stop it first"),
     template("{joint} is moved by the motion {name} now: stop it first"),
     template("{joint} is moved by the posture {name} now: stop it first"),
+    template("{joint} is moved by commands with gains now: stop it first"),
 )
 """Why a robot refuses a command of a client."""
 
@@ -107,7 +108,8 @@ _UNABLE: Final = (
     Message("the robot cannot drive forwards, so it cannot go to a place"),
     Message("the robot is mounted where it is"),
     Message("the robot has wheels: it cannot drive sideways"),
-    Message("the walk was stopped, or walks by another command now"),
+    Message("the walk was stopped"),
+    template("another command of the walk ended it, of {clients}"),
     Message("it fell, its motors became limp, or it was moved"),
     Message("the robot was moved"),
     Message("the robot was lost"),

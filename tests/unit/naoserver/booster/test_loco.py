@@ -147,6 +147,81 @@ def test_damped_it_crouches_and_then_stands_up_to_walk(rig):
     assert rig.move() == 0
 
 
+def crouched(rig):
+    rig.mode(DAMPING)
+    rig.advance(5.0)
+
+
+def test_a_mode_replaces_the_posture_of_the_last_one_and_a_move_waits_for_it(rig):
+    rig.move()
+    modes = (DAMPING, WALKING, DAMPING, PREPARE, DAMPING, WALKING)
+    assert [(rig.mode(mode), rig.advance(0.3)) for mode in modes] == [(0, None)] * 6
+    assert (rig.move(), rig.forward) == (0, 0.0)
+    rig.advance(5.0)
+    assert rig.programs.posture().startswith("Stand")
+    assert rig.forward == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        lambda rig: rig.move(0.0),
+        lambda rig: rig.mode(DAMPING),
+        lambda rig: rig.mode(CUSTOM),
+        lambda rig: (rig.assembly.gate.stop("a test"), rig.assembly.gate.reset()),
+        lambda rig: rig.programs.drop("program"),
+    ],
+    ids=["another move", "damping", "custom", "emergency stop", "end of its program"],
+)
+def test_a_move_that_waits_for_a_posture_does_not_begin_after(rig, command):
+    crouched(rig)
+    rig.mode(WALKING)
+    rig.move()
+    command(rig)
+    rig.advance(5.0)
+    assert rig.forward == 0.0
+
+
+def test_the_newest_move_begins_after_the_posture(rig):
+    crouched(rig)
+    rig.mode(WALKING)
+    assert [rig.move(0.1), rig.call(HEAD, {"pitch": 0.3, "yaw": 0.0}), rig.move(0.2)] == [0, 0, 0]
+    rig.advance(5.0)
+    assert rig.forward == pytest.approx(0.2)
+    assert rig.angle("Head_pitch") == pytest.approx(0.3, abs=1e-3)
+
+
+@pytest.mark.parametrize("operation", [HEAD_ON, MOVE])
+def test_what_another_program_moves_is_refused(rig, operation):
+    crouched(rig)
+    rig.mode(WALKING)
+    body = {"vx": 0.1, "vy": 0.0, "vyaw": 0.0, "pitch_direction": 1, "yaw_direction": 0}
+    assert rig.call(operation, body, client="another") == CONFLICT
+    rig.advance(5.0)
+    assert rig.programs.posture().startswith("Stand")
+    assert rig.forward == 0.0
+
+
+def test_a_mode_replaces_all_that_waits(rig):
+    crouched(rig)
+    rig.mode(WALKING)
+    rig.call(HEAD, {"pitch": 0.3, "yaw": 0.0})
+    rig.mode(CUSTOM)
+    rig.advance(5.0)
+    assert rig.angle("Head_pitch") == pytest.approx(0.0, abs=0.05)
+
+
+def test_what_waited_and_is_refused_is_an_event(rig):
+    crouched(rig)
+    rig.mode(WALKING)
+    rig.move()
+    rig.assembly.gate.acquire("behavior", "dance", 30.0)
+    rig.advance(5.0)
+    assert any(
+        "409: the robot is held by dance" in each.message for each in rig.assembly.events.snapshot()[0]
+    )
+
+
 @pytest.mark.parametrize("mode", range(5))
 def test_the_mode_is_reported(rig, mode):
     rig.mode(mode)

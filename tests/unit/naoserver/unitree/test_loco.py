@@ -72,6 +72,36 @@ def rig():
     rig.robot.close()
 
 
+def test_a_state_replaces_the_posture_of_the_last_one_and_a_velocity_waits_for_it(rig):
+    rig.drive()
+    for state in (DAMP, START, '{"data": 706}', '{"data": 706}', DAMP, START):
+        assert rig.call(STATE, state) == 0
+        rig.advance(0.3)
+    assert (rig.drive(seconds=2.0), rig.robot.walker.commanded().forward) == (0, 0.0)
+    while rig.assembly.player.busy:
+        rig.advance(0.1)
+    rig.advance(1.8)
+    assert rig.programs.posture().startswith("Stand")
+    assert rig.robot.walker.commanded().forward > 0.0
+    rig.advance(0.5)
+    assert rig.robot.walker.commanded().forward == 0.0
+
+
+def test_a_stopped_robot_takes_no_state(rig):
+    rig.call(STATE, DAMP)
+    rig.assembly.gate.stop("a test")
+    assert rig.call(STATE, START) == NOT_AVAILABLE
+    assert rig.ask(7001) == (0, '{"data": 1}')
+
+
+def test_squatting_it_stands_up_though_it_is_not_yet_down(rig):
+    for _ in range(2):
+        rig.call(STATE, '{"data": 706}')
+        rig.advance(0.1)
+    rig.advance(5.0)
+    assert rig.programs.posture().startswith("Stand")
+
+
 def test_a_velocity_lasts_for_its_duration_and_no_longer(rig):
     assert rig.drive(seconds=2.0) == 0
     rig.advance(1.8)

@@ -132,7 +132,7 @@ def test_what_a_reload_could_not_keep_is_said_in_spanish() -> None:
     ]
 
 
-ERRORS = {"CommandRefused", "InvalidCommand", "InvalidValueException", "RouteError", "LinkLost"}
+ERRORS = {"CommandRefused", "InvalidCommand", "InvalidValueException", "RouteError", "JointTaken", "LinkLost"}
 DOORS = ("naoserver/_joint_paths.py", *(f"naoserver/{each}" for each in ("booster", "qi", "ros2", "unitree")))
 """Programs for other robots come through these, and read what their own robot says."""
 WORDS = {
