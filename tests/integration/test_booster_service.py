@@ -209,6 +209,7 @@ def test_the_makers_own_package_calls_reads_and_commands():
 
 
 @NO_SDK
+@pytest.mark.skipif(find_spec("booster_robotics_sdk") is not None, reason="that package reads no profile")
 def test_a_program_of_the_makers_package_that_names_no_interface_takes_the_profile_of_the_page(tmp_path):
     page = (REPOSITORY / "docs" / "reference" / "booster.md").read_text("utf-8")
     profile = tmp_path / "loopback.xml"
