@@ -182,7 +182,9 @@ class Supervision(Observer):
             self._wait(self._without_server, actor, location, message, "waiting for the server")
             raise CycleEnded from error
         if isinstance(error, CommandRefusedException) and self.on_refused is OnRefused.PAUSE:
-            self._wait(self._refused, actor, location, message, "pauses until commands are accepted again")
+            # A cycle may still run when the component pauses for a stop, which has said who ends that.
+            until = "pauses already" if self._timeline.paused else "pauses until commands are accepted again"
+            self._wait(self._refused, actor, location, message, until)
             self._pause(Refusal(f"{_place(actor)}: {message}", error.holder, time.monotonic()))
             raise CycleEnded from error
         self._record(actor, location, message)

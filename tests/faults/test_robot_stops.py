@@ -126,7 +126,7 @@ def test_a_behavior_goes_on_only_after_a_reset_however_often_its_server_is_kille
             head = PoseHeadPrx.checkedCast(client.stringToProxy("Head"))
             wait_for(head.getPose, lambda pose: pose.panSpeed > 0.05)
             known(client).emergencyStop("a hand in the way")
-            component.wait_for("pauses until commands are accepted again")
+            component.wait_for("the robot is stopped: a hand in the way.*; pauses ")
             kill(process)
         monitor = HfsmMonitorPrx.checkedCast(client.stringToProxy("Hfsm.turner"))
         for _ in range(repeated(test=1, soak=2)):
@@ -160,7 +160,7 @@ def test_a_behavior_whose_server_was_killed_waits_for_somebody_to_look_at_the_ro
             assert is_used(carrier, component.process.pid)
             kill(process)
         with server("naoserver.fake", endpoint):
-            component.wait_for(f"the robot is stopped: {UNCLEAN}.*pauses until commands are accepted again")
+            component.wait_for(f"the robot is stopped: {UNCLEAN}.*; pauses ")
             known(client).resetEmergencyStop(True)
             component.wait_for("commands are accepted again: continuing")
 

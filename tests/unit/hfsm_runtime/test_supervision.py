@@ -89,6 +89,26 @@ def test_a_refusal_of_which_nobody_knows_the_end_is_tried_once_a_second_and_repo
     ]
 
 
+def test_a_cycle_that_is_refused_while_the_component_pauses_for_a_person_says_nothing_contrary(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    gate = Gate()
+    gate.stopped = True
+
+    def code() -> None:
+        virtual.pause_for("the robot is stopped: a hand in the way")
+        gate.command("a")
+
+    root = automaton(1, "root", [State(id=1, name="a", code=code)])
+    virtual = VirtualRun(component(root), commands_accepted=lambda _holder: False)
+    virtual.advance(1.0)
+    reported = [record.getMessage() for record in caplog.records if record.levelno >= logging.WARNING]
+    assert [text.split("; ")[-1] for text in reported] == [
+        "pauses until a person lets it go on",
+        "pauses already",
+    ]
+
+
 def test_entry_code_that_was_refused_runs_again_whole_before_the_state_begins() -> None:
     gate = Gate(lambda: virtual.time)
     ran: list[str] = []
