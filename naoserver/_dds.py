@@ -16,6 +16,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Final, Self
 
+from cyclonedds.builtin import (
+    BuiltinDataReader,
+    BuiltinTopicDcpsPublication,
+    BuiltinTopicDcpsSubscription,
+)
 from cyclonedds.core import DDSException, InstanceState, ReadCondition, SampleState, ViewState, WaitSet
 from cyclonedds.domain import Domain, DomainParticipant
 from cyclonedds.idl import make_idl_struct
@@ -30,6 +35,7 @@ from naoserver._introduction import Introduction
 from naoserver.errors import RobotError
 from naoserver.jobs import Job, Periodic
 from zenoh_ice import WallClock
+from zenoh_ice.text import printable
 
 try:
     from cyclonedds._clayer import ddspy_take, ddspy_write
@@ -48,6 +54,13 @@ _MOST_LATE: Final = 5
 """Most messages of a topic that are sent together because they are late; longer pauses are left out."""
 _END_LIMIT: Final = 5.0
 _ANY: Final = SampleState.Any | ViewState.Any | InstanceState.Any
+_ROBOTS: Final = "rt/"
+"""How topics of robots begin."""
+_ROS: Final = ("rt/rosout", "rt/parameter_events")
+"""Topics that each node of ROS has, for others like it."""
+_MOST_PROGRAMS, _MOST_TOLD = 64, 16
+"""Programs that are known by their unserved topics, and such topics of each; the others are not told."""
+_LONGEST_NAME: Final = 100
 _HEADER: Final = b"\0\1\0\0"
 """What precedes a message in the plain representation, little endian."""
 CALLS: Final = Qos(Policy.History.KeepLast(100))
@@ -110,11 +123,19 @@ class Wire:
 
     Its thread, called `name`, begins with `start`. It gives each message to its taker with the name that its
     program has in the eyes of the guards, calls `renew` every 0.1 s, and `drop` with the name of each program
-    that is gone, and of all at the end. Takers raise nothing. Raises RobotError for a domain that cannot be
-    joined.
+    that is gone, and of all at the end. It calls `unserved` once for each topic that a program reads or
+    writes in vain, with a text for people, and how many of this program came before. These raise nothing.
+    Raises RobotError for a domain that cannot be joined.
     """
 
-    def __init__(self, url: str, name: str, renew: Callable[[], None], drop: Callable[[str], None]) -> None:
+    def __init__(
+        self,
+        url: str,
+        name: str,
+        renew: Callable[[], None],
+        drop: Callable[[str], None],
+        unserved: Callable[[str, str, int], None] = lambda _topic, _text, _number: None,
+    ) -> None:
         found = _URL.fullmatch(url)
         if found is None or int(found[1]) > _HIGHEST_DOMAIN:
             raise RobotError(f"{url[:40]} is no domain of DDS: write dds:0 to dds:{_HIGHEST_DOMAIN}")
@@ -122,6 +143,10 @@ class Wire:
         self._name = name
         self._renew = renew
         self._drop = drop
+        self._unserved = unserved
+        self._kinds: dict[str, str] = {}
+        """The types of served topics, as DDS spells them."""
+        self._told: dict[bytes, set[str]] = {}
         self._ending = threading.Event()
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._inputs: list[_Input] = []
@@ -132,6 +157,13 @@ class Wire:
             self._domain = Domain(int(found[1]), _CONFIGURATION)
             self._participant = DomainParticipant(int(found[1]))
             self._arrival = WaitSet(self._participant)
+            self._endpoints = [
+                (BuiltinDataReader(self._participant, of), does)
+                for of, does in (
+                    (BuiltinTopicDcpsPublication, "writes"),
+                    (BuiltinTopicDcpsSubscription, "reads"),
+                )
+            ]
         self._introduction = Introduction(int(found[1]), self._participant.guid.bytes[:12])
 
     def listen(
@@ -145,7 +177,7 @@ class Wire:
     ) -> None:
         """Take the messages of a topic; `raw` ones as bytes: plain CDR, little endian, without header."""
         with self._joining():
-            reader = DataReader(self._participant, Topic(self._participant, topic, kind), qos=qos)
+            reader = DataReader(self._participant, self._topic(topic, kind), qos=qos)
             news = ReadCondition(reader, _ANY)
             self._arrival.attach(news)
         self._inputs.append(_Input(reader, kind, news, take, raw))
@@ -153,7 +185,11 @@ class Wire:
     def writer(self, topic: str, kind: type, qos: Any = CALLS) -> Writer:  # noqa: ANN401
         """Return what sends the messages of a topic."""
         with self._joining():
-            return Writer(DataWriter(self._participant, Topic(self._participant, topic, kind), qos=qos))
+            return Writer(DataWriter(self._participant, self._topic(topic, kind), qos=qos))
+
+    def _topic(self, name: str, kind: Any) -> Any:  # noqa: ANN401
+        self._kinds[name] = kind.__idl_typename__.replace(".", "::")
+        return Topic(self._participant, name, kind)
 
     def publish(self, topic: str, kind: type, period: float, message: Callable[[], Any]) -> Job:
         """Return the job that sends a topic every `period` s of wall time while a program reads it."""
@@ -211,6 +247,7 @@ class Wire:
         if time.monotonic() >= self._due:
             self._due = time.monotonic() + _PERIOD
             self._find_programs()
+            self._find_unserved()
             self._renew()
         for topic in self._inputs:
             for message, handle in _taken(topic):
@@ -218,6 +255,29 @@ class Wire:
                     self._find_programs()
                 if client := self._programs.get(handle):  # otherwise its program is gone
                     topic.take(message, client)
+
+    def _find_unserved(self) -> None:
+        """Tell which new readers and writers of programs wait in vain."""
+        for reader, does in self._endpoints:
+            for each in reader.take(_AT_ONCE):
+                topic, program = each.topic_name, each.participant_key
+                if not each.sample_info.valid_data or program == self._participant.guid:
+                    continue
+                kind, served = each.type_name, self._kinds.get(topic)
+                if served == kind or topic in _ROS or not topic.startswith(_ROBOTS):
+                    continue
+                told = self._told.setdefault(program.bytes, set())
+                if len(self._told) > _MOST_PROGRAMS:
+                    del self._told[next(iter(self._told))]
+                if topic not in told and len(told) < _MOST_TOLD:
+                    how = (
+                        f"is of type {served}, not {printable(kind, _LONGEST_NAME)}"
+                        if served
+                        else "is not served"
+                    )
+                    text = f"{printable(topic, _LONGEST_NAME)}, which a program {does}, {how}"
+                    self._unserved(topic, text, len(told))
+                    told.add(topic)
 
     def _find_programs(self) -> None:
         """Name new programs, and drop lost ones."""

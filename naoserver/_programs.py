@@ -142,6 +142,7 @@ class Programs:
                 (posture, client, stops), self._posture = self._posture, None
                 try:
                     if self.assembly.gate.stops == stops:
+                        self.end_motion()  # joints that a program took meanwhile
                         self._postures.go(posture, 1.0, client)
                 except RobotError as error:
                     self.refused(self.codes.unavailable, str(error))

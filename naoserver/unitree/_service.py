@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, Final
 
+from interfaces.nao import Severity
 from naoserver._dds import NEWEST, Wire, Writer
 from naoserver._programs import Operation, Programs
 from naoserver.assembly import Assembly
@@ -14,9 +15,18 @@ from naoserver.capabilities import BatteryReading
 from naoserver.jobs import Job, JobThreads
 from naoserver.robot import Robot
 from naoserver.unitree import _skills, _types
-from naoserver.unitree._joints import PERIOD, Joints
+from naoserver.unitree._arms import Arms
+from naoserver.unitree._joints import PERIOD, SOURCE, Joints
 from naoserver.unitree._loco import CODES, Loco
 
+_INSTEAD: Final = {
+    "rt/lf/lowstate": "rt/lowstate",
+    "rt/lf/odommodestate": "rt/odommodestate",
+    "rt/lf/sportmodestate": "rt/odommodestate",
+    "rt/sportmodestate": "rt/odommodestate",
+    "rt/user_lowcmd": "rt/lowcmd",
+}
+"""Topics that are served, for others of the maker's that are not."""
 _SLOW_PERIOD: Final = 0.05
 """Wall seconds between two states of the battery."""
 
@@ -24,21 +34,27 @@ _SLOW_PERIOD: Final = 0.05
 @contextmanager
 def serve(robot: Robot, assembly: Assembly, url: str) -> Iterator[str]:
     """Serve a robot in a `with` block, which gets the URL. Raises RobotError for a domain it cannot join."""
-    programs = Programs(robot, assembly, "Unitree", CODES)
-    loco = Loco(programs).operations
+    programs = Programs(robot, assembly, SOURCE, CODES)
+    loco, modes = Loco(programs).operations, _skills.ModeSwitch(programs)
     services = {
         "loco": loco,  # under both names, by which versions of the maker's program look for it
         "sport": loco,
         "arm": _skills.arm(programs),
         "voice": _skills.voice(programs),
-        "motion_switcher": _skills.ModeSwitch(programs).operations,
+        "motion_switcher": modes.operations,
     }
-    joints = Joints(programs)
-    with Wire(url, "Unitree", programs.renew, programs.drop) as wire:
+    joints = Joints(programs, lambda: modes.walks)
+
+    def tell(topic: str, text: str, number: int) -> None:
+        hint = f": use {_INSTEAD[topic]}" if topic in _INSTEAD else ""
+        assembly.events.add(Severity.Warning, SOURCE, text + hint, f"unserved {number}")
+
+    with Wire(url, SOURCE, programs.renew, programs.drop, tell) as wire:
         for name, operations in services.items():
             writer = wire.writer(f"rt/api/{name}/response", _types.Response)
             wire.listen(f"rt/api/{name}/request", _types.Request, _answering(programs, operations, writer))
         wire.listen("rt/lowcmd", _types.LowCmd, joints.obey, NEWEST, raw=True)
+        wire.listen("rt/arm_sdk", _types.LowCmd, Arms(programs).obey, NEWEST, raw=True)
         with JobThreads(_publications(wire, robot, joints)):
             wire.start()
             yield url

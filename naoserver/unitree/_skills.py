@@ -87,6 +87,11 @@ class ModeSwitch:
             1003: self._release,
         }
 
+    @property
+    def walks(self) -> bool:
+        """Whether the walk has the joints."""
+        return self._mode == _MODE
+
     def _select(self, parameter: str, _client: str) -> None:
         name = self._programs.read(parameter, _Name).name
         if name != _MODE:
