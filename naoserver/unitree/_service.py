@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sized
 from contextlib import contextmanager
+from functools import partial
 from typing import Any, Final
 
 from interfaces.nao import Severity
@@ -18,6 +19,7 @@ from naoserver.unitree import _skills, _types
 from naoserver.unitree._arms import Arms
 from naoserver.unitree._joints import PERIOD, SOURCE, Joints
 from naoserver.unitree._loco import CODES, Loco
+from naoserver.unitree._streams import PLAY, STOP, Streams
 
 _INSTEAD: Final = {
     "rt/lf/lowstate": "rt/lowstate",
@@ -35,12 +37,12 @@ _SLOW_PERIOD: Final = 0.05
 def serve(robot: Robot, assembly: Assembly, url: str) -> Iterator[str]:
     """Serve a robot in a `with` block, which gets the URL. Raises RobotError for a domain it cannot join."""
     programs = Programs(robot, assembly, SOURCE, CODES)
-    loco, modes = Loco(programs).operations, _skills.ModeSwitch(programs)
+    loco, modes, streams = Loco(programs).operations, _skills.ModeSwitch(programs), Streams(programs)
     services = {
         "loco": loco,  # under both names, by which versions of the maker's program look for it
         "sport": loco,
         "arm": _skills.arm(programs),
-        "voice": _skills.voice(programs),
+        "voice": {**_skills.voice(programs), STOP: streams.stop},
         "motion_switcher": modes.operations,
     }
     joints = Joints(programs, lambda: modes.walks)
@@ -52,7 +54,9 @@ def serve(robot: Robot, assembly: Assembly, url: str) -> Iterator[str]:
     with Wire(url, SOURCE, programs.renew, programs.drop, tell) as wire:
         for name, operations in services.items():
             writer = wire.writer(f"rt/api/{name}/response", _types.Response)
-            wire.listen(f"rt/api/{name}/request", _types.Request, _answering(programs, operations, writer))
+            play = streams.play if name == "voice" else None
+            answer = _answering(programs, operations, writer, play)
+            wire.listen(f"rt/api/{name}/request", _types.Request, answer)
         wire.listen("rt/lowcmd", _types.LowCmd, joints.obey, NEWEST, raw=True)
         wire.listen("rt/arm_sdk", _types.LowCmd, Arms(programs).obey, NEWEST, raw=True)
         with JobThreads(_publications(wire, robot, joints)):
@@ -61,13 +65,19 @@ def serve(robot: Robot, assembly: Assembly, url: str) -> Iterator[str]:
 
 
 def _answering(
-    programs: Programs, operations: Mapping[int, Operation], writer: Writer
+    programs: Programs,
+    operations: Mapping[int, Operation],
+    writer: Writer,
+    play: Callable[[Sized, str, str], None] | None,
 ) -> Callable[[Any, str], None]:
-    """Return what performs the calls of a service, and answers them."""
+    """Return what performs the calls of a service, and answers them; `play` takes samples, too."""
 
     def answer(request: Any, client: str) -> None:  # noqa: ANN401 - cyclonedds has no types
         identity = request.header.identity
-        code, data = programs.answer(operations, identity.api_id, request.parameter, client)
+        with_samples = {PLAY: partial(play, request.binary)} if play else {}
+        code, data = programs.answer(
+            {**operations, **with_samples}, identity.api_id, request.parameter, client
+        )
         if not request.header.policy.noreply:
             writer.send(_types.Response(_types.ResponseHeader(identity, _types.Status(code)), data, []))
 
