@@ -14,13 +14,10 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Final, Self
 
-from cyclonedds.builtin import (
-    BuiltinDataReader,
-    BuiltinTopicDcpsPublication,
-    BuiltinTopicDcpsSubscription,
-)
+from cyclonedds import builtin
 from cyclonedds.core import DDSException, InstanceState, ReadCondition, SampleState, ViewState, WaitSet
 from cyclonedds.domain import Domain, DomainParticipant
 from cyclonedds.idl import make_idl_struct
@@ -123,19 +120,11 @@ class Wire:
 
     Its thread, called `name`, begins with `start`. It gives each message to its taker with the name that its
     program has in the eyes of the guards, calls `renew` every 0.1 s, and `drop` with the name of each program
-    that is gone, and of all at the end. It calls `unserved` once for each topic that a program reads or
-    writes in vain, with a text for people, and how many of this program came before. These raise nothing.
-    Raises RobotError for a domain that cannot be joined.
+    that is gone, and of all at the end. Takers raise nothing. Raises RobotError for a domain that cannot be
+    joined.
     """
 
-    def __init__(
-        self,
-        url: str,
-        name: str,
-        renew: Callable[[], None],
-        drop: Callable[[str], None],
-        unserved: Callable[[str, str, int], None] = lambda _topic, _text, _number: None,
-    ) -> None:
+    def __init__(self, url: str, name: str, renew: Callable[[], None], drop: Callable[[str], None]) -> None:
         found = _URL.fullmatch(url)
         if found is None or int(found[1]) > _HIGHEST_DOMAIN:
             raise RobotError(f"{url[:40]} is no domain of DDS: write dds:0 to dds:{_HIGHEST_DOMAIN}")
@@ -143,7 +132,9 @@ class Wire:
         self._name = name
         self._renew = renew
         self._drop = drop
-        self._unserved = unserved
+        self.unserved: Callable[[str, str, int], None] = lambda _topic, _text, _number: None
+        """Called once for each topic that a program reads or writes in vain, with a text for people, and how
+        many of this program came before."""
         self._kinds: dict[str, str] = {}
         """The types of served topics, as DDS spells them."""
         self._told: dict[bytes, set[str]] = {}
@@ -157,13 +148,9 @@ class Wire:
             self._domain = Domain(int(found[1]), _CONFIGURATION)
             self._participant = DomainParticipant(int(found[1]))
             self._arrival = WaitSet(self._participant)
-            self._endpoints = [
-                (BuiltinDataReader(self._participant, of), does)
-                for of, does in (
-                    (BuiltinTopicDcpsPublication, "writes"),
-                    (BuiltinTopicDcpsSubscription, "reads"),
-                )
-            ]
+            found_by = partial(builtin.BuiltinDataReader, self._participant)
+            self._writers = found_by(builtin.BuiltinTopicDcpsPublication)
+            self._readers = found_by(builtin.BuiltinTopicDcpsSubscription)
         self._introduction = Introduction(int(found[1]), self._participant.guid.bytes[:12])
 
     def listen(
@@ -258,7 +245,7 @@ class Wire:
 
     def _find_unserved(self) -> None:
         """Tell which new readers and writers of programs wait in vain."""
-        for reader, does in self._endpoints:
+        for reader, does in ((self._writers, "writes"), (self._readers, "reads")):
             for each in reader.take(_AT_ONCE):
                 topic, program = each.topic_name, each.participant_key
                 if not each.sample_info.valid_data or program == self._participant.guid:
@@ -270,13 +257,9 @@ class Wire:
                 if len(self._told) > _MOST_PROGRAMS:
                     del self._told[next(iter(self._told))]
                 if topic not in told and len(told) < _MOST_TOLD:
-                    how = (
-                        f"is of type {served}, not {printable(kind, _LONGEST_NAME)}"
-                        if served
-                        else "is not served"
-                    )
-                    text = f"{printable(topic, _LONGEST_NAME)}, which a program {does}, {how}"
-                    self._unserved(topic, text, len(told))
+                    name, kind = printable(topic, _LONGEST_NAME), printable(kind, _LONGEST_NAME)
+                    how = f"is of type {served}, not {kind}" if served else "is not served"
+                    self.unserved(topic, f"{name}, which a program {does}, {how}", len(told))
                     told.add(topic)
 
     def _find_programs(self) -> None:

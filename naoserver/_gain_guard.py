@@ -84,10 +84,9 @@ class GainGuard:
             if joint.name in facts.motors
         }
         gears = {joint.name: facts.gears[joint.gear] for joint in facts.joints if joint.gear}
-        own = {
-            name: (min(gear.stiffness, gains.kp), min(gear.damping, gains.kd)) for name, gear in gears.items()
-        }
-        self._own = {joint.name: own.get(joint.name, (gains.kp, gains.kd)) for joint in facts.joints}
+        self._own = dict.fromkeys((joint.name for joint in facts.joints), (gains.kp, gains.kd))
+        for name, gear in gears.items():
+            self._own[name] = min(gear.stiffness, gains.kp), min(gear.damping, gains.kd)
         """The gains with which each joint holds by itself."""
         self._lock = threading.RLock()
         self._followed: dict[str, _Followed] = {}
@@ -109,13 +108,12 @@ class GainGuard:
             stops = self._body.gate.stops
             self._body.gate.require(client)
             reading, now = self._body.read(), self._events.wall_time()
-            rests = {joint: self._rest(joint, reading) for joint in weights or ()}
-            commands = {
-                joint: nao.JointCommand(*_mixed(astuple(given), astuple(rests[joint]), weights[joint]))
-                if weights
-                else given
-                for joint, given in commands.items()
-            }
+            weights = weights or {}
+            rests = {joint: self._rest(joint, reading) for joint in weights}
+            commands = dict(commands)
+            for joint, rest in rests.items():
+                values = _mixed(astuple(commands[joint]), astuple(rest), weights[joint])
+                commands[joint] = nao.JointCommand(*values)
             safe = {joint: self._safe(joint, given, limited) for joint, given in commands.items()}
             self._admit(commands, reading, client)
             for joint, command in self._apart(safe, reading).items():
@@ -127,9 +125,8 @@ class GainGuard:
                 self._control.command_gains(safe)
                 deadline = now + self._options.gains_timeout
                 for joint, command in safe.items():
-                    self._followed[joint] = _Followed(
-                        command, client, deadline, rests.get(joint), weights[joint] if weights else 1.0
-                    )
+                    by = rests.get(joint), weights.get(joint, 1.0)
+                    self._followed[joint] = _Followed(command, client, deadline, *by)
             if self._body.gate.stops != stops:  # an emergency stop came in between, before the claim
                 for joint in safe:
                     self._hold(joint)

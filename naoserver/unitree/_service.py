@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sized
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from functools import partial
 from typing import Any, Final
 
 from interfaces.nao import Severity
@@ -19,7 +18,6 @@ from naoserver.unitree import _skills, _types
 from naoserver.unitree._arms import Arms
 from naoserver.unitree._joints import PERIOD, SOURCE, Joints
 from naoserver.unitree._loco import CODES, Loco
-from naoserver.unitree._streams import PLAY, STOP, Streams
 
 _INSTEAD: Final = {
     "rt/lf/lowstate": "rt/lowstate",
@@ -37,12 +35,12 @@ _SLOW_PERIOD: Final = 0.05
 def serve(robot: Robot, assembly: Assembly, url: str) -> Iterator[str]:
     """Serve a robot in a `with` block, which gets the URL. Raises RobotError for a domain it cannot join."""
     programs = Programs(robot, assembly, SOURCE, CODES)
-    loco, modes, streams = Loco(programs).operations, _skills.ModeSwitch(programs), Streams(programs)
+    loco, modes, streams = Loco(programs).operations, _skills.ModeSwitch(programs), _skills.Streams(programs)
     services = {
         "loco": loco,  # under both names, by which versions of the maker's program look for it
         "sport": loco,
         "arm": _skills.arm(programs),
-        "voice": {**_skills.voice(programs), STOP: streams.stop},
+        "voice": {**_skills.voice(programs), **streams.operations},
         "motion_switcher": modes.operations,
     }
     joints = Joints(programs, lambda: modes.walks)
@@ -51,11 +49,11 @@ def serve(robot: Robot, assembly: Assembly, url: str) -> Iterator[str]:
         hint = f": use {_INSTEAD[topic]}" if topic in _INSTEAD else ""
         assembly.events.add(Severity.Warning, SOURCE, text + hint, f"unserved {number}")
 
-    with Wire(url, SOURCE, programs.renew, programs.drop, tell) as wire:
+    with Wire(url, SOURCE, programs.renew, programs.drop) as wire:
+        wire.unserved = tell
         for name, operations in services.items():
             writer = wire.writer(f"rt/api/{name}/response", _types.Response)
-            play = streams.play if name == "voice" else None
-            answer = _answering(programs, operations, writer, play)
+            answer = _answering(programs, operations, writer, streams)
             wire.listen(f"rt/api/{name}/request", _types.Request, answer)
         wire.listen("rt/lowcmd", _types.LowCmd, joints.obey, NEWEST, raw=True)
         wire.listen("rt/arm_sdk", _types.LowCmd, Arms(programs).obey, NEWEST, raw=True)
@@ -65,19 +63,13 @@ def serve(robot: Robot, assembly: Assembly, url: str) -> Iterator[str]:
 
 
 def _answering(
-    programs: Programs,
-    operations: Mapping[int, Operation],
-    writer: Writer,
-    play: Callable[[Sized, str, str], None] | None,
+    programs: Programs, operations: Mapping[int, Operation], writer: Writer, streams: _skills.Streams
 ) -> Callable[[Any, str], None]:
-    """Return what performs the calls of a service, and answers them; `play` takes samples, too."""
+    """Return what performs the calls of a service, and answers them."""
 
     def answer(request: Any, client: str) -> None:  # noqa: ANN401 - cyclonedds has no types
-        identity = request.header.identity
-        with_samples = {PLAY: partial(play, request.binary)} if play else {}
-        code, data = programs.answer(
-            {**operations, **with_samples}, identity.api_id, request.parameter, client
-        )
+        identity, streams.samples = request.header.identity, request.binary
+        code, data = programs.answer(operations, identity.api_id, request.parameter, client)
         if not request.header.policy.noreply:
             writer.send(_types.Response(_types.ResponseHeader(identity, _types.Status(code)), data, []))
 

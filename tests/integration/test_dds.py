@@ -32,8 +32,8 @@ class Ears:
         self.lost: list[str] = []
         self.renewed = threading.Event()
         self.unserved: list[tuple[str, str, int]] = []
-        unserved = lambda *told: self.unserved.append(told)  # noqa: E731
-        self.wire = Wire(f"dds:{DOMAIN}", "Test", self.renewed.set, self.lost.append, unserved)
+        self.wire = Wire(f"dds:{DOMAIN}", "Test", self.renewed.set, self.lost.append)
+        self.wire.unserved = lambda *told: self.unserved.append(told)
         self.wire.listen("calls", Identity, lambda message, client: self.heard.append((message, client)))
         self.wire.listen("raw", Status, lambda data, client: self.heard.append((data, client)), raw=True)
         self.wire.start()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from functools import partial
 
 import pytest
 
@@ -13,7 +12,7 @@ from naoserver.bodies import find_body
 from naoserver.fake import FakeRobot
 from naoserver.options import ServerOptions
 from naoserver.unitree._loco import CODES, NOT_AVAILABLE, NOT_IMPLEMENTED, WRONG_PARAMETER
-from naoserver.unitree._streams import PLAY, STOP, Streams
+from naoserver.unitree._skills import Streams
 from zenoh_ice import VirtualClock
 
 SECOND = bytes(2 * 16_000)
@@ -29,12 +28,12 @@ class Rig:
 
     def play(self, samples: bytes, app: object = "example") -> int:
         parameter = json.dumps({"app_name": app, "stream_id": "1"})
-        operations = {PLAY: partial(self.streams.play, samples)}
-        return self.programs.answer(operations, PLAY, parameter, "program")[0]
+        self.streams.samples = samples
+        return self.programs.answer(self.streams.operations, 1003, parameter, "program")[0]
 
     def end(self, app: str = "example") -> int:
-        operations = {STOP: self.streams.stop}
-        return self.programs.answer(operations, STOP, json.dumps({"app_name": app}), "program")[0]
+        parameter = json.dumps({"app_name": app})
+        return self.programs.answer(self.streams.operations, 1004, parameter, "program")[0]
 
     @property
     def playing(self) -> str:
@@ -69,7 +68,7 @@ def test_its_program_ends_it_and_an_event_says_how_long_it_was(rig):
     rig.clock.advance(1.0)
     assert rig.end() == 0
     assert rig.playing == ""
-    assert rig.events() == ["the stream of example ended after 1.0 s, which the page shows and nobody hears"]
+    assert rig.events() == ["the sound of example ended after 1.0 s; the simulation plays it silently"]
 
 
 def test_after_its_end_a_new_one_begins(rig):
@@ -121,5 +120,6 @@ def test_what_is_no_stream_is_refused(rig, samples, app):
 
 def test_a_robot_without_loudspeaker_says_so(rig, monkeypatch):
     monkeypatch.setattr(rig.robot, "loudspeaker", None)
+    rig.streams = Streams(rig.programs)
     assert rig.play(SECOND) == NOT_IMPLEMENTED
     assert rig.events()[-1].endswith("this robot has no loudspeaker")
