@@ -247,13 +247,13 @@ class Wire:
         """Tell which new readers and writers of programs wait in vain."""
         for reader, does in ((self._writers, "writes"), (self._readers, "reads")):
             for each in reader.take(_AT_ONCE):
-                topic, program = each.topic_name, each.participant_key
-                if not each.sample_info.valid_data or program == self._participant.guid:
+                if not each.sample_info.valid_data:  # it is gone
                     continue
-                kind, served = each.type_name, self._kinds.get(topic)
+                topic, kind = each.topic_name, each.type_name
+                served = self._kinds.get(topic)
                 if served == kind or topic in _ROS or not topic.startswith(_ROBOTS):
                     continue
-                told = self._told.setdefault(program.bytes, set())
+                told = self._told.setdefault(each.participant_key.bytes, set())
                 if len(self._told) > _MOST_PROGRAMS:
                     del self._told[next(iter(self._told))]
                 if topic not in told and len(told) < _MOST_TOLD:

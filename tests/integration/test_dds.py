@@ -166,6 +166,18 @@ def test_of_a_program_that_makes_up_topics_a_few_are_told_and_cut(ears):
     del kept, other
 
 
+def test_as_many_programs_as_there_may_be_are_remembered(ears, monkeypatch):
+    monkeypatch.setattr(_dds, "_MOST_PROGRAMS", 1)
+    first, second = DomainParticipant(DOMAIN), DomainParticipant(DOMAIN)
+    kept = []
+    for number, (program, topic) in enumerate([(first, "rt/arms"), (second, "rt/arms"), (first, "rt/legs")]):
+        kept.append(endpoint(program, topic))
+        until(lambda number=number: len(ears.unserved) == number + 1)
+    assert [told[2] for told in ears.unserved] == [0, 0, 0]
+    assert len(ears.wire._told) == 1
+    del kept
+
+
 @pytest.mark.parametrize("url", ["dds:233", "dds:", "tcp://127.0.0.1", "dds:1 "])
 def test_what_is_no_domain_is_refused(url):
     with pytest.raises(RobotError, match="is no domain of DDS: write dds:0 to dds:232"):

@@ -114,6 +114,15 @@ def test_arms_of_a_program_that_is_gone_go_back_and_it_walks_on(rig):
     assert rig.robot.state().torso_tilt < 0.1
 
 
+def test_a_posture_that_waits_for_the_end_of_the_walk_takes_the_arms(rig):
+    rig.call(7105, {"velocity": [0.3, 0.0, 0.0], "duration": 100.0})
+    rig.lead(1.0, ARMS_ASIDE, lambda part: 1.0)
+    rig.call(7104, 0)
+    rig.lead(4.0, ARMS_ASIDE, lambda part: 1.0)
+    assert rig.programs.height() < 0.6
+    assert rig.at(LEFT_SHOULDER_ROLL) > 1.0  # and then its program has them again
+
+
 def test_the_boot_sequence_of_public_programs_ends_upright(rig):
     rig.call(7101, 1)
     rig.call(7101, 4)

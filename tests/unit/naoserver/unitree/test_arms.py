@@ -154,13 +154,10 @@ def test_a_command_is_one_of_its_program(rig, monkeypatch):
     assert clients == {"mine"}
 
 
-def test_a_posture_that_waits_for_the_end_of_the_walk_takes_them(rig):
-    loco = Loco(rig.programs).operations
-    rig.programs.answer(loco, *WALK, "walker")
+def test_weight_0_is_no_silence(rig):
     rig.live(0.5, rig.to(ELBOW))
-    assert rig.programs.answer(loco, 7104, '{"data": 0}', "walker") == (0, "")
-    rig.live(5.0, rig.to(ELBOW))
-    assert rig.programs.posture() == "Crouch"
+    rig.live(0.5, command(0.0, {}))
+    assert rig.events() == ""
 
 
 @pytest.mark.parametrize(
