@@ -55,8 +55,8 @@ _ROBOTS: Final = "rt/"
 """How topics of robots begin."""
 _ROS: Final = ("rt/rosout", "rt/parameter_events")
 """Topics that each node of ROS has, for others like it."""
-_MOST_PROGRAMS, _MOST_TOLD = 64, 16
-"""Programs that are known by their unserved topics, and such topics of each; the others are not told."""
+_MOST_PROGRAMS, _MOST_REPORTED = 64, 16
+"""Programs that are known by their unserved topics, and such topics of each; others are not reported."""
 _LONGEST_NAME: Final = 100
 _HEADER: Final = b"\0\1\0\0"
 """What precedes a message in the plain representation, little endian."""
@@ -133,11 +133,11 @@ class Wire:
         self._renew = renew
         self._drop = drop
         self.unserved: Callable[[str, str, int], None] = lambda _topic, _text, _number: None
-        """Called once for each topic that a program reads or writes in vain, with a text for people, and how
-        many of this program came before."""
+        """Called once for each topic that a program reads or writes and nobody serves: with it, a text for
+        people, and how many of this program came before."""
         self._kinds: dict[str, str] = {}
         """The types of served topics, as DDS spells them."""
-        self._told: dict[bytes, set[str]] = {}
+        self._reported: dict[bytes, set[str]] = {}
         self._ending = threading.Event()
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._inputs: list[_Input] = []
@@ -244,7 +244,7 @@ class Wire:
                     topic.take(message, client)
 
     def _find_unserved(self) -> None:
-        """Tell which new readers and writers of programs wait in vain."""
+        """Report topics of new readers and writers that nobody serves."""
         for reader, does in ((self._writers, "writes"), (self._readers, "reads")):
             for each in reader.take(_AT_ONCE):
                 if not each.sample_info.valid_data:  # it is gone
@@ -253,14 +253,14 @@ class Wire:
                 served = self._kinds.get(topic)
                 if served == kind or topic in _ROS or not topic.startswith(_ROBOTS):
                     continue
-                told = self._told.setdefault(each.participant_key.bytes, set())
-                if len(self._told) > _MOST_PROGRAMS:
-                    del self._told[next(iter(self._told))]
-                if topic not in told and len(told) < _MOST_TOLD:
+                reported = self._reported.setdefault(each.participant_key.bytes, set())
+                if len(self._reported) > _MOST_PROGRAMS:
+                    del self._reported[next(iter(self._reported))]
+                if topic not in reported and len(reported) < _MOST_REPORTED:
                     name, kind = printable(topic, _LONGEST_NAME), printable(kind, _LONGEST_NAME)
                     how = f"is of type {served}, not {kind}" if served else "is not served"
-                    self.unserved(topic, f"{name}, which a program {does}, {how}", len(told))
-                    told.add(topic)
+                    self.unserved(topic, f"{name}, which a program {does}, {how}", len(reported))
+                    reported.add(topic)
 
     def _find_programs(self) -> None:
         """Name new programs, and drop lost ones."""

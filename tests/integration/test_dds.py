@@ -157,11 +157,11 @@ def test_a_served_topic_of_another_type_is_told(ears):
 
 def test_of_a_program_that_makes_up_topics_a_few_are_told_and_cut(ears):
     program = DomainParticipant(DOMAIN)
-    kept = [endpoint(program, f"rt/{n}_{'a' * 200}") for n in range(_dds._MOST_TOLD + 10)]
+    kept = [endpoint(program, f"rt/{n}_{'a' * 200}") for n in range(_dds._MOST_REPORTED + 10)]
     other = endpoint(DomainParticipant(DOMAIN), "rt/last")
     until(lambda: any(topic == "rt/last" for topic, *_ in ears.unserved))
-    until(lambda: len(ears.unserved) > _dds._MOST_TOLD)
-    assert len(ears.unserved) == _dds._MOST_TOLD + 1
+    until(lambda: len(ears.unserved) > _dds._MOST_REPORTED)
+    assert len(ears.unserved) == _dds._MOST_REPORTED + 1
     assert max(len(text) for _, text, _ in ears.unserved) < 200
     del kept, other
 
@@ -174,7 +174,7 @@ def test_as_many_programs_as_there_may_be_are_remembered(ears, monkeypatch):
         kept.append(endpoint(program, topic))
         until(lambda number=number: len(ears.unserved) == number + 1)
     assert [told[2] for told in ears.unserved] == [0, 0, 0]
-    assert len(ears.wire._told) == 1
+    assert len(ears.wire._reported) == 1
     del kept
 
 
