@@ -234,8 +234,8 @@ class Wire:
         if time.monotonic() >= self._due:
             self._due = time.monotonic() + _PERIOD
             self._find_programs()
-            self._find_unserved()
             self._renew()
+            self._find_unserved()
         for topic in self._inputs:
             for message, handle in _taken(topic):
                 if handle not in self._programs:
@@ -246,7 +246,12 @@ class Wire:
     def _find_unserved(self) -> None:
         """Report topics of new readers and writers that nobody serves."""
         for reader, does in ((self._writers, "writes"), (self._readers, "reads")):
-            for each in reader.take(_AT_ONCE):
+            try:
+                taken = reader.take(_AT_ONCE)
+            except Exception as error:  # noqa: BLE001 - as in _taken
+                _logger.debug("what a program announced cannot be read: %s", error)
+                continue
+            for each in taken:
                 if not each.sample_info.valid_data:  # it is gone
                     continue
                 topic, kind = each.topic_name, each.type_name
