@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from types import SimpleNamespace
 
 import pytest
 
@@ -164,6 +165,19 @@ def test_of_a_program_that_makes_up_topics_a_few_are_told_and_cut(ears):
     assert len(ears.unserved) == _dds._MOST_REPORTED + 1
     assert max(len(text) for _, text, _ in ears.unserved) < 200
     del kept, other
+
+
+def test_an_announcement_that_cannot_be_read_ends_nothing(ears, monkeypatch):
+    def take(_most):
+        raise ValueError("a test")
+
+    monkeypatch.setattr(ears.wire, "_writers", SimpleNamespace(take=take))
+    kept = endpoint(DomainParticipant(DOMAIN), "rt/legs", made=DataReader)
+    until(lambda: ears.unserved)
+    program = writer("calls", Identity)
+    program.write(Identity(1, 2))
+    until(lambda: ears.heard)
+    del kept, program
 
 
 def test_as_many_programs_as_there_may_be_are_remembered(ears, monkeypatch):
