@@ -7,15 +7,14 @@ they do not mean.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping
 from typing import Final
 
-from interfaces.nao import JointCommand, Severity
+from interfaces.nao import JointCommand
 from naoserver._programs import Programs
 from naoserver.bodies import find_body
-from naoserver.errors import HardwareFailure, RobotError
-from naoserver.unitree._joints import SOURCE, motors_of, values_of
-from zenoh_ice.text import few
+from naoserver.errors import HardwareFailure
+from naoserver.unitree._joints import motors_of, obeying, values_of
 
 _WEIGHT: Final = 29
 """The motor whose position is the weight."""
@@ -28,25 +27,16 @@ class Arms:
 
     def __init__(self, programs: Programs) -> None:
         self._gains = programs.assembly.gains
-        self._events = programs.assembly.events
+        self.obey: Final = obeying(programs.assembly.events, "a command of rt/arm_sdk", self._follow)
         body = programs.robot.body
         self._joints = [joint.name for joint in find_body("G1").joints][_FIRST:]
         gears = {joint.name: body.gears[joint.gear] for joint in body.joints if joint.gear}
         self._least = {name: (gears[name].stiffness, gears[name].damping) for name in body.groups.trunk}
         """The least gains of the waist, in which the trunk would fold with those of the maker's examples."""
 
-    def obey(self, data: bytes, client: str) -> None:
-        """Let arms and waist follow a command; the events say what is ignored or limited."""
-        try:
-            limited = self._follow(motors_of(values_of(data)), client)
-        except RobotError as error:
-            self._events.add(Severity.Warning, SOURCE, f"ignored a command of rt/arm_sdk: {error}", "no arms")
-        else:
-            if limited:
-                text = f"limited a command of rt/arm_sdk to {few([*limited])}"
-                self._events.add(Severity.Warning, SOURCE, text, "limited arms")
-
-    def _follow(self, motors: Sequence[Sequence[float]], client: str) -> dict[str, JointCommand]:
+    def _follow(self, data: bytes, client: str) -> Mapping[str, JointCommand]:
+        """Let arms and waist follow a command by its weight; return what was limited."""
+        motors = motors_of(values_of(data))
         _mode, weight, *_ = motors[_WEIGHT]
         if not math.isfinite(weight):
             raise HardwareFailure("its weight, the position of motor 29, is not a number")

@@ -11,11 +11,12 @@ import math
 import struct
 import zlib
 from array import array
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import chain, count
 from typing import Final
 
 from interfaces.nao import JointCommand, Severity
+from naoserver._event_log import EventLog
 from naoserver._programs import Programs
 from naoserver.bodies import find_body
 from naoserver.capabilities import InertialReading, Odometry
@@ -79,6 +80,24 @@ def motors_of(values: Sequence[float]) -> list[Sequence[float]]:
     return [values[at : at + 6] for at in range(2, 2 + 7 * _SLOTS, 7)]
 
 
+def obeying(
+    events: EventLog, what: str, command: Callable[[bytes, str], Mapping[str, JointCommand]]
+) -> Callable[[bytes, str], None]:
+    """Return what obeys messages of clients by `command`; the events say what it ignores or limits."""
+
+    def obey(data: bytes, client: str) -> None:
+        try:
+            limited = command(data, client)
+        except RobotError as error:
+            events.add(Severity.Warning, SOURCE, f"ignored {what}: {error}", f"ignored {what}")
+        else:
+            if limited:
+                text = f"limited {what} to {few([*limited])}"
+                events.add(Severity.Warning, SOURCE, text, f"limited {what}")
+
+    return obey
+
+
 class Joints:
     """Pack the states of a robot in one thread, and pass commands on to the guard of gains in another one.
 
@@ -90,6 +109,7 @@ class Joints:
         self._programs = programs
         self._robot = robot
         self._events = programs.assembly.events
+        self.obey: Final = obeying(self._events, "a low command", self._command)
         self._has_joints = has_joints
         self._names = [joint.name for joint in find_body("G1").joints]
         places = {joint.name: place for place, joint in enumerate(robot.joints)}
@@ -102,18 +122,8 @@ class Joints:
         self._velocity = 0j
         self._height = programs.height()
 
-    def obey(self, data: bytes, client: str) -> None:
-        """Let the motors whose mode is not 0 follow a command; the events say what is ignored or limited."""
-        try:
-            limited = self._command(data, client)
-        except RobotError as error:
-            self._events.add(Severity.Warning, SOURCE, f"ignored a low command: {error}", "ignored")
-        else:
-            if limited:
-                text = f"limited a low command to {few([*limited])}"
-                self._events.add(Severity.Warning, SOURCE, text, "limited")
-
-    def _command(self, data: bytes, client: str) -> dict[str, JointCommand]:
+    def _command(self, data: bytes, client: str) -> Mapping[str, JointCommand]:
+        """Let the motors whose mode is not 0 follow a command; return what was limited."""
         values = values_of(data)
         if checksum(_COMMAND_IN_C.pack(*values[:-1])) != values[-1]:
             raise HardwareFailure("its checksum is wrong")
