@@ -11,7 +11,7 @@ import math
 import struct
 import zlib
 from array import array
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import chain, count
 from typing import Final
 
@@ -143,13 +143,13 @@ class Joints:
         limited = self._programs.follow(commands, client)
         return {name: limited[name] for name in limited.keys() - set(off)}
 
-    def state(self) -> bytes:
-        """Return the newest state, with its number and checksum."""
+    def state(self, ticks: Iterator[int] | None = None) -> bytes:
+        """Return the newest state with its number, by default the next one each PERIOD, and its checksum."""
         reading = self._robot.read()
         if reading is not self._reading:
             self._reading, self._packed = reading, bytearray(self._pack(reading))
         packed, first = self._packed, _FIRST_MOTOR
-        _WORD.pack_into(packed, _TICK, next(self._ticks) % 2**32)
+        _WORD.pack_into(packed, _TICK, next(ticks or self._ticks) % 2**32)
         # C pads the end of the inertial unit, and the mode of the first motor by two bytes more.
         layout = packed[:first] + b"\0\0" + packed[first : first + 2] + b"\0\0" + packed[first + 2 : -4]
         _WORD.pack_into(packed, _STATE_CHECKSUM, checksum(layout))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from itertools import count
 from typing import Any, Final
 
 from interfaces.nao import Severity
@@ -20,7 +21,7 @@ from naoserver.unitree._joints import PERIOD, SOURCE, Joints
 from naoserver.unitree._loco import CODES, Loco
 
 _INSTEAD: Final = {
-    "rt/lf/lowstate": "rt/lowstate",
+    "rt/bmsstate": "rt/lf/bmsstate",
     "rt/lf/odommodestate": "rt/odommodestate",
     "rt/lf/sportmodestate": "rt/odommodestate",
     "rt/sportmodestate": "rt/odommodestate",
@@ -28,7 +29,7 @@ _INSTEAD: Final = {
 }
 """Topics that are served, for others of the maker's that are not."""
 _SLOW_PERIOD: Final = 0.05
-"""Wall seconds between two states of the battery."""
+"""Wall seconds between two states of low frequency."""
 
 
 @contextmanager
@@ -78,8 +79,11 @@ def _answering(
 
 def _publications(wire: Wire, robot: Robot, joints: Joints) -> list[Job]:
     """Return the jobs that publish topics."""
+    slow = round(1000.0 * _SLOW_PERIOD)
+    ticks = count(slow, slow)
     return [
         wire.publish("rt/lowstate", _types.LowState, PERIOD, joints.state),
+        wire.publish("rt/lf/lowstate", _types.LowState, _SLOW_PERIOD, lambda: joints.state(ticks)),
         wire.publish("rt/odommodestate", _types.SportModeState, PERIOD, joints.place),
         wire.publish("rt/lf/bmsstate", _types.BmsState, _SLOW_PERIOD, lambda: _battery(robot)),
     ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 import random
 from contextlib import contextmanager
-from itertools import islice
+from itertools import islice, pairwise
 
 import psutil
 import pytest
@@ -183,10 +183,12 @@ def test_what_a_program_uses_in_vain_is_an_event():
 
         made = [
             DataWriter(program.participant, Topic(program.participant, "rt/dex3/left/cmd", _types.LowCmd)),
-            DataReader(program.participant, Topic(program.participant, "rt/lf/lowstate", _types.LowState)),
+            DataReader(
+                program.participant, Topic(program.participant, "rt/sportmodestate", _types.SportModeState)
+            ),
         ]
         until(lambda: told("rt/dex3/left/cmd, which a program writes, is not served"))
-        until(lambda: told("rt/lf/lowstate, which a program reads, is not served: use rt/lowstate"))
+        until(lambda: told("rt/sportmodestate, which a program reads, is not served: use rt/odommodestate"))
         del made
 
 
@@ -219,6 +221,17 @@ def test_states_arrive_in_their_order():
         states = list(islice(Program(DOMAIN).read("rt/lowstate", _types.LowState), 50))
     ticks = [state.tick for state in states]
     assert ticks == sorted(ticks)
+
+
+def test_states_of_low_frequency_are_numbered_by_their_own_time():
+    with g1() as (robot, _assembly):
+        program = Program(DOMAIN)
+        fast = program.read("rt/lowstate", _types.LowState)
+        next(fast)
+        slow = list(islice(program.read("rt/lf/lowstate", _types.LowState), 3))
+        steps = [two.tick - one.tick for one, two in pairwise(slow)]
+        assert all(step >= 50 and step % 50 == 0 for step in steps)
+        assert slow[-1].motor_state[ELBOW].q == pytest.approx(robot.read().positions[ELBOW])
 
 
 def test_the_battery_and_the_odometry_are_there():
