@@ -14,8 +14,10 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Final, Self
 
+from cyclonedds import builtin
 from cyclonedds.core import DDSException, InstanceState, ReadCondition, SampleState, ViewState, WaitSet
 from cyclonedds.domain import Domain, DomainParticipant
 from cyclonedds.idl import make_idl_struct
@@ -30,6 +32,7 @@ from naoserver._introduction import Introduction
 from naoserver.errors import RobotError
 from naoserver.jobs import Job, Periodic
 from zenoh_ice import WallClock
+from zenoh_ice.text import printable
 
 try:
     from cyclonedds._clayer import ddspy_take, ddspy_write
@@ -48,6 +51,13 @@ _MOST_LATE: Final = 5
 """Most messages of a topic that are sent together because they are late; longer pauses are left out."""
 _END_LIMIT: Final = 5.0
 _ANY: Final = SampleState.Any | ViewState.Any | InstanceState.Any
+_ROBOTS: Final = "rt/"
+"""How topics of robots begin."""
+_ROS: Final = ("rt/rosout", "rt/parameter_events")
+"""Topics that each node of ROS has, for others like it."""
+_MOST_PROGRAMS, _MOST_REPORTED = 64, 16
+"""Programs that are known by their unserved topics, and such topics of each; others are not reported."""
+_LONGEST_NAME: Final = 100
 _HEADER: Final = b"\0\1\0\0"
 """What precedes a message in the plain representation, little endian."""
 CALLS: Final = Qos(Policy.History.KeepLast(100))
@@ -127,6 +137,12 @@ class Wire:
         self._renew = renew
         self._drop = drop
         self._heard = heard
+        self.unserved: Callable[[str, str, int], None] = lambda _topic, _text, _number: None
+        """Called once for each topic that a program reads or writes and nobody serves: with it, a text for
+        people, and how many of this program came before."""
+        self._kinds: dict[str, str] = {}
+        """The types of served topics, as DDS spells them."""
+        self._reported: dict[bytes, set[str]] = {}
         self._ending = threading.Event()
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._inputs: list[_Input] = []
@@ -137,6 +153,9 @@ class Wire:
             self._domain = Domain(int(found[1]), _CONFIGURATION)
             self._participant = DomainParticipant(int(found[1]))
             self._arrival = WaitSet(self._participant)
+            found_by = partial(builtin.BuiltinDataReader, self._participant)
+            self._writers = found_by(builtin.BuiltinTopicDcpsPublication)
+            self._readers = found_by(builtin.BuiltinTopicDcpsSubscription)
         self._introduction = Introduction(int(found[1]), self._participant.guid.bytes[:12])
 
     def listen(
@@ -150,7 +169,7 @@ class Wire:
     ) -> None:
         """Take the messages of a topic; `raw` ones as bytes: plain CDR, little endian, without header."""
         with self._joining():
-            reader = DataReader(self._participant, Topic(self._participant, topic, kind), qos=qos)
+            reader = DataReader(self._participant, self._topic(topic, kind), qos=qos)
             news = ReadCondition(reader, _ANY)
             self._arrival.attach(news)
         self._inputs.append(_Input(reader, kind, news, take, raw))
@@ -158,7 +177,11 @@ class Wire:
     def writer(self, topic: str, kind: type, qos: Any = CALLS) -> Writer:  # noqa: ANN401
         """Return what sends the messages of a topic."""
         with self._joining():
-            return Writer(DataWriter(self._participant, Topic(self._participant, topic, kind), qos=qos))
+            return Writer(DataWriter(self._participant, self._topic(topic, kind), qos=qos))
+
+    def _topic(self, name: str, kind: Any) -> Any:  # noqa: ANN401
+        self._kinds[name] = kind.__idl_typename__.replace(".", "::")
+        return Topic(self._participant, name, kind)
 
     def publish(self, topic: str, kind: type, period: float, message: Callable[[], Any]) -> Job:
         """Return the job that sends a topic every `period` s of wall time while a program reads it."""
@@ -220,12 +243,35 @@ class Wire:
                 if client := self._programs.get(handle):  # otherwise its program is gone
                     self._heard(client)
                     topic.take(message, client)
-        if (
-            time.monotonic() >= self._due
-        ):  # after the messages: this thread may be late, and no program silent
+        if time.monotonic() >= self._due:  # after the messages: if this thread is late, no program is silent
             self._due = time.monotonic() + _PERIOD
             self._find_programs()
             self._renew()
+            self._find_unserved()
+
+    def _find_unserved(self) -> None:
+        """Report topics of new readers and writers that nobody serves."""
+        for reader, does in ((self._writers, "writes"), (self._readers, "reads")):
+            try:
+                taken = reader.take(_AT_ONCE)
+            except Exception as error:  # noqa: BLE001 - as in _taken
+                _logger.debug("what a program announced cannot be read: %s", error)
+                continue
+            for each in taken:
+                if not each.sample_info.valid_data:  # it is gone
+                    continue
+                topic, kind = each.topic_name, each.type_name
+                served = self._kinds.get(topic)
+                if served == kind or topic in _ROS or not topic.startswith(_ROBOTS):
+                    continue
+                reported = self._reported.setdefault(each.participant_key.bytes, set())
+                if len(self._reported) > _MOST_PROGRAMS:
+                    del self._reported[next(iter(self._reported))]
+                if topic not in reported and len(reported) < _MOST_REPORTED:
+                    name, kind = printable(topic, _LONGEST_NAME), printable(kind, _LONGEST_NAME)
+                    how = f"is of type {served}, not {kind}" if served else "is not served"
+                    self.unserved(topic, f"{name}, which a program {does}, {how}", len(reported))
+                    reported.add(topic)
 
     def _find_programs(self) -> None:
         """Name new programs, and drop lost ones."""

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterable, Mapping
-from contextlib import ExitStack
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from functools import partial
 from operator import le
@@ -17,7 +17,7 @@ from naoserver._guarded_device import GuardedDevice, require_reached
 from naoserver._safety import clamp
 from naoserver.body import Body
 from naoserver.capabilities import GainControl, JointCommand
-from naoserver.errors import CommandRefused, InvalidCommand
+from naoserver.errors import CommandRefused, InvalidCommand, RobotError
 from naoserver.options import SafetyOptions
 from naoserver.parts import Gains
 from naoserver.robot import JointReading
@@ -28,6 +28,8 @@ _AHEAD: Final = 0.06
 _MAKING_WAY: Final = 0.5
 """Part of the speed of the one that makes way at which the other may come: both have to accelerate."""
 _ACTIVITY: Final = "commands with gains to {}"
+RETURN_TIME: Final = 1.0
+"""Wall seconds in which the weight of a command falls from 1 to 0."""
 
 
 @dataclass(slots=True)
@@ -38,17 +40,28 @@ class _Followed:
     client: str
     deadline: float
     """In steady wall time."""
+    rest: nao.JointCommand | None = None
+    """What it held before, to which it goes back in the end; None for one that is damped then."""
+    weight: float = 1.0
     damped: bool = False
+    """Whether it is damped, or goes back."""
+
+    def back(self, now: float) -> JointCommand:
+        """Return the command on the way back at a wall time."""
+        left = clamp((self.deadline - now) / max(self.weight * RETURN_TIME, 1e-9), 0.0, 1.0)
+        assert self.rest is not None
+        return JointCommand._make((*_mixed(self.command[:5], astuple(self.rest), left), *self.command[5:]))
 
 
 class GainGuard:
     """Pass commands with gains to `control`. Implements Watched.
 
     The gate of `body` accepts or refuses each command; its joints belong to the client until they are held
-    again. What a client does not renew is damped, and then held, as is what a lost client commanded; a stop
-    holds at once. Positions, speeds, torques and gains are limited by the facts and the `options`. Of a pair
-    of joints that could hit each other, both are to be commanded, and so are all joints of the legs of a
-    robot that balances: its client does that now.
+    again. What a client does not renew is damped, and then held, as is what a lost client commanded; what
+    followed by a weight goes back instead to what it held, as its weight falls. A stop holds at once.
+    Positions, speeds, torques and gains are limited by the facts and the `options`. Of a pair of joints that
+    could hit each other, both are to be commanded, and so are all joints of the legs of a robot that
+    balances: its client does that now.
     """
 
     def __init__(
@@ -70,17 +83,24 @@ class GainGuard:
             for joint in facts.joints
             if joint.name in facts.motors
         }
-        self._damping = {
-            joint.name: min(facts.gears[joint.gear].damping if joint.gear else gains.kd, gains.kd)
-            for joint in facts.joints
-        }
+        gears = {joint.name: facts.gears[joint.gear] for joint in facts.joints if joint.gear}
+        self._own = dict.fromkeys((joint.name for joint in facts.joints), (gains.kp, gains.kd))
+        for name, gear in gears.items():
+            self._own[name] = min(gear.stiffness, gains.kp), min(gear.damping, gains.kd)
+        """The gains with which each joint holds by itself."""
         self._lock = threading.RLock()
         self._followed: dict[str, _Followed] = {}
         self._closed = False
 
-    def command(self, commands: Mapping[str, nao.JointCommand], client: str) -> dict[str, nao.JointCommand]:
+    def command(
+        self,
+        commands: Mapping[str, nao.JointCommand],
+        client: str,
+        weights: Mapping[str, float] | None = None,
+    ) -> dict[str, nao.JointCommand]:
         """Let joints follow commands until the timeout; return those that were limited, as they were.
 
+        With `weights` from 0 to 1, each follows its command by its weight, and else what it held before.
         Raises InvalidCommand or CommandRefused, and then commands nothing.
         """
         limited: dict[str, nao.JointCommand] = {}
@@ -88,6 +108,12 @@ class GainGuard:
             stops = self._body.gate.stops
             self._body.gate.require(client)
             reading, now = self._body.read(), self._events.wall_time()
+            weights = weights or {}
+            rests = {joint: self._rest(joint, reading) for joint in weights}
+            commands = dict(commands)
+            for joint, rest in rests.items():
+                values = _mixed(astuple(commands[joint]), astuple(rest), weights[joint])
+                commands[joint] = nao.JointCommand(*values)
             safe = {joint: self._safe(joint, given, limited) for joint, given in commands.items()}
             self._admit(commands, reading, client)
             for joint, command in self._apart(safe, reading).items():
@@ -99,7 +125,8 @@ class GainGuard:
                 self._control.command_gains(safe)
                 deadline = now + self._options.gains_timeout
                 for joint, command in safe.items():
-                    self._followed[joint] = _Followed(command, client, deadline)
+                    by = rests.get(joint), weights.get(joint, 1.0)
+                    self._followed[joint] = _Followed(command, client, deadline, *by)
             if self._body.gate.stops != stops:  # an emergency stop came in between, before the claim
                 for joint in safe:
                     self._hold(joint)
@@ -113,13 +140,21 @@ class GainGuard:
         with self._lock:
             return any(each.client == client for each in self._followed.values())
 
-    def drop_client(self, client: str) -> None:
-        """Damp what follows the commands of a lost client."""
+    def let_go(self, client: str) -> None:
+        """Let joints go back that follow commands of a client by a weight."""
         with self._lock:
-            own = (joint for joint, each in self._followed.items() if each.client == client)
-            lost = [joint for joint in own if not self._followed[joint].damped]
+            self._damp([joint for joint in self._of(client) if self._followed[joint].rest])
+
+    def drop_client(self, client: str) -> None:
+        """Damp what follows the commands of a lost client, or let it go back."""
+        with self._lock:
+            lost = self._of(client)
             self._damp(lost)
         self._report(lost, "the client that commanded it is gone", "lost")
+
+    def _of(self, client: str) -> list[str]:
+        """Return the joints that follow the commands of a client."""
+        return [joint for joint, each in self._followed.items() if each.client == client and not each.damped]
 
     def watch(self) -> float | None:
         """Damp and hold what was not renewed; return the wall seconds until the next check, None at rest."""
@@ -130,10 +165,12 @@ class GainGuard:
             late = [joint for joint in late if joint not in ended]
             self._damp(late)
             for joint in ended:
-                self._hold(joint)
-            newest = {joint: each.command for joint, each in self._followed.items()}
-            if narrowed := self._apart(newest, self._body.read()):
-                self._control.command_gains(narrowed)
+                self._end(joint)
+            followed = self._followed.items()
+            back = {joint: each.back(now) for joint, each in followed if each.damped and each.rest}
+            newest = {joint: each.command for joint, each in followed} | back
+            if changed := back | self._apart(newest, self._body.read()):
+                self._control.command_gains(changed)
             due = self._options.period if self._followed else None
         if late:
             self._events.count_timeout()
@@ -217,11 +254,34 @@ class GainGuard:
     def _damp(self, joints: Iterable[str]) -> None:
         now, commands = self._events.wall_time(), {}
         for joint in joints:
-            each, kd = self._followed[joint], self._damping[joint]
-            commands[joint] = each.command = each.command._replace(velocity=0.0, torque=0.0, kp=0.0, kd=kd)
-            each.damped, each.deadline = True, now + self._options.damping_time
+            each, (_, kd) = self._followed[joint], self._own[joint]
+            each.damped = True
+            each.deadline = now + (
+                self._options.damping_time if each.rest is None else each.weight * RETURN_TIME
+            )
+            if each.rest is None:
+                commands[joint] = each.command = each.command._replace(
+                    velocity=0.0, torque=0.0, kp=0.0, kd=kd
+                )
         if commands:
             self._control.command_gains(commands)
+
+    def _rest(self, joint: str, reading: JointReading) -> nao.JointCommand:
+        """Return what a joint holds, or held before it followed commands by a weight."""
+        each = self._followed.get(joint)
+        held = reading.commands[self._body.index(joint)]
+        return each.rest if each and each.rest else nao.JointCommand(held, 0.0, 0.0, *self._own[joint])
+
+    def _end(self, joint: str) -> None:
+        """Release a joint that was damped, which is held where it is, or that went back."""
+        each, activity = self._followed[joint], _ACTIVITY.format(joint)
+        if each.rest is not None:
+            with suppress(RobotError):  # stopped, or held by a lease: it is held where it is
+                goal, speed = {joint: each.rest.position}, {joint: each.command.max_speed}
+                self._body.move(goal, speed, activity=activity)
+                del self._followed[joint]
+                self._body.claims.release(activity)
+        self._hold(joint)
 
     def _hold(self, joint: str) -> None:
         """Hold a joint where it is, and release it."""
@@ -231,4 +291,11 @@ class GainGuard:
 
     def _report(self, joints: list[str], why: str, kind: str) -> None:
         if joints:
-            self._events.add(nao.Severity.Warning, self.name, f"damped {few(joints)}: {why}", kind)
+            back = all((each := self._followed.get(joint)) and each.rest for joint in joints)
+            what = "let go of" if back else "damped"
+            self._events.add(nao.Severity.Warning, self.name, f"{what} {few(joints)}: {why}", kind)
+
+
+def _mixed(first: Iterable[float], second: Iterable[float], weight: float) -> Iterator[float]:
+    """Yield a part `weight` of each of the first values, and the rest of the second ones."""
+    return (weight * one + (1.0 - weight) * two for one, two in zip(first, second, strict=True))

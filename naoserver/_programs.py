@@ -177,8 +177,7 @@ class Programs:
             for perform, each in list(self._waiting.items()):
                 if self._walk.moving if each.activity == WALK else self._moves_by(each.activity, each.client):
                     continue
-                del self._waiting[perform]
-                if self.assembly.gate.stops == each.stops:
+                if self._waiting.pop(perform, None) and self.assembly.gate.stops == each.stops:
                     self._perform(perform, each.parameter, each.client)
             self._walk.renew()
 
@@ -251,9 +250,10 @@ class Programs:
         if self._walk.moving:
             self._waiting[self._go] = _Waiting(WALK, posture, client, stops)
         else:
-            self._go(posture, client)
+            self._postures.go(posture, 1.0, client)
 
     def _go(self, posture: str, client: str) -> None:
+        self.end_motion()  # joints that a program took meanwhile
         self._postures.go(posture, 1.0, client)
 
     def damp(self, client: str) -> None:

@@ -11,15 +11,17 @@ import math
 import struct
 import zlib
 from array import array
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import chain, count
 from typing import Final
 
 from interfaces.nao import JointCommand, Severity
+from naoserver._event_log import EventLog
 from naoserver._programs import Programs
 from naoserver.bodies import find_body
 from naoserver.capabilities import InertialReading, Odometry
 from naoserver.errors import HardwareFailure, RobotError
-from naoserver.robot import LIMP, JointReading
+from naoserver.robot import LIMP, JointReading, Robot
 from zenoh_ice.text import few
 
 PERIOD: Final = 0.002
@@ -30,6 +32,7 @@ _SLOTS: Final = 35
 """Motors in a message: a G1 has the first 29, in the order of its joints."""
 _MODE_MACHINE: Final = 5
 """The maker's number of a G1 with 29 motors."""
+_OFF: Final = JointCommand(0.0, 0.0, 0.0, 0.0, 0.0)
 _COMMAND: Final = struct.Struct("<2BBx5fI" + "B3x5fI" * (_SLOTS - 1) + "5I")
 _COMMAND_IN_C: Final = struct.Struct("<2B2x" + "B3x5fI" * _SLOTS + "4I")
 _STATE: Final = struct.Struct("<8x2B2x4x13f2xBx4f2hf7I" + "B3x4f2hf7I" * (_SLOTS - 1) + "60x")
@@ -37,12 +40,20 @@ _WORD: Final = struct.Struct("<I")
 _TICK, _FIRST_MOTOR, _STATE_CHECKSUM = 12, 70, _STATE.size - 4
 """Where they begin in a state."""
 _NO_MOTOR: Final = (0,) * 15
-_PLACE: Final = struct.Struct("<iI4x13f16x8f400x")
-"""Time, inertial unit, position, height and velocity, among members that are 0."""
+_PLACE: Final = struct.Struct("<iI4x13fxB14x8f400x")
+"""Time, inertial unit, mode, position, height and velocity, among members that are 0."""
 _WINDOW: Final = 0.1
 """Robot seconds over which the velocity is measured."""
 _REVERSED: Final = bytes(int(f"{byte:08b}"[::-1], 2) for byte in range(256))
-_SOURCE: Final = "Unitree"
+SOURCE: Final = "Unitree"
+"""Of events."""
+
+
+def fsm_mode(robot: Robot) -> int:
+    """Return the maker's number of how it is on its feet: 0 stands, 1 walks, 2 when they do not carry it."""
+    if robot.state().fallen:
+        return 2
+    return int(robot.walker is not None and robot.walker.walking)
 
 
 def checksum(layout: bytes | bytearray) -> int:
@@ -57,19 +68,52 @@ def checksum(layout: bytes | bytearray) -> int:
     return int(f"{value:032b}"[::-1], 2)
 
 
-class Joints:
-    """Pack the states of a robot in one thread, and pass commands on to the guard of gains in another one."""
+def values_of(data: bytes) -> tuple[float, ...]:
+    """Return the members of a command, one after the other. Raises HardwareFailure if it is none."""
+    if len(data) != _COMMAND.size:
+        raise HardwareFailure(f"it has {len(data)} bytes, not {_COMMAND.size}")
+    return _COMMAND.unpack(data)
 
-    def __init__(self, programs: Programs) -> None:
+
+def motors_of(values: Sequence[float]) -> list[Sequence[float]]:
+    """Return mode, position, velocity, torque, kp and kd of each motor, given the members of a command."""
+    return [values[at : at + 6] for at in range(2, 2 + 7 * _SLOTS, 7)]
+
+
+def obeying(
+    events: EventLog, what: str, command: Callable[[bytes, str], Mapping[str, JointCommand]]
+) -> Callable[[bytes, str], None]:
+    """Return what obeys messages of clients by `command`; the events say what it ignores or limits."""
+
+    def obey(data: bytes, client: str) -> None:
+        try:
+            limited = command(data, client)
+        except RobotError as error:
+            events.add(Severity.Warning, SOURCE, f"ignored {what}: {error}", f"ignored {what}")
+        else:
+            if limited:
+                text = f"limited {what} to {few([*limited])}"
+                events.add(Severity.Warning, SOURCE, text, f"limited {what}")
+
+    return obey
+
+
+class Joints:
+    """Pack the states of a robot in one thread, and pass commands on to the guard of gains in another one.
+
+    While the walk `has_joints`, motors whose mode is 0 are left to it; else they are off.
+    """
+
+    def __init__(self, programs: Programs, has_joints: Callable[[], bool] = lambda: True) -> None:
         robot = programs.robot
         self._programs = programs
         self._robot = robot
         self._events = programs.assembly.events
-        names = [joint.name for joint in find_body("G1").joints]
-        self._commanded = [(name, 2 + 7 * motor) for motor, name in enumerate(names)]
-        """The joint of each motor, and where its values begin in a command."""
+        self.obey: Final = obeying(self._events, "a low command", self._command)
+        self._has_joints = has_joints
+        self._names = [joint.name for joint in find_body("G1").joints]
         places = {joint.name: place for place, joint in enumerate(robot.joints)}
-        self._places = [places.get(name) for name in names]
+        self._places = [places.get(name) for name in self._names]
         self._volts = robot.body.battery.voltage if robot.body.battery else 0.0
         self._ticks = count(_TICKS, _TICKS)
         self._reading: JointReading | None = None
@@ -78,33 +122,34 @@ class Joints:
         self._velocity = 0j
         self._height = programs.height()
 
-    def obey(self, data: bytes, client: str) -> None:
-        """Let the motors whose mode is not 0 follow a command; the events say what is ignored or limited."""
-        try:
-            limited = self._command(data, client)
-        except RobotError as error:
-            self._events.add(Severity.Warning, _SOURCE, f"ignored a low command: {error}", "ignored")
-        else:
-            if limited:
-                text = f"limited a low command to {few([*limited])}"
-                self._events.add(Severity.Warning, _SOURCE, text, "limited")
-
-    def _command(self, data: bytes, client: str) -> dict[str, JointCommand]:
-        if len(data) != _COMMAND.size:
-            raise HardwareFailure(f"it has {len(data)} bytes, not {_COMMAND.size}")
-        values = _COMMAND.unpack(data)
+    def _command(self, data: bytes, client: str) -> Mapping[str, JointCommand]:
+        """Let the motors whose mode is not 0 follow a command; return what was limited."""
+        values = values_of(data)
         if checksum(_COMMAND_IN_C.pack(*values[:-1])) != values[-1]:
             raise HardwareFailure("its checksum is wrong")
-        on = {name: JointCommand(*values[at + 1 : at + 6]) for name, at in self._commanded if values[at]}
-        return self._programs.follow(on, client)
+        if (machine := values[1]) != _MODE_MACHINE:
+            what = f"its mode_machine is {machine}, and that of this robot {_MODE_MACHINE}"
+            raise HardwareFailure(f"{what}: take it from rt/lowstate")
+        motors = dict(zip(self._names, motors_of(values), strict=False))
+        off = [name for name, (mode, *_) in motors.items() if not mode]
+        left = self._has_joints()
+        if gains := [name for name in off if any(motors[name][3:])]:
+            what = "left to the walk" if left else "off"
+            text = f"motors with gains are {what}, as their mode is 0, not 1: {few(gains)}"
+            self._events.add(Severity.Warning, SOURCE, text, "mode")
+        commands = {name: JointCommand(*motor[1:]) for name, motor in motors.items() if motor[0]}
+        if not left:
+            commands |= dict.fromkeys(off, _OFF)
+        limited = self._programs.follow(commands, client)
+        return {name: limited[name] for name in limited.keys() - set(off)}
 
-    def state(self) -> bytes:
-        """Return the newest state, with its number and checksum."""
+    def state(self, ticks: Iterator[int] | None = None) -> bytes:
+        """Return the newest state with its number, by default the next one each PERIOD, and its checksum."""
         reading = self._robot.read()
         if reading is not self._reading:
             self._reading, self._packed = reading, bytearray(self._pack(reading))
         packed, first = self._packed, _FIRST_MOTOR
-        _WORD.pack_into(packed, _TICK, next(self._ticks) % 2**32)
+        _WORD.pack_into(packed, _TICK, next(ticks or self._ticks) % 2**32)
         # C pads the end of the inertial unit, and the mode of the first motor by two bytes more.
         layout = packed[:first] + b"\0\0" + packed[first : first + 2] + b"\0\0" + packed[first + 2 : -4]
         _WORD.pack_into(packed, _STATE_CHECKSUM, checksum(layout))
@@ -142,7 +187,8 @@ class Joints:
         seconds, part = divmod(round(1e9 * now.time), 10**9)
         x, y, turn = self._velocity.real, self._velocity.imag, self._senses().angular_velocity[2]
         height = self._height
-        return _PLACE.pack(seconds, part, *self._inertial(), now.x, now.y, height, height, x, y, 0.0, turn)
+        mode, where = fsm_mode(self._robot), (now.x, now.y, height)
+        return _PLACE.pack(seconds, part, *self._inertial(), mode, *where, height, x, y, 0.0, turn)
 
     def _inertial(self) -> tuple[float, ...]:
         """Return orientation w, x, y, z, rate, acceleration, and roll, pitch and yaw."""

@@ -10,6 +10,7 @@ import msgspec
 
 from naoserver._programs import Codes, Operation, Programs, Refusal
 from naoserver.capabilities import STILL, WalkVelocity
+from naoserver.unitree._joints import fsm_mode
 
 NOT_IMPLEMENTED: Final = 3203
 WRONG_PARAMETER: Final = 3204
@@ -20,7 +21,14 @@ CODES: Final = Codes(NOT_IMPLEMENTED, WRONG_PARAMETER, unavailable=NOT_AVAILABLE
 
 LIMP, DAMP, SQUAT, STAND, WALK, LIE_TO_STAND, SQUAT_OR_STAND = 0, 1, 2, 4, 200, 702, 706
 """The maker's numbers of the states that this robot has."""
-_HIGH: Final = 2**32 - 1
+WALKS: Final = frozenset({WALK, 500, 501, 801})
+"""Those in which it walks: `Start` of the maker's newer packages is 500."""
+_STANDS: Final = frozenset({STAND, LIE_TO_STAND, SQUAT_OR_STAND})
+_UP, _DOWN = "Stand", "Crouch"
+_MIDDLE: Final = 0.66
+"""The height in m of the root above the floor between these two, in which it is 0.78 m and 0.53 m."""
+_HIGHEST: Final = 2**32 - 1
+"""The maker's number of the highest stand, whatever that is."""
 _DURATION: Final = 864_000.0
 """The longest velocity in robot seconds: the maker's `Move` says it for "continuous"."""
 
@@ -43,6 +51,7 @@ class Loco:
         self.operations: Final[Mapping[int, Operation]] = {
             1: lambda _parameter, _client: "1.0.0.0",
             7001: lambda _parameter, _client: _data(self._state),
+            7002: lambda _parameter, _client: _data(fsm_mode(programs.robot)),
             7003: lambda _parameter, _client: _data(0),
             7005: lambda _parameter, _client: _data(programs.height()),
             7101: self._set_state,
@@ -58,9 +67,9 @@ class Loco:
             programs.go_limp(client)
         elif state == DAMP:
             programs.damp(client)
-        elif state == SQUAT or (state == SQUAT_OR_STAND and programs.goal() != "Crouch"):
-            programs.go("Crouch", client)
-        elif state in {STAND, WALK, LIE_TO_STAND, SQUAT_OR_STAND}:
+        elif state == SQUAT or (state == SQUAT_OR_STAND and programs.goal() != _DOWN):
+            programs.go(_DOWN, client)
+        elif state in _STANDS | WALKS:
             programs.stand(client)
         else:
             raise Refusal(NO_STATE, f"the simulation has no state {state:g}")
@@ -71,10 +80,11 @@ class Loco:
             raise Refusal(NOT_IMPLEMENTED, "the simulation stands still on both feet: balance mode 0 alone")
 
     def _set_height(self, parameter: str, client: str) -> None:
+        """Go to the stand that is nearer to a height."""
         height = number(self._programs, parameter)
-        if height not in {0, _HIGH}:
-            raise Refusal(NOT_IMPLEMENTED, "the simulation has the highest and the lowest stand alone")
-        self._programs.go("Stand" if height else "Crouch", client)
+        if not 0.0 <= height <= _HIGHEST:
+            raise Refusal(WRONG_PARAMETER, f"a height is from 0 to {_HIGHEST}")
+        self._programs.go(_UP if height > _MIDDLE else _DOWN, client)
 
     def _set_velocity(self, parameter: str, client: str) -> None:
         drive = self._programs.read(parameter, _Drive)
@@ -83,7 +93,7 @@ class Loco:
             raise Refusal(WRONG_PARAMETER, f"a velocity lasts up to {_DURATION:g} s")
         if velocity != STILL:
             self._programs.assembly.gate.require(client)
-        if velocity != STILL and self._state != WALK:
+        if velocity != STILL and self._state not in WALKS:
             raise Refusal(NOT_AVAILABLE, f"it walks in state {WALK}, after Start; this is {self._state}")
         self._programs.drive(velocity, drive.duration, client)
 

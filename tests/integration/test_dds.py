@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from types import SimpleNamespace
 
 import pytest
 
@@ -14,6 +15,7 @@ from tests.support.limits import EVENT_LIMIT
 pytest.importorskip("cyclonedds", reason="the extra unitree is not installed")
 from cyclonedds.domain import DomainParticipant
 from cyclonedds.pub import DataWriter
+from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 
 from naoserver import _dds
@@ -31,7 +33,9 @@ class Ears:
         self.lost: list[str] = []
         self.senders: list[str] = []
         self.renewed = threading.Event()
+        self.unserved: list[tuple[str, str, int]] = []
         self.wire = Wire(f"dds:{DOMAIN}", "Test", self.renewed.set, self.lost.append, self.senders.append)
+        self.wire.unserved = lambda *told: self.unserved.append(told)
         self.wire.listen("calls", Identity, lambda message, client: self.heard.append((message, client)))
         self.wire.listen("raw", Status, lambda data, client: self.heard.append((data, client)), raw=True)
         self.wire.start()
@@ -118,6 +122,76 @@ def test_bytes_arrive_as_they_were_sent(ears, monkeypatch, fast):
 
 def test_what_programs_command_is_renewed_without_messages(ears):
     assert ears.renewed.wait(EVENT_LIMIT)
+
+
+def endpoint(participant, name, kind=Status, made=DataWriter):
+    return made(participant, Topic(participant, name, kind))
+
+
+def test_each_topic_of_robots_that_is_not_served_is_told_once_for_each_program(ears):
+    first, second = DomainParticipant(DOMAIN), DomainParticipant(DOMAIN)
+    kept = [
+        endpoint(first, "calls", Identity),
+        endpoint(first, "chatter"),
+        endpoint(first, "rt/rosout"),
+        endpoint(first, "rt/arms"),
+        endpoint(first, "rt/arms"),
+        endpoint(first, "rt/legs", made=DataReader),
+    ]
+    until(lambda: len(ears.unserved) == 2)
+    kept.append(endpoint(second, "rt/arms"))
+    until(lambda: len(ears.unserved) == 3)
+    arms = ("rt/arms", "rt/arms, which a program writes, is not served")
+    legs = ("rt/legs", "rt/legs, which a program reads, is not served")
+    assert {told[:2] for told in ears.unserved[:2]} == {arms, legs}
+    assert [told[2] for told in ears.unserved] == [0, 1, 0]
+    assert ears.unserved[2][:2] == arms
+    del kept
+
+
+def test_a_served_topic_of_another_type_is_told(ears):
+    ears.wire.listen("rt/arms", Identity, lambda _message, _client: None)
+    kept = endpoint(DomainParticipant(DOMAIN), "rt/arms", Status)
+    until(lambda: ears.unserved)
+    own, other = "unitree_api::msg::dds_::RequestIdentity_", "unitree_api::msg::dds_::ResponseStatus_"
+    assert ears.unserved[0][1] == f"rt/arms, which a program writes, is of type {own}, not {other}"
+    del kept
+
+
+def test_of_a_program_that_makes_up_topics_a_few_are_told_and_cut(ears):
+    program = DomainParticipant(DOMAIN)
+    kept = [endpoint(program, f"rt/{n}_{'a' * 200}") for n in range(_dds._MOST_REPORTED + 10)]
+    other = endpoint(DomainParticipant(DOMAIN), "rt/last")
+    until(lambda: any(topic == "rt/last" for topic, *_ in ears.unserved))
+    until(lambda: len(ears.unserved) > _dds._MOST_REPORTED)
+    assert len(ears.unserved) == _dds._MOST_REPORTED + 1
+    assert max(len(text) for _, text, _ in ears.unserved) < 200
+    del kept, other
+
+
+def test_an_announcement_that_cannot_be_read_ends_nothing(ears, monkeypatch):
+    def take(_most):
+        raise ValueError("a test")
+
+    monkeypatch.setattr(ears.wire, "_writers", SimpleNamespace(take=take))
+    kept = endpoint(DomainParticipant(DOMAIN), "rt/legs", made=DataReader)
+    until(lambda: ears.unserved)
+    program = writer("calls", Identity)
+    program.write(Identity(1, 2))
+    until(lambda: ears.heard)
+    del kept, program
+
+
+def test_as_many_programs_as_there_may_be_are_remembered(ears, monkeypatch):
+    monkeypatch.setattr(_dds, "_MOST_PROGRAMS", 1)
+    first, second = DomainParticipant(DOMAIN), DomainParticipant(DOMAIN)
+    kept = []
+    for number, (program, topic) in enumerate([(first, "rt/arms"), (second, "rt/arms"), (first, "rt/legs")]):
+        kept.append(endpoint(program, topic))
+        until(lambda number=number: len(ears.unserved) == number + 1)
+    assert [told[2] for told in ears.unserved] == [0, 0, 0]
+    assert len(ears.wire._reported) == 1
+    del kept
 
 
 @pytest.mark.parametrize("url", ["dds:233", "dds:", "tcp://127.0.0.1", "dds:1 "])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 import random
 from contextlib import contextmanager
-from itertools import islice
+from itertools import islice, pairwise
 
 import psutil
 import pytest
@@ -28,9 +28,12 @@ from zenoh_ice import WallClock
 
 pytest.importorskip("cyclonedds", reason="the extra unitree is not installed")
 from cyclonedds._clayer import ddspy_write
+from cyclonedds.pub import DataWriter
+from cyclonedds.sub import DataReader
+from cyclonedds.topic import Topic
 
 from naoserver.unitree import _types
-from tests.support.unitree import CONTINUOUS, ELBOW, Program, Wiretap, low_command
+from tests.support.unitree import CONTINUOUS, ELBOW, Program, Wiretap, arm_command, low_command
 
 DOMAIN = free_domain()
 GROWTH = 32 << 20
@@ -140,6 +143,55 @@ def test_a_reset_starts_no_joint_of_a_program_that_commands_on(monkeypatch):
         )
 
 
+def test_a_reset_starts_no_arm_of_a_program_that_commands_on(monkeypatch):
+    with g1() as (robot, assembly):
+        arms = Program(DOMAIN).writer("rt/arm_sdk", _types.LowCmd)
+        command = arm_command(ELBOW, 1.0)
+        check_that_a_reset_starts_nothing(
+            monkeypatch, assembly, lambda: arms.write(command), lambda: follows(assembly, robot.joints[ELBOW])
+        )
+
+
+def test_arms_of_a_killed_program_go_back_while_the_walk_of_another_goes_on():
+    killed = ComponentProcess(module("tests.support.unitree", str(DOMAIN), "arms", LEASE))
+    with g1() as (robot, assembly), killed as program:
+        before = robot.read().positions[ELBOW]
+        until(lambda: robot.read().positions[ELBOW] == pytest.approx(1.0, abs=0.02))
+        other = Program(DOMAIN)
+        assert other.call(7105, CONTINUOUS).header.status.code == 0
+        program.process.kill()
+        until(lambda: not follows(assembly, robot.joints[ELBOW]))
+        until(lambda: robot.read().positions[ELBOW] == pytest.approx(before, abs=0.02))
+        assert robot.walker.commanded().forward > 0.0
+
+
+def test_a_stop_ends_what_moves_the_arms():
+    with g1() as (robot, assembly):
+        arms = Program(DOMAIN).writer("rt/arm_sdk", _types.LowCmd)
+        command = arm_command(ELBOW, 1.0)
+        until(lambda: arms.write(command) or follows(assembly, robot.joints[ELBOW]))
+        assembly.gate.stop("a test")
+        assert not follows(assembly, robot.joints[ELBOW])
+
+
+def test_what_a_program_uses_in_vain_is_an_event():
+    with g1() as (_robot, assembly):
+        program = Program(DOMAIN)
+
+        def told(text):
+            return [event.message for event in assembly.events.snapshot()[0]].count(text) == 1
+
+        made = [
+            DataWriter(program.participant, Topic(program.participant, "rt/dex3/left/cmd", _types.LowCmd)),
+            DataReader(
+                program.participant, Topic(program.participant, "rt/sportmodestate", _types.SportModeState)
+            ),
+        ]
+        until(lambda: told("rt/dex3/left/cmd, which a program writes, is not served"))
+        until(lambda: told("rt/sportmodestate, which a program reads, is not served: use rt/odommodestate"))
+        del made
+
+
 def test_a_program_is_the_same_at_each_door(monkeypatch):
     monkeypatch.setattr(_insistent, "SILENCE", FOREVER)
     with g1() as (_robot, assembly):
@@ -169,6 +221,17 @@ def test_states_arrive_in_their_order():
         states = list(islice(Program(DOMAIN).read("rt/lowstate", _types.LowState), 50))
     ticks = [state.tick for state in states]
     assert ticks == sorted(ticks)
+
+
+def test_states_of_low_frequency_are_numbered_by_their_own_time():
+    with g1() as (robot, _assembly):
+        program = Program(DOMAIN)
+        fast = program.read("rt/lowstate", _types.LowState)
+        next(fast)
+        slow = list(islice(program.read("rt/lf/lowstate", _types.LowState), 3))
+        steps = [two.tick - one.tick for one, two in pairwise(slow)]
+        assert all(step >= 50 and step % 50 == 0 for step in steps)
+        assert slow[-1].motor_state[ELBOW].q == pytest.approx(robot.read().positions[ELBOW])
 
 
 def test_the_battery_and_the_odometry_are_there():
@@ -217,6 +280,7 @@ def test_hostile_messages_end_nothing_and_move_nothing_beyond_its_range():
         program = Program(DOMAIN)
         calls = program.writer("rt/api/loco/request", _types.Request)
         low = program.writer("rt/lowcmd", _types.LowCmd)
+        arms = program.writer("rt/arm_sdk", _types.LowCmd)
         command = low_command(ELBOW, 0.2).serialize(use_version_2=False)
         resident, many = 0, repeated(300, soak=10_000)
         for number in range(many):
@@ -225,7 +289,8 @@ def test_hostile_messages_end_nothing_and_move_nothing_beyond_its_range():
                     calls.write(random_call(draw))
                 case 1:
                     place = draw.randrange(4, len(command))
-                    ddspy_write(low._ref, command[:place] + draw.randbytes(8) + command[place + 8 :])
+                    changed = command[:place] + draw.randbytes(8) + command[place + 8 :]
+                    ddspy_write(draw.choice([low, arms])._ref, changed)
                 case _:
                     tap.resend(draw)
             if number == many // 3:

@@ -1,8 +1,8 @@
 """Programs for a G1: they join a domain of DDS, call its services, and command its joints.
 
-As a process of its own, one walks on, or commands by both doors without a pause, until it is killed:
+As a process of its own, one walks on, commands by both doors without a pause, or its arms, until it is killed:
 
-    python -m tests.support.unitree DOMAIN walk|flood LEASE
+    python -m tests.support.unitree DOMAIN walk|flood|arms LEASE
 
 LEASE are the s after which DDS takes it for lost.
 """
@@ -44,7 +44,7 @@ from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.malformed_cdr import malformed
 from tests.support.waiting import until
 
-__all__ = ["CONTINUOUS", "ELBOW", "Program", "Wiretap", "low_command", "on_loopback"]
+__all__ = ["CONTINUOUS", "ELBOW", "Program", "Wiretap", "arm_command", "low_command", "on_loopback"]
 
 CONTINUOUS: Final = json.dumps({"velocity": [0.1, 0, 0], "duration": 864000})
 ELBOW: Final = 18
@@ -103,6 +103,15 @@ def low_command(motor: int, position: float, *, torque: float = 0.0) -> Any:
     return LowCmd(0, 5, motors, [0] * 4, checksum(_IN_C.pack(0, 5, *flat, 0, 0, 0, 0)))
 
 
+def arm_command(motor: int, position: float, weight: float = 1.0) -> Any:
+    """Return a command of one motor for rt/arm_sdk, as the maker's examples send it: modes and machine are 0."""
+    motors = [
+        MotorCmd(0, *([position, 0.0, 0.0, 60.0, 1.5] if n == motor else [0.0] * 5), 0) for n in range(35)
+    ]
+    motors[29].q = weight
+    return LowCmd(0, 0, motors, [0] * 4, 0)
+
+
 class Wiretap:
     """Hears the announcements of a domain, and sends them and what is like them again, changed."""
 
@@ -156,6 +165,11 @@ def main() -> None:
         while True:
             low.write(command)
             program.call(7105, CONTINUOUS)
+    if what == "arms":
+        arms = program.writer("rt/arm_sdk", LowCmd)
+        while True:
+            arms.write(arm_command(ELBOW, 1.0))
+            time.sleep(0.02)
     threading.Event().wait(FOREVER)
     del keep
 

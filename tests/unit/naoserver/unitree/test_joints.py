@@ -40,11 +40,13 @@ def slow_checksum(layout: bytes) -> int:
     return value
 
 
-def command(motors: dict[int, Sequence[float]], *, change: int = 0) -> bytes:
-    """Return a command: for each motor position, velocity, torque, kp and kd."""
-    values: list[float] = [0, 5]
+def command(
+    motors: dict[int, Sequence[float]], *, change: int = 0, machine: int = 5, off: Sequence[int] = ()
+) -> bytes:
+    """Return a command: for each motor position, velocity, torque, kp and kd. The others, and `off`, are off."""
+    values: list[float] = [0, machine]
     for motor in range(35):
-        values += [motor in motors, *motors.get(motor, (0.0,) * 5), 0]
+        values += [motor in motors and motor not in off, *motors.get(motor, (0.0,) * 5), 0]
     values += [0] * 4
     return WIRE.pack(*values, slow_checksum(IN_C.pack(*values)) ^ change)
 
@@ -55,7 +57,8 @@ class Rig:
         self.robot = FakeRobot(self.clock, body=find_body("G1"))
         self.assembly = Assembly(self.robot, ServerOptions(), self.clock)
         self.programs = Programs(self.robot, self.assembly, "Unitree", CODES)
-        self.joints = Joints(self.programs)
+        self.walks = True
+        self.joints = Joints(self.programs, lambda: self.walks)
 
     def live(self, seconds: float, data: bytes = b"") -> None:
         for _ in range(round(seconds / OPTIONS.period)):
@@ -91,6 +94,32 @@ def test_a_command_moves_its_joints_alone(rig):
     assert moved == [motor == ELBOW for motor in range(29)]
 
 
+def test_while_the_walk_has_the_joints_a_motor_that_is_off_is_left_to_it(rig):
+    before = rig.position(ELBOW)
+    rig.live(0.5, command({ELBOW: (before + 0.2, 0, 0, 60, 2)}, off=[ELBOW]))
+    assert rig.position(ELBOW) == before
+    text = "motors with gains are left to the walk, as their mode is 0, not 1: left_elbow_joint"
+    assert text in rig.events()
+
+
+def test_a_motor_that_is_off_after_a_release_has_no_torque(rig, monkeypatch):
+    sent: dict[str, Sequence[float]] = {}
+    monkeypatch.setattr(rig.robot, "command_gains", sent.update)
+    rig.walks = False
+    rig.joints.obey(command(dict.fromkeys(range(29), (0, 0, 0, 60, 2)), off=[ELBOW]), "program")
+    names = [joint.name for joint in rig.robot.joints]
+    assert sent.keys() == set(names)
+    assert sent[names[ELBOW]][1:5] == (0.0, 0.0, 0.0, 0.0)
+    assert sent[names[ELBOW + 1]][3:5] == (60.0, 2.0)
+    assert "motors with gains are off, as their mode is 0, not 1: left_elbow_joint" in rig.events()
+
+
+def test_a_motor_that_is_off_and_has_nothing_to_do_is_no_event(rig):
+    rig.walks = False
+    rig.joints.obey(command({}), "program")
+    assert rig.events() == ""
+
+
 def test_the_death_of_its_program_holds_what_it_moved(rig):
     rig.live(0.2, command({ELBOW: (0, 1.0, 0, 0, 5)}))
     rig.programs.drop("program")
@@ -114,10 +143,14 @@ def test_a_silent_program_moves_nothing_on(rig):
     [
         (command({})[:-4], "it has 996 bytes, not 1000"),
         (command({ELBOW: (0, 0, 0, 60, 2)}, change=1), "ignored a low command: its checksum is wrong"),
+        (
+            command({ELBOW: (0, 0, 0, 60, 2)}, machine=0),
+            "ignored a low command: its mode_machine is 0, and that of this robot 5: take it from rt/lowstate",
+        ),
         (command({ELBOW: (math.nan, 0, 0, 60, 2)}), "left_elbow_joint"),
         (command({ELBOW: (99.0, 0, 0, 60, 2)}), "limited a low command to left_elbow_joint"),
     ],
-    ids=["size", "checksum", "not a number", "beyond its range"],
+    ids=["size", "checksum", "machine", "not a number", "beyond its range"],
 )
 def test_the_events_say_what_a_command_is_not(rig, data, event):
     rig.joints.obey(data, "program")
@@ -219,6 +252,12 @@ def test_where_it_is_and_how_fast_is_in_its_odometry(rig, types):
     assert place.velocity == pytest.approx([0.2, 0.1, 0.0], abs=1e-6)
     assert place_of(rig, types).velocity == place.velocity  # at the same moment
     assert (place.stamp.sec, place.stamp.nanosec) == (2, 500_000_000)
+
+
+def test_its_mode_is_in_its_odometry(rig, types):
+    assert place_of(rig, types).mode == 0
+    rig.programs.drive(WalkVelocity(turn=0.5), 2.0, "program")
+    assert place_of(rig, types).mode == 1
 
 
 def test_a_simulation_that_began_again_stands(rig, types, monkeypatch):

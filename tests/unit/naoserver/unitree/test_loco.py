@@ -15,6 +15,7 @@ from naoserver.capabilities import WalkVelocity
 from naoserver.errors import RobotError
 from naoserver.fake import FakeRobot
 from naoserver.options import ServerOptions
+from naoserver.robot import BodyState
 from naoserver.unitree import serve_as_unitree
 from naoserver.unitree._loco import (
     CODES,
@@ -207,6 +208,8 @@ def test_what_moves_is_a_command_of_its_program(rig, monkeypatch, command):
         ((STATE, '{"data": 706}'), "Crouch"),
         ((HEIGHT, '{"data": 0}'), "Crouch"),
         ((HEIGHT, '{"data": 4294967295}'), "Stand"),
+        ((HEIGHT, '{"data": 0.5}'), "Crouch"),
+        ((HEIGHT, '{"data": 0.75}'), "Stand"),
     ],
     ids=str,
 )
@@ -219,6 +222,59 @@ def test_it_crouches_and_stands_up_again(rig, command, posture):
     assert rig.programs.posture() == ("Stand" if posture == "Crouch" else "Crouch")
 
 
+@pytest.mark.parametrize("state", [500, 501, 801])
+def test_it_walks_in_the_states_of_newer_packages(rig, state):
+    rig.call(STATE, DAMP)
+    assert rig.call(STATE, json.dumps({"data": state})) == 0
+    assert json.loads(rig.ask(7001)[1]) == {"data": state}
+    rig.advance(5.0)
+    assert rig.drive() == 0
+
+
+@pytest.mark.parametrize("up", [START, '{"data": 4}'], ids=["start", "stand"])
+def test_to_stand_replaces_a_crouch_that_has_just_begun(rig, up):
+    rig.call(STATE, DAMP)
+    rig.advance(0.1)
+    assert rig.call(STATE, up) == 0
+    rig.advance(5.0)
+    assert rig.programs.posture() == "Stand"
+
+
+def test_to_stand_replaces_a_crouch_that_waits_for_the_end_of_the_walk(rig):
+    rig.drive(seconds=100.0)
+    rig.call(HEIGHT, '{"data": 0}')
+    assert rig.call(STATE, START) == 0
+    rig.advance(5.0)
+    assert rig.programs.posture() == "Stand"
+
+
+def mode(rig):
+    return json.loads(rig.ask(7002)[1])["data"]
+
+
+def test_its_mode_is_whether_it_stands_walks_or_lies(rig, monkeypatch):
+    assert mode(rig) == 0
+    rig.drive()
+    assert mode(rig) == 1
+    fallen = BodyState(torso_tilt=1.5, fallen=True, real_time_factor=1.0, lag=0.0)
+    monkeypatch.setattr(rig.robot, "state", lambda: fallen)
+    assert mode(rig) == 2
+
+
+def test_the_boot_sequence_of_public_programs_ends(rig):
+    """Damp, stand, and be higher step by step until the mode is 0; then balance, and start."""
+    for state in (DAMP, '{"data": 4}'):
+        assert rig.call(STATE, state) == 0
+    height = 0.0
+    while height <= 0.2 or mode(rig) != 0:
+        height += 0.02
+        assert height < 0.5
+        assert rig.call(HEIGHT, json.dumps({"data": height})) == 0
+    assert [rig.call(7102, '{"data": 0}'), rig.call(STATE, START)] == [0, 0]
+    rig.advance(5.0)
+    assert (rig.programs.posture(), rig.drive()) == ("Stand", 0)
+
+
 def test_in_another_state_it_can_be_stopped(rig):
     rig.call(STATE, '{"data": 4}')
     assert rig.drive(0.0) == 0
@@ -228,7 +284,7 @@ def test_in_another_state_it_can_be_stopped(rig):
     ("operation", "parameter", "words"),
     [
         (7102, '{"data": 1}', "the simulation stands still on both feet: balance mode 0 alone"),
-        (HEIGHT, '{"data": 7}', "the simulation has the highest and the lowest stand alone"),
+        (HEIGHT, '{"data": -0.1}', "a height is from 0 to 4294967295"),
         (
             VELOCITY,
             '{"velocity": [0.1, 0, 0], "duration": 0}',
@@ -267,7 +323,8 @@ def test_it_waves(rig):
     [
         (STATE, '{"data": 3}', NO_STATE),
         (TASK, '{"data": 2}', NO_TASK),
-        (7002, "{}", NOT_IMPLEMENTED),
+        (7004, "{}", NOT_IMPLEMENTED),
+        (HEIGHT, '{"data": 4294967296}', WRONG_PARAMETER),
         (2**62, "{}", NOT_IMPLEMENTED),
         (7102, '{"data": 1}', NOT_IMPLEMENTED),
         (VELOCITY, '{"velocity": [1e999, 0, 0]}', WRONG_PARAMETER),
