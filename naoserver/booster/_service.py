@@ -11,6 +11,7 @@ import msgspec
 from cyclonedds.qos import Policy, Qos
 from cyclonedds.util import duration
 
+from interfaces.nao import Severity
 from naoserver._dds import NEWEST, Wire, Writer
 from naoserver._programs import Programs, Refusal
 from naoserver.assembly import Assembly
@@ -23,6 +24,8 @@ from naoserver.robot import Robot
 _LOW_PERIOD: Final = 0.002
 _PERIOD: Final = 0.02
 """Wall seconds between two messages about the joints, and about the rest."""
+_SILENT: Final = "rt/LocoApiOperationEvent"
+"""Each client of the maker's newest package reads it, even if it calls nothing that has such events."""
 CALLS: Final = Qos(
     Policy.Reliability.Reliable(duration(seconds=1)), Policy.Durability.Volatile, Policy.History.KeepLast(10)
 )
@@ -39,7 +42,13 @@ def serve(robot: Robot, assembly: Assembly, url: str) -> Iterator[str]:
     programs = Programs(robot, assembly, "Booster", CODES)
     loco = Loco(programs)
     joints = Joints(robot, assembly.events, loco)
+
+    def tell(topic: str, text: str, number: int) -> None:
+        if topic != _SILENT:
+            assembly.events.add(Severity.Warning, "Booster", text, f"unserved {number}")
+
     with Wire(url, "Booster", programs.renew, programs.drop, programs.heard) as wire:
+        wire.unserved = tell
         answers = wire.writer("rt/LocoApiTopicResp", RpcRespMsg, CALLS)
         wire.listen("rt/LocoApiTopicReq", RpcReqMsg, _answering(programs, loco, answers), CALLS)
         wire.listen("rt/joint_ctrl", LowCmd, joints.obey, NEWEST, raw=True)

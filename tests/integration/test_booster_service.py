@@ -27,6 +27,9 @@ from tests.support.waiting import until
 from zenoh_ice import WallClock
 
 pytest.importorskip("cyclonedds", reason="the extra booster is not installed")
+from cyclonedds.sub import DataReader
+from cyclonedds.topic import Topic
+
 from naoserver.booster import _types
 from tests.support.booster import CUSTOM, ELBOW, MOVE, Program, low_command
 
@@ -113,6 +116,23 @@ def test_a_program_that_hangs_while_it_sends_walks_no_further(monkeypatch):
         until(lambda: robot.walker.commanded().forward == 0.0)
         assert any("sent regularly" in each.message for each in assembly.events.snapshot()[0])
         program.process.kill()
+
+
+def test_a_topic_that_is_not_served_is_an_event_unless_every_client_reads_it():
+    with t1() as (_robot, assembly):
+        program = Program(DOMAIN)
+        of = program.participant
+        names = ("rt/LocoApiOperationEvent", "rt/battery_state")
+        kept = [DataReader(of, Topic(of, name, _types.RpcRespMsg)) for name in names]
+
+        def said():
+            return [each.message for each in assembly.events.snapshot()[0]]
+
+        until(
+            lambda: any("rt/battery_state, which a program reads, is not served" in each for each in said())
+        )
+        assert not any("LocoApiOperationEvent" in each for each in said())
+        del kept
 
 
 def test_a_reset_starts_no_walk_of_a_program_that_calls_on(monkeypatch):
