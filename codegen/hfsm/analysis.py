@@ -11,7 +11,7 @@ import ast
 import re
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Final, Literal, NamedTuple
@@ -44,7 +44,6 @@ from .document import Argument, Automaton, Document, Library, State, Text, Trans
 
 _DEEPEST_TREE: Final = 150
 """The greatest depth of trees that are analyzed: the checks recurse into them."""
-_OLD_LIBRARY: Final = re.compile(r"(?:import\s+)?(jderobot(?:\s+as\s+\w+)?)|from\s+jderobot\s+(import\s.*)")
 
 
 @dataclass(frozen=True, eq=False)
@@ -411,29 +410,16 @@ def analyze(document: Document, path: Path, output: Path | None = None) -> Analy
     return analysis
 
 
-def library_today(name: str) -> str:
-    """Return a library as it is, or with the package of today where it is that of JdeRobot's components."""
-    found = _OLD_LIBRARY.fullmatch(name.strip())
-    if found is None:
-        return name
-    return f"from interfaces import {found[1]}" if found[1] else f"from interfaces.jderobot {found[2]}"
-
-
 def library_names(library: Library) -> dict[str, str]:
     """Return the names that a library binds, with their full names; none if it is not imported."""
     try:
-        return imported_names(_parsed(library)[1]) if _is_imported(library) else {}
+        return imported_names(parse_import(library.name)[1]) if _is_imported(library) else {}
     except CodeError:
         return {}
 
 
 def _is_imported(library: Library) -> bool:
     return library.kind == "module" and not library.name.is_blank
-
-
-def _parsed(library: Library) -> tuple[str, ast.Import | ast.ImportFrom]:
-    """Return a library as it is imported. Raises CodeError."""
-    return parse_import(replace(library.name, text=library_today(library.name.text)))
 
 
 def imported_names(node: ast.Import | ast.ImportFrom) -> dict[str, str]:
@@ -460,7 +446,7 @@ class _Reader:
     def library(self, library: Library) -> None:
         if _is_imported(library):
             try:
-                found = LibraryImport(library, *_parsed(library))
+                found = LibraryImport(library, *parse_import(library.name))
             except CodeError as error:
                 self._add_problem(library.name, library.path, error)
             else:

@@ -65,10 +65,9 @@ def convert(
         _write(path, text, error_format)
     else:
         typer.echo(text, nl=False)
-    lost = sum(each.code in LOST for each in diagnostics)
-    if lost and error_format is ErrorFormat.TEXT:
-        typer.echo(f"not all of {source} is in it: see W501 and W561 above ({lost})", err=True)
-    if lost:
+    if lost := sum(each.code in LOST for each in diagnostics):
+        if error_format is ErrorFormat.TEXT:
+            typer.echo(f"not all of {source} is in it: see W501 and W561 above ({lost})", err=True)
         raise typer.Exit(1)
 
 

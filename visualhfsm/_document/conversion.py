@@ -12,10 +12,9 @@ from typing import Final
 
 from codegen.diagnostics import Diagnostics, Location, Note
 from codegen.hfsm import parse_document, write_document
-from codegen.hfsm.analysis import library_today
 from codegen.hfsm.code.language import CPP, change_code, code_of, is_foreign, is_undeclared_cpp
 from codegen.hfsm.code.python2 import defined_names, fix_python2, python2_mark
-from codegen.hfsm.code.text import parse_piece
+from codegen.hfsm.code.text import library_today, parse_piece
 from codegen.hfsm.codes import Code
 from codegen.hfsm.document import Document, Library, Text
 from codegen.hfsm.formats.xml_tree import read_bytes

@@ -22,8 +22,6 @@ _LONGEST_TIMELINE: Final = 4000
 _TIMELINE: Final = "\ntimeline of "
 """The beginning of a timeline in the message of an error."""
 _MOST_HITS: Final = 20_000
-_LINE: Final = "hfsm_result"
-"""The attribute of a report in which a worker of xdist sends its line to the controller."""
 
 
 class Results:
@@ -31,7 +29,7 @@ class Results:
 
     def __init__(self, config: pytest.Config, path: Path, lines: Lines) -> None:
         self._path: Final = path
-        self._is_worker: Final = hasattr(config, "workerinput")
+        self._is_worker: Final = hasattr(config, "workerinput")  # of xdist
         self._hits = Hits()
         self._lines = lines
         self._behaviors: list[Behavior] = []
@@ -48,38 +46,33 @@ class Results:
         self._hits.clear()
         self._behaviors.clear()
 
-    @pytest.hookimpl(tryfirst=True)  # before xdist sends the report of a worker
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """Write down how a test went; one that cannot begin, or not end, has failed."""
-        if (line := getattr(report, _LINE, None)) is not None:
-            self._write(line)
-        elif report.when == "call" or not report.passed:
-            line = _line(self._result(report))
-            if self._is_worker:
-                setattr(report, _LINE, line)
-            else:
-                self._write(line)
-
-    def pytest_collectreport(self, report: pytest.CollectReport) -> None:
-        """Write down that a file of tests cannot be read; xdist's controller hears it of its workers."""
-        if report.failed and not self._is_worker:
-            reason = str(report.longrepr)[-_LONGEST_REASON:]
-            self._write(_line(TestResult(name=report.nodeid, outcome="failed", reason=reason)))
-
-    def _result(self, report: pytest.TestReport) -> TestResult:
+        # What a worker of xdist has written comes to its controller, too, which says "???" of a crash.
+        by_worker = hasattr(report, "node") and str(report.when) != "???"
+        if by_worker or (report.when != "call" and report.passed):
+            return
         reason, mark, rest = _reason(report).partition(_TIMELINE)
         timeline = next((text for name, text in report.sections if name == "behavior"), mark.strip() + rest)
-        return TestResult(
-            name=report.nodeid,
-            outcome=report.outcome,
-            seconds=round(report.duration, 3),
-            reason=reason[:_LONGEST_REASON],
-            timeline=timeline[-_LONGEST_TIMELINE:],
-            hits=tuple(self._counted()),
-            ended=tuple(self._current()) if report.failed else (),
-            code=tuple(self._code()),
-            unmeasured=self._lines.unmeasured,
+        self._write(
+            TestResult(
+                name=report.nodeid,
+                outcome=report.outcome,
+                seconds=round(report.duration, 3),
+                reason=reason[:_LONGEST_REASON],
+                timeline=timeline[-_LONGEST_TIMELINE:],
+                hits=tuple(self._counted()),
+                ended=tuple(self._current()) if report.failed else (),
+                code=tuple(self._code()),
+                unmeasured=self._lines.unmeasured,
+            )
         )
+
+    def pytest_collectreport(self, report: pytest.CollectReport) -> None:
+        """Write down that a file of tests cannot be read."""
+        if report.failed and not self._is_worker:  # xdist's controller hears it once
+            reason = str(report.longrepr)[-_LONGEST_REASON:]
+            self._write(TestResult(name=report.nodeid, outcome="failed", reason=reason))
 
     def _counted(self) -> Iterator[Hit]:
         for (document, automaton, kind, id_), count in self._hits.most_common(_MOST_HITS):
@@ -99,13 +92,9 @@ class Results:
                 self._known.add(key)
                 yield code
 
-    def _write(self, line: str) -> None:
-        with self._path.open("a", encoding="utf-8") as file:
-            file.write(f"{line}\n")
-
-
-def _line(result: TestResult) -> str:
-    return msgspec.json.encode(result, enc_hook=encode_message).decode()
+    def _write(self, result: TestResult) -> None:
+        with self._path.open("ab") as file:
+            file.write(msgspec.json.encode(result, enc_hook=encode_message) + b"\n")
 
 
 def _reason(report: pytest.TestReport) -> str:

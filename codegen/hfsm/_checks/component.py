@@ -19,10 +19,10 @@ from ...diagnostics import Location, Misspelt, Note, did_you_mean
 from ...files import is_regular
 from ...messages import NO_MESSAGE, Message, any_of
 from .._extension import component_path
-from ..analysis import Analysis, Piece, imported_names, library_today
+from ..analysis import Analysis, Piece, imported_names
 from ..code._values import EXAMPLES, PARAMETER_TYPES, ValueTextError, parse_value
 from ..code.names import COMPONENT_ATTRIBUTES, identifier
-from ..code.text import definitions, place_of_bound
+from ..code.text import definitions, library_today, place_of_bound
 from ..codes import Code
 from ..document import Document, Interface, Parameter, RosInterface
 from ..formats.reader import looks_like_document

@@ -24,7 +24,7 @@ from ..document import NO_CHILD, REFUSED, Automaton, Document, Event, State, Tex
 from ..formats.reader import parse_document
 from ..formats.xml_tree import XmlElement, parse_xml
 from ..positions import on_circle
-from ._script import ScriptReader, decode_event, descendants, inside_all, is_name, take_timers
+from ._script import ScriptReader, decode_event, descendants, first_words, inside_all, is_name, take_timers
 from ._writer import OWN_NAMESPACE, SCXML_NAMESPACE, write_scxml
 
 _HEAD: Final = 4096  # bytes in which the root of a file must start
@@ -268,9 +268,8 @@ class _Reader:
                     self.report(Code.SCXML_FOREIGN, child, message)
                 self._others.add(name)
             elif child.tag not in known:
-                self._report_lost(
-                    child, Message("`{tag}` is not imported: there is no equivalent here", tag=child.tag[:60])
-                )
+                message = Message("`{tag}` is not imported: there is no equivalent here", tag=child.tag[:60])
+                self._report_lost(child, message)
 
     def _check_element(self, element: XmlElement) -> None:
         """Report attributes and content that are not imported, wherever the element is."""
@@ -288,21 +287,19 @@ class _Reader:
     def _add_goal(self, element: XmlElement, goal: _Goal) -> None:
         name = element.attributes.get("id", "")
         if name and self._goals.setdefault(name, goal) is not goal:
-            self.report(
-                Code.INVALID_SCXML, element, Message("a second element has the id `{name}`", name=name[:60])
-            )
+            message = Message("a second element has the id `{name}`", name=name[:60])
+            self.report(Code.INVALID_SCXML, element, message)
 
     def _read_data(self, element: XmlElement, automaton: _Automaton) -> None:
         """Read the data of an element, and the script of the root, as variables of an automaton."""
         for data in inside_all(element, "datamodel", "data"):
             name = data.attributes.get("id", "")
-            if not is_name(name):
+            if not is_name(name) or "src" in data.attributes:
                 message = Message("the data `{name}` cannot be a Python variable", name=name[:60])
+                if "src" in data.attributes:
+                    message = Message("the data `{name}` is in another file", name=name[:60])
                 self._report_lost(data, message)
             else:
-                if "src" in data.attributes:
-                    message = Message("the data `{name}` is in another file: here it is None", name=name)
-                    self._report_lost(data, message)
                 automaton.variables.append(f"{name} = {self._script.value(data) or 'None'}")
                 self._data[name] = data, automaton.number
         for script in element.elements("script") if element is self._root else ():
@@ -346,9 +343,8 @@ class _Reader:
     def _read_transition(self, state: _State, element: XmlElement) -> None:
         names = element.attributes.get("target", "").split()
         if state.element.tag == "final" or not names:
-            self._report_lost(
-                element, Message("a transition without a target, or out of a final state, is not imported")
-            )
+            message = Message("a transition without a target, or out of a final state, is not imported")
+            self._report_lost(element, message)
             return
         goals = self._find_goals(names, element)
         transitions = list(self._transitions(state, element))
@@ -360,12 +356,10 @@ class _Reader:
             self._report_lost(element, message)
             return
         if element.attributes.get("type") == "internal" and goals[0].state is not origin is destination:
-            self._report_difference(
-                element,
-                Message(
-                    "it stays in `{state}`: here it leaves and enters the state again", state=state.name[:60]
-                ),
+            message = Message(
+                "it stays in `{state}`: here it leaves and enters it again", state=state.name[:60]
             )
+            self._report_difference(element, message)
         self._check_entered(goals, destination, element)
         code = self._script.code([element])
         if origin is not state:
@@ -381,8 +375,8 @@ class _Reader:
         if not events:
             yield _transition("condition", condition or "True", "", element)
         for event in events:
-            name = event.removesuffix("*").rstrip(".")
-            if (timer := self._timers.get((state.element, event))) is not None:
+            name = first_words(event)
+            if (timer := self._timers.get((state.element, name))) is not None:
                 yield _transition("time", timer, condition, element)
             elif event == f"done.state.{state.name}":
                 yield _transition("finished", "", condition, element)
@@ -439,13 +433,8 @@ class _Reader:
         """Return the targets with some ids, after reporting unknown ids."""
         for name in names:
             if name not in self._goals:
-                notes = did_you_mean(name, self._goals)
-                self.report(
-                    Code.INVALID_SCXML,
-                    element,
-                    Message("no state has the id `{name}`", name=name[:60]),
-                    notes,
-                )
+                message = Message("no state has the id `{name}`", name=name[:60])
+                self.report(Code.INVALID_SCXML, element, message, did_you_mean(name, self._goals))
         return [self._goals[name] for name in names if name in self._goals]
 
     def _starts(self, goal: _Goal) -> list[_State]:

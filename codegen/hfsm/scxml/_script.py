@@ -54,7 +54,12 @@ def take_timers(root: XmlElement, report: Report) -> dict[tuple[XmlElement, str]
     that outlives its state, since nothing cancels it on exit, is reported.
     """
     states = list(descendants(root, "state", "parallel"))
-    awaited = [(state, name) for state in states for name in _awaited(state)]
+    awaited = [
+        (state, first_words(name))
+        for state in states
+        for transition in state.elements("transition")
+        for name in transition.attributes.get("event", "").split()
+    ]
     sent = Counter(each.attributes.get("event", "") for each in descendants(root, "raise", "send"))
     cancelled = Counter(each.attributes.get("sendid") for each in descendants(root, "cancel"))
     timers: dict[tuple[XmlElement, str], str] = {}
@@ -67,31 +72,17 @@ def take_timers(root: XmlElement, report: Report) -> dict[tuple[XmlElement, str]
             event, name = send.attributes.get("event", ""), send.attributes.get("id", "")
             cancels = exits.union(*(each.elements("cancel") for each in leaving))
             cancels = {each for each in cancels if each.attributes.get("sendid") == name}
-            waiting = {other for other, text in awaited if _matches(text, event)}
-            is_own = (state, event) in awaited and waiting == {state} and sent[event] == 1
+            waiting = {other for other, words in awaited if f"{event}.".startswith(f"{words}.")}
+            is_own = event and (state, event) in awaited and waiting == {state} and sent[event] == 1
             if is_own and (delay := _delay(send)) and len(cancels) == cancelled[name]:
                 timers[state, event] = delay
                 gone |= {send, *cancels}
                 if not cancels & exits:
-                    message = Message(
-                        "`{event}` is a timer: in SCXML it also comes if its state was left", event=event[:60]
-                    )
+                    message = Message("`{event}` is a timer, which ends with its state", event=event[:60])
                     report(Code.SCXML_OTHER_FORM, send, message)
         for holder in (*state.elements("onentry", "onexit"), *leaving):
             holder.children = [each for each in holder.children if each not in gone]
     return timers
-
-
-def _awaited(state: XmlElement) -> list[str]:
-    """Return the events for which the transitions of a state wait."""
-    events = (transition.attributes.get("event", "") for transition in state.elements("transition"))
-    return [name for text in events for name in text.split()]
-
-
-def _matches(awaited: str, event: str) -> bool:
-    """Return whether an event is one that is awaited by its name or the first words of it."""
-    words = awaited.removesuffix("*").rstrip(".")
-    return bool(words) and f"{event}.".startswith(f"{words}.")
 
 
 def _delay(send: XmlElement) -> str:
@@ -191,17 +182,13 @@ class ScriptReader:
                 case "if":
                     yield from self._if(element)
                 case name:
-                    self._report_lost(
-                        element, Message("`{name}` is not imported: write it in Python", name=name)
-                    )
+                    message = Message("`{name}` is not imported: write it in Python", name=name[:60])
+                    self._report_lost(element, message)
 
     def _send(self, element: XmlElement) -> Iterator[str]:
         event, attributes = element.attributes.get("event", ""), element.attributes
         if attributes.keys() & {"delay", "delayexpr"} and _delay(element) != "0":
-            message = Message(
-                "the delayed event `{event}` is not imported: only the state that sends it may wait for it",
-                event=event[:60],
-            )
+            message = Message("`{event}` is not imported: it is delayed, but no timer", event=event[:60])
             self._report_lost(element, message)
             return
         is_plain = attributes.get("target", "") in _SELF_TARGETS and attributes.keys() <= _SEND_ATTRIBUTES
@@ -215,9 +202,8 @@ class ScriptReader:
                 data[item.attributes.get("name", "")] = self.expression(item, value)
             is_plain &= item.tag == "content" or (item.tag == "param" and bool(value.strip()))
         if not event or not is_plain:
-            self._report_lost(
-                element, Message("an event for other programs, or with a computed name, is not imported")
-            )
+            message = Message("an event for other programs, or with a computed name, is not imported")
+            self._report_lost(element, message)
             return
         pairs = ", ".join(f"{_quoted(name)}: {value}" for name, value in data.items() if value)
         values = content or (f"{{{pairs}}}" if pairs else "")
@@ -255,12 +241,16 @@ class ScriptReader:
             message = Message("`{first}` is not valid Python: it is kept, but cannot run", first=_first(text))
             self._report(Code.KEPT_LANGUAGE, element, message)
         elif (name := _SYSTEM_NAMES.search(text)) is not None:
-            self._report_lost(
-                element, Message("`{name}` does not exist here: the code would raise NameError", name=name[0])
-            )
+            message = Message("`{name}` does not exist here: the code would raise NameError", name=name[0])
+            self._report_lost(element, message)
 
     def _report_lost(self, element: XmlElement, message: Message) -> None:
         self._report(Code.SCXML_NOT_IMPORTED, element, message)
+
+
+def first_words(event: str) -> str:
+    """Return the words with which the events begin that a transition takes for `event`, blank for all."""
+    return event.removesuffix("*").rstrip(".")
 
 
 def decode_event(name: str) -> str:

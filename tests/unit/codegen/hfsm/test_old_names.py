@@ -11,7 +11,7 @@ import pytest
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document, write_document
-from codegen.hfsm.analysis import library_today
+from codegen.hfsm.code.text import library_today
 from codegen.hfsm.loading import check_document
 from hfsm_runtime import VirtualRun
 from tests.support.codegen_command import ROOT

@@ -256,11 +256,13 @@ def test_a_test_may_run_in_a_context_of_its_own(
 
 def test_each_result_is_written_once_also_by_workers(lamp: pytest.Pytester) -> None:
     (lamp.path / "test_unreadable.py").write_text("import nowhere", encoding="utf-8")
+    (lamp.path / "test_end.py").write_text("def test_end(): __import__('os')._exit(1)", encoding="utf-8")
     lamp.runpytest("-n2", "--hfsm-results=results", "--continue-on-collection-errors")
     results = [json.loads(line) for line in (lamp.path / "results").read_text(encoding="utf-8").splitlines()]
     assert sorted(
         (each["name"].rpartition(":")[2], each["outcome"], bool(each["hits"])) for each in results
     ) == [
+        ("test_end", "failed", False),
         ("test_lit", "passed", True),
         ("test_unreadable.py", "failed", False),
         ("test_worn", "passed", True),
