@@ -6,6 +6,7 @@ import ast
 import json
 import keyword
 import re
+import warnings
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from decimal import Decimal
@@ -17,7 +18,6 @@ from ..codes import Code
 from ..document import Text
 from ..formats.writer import UNWRITABLE
 from ..formats.xml_tree import XmlElement
-from ._writer import is_expression
 
 Report = Callable[[str, XmlElement, Message], None]
 """Reports a diagnostic with a code about an element."""
@@ -106,10 +106,9 @@ class ScriptReader:
         """The language of the code read so far, blank for Python."""
 
     def expression(self, element: XmlElement, text: str, *, is_inline: bool = False) -> str:
-        """Return an expression that may stand anywhere in code, blank after reporting that it is none.
+        """Return an expression that may stand anywhere, blank after reporting that it is none.
 
-        What stands `inline`, between tags, may also be JSON, or else it is a text. `element` is for the
-        messages.
+        What is `inline`, between tags, may be JSON, or else is a text.
         """
         text = text.strip()
         self._check(element, text)
@@ -117,13 +116,13 @@ class ScriptReader:
             return text
         if found := (_json(text) if is_inline else "") or _expression(text):
             return found
-        message = Message("`{first}` is not a Python expression: it is not imported", first=_first(text))
-        if is_inline:
-            message = Message("`{first}` is not a Python expression: it is a text", first=_first(text))
-            self._report(Code.SCXML_OTHER_FORM, element, message)
-            return _quoted(" ".join(text.split()))
-        self._report_lost(element, message)
-        return ""
+        if not is_inline:
+            message = Message("`{first}` is not a Python expression: it is not imported", first=_first(text))
+            self._report_lost(element, message)
+            return ""
+        message = Message("`{first}` is not a Python expression: it is a text", first=_first(text))
+        self._report(Code.SCXML_OTHER_FORM, element, message)
+        return _quoted(" ".join(text.split()))
 
     def value(self, element: XmlElement) -> str:
         """Return the value of `data`, `assign` or `content`, by their `expr` or what is inside."""
@@ -273,10 +272,15 @@ def _json(text: str) -> str:
 
 def _expression(text: str) -> str:
     """Return an expression, in parentheses where it needs them beside other code; blank if it is none."""
+    try:
+        with warnings.catch_warnings(action="ignore"):
+            compile(f"({text}\n)", "", "eval")
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return ""
     match parse_piece(f"_ = 0, {text}, 0"):
         case ast.Module(body=[ast.Assign(value=ast.Tuple(elts=[_, _, _]))]):
             return text
-    return f"({text}\n)" if is_expression(text) else ""
+    return f"({text}\n)"
 
 
 def _first(text: str) -> str:

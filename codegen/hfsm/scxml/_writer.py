@@ -53,7 +53,7 @@ def write_scxml(document: Document, path: Path, diagnostics: Diagnostics) -> str
     return _Writer(document, path, diagnostics).text()
 
 
-def is_expression(code: str) -> bool:
+def _is_expression(code: str) -> bool:
     """Return whether a text is a Python expression."""
     with warnings.catch_warnings(action="ignore"):
         tree = parse_piece(code)
@@ -215,9 +215,9 @@ class _Writer:
         """Return a condition for SCXML: one that is empty or has statements never holds."""
         if not self._is_python:
             return "false" if text.is_blank else text.text
-        has_expression = is_expression(text.text)
-        self._omit(Message("a condition of statements"), [] if text.is_blank or has_expression else [text])
-        return text.text if has_expression else "False"
+        is_expression = _is_expression(text.text)
+        self._omit(Message("a condition of statements"), [] if text.is_blank or is_expression else [text])
+        return text.text if is_expression else "False"
 
     def _variables(self, parent: ET.Element, automaton: Automaton) -> None:
         """Write the variables of an automaton as data if all are `name = value` with unique names."""
@@ -226,7 +226,7 @@ class _Writer:
         lines = automaton.variables.text.split("\n")
         found = {match[1]: match[2] for line in lines if (match := _ASSIGNMENT.fullmatch(line)) is not None}
         is_plain = len(found) == len(lines) and not found.keys() & self._ids
-        is_plain &= all(map(is_expression, found.values()))
+        is_plain &= all(map(_is_expression, found.values()))
         if not self._is_python or not is_plain:
             self._omit(Message("code that sets variables"), [automaton.variables])
             return

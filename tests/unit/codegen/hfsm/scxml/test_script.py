@@ -79,6 +79,8 @@ def test_an_expression_means_the_same_wherever_it_stands(element: str, expressio
     [
         ('<assign location="x" expr="return"/>', ""),
         ('<assign location="x" expr="y = 1"/>', ""),
+        ('<assign location="x" expr="yield y"/>', ""),
+        ('<assign location="x" expr="*y"/>', ""),
         ('<log label="x" expr="1 1"/>', 'self.log.info("%s", "x")'),
         ('<send event="e"><param name="x" expr="="/></send>', 'self.send("e")'),
         ('<if cond="=="><log label="x"/></if>', 'if False:\n    self.log.info("%s", "x")'),
