@@ -131,6 +131,29 @@ FOREIGN = {
         ["1/0: *a b; a->b event:late"],
         ["W561", "W561"],
     ),
+    "a delayed event that is cancelled by a transition that stays": (
+        (
+            '<state id="a"><onentry><send event="late" delay="3s" id="t"/></onentry><transition event="late" target="b"/>'
+            '<transition event="calm" type="internal" target="x"><cancel sendid="t"/></transition><state id="x"/></state>'
+            '<state id="b"/>'
+        ),
+        ["1/0: *a<2(restart) b; a->b event:late; a->a event:calm", "2/1: *x"],
+        ["W561", "W561", "W562"],
+    ),
+    "a delayed event without a name, and any event": (
+        AB.format('<onentry><send eventexpr="x" delay="3s"/></onentry><transition event="*" target="b"/>'),
+        ["1/0: *a b"],
+        ["W561", "W561"],
+    ),
+    "a timer of a state, and of what it invokes": (
+        AB.format(
+            '<invoke><content><scxml><state id="c"><onentry><send event="late" delay="1s"/></onentry>'
+            '<transition event="late" target="c"/></state></scxml></content></invoke>'
+            '<onentry><send event="late" delay="3s"/></onentry><transition event="late" target="b"/>'
+        ),
+        ["1/0: *a b; a->b time:3000"],
+        ["N561", "W561"],
+    ),
     "a delayed event whose first word somebody else awaits": (
         AB.format(
             '<onentry><send event="late.a" delay="3s"/></onentry><transition event="late.a" target="b"/>'

@@ -131,6 +131,7 @@ def test_an_event_has_the_data_that_scxml_gives_it() -> None:
         ('<send event="e"/>', '<if cond="1"><send event="f" target="#_internal"/></if>', ["W562"]),
         ('<raise event="f"/>', '<send event="e"/>', []),
         ('<send event="e"/>', '<send event="f"/>', []),
+        ('<send event="e" delay="1s"/>', '<raise event="f"/>', ["W561"]),
     ],
 )
 def test_events_that_scxml_takes_in_another_order_are_reported(
@@ -148,3 +149,10 @@ def test_data_that_is_not_imported_says_why(attribute: str, word: str) -> None:
     id_ = "" if attribute.startswith("id") else 'id="limits" '
     _, found = import_(scxml(f'<datamodel><data {id_}{attribute}/></datamodel><state id="a"/>', PYTHON))
     assert word in found.render()
+
+
+@pytest.mark.parametrize(("binding", "codes"), [("early", []), ("late", ["W562"])])
+def test_data_that_is_set_when_its_state_is_entered_is_reported(binding: str, codes: list[str]) -> None:
+    inside = '<state id="a"><datamodel><data id="x" expr="1"/></datamodel></state>'
+    _, found = import_(scxml(inside, f'{PYTHON} binding="{binding}"'))
+    assert [each.code for each in found] == codes
