@@ -141,7 +141,7 @@ class ScriptReader:
         found = [each for holder in holders for each in holder.elements()]
         self._check_order(found)
         if len(found) == 1 and found[0].tag == "script" and "src" not in found[0].attributes:
-            self._check(found[0], found[0].text, is_script=True)
+            self._script(found[0])
             return found[0].content
         text = "\n".join(self.lines(found))
         return Text(text, found[0].line, found[0].column) if text else Text()
@@ -163,9 +163,7 @@ class ScriptReader:
             attributes = element.attributes
             match element.tag:
                 case "script" if "src" not in attributes:
-                    self._check(element, element.text, is_script=True)
-                    script = split(element.content)
-                    yield from () if script is None else script.lines
+                    yield from self._script(element)
                 case "raise":
                     yield f"self.send({_quoted(decode_event(attributes.get('event', '')))})"
                 case "send":
@@ -226,7 +224,19 @@ class ScriptReader:
         code = split(Text(text if tree is None or tree.body else f"{text}\npass"))
         yield from () if code is None else code.indented(1)
 
-    def _check(self, element: XmlElement, text: str, *, is_script: bool = False) -> None:
+    def _script(self, element: XmlElement) -> Sequence[str]:
+        """Return the lines of a script, after reporting what cannot run."""
+        self._check(element, element.text)
+        code = split(element.content)
+        lines = () if code is None else code.lines
+        if self._is_python and parse_piece("\n".join((*lines, "pass"))) is None:
+            message = Message(
+                "`{first}` is not valid Python: it is kept, but cannot run", first=_first(lines[0])
+            )
+            self._report(Code.KEPT_LANGUAGE, element, message)
+        return lines
+
+    def _check(self, element: XmlElement, text: str) -> None:
         """Report code that cannot run here."""
         if not self._is_python and text.strip():
             self.language = self._name
@@ -235,9 +245,6 @@ class ScriptReader:
                 first=_first(text),
                 language=self._name,
             )
-            self._report(Code.KEPT_LANGUAGE, element, message)
-        elif is_script and parse_piece(text) is None:
-            message = Message("`{first}` is not valid Python: it is kept, but cannot run", first=_first(text))
             self._report(Code.KEPT_LANGUAGE, element, message)
         elif (name := _SYSTEM_NAMES.search(text)) is not None:
             message = Message("`{name}` does not exist here: the code would raise NameError", name=name[0])

@@ -99,10 +99,20 @@ def test_a_condition_that_is_no_python_never_holds() -> None:
     assert [each.code for each in found] == ["W561"]
 
 
-def test_a_script_that_is_no_python_is_kept_and_reported() -> None:
-    text = '<state id="a"><onentry><script>print 1</script></onentry></state>'
-    assert read(text) == "print 1"
-    assert reported(text) == ["N502"]
+@pytest.mark.parametrize(
+    ("script", "codes"),
+    [
+        ("print 1", ["N502"]),
+        ("(", ["N502"]),
+        ('\n    x = """\nup to the margin"""\n    if x:\n        pass\n  ', []),
+        ("", []),
+    ],
+)
+def test_a_script_that_is_no_python_is_kept_and_reported(script: str, codes: list[str]) -> None:
+    text = f'<state id="a"><onentry><script>{script}</script></onentry></state>'
+    assert read(text) == script
+    assert reported(text) == codes
+    assert reported(text.replace("<onentry>", '<onentry><log label="x"/>')) == codes
 
 
 def test_a_branch_may_have_strings_of_several_lines_or_no_statement() -> None:
