@@ -100,6 +100,9 @@ class _Parser:
             self._depth -= 1
             self._fail("modules are nested too deeply", token=name)
         try:
+            if self._accept("::"):  # as in Ice 3.8
+                module.definitions.append(self._module())
+                return module
             module.definitions += self._block(self._definition, f"module {name.text}")
         finally:
             self._depth -= 1
@@ -176,7 +179,7 @@ class _Parser:
         return enumeration
 
     def _enumerator(self, enumeration: ast.Enumeration) -> ast.Enumerator:
-        doc = self._token.doc
+        _, doc = self._metadata()
         name = self._name("an enumerator")
         literal = self._literal() if self._accept("=") else None
         if not (self._at(",") or self._at("}") or self._at_end()):

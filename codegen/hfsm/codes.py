@@ -7,6 +7,7 @@ from 600 on.
 from __future__ import annotations
 
 from enum import StrEnum
+from typing import Final
 
 
 class Code(StrEnum):
@@ -101,6 +102,7 @@ class Code(StrEnum):
     UNKNOWN_ELEMENT = "W541"
     ASSIGNED_VARIABLE_ABOVE = "W542"
     HIDDEN_ATTRIBUTE = "W543"
+    OLD_LIBRARY = "W544"
     SCXML_NOT_EXPORTED = "W560"
     SCXML_NOT_IMPORTED = "W561"
     SCXML_DIFFERENT_MEANING = "W562"
@@ -119,3 +121,7 @@ class Code(StrEnum):
     UNCLEAR_CODE = "N606"
     UNDECIDED = "N607"
     NOT_SEEN = "N608"
+
+
+LOST: Final = frozenset((Code.LOST_ON_SAVING, Code.SCXML_NOT_IMPORTED))
+"""The kinds that say that something of a file is not in the document."""

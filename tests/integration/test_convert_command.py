@@ -91,6 +91,18 @@ def test_python_2_is_fixed_on_request(folder: Path) -> None:
     assert 'note[N503]: fixed: `print "waiting"` is `print("waiting")` in Python 3' in done.stderr
 
 
+def test_the_package_of_jderobot_is_replaced_and_that_is_said(folder: Path) -> None:
+    old = NEW.replace("<libraries/>", "<libraries>\n    <lib>jderobot</lib>\n  </libraries>")
+    (folder / "old.xml").write_text(old)
+    line = old[: old.index("jderobot")].count("\n") + 1
+    done = convert("old.xml", "new.xml")
+    assert done.exit_code == 0
+    assert (folder / "new.xml").read_text() == old.replace("jderobot", "from interfaces import jderobot")
+    assert (
+        f"old.xml:{line}:10: note[N504]: `jderobot` is `from interfaces import jderobot` now" in done.stderr
+    )
+
+
 def test_code_in_another_language_is_kept_and_marked(folder: Path) -> None:
     (folder / "old.xml").write_text(OLD.replace('print "waiting"', "motors-&gt;setV(0777);\nprintf(x);"))
     done = convert("--fix-python2", "old.xml", "-")
@@ -171,3 +183,36 @@ def test_the_command_runs_on_its_own_and_reports_an_output_without_room_in_one_l
     assert done.returncode == 1
     assert done.stderr.splitlines()[-1] == "visualhfsm: error: cannot write: No space left on device"
     assert "Traceback" not in done.stderr
+
+
+LOSSY = """<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="python">
+  <state id="a"><invoke src="b.scxml"/><transition event="e" target="a"/></state>
+</scxml>
+"""
+
+
+@pytest.mark.parametrize("target", ["new.xml", "-"])
+@pytest.mark.parametrize("error_format", ["text", "json"])
+def test_a_file_that_lacks_a_part_is_written_and_the_code_says_so(
+    folder: Path, target: str, error_format: str
+) -> None:
+    (folder / "old.scxml").write_text(LOSSY)
+    done = convert("--error-format", error_format, "old.scxml", target)
+    assert done.exit_code == 1
+    assert "W561" in done.stderr
+    written = done.stdout if target == "-" else (folder / target).read_text()
+    assert '<trans type="event">e</trans>' in written
+
+
+def test_what_an_old_document_loses_is_counted_too(folder: Path) -> None:
+    (folder / "old.xml").write_text(OLD.replace("<name>root</name>", "<name>root<!-- x --></name> by hand"))
+    done = convert("old.xml", "new.xml")
+    assert done.exit_code == 1
+    assert done.stderr.splitlines()[-1] == "not all of old.xml is in it: see W501 and W561 above (1)"
+
+
+def test_what_is_only_not_the_same_is_no_failure(folder: Path) -> None:
+    (folder / "old.scxml").write_text(LOSSY.replace('<invoke src="b.scxml"/>', "").replace('"e"', '"e.*"'))
+    done = convert("old.scxml", "new.xml")
+    assert done.exit_code == 0
+    assert "W562" in done.stderr

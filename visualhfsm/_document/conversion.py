@@ -14,7 +14,7 @@ from codegen.diagnostics import Diagnostics, Location, Note
 from codegen.hfsm import parse_document, write_document
 from codegen.hfsm.code.language import CPP, change_code, code_of, is_foreign, is_undeclared_cpp
 from codegen.hfsm.code.python2 import defined_names, fix_python2, python2_mark
-from codegen.hfsm.code.text import parse_piece
+from codegen.hfsm.code.text import library_today, parse_piece
 from codegen.hfsm.codes import Code
 from codegen.hfsm.document import Document, Library, Text
 from codegen.hfsm.formats.xml_tree import read_bytes
@@ -90,10 +90,14 @@ class _Python2Converter:
         return replace(document, libraries=tuple(self._library(each) for each in document.libraries))
 
     def _library(self, library: Library) -> Library:
-        """Fix the name of a module, which becomes `queue as Queue` where that was `Queue`."""
+        """Fix the name of a module, `queue as Queue` where that was `Queue`; replace JdeRobot's package."""
         name = library.name
         if library.kind != "module" or name.is_blank:
             return library
+        if (today := library_today(name.text)) != name.text:
+            message = Message("`{old}` is `{today}` now", old=name.text.strip(), today=today)
+            self._diagnostics.note(Code.OLD_NAME, message, self._place(name, 1, 0))
+            return replace(library, name=replace(name, text=today))
         if name.text.lstrip().startswith(("from ", "import ")):
             return replace(library, name=self._code(name))
         fixed = self._code(replace(name, text=f"import {name.text}", column=name.column - len("import ")))

@@ -16,6 +16,7 @@ from typing import Final
 
 from codegen.diagnostics import Diagnostic, Diagnostics
 from codegen.hfsm import DocumentNotWritableError, parse_document, write_document
+from codegen.hfsm.codes import LOST
 from codegen.hfsm.document import Automaton, Document
 from codegen.hfsm.formats.reader import Dialect
 from codegen.hfsm.scxml import parse_scxml
@@ -121,7 +122,7 @@ def read_scxml(content: bytes, path: Path, diagnostics: Diagnostics) -> Document
 
 
 def import_scxml(content: bytes, name: str) -> tuple[Document, list[Message]]:
-    """Return a document made from SCXML, with remarks on what has no equivalent here.
+    """Return a document made from SCXML, with remarks on what is lost, and then on what is not the same.
 
     Raises EditError.
     """
@@ -134,7 +135,9 @@ def import_scxml(content: bytes, name: str) -> tuple[Document, list[Message]]:
             why,
             Message("see docs/how-to/scxml.md for what is understood"),
         )
-    return document, [_with_line(each) for each in diagnostics]
+    return document, [
+        _with_line(each) for each in sorted(diagnostics, key=lambda each: each.code not in LOST)
+    ]
 
 
 def _with_line(found: Diagnostic) -> Message:

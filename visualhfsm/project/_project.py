@@ -138,7 +138,7 @@ class Project:
     def open(self, path: str | Path) -> OpenDocument:
         """Open a document in any format, relative to the root; one that is open already is returned.
 
-        SCXML becomes a new document, whose `remarks` say what has no equivalent here.
+        SCXML becomes a new document, whose `remarks` say what is missing or not the same there.
         """
         file = self.root.source(str(path))
         with self._opening:

@@ -7,7 +7,6 @@ import linecache
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from contextvars import ContextVar
 from functools import lru_cache
 from itertools import count
 from pathlib import Path
@@ -28,7 +27,8 @@ _MARK: Final = "_in_memory_"
 COMPILED: Final = "<compiled>"
 """The folder in the names of components that have no file."""
 _numbers = count(1)
-_measured: ContextVar[bool] = ContextVar("measured", default=False)
+_measuring: Final[list[None]] = []
+"""An entry for each that measures. Not a context variable: a test that is a coroutine has its own context."""
 
 
 class DocumentInvalid(ExecutionError, ValueError):
@@ -58,11 +58,11 @@ def measurable() -> Iterator[None]:
 
     It takes what begins with `<` for code without a file, and what does not for a file that a report needs.
     """
-    token = _measured.set(True)
+    _measuring.append(None)
     try:
         yield
     finally:
-        _measured.reset(token)
+        _measuring.pop()
 
 
 def load_component(
@@ -78,7 +78,7 @@ def load_component(
         target, text = _compile(path, path.stat().st_mtime_ns, tuple(include))
     else:
         target, text = _compiled(path, tuple(include), content)
-    measured = _measured.get()
+    measured = bool(_measuring)
     on_disk = not measured and target.is_file() and target.read_text(encoding="utf-8") == text
     # As long as the component on the disk is up to date, tracebacks and debuggers show its file.
     file = str(target) if on_disk else f"{COMPILED}/{target.name}"

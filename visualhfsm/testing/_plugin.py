@@ -101,7 +101,7 @@ def pytest_configure(config: pytest.Config) -> None:
         from ._results import Results
 
         assert lines is not None
-        config.pluginmanager.register(Results(Path(file), lines), _RESULTS)
+        config.pluginmanager.register(Results(config, Path(file), lines), _RESULTS)
 
 
 @pytest.fixture

@@ -27,8 +27,9 @@ _MOST_HITS: Final = 20_000
 class Results:
     """Writes a line for each test into a file: a plugin of pytest."""
 
-    def __init__(self, path: Path, lines: Lines) -> None:
+    def __init__(self, config: pytest.Config, path: Path, lines: Lines) -> None:
         self._path: Final = path
+        self._is_worker: Final = hasattr(config, "workerinput")  # of xdist
         self._hits = Hits()
         self._lines = lines
         self._behaviors: list[Behavior] = []
@@ -47,7 +48,9 @@ class Results:
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """Write down how a test went; one that cannot begin, or not end, has failed."""
-        if report.when != "call" and report.passed:
+        # What a worker of xdist has written comes to its controller, too, which says "???" of a crash.
+        by_worker = hasattr(report, "node") and str(report.when) != "???"
+        if by_worker or (report.when != "call" and report.passed):
             return
         reason, mark, rest = _reason(report).partition(_TIMELINE)
         timeline = next((text for name, text in report.sections if name == "behavior"), mark.strip() + rest)
@@ -67,7 +70,7 @@ class Results:
 
     def pytest_collectreport(self, report: pytest.CollectReport) -> None:
         """Write down that a file of tests cannot be read."""
-        if report.failed:
+        if report.failed and not self._is_worker:  # xdist's controller hears it once
             reason = str(report.longrepr)[-_LONGEST_REASON:]
             self._write(TestResult(name=report.nodeid, outcome="failed", reason=reason))
 

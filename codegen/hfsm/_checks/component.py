@@ -15,14 +15,14 @@ from typing import Final
 
 from zenoh_ice.application import hidden_interfaces
 
-from ...diagnostics import Location, Note, did_you_mean
+from ...diagnostics import Location, Misspelt, Note, did_you_mean
 from ...files import is_regular
 from ...messages import NO_MESSAGE, Message, any_of
 from .._extension import component_path
 from ..analysis import Analysis, Piece, imported_names
 from ..code._values import EXAMPLES, PARAMETER_TYPES, ValueTextError, parse_value
 from ..code.names import COMPONENT_ATTRIBUTES, identifier
-from ..code.text import definitions, place_of_bound
+from ..code.text import definitions, library_today, place_of_bound
 from ..codes import Code
 from ..document import Document, Interface, Parameter, RosInterface
 from ..formats.reader import looks_like_document
@@ -132,6 +132,13 @@ def check_libraries(analysis: Analysis, reserved: Collection[str], report: Repor
             message = Message("`{name}` is a reserved name: choose another", name=name)
             place = Location(each.library.path or analysis.path, each.library.name.line)
             report.error(Code.RESERVED_NAME, message, place)
+        old = each.library.name.text.strip()
+        if (today := library_today(old)) != old:
+            message = Message("`{old}` is `{today}` now", old=old, today=today)
+            notes = [
+                Note(Message("`visualhfsm convert` writes it so"), misspelt=Misspelt(old, today, "name"))
+            ]
+            report.warning(Code.OLD_LIBRARY, message, each.library, notes)
 
 
 def check_functions(analysis: Analysis, report: Report) -> dict[str, Location]:

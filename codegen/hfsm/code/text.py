@@ -104,6 +104,7 @@ FUTURE: Final = "from __future__ import annotations"
 """The first line of a component, which changes what Python accepts in an annotation."""
 
 _ESCAPED: Final = re.compile("&(?:lt|gt|amp);")
+_OLD_LIBRARY: Final = re.compile(r"(?:import\s+)?(jderobot(?:\s+as\s+\w+)?)|from\s+jderobot\s+(import\s.*)")
 
 
 class CodeError(MessageError):
@@ -271,9 +272,17 @@ def parse_expression(code: CodeText, what: Message) -> ast.Module:
     return tree
 
 
+def library_today(name: str) -> str:
+    """Return a library, with the package of today where it is that of JdeRobot's components."""
+    found = _OLD_LIBRARY.fullmatch(name.strip())
+    if found is None:
+        return name
+    return f"from interfaces import {found[1]}" if found[1] else f"from interfaces.jderobot {found[2]}"
+
+
 def parse_import(text: Text) -> tuple[str, ast.Import | ast.ImportFrom]:
     """Return a library as an import statement with its tree. Raises CodeError."""
-    written = text.text.strip()
+    written = library_today(text.text).strip()
     statement = written if re.match(r"(import|from)\s", written) else f"import {written}"
     try:
         body = parse_python(statement).body

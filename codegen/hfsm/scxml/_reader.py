@@ -24,7 +24,7 @@ from ..document import NO_CHILD, REFUSED, Automaton, Document, Event, State, Tex
 from ..formats.reader import parse_document
 from ..formats.xml_tree import XmlElement, parse_xml
 from ..positions import on_circle
-from ._script import ScriptReader, decode_event, descendants, inside_all, is_name, take_timers
+from ._script import ScriptReader, decode_event, descendants, first_words, inside_all, is_name, take_timers
 from ._writer import OWN_NAMESPACE, SCXML_NAMESPACE, write_scxml
 
 _HEAD: Final = 4096  # bytes in which the root of a file must start
@@ -33,11 +33,21 @@ _START: Final = re.compile(
 )
 _NATIVE: Final = f"{{{OWN_NAMESPACE}}}document"
 _STATES: Final = ("state", "parallel", "final")
-_PARTS: Final = {
-    "scxml": (*_STATES, "datamodel", "script", "initial"),
-    "final": ("onentry", "onexit", "transition"),
-}
 _STATE_PARTS: Final = (*_STATES, "onentry", "onexit", "transition", "initial", "history", "datamodel")
+_PARTS: Final[Mapping[str, Sequence[str]]] = {
+    "scxml": (*_STATES, "datamodel", "script", "initial"),
+    "state": _STATE_PARTS,
+    "parallel": _STATE_PARTS,
+    "final": ("onentry", "onexit", "transition"),
+    "datamodel": ("data",),
+    **dict.fromkeys(("initial", "history"), ("transition",)),
+    **dict.fromkeys(("raise", "log", "cancel", "param", "script", "elseif", "else"), ()),
+}
+_ATTRIBUTES: Final = re.compile(
+    "array|autoforward|binding|cond|datamodel|delay|event|expr|id|idlocation|index|initial|item|label|location|"
+    "name|namelist|sendid|src|target|type|version|xmlns|(?:delay|event|sendid|src|target|type)expr|.*:.*"
+)
+"""The attributes of SCXML, and those of other namespaces."""
 _RETURN: Final = "200"
 """Time in ms in a state that waits before it returns: two cycles, in which the state above is left."""
 
@@ -103,6 +113,7 @@ class _State:
     name: str
     automata: list[_Automaton] = field(default_factory=list)
     history: XmlElement | None = None
+    starts_with_history: bool = False
 
     @property
     def path(self) -> list[_State]:
@@ -182,8 +193,10 @@ class _Reader:
             )
             self.report(Code.INVALID_SCXML, root, message)
             return None
+        for element in (root, *descendants(root)):
+            self._check_element(element)
         self._read_automaton(root, None)
-        self._timers = take_timers(root)
+        self._timers = take_timers(root, self.report)
         for automaton in self._automata:
             self._find_initial(automaton)
         for automaton in self._automata:
@@ -210,7 +223,6 @@ class _Reader:
         if owner is not None:
             owner.automata.append(automaton)
         if not is_state:
-            self._check_parts(element, _PARTS.get(element.tag, _STATE_PARTS))
             self._read_data(element, automaton)
         for number, each in enumerate([element] if is_state else element.elements(*_STATES), 1):
             state = _State(each, automaton, number, each.attributes.get("id", ""))
@@ -231,7 +243,6 @@ class _Reader:
         if element.tag == "state" and any(True for _ in element.elements(*_STATES)):
             self._read_automaton(element, state)
         else:
-            self._check_parts(element, _PARTS.get(element.tag, _STATE_PARTS))
             self._read_data(element, state.automaton)
         for region in element.elements(*_STATES) if element.tag == "parallel" else ():
             tags = {child.tag for child in region.elements() if "{" not in child.tag}
@@ -257,28 +268,39 @@ class _Reader:
                     self.report(Code.SCXML_FOREIGN, child, message)
                 self._others.add(name)
             elif child.tag not in known:
-                self._report_lost(
-                    child, Message("`{tag}` is not imported: there is no equivalent here", tag=child.tag[:60])
-                )
+                message = Message("`{tag}` is not imported: there is no equivalent here", tag=child.tag[:60])
+                self._report_lost(child, message)
+
+    def _check_element(self, element: XmlElement) -> None:
+        """Report attributes and content that are not imported, wherever the element is."""
+        self._check_parts(element, _PARTS.get(element.tag, [each.tag for each in element.elements()]))
+        for transition in element.elements("transition") if element.tag in ("initial", "history") else ():
+            self._check_parts(transition, ())
+        for name in element.attributes if "{" not in element.tag else ():
+            if _ATTRIBUTES.fullmatch(name) is None:
+                message = Message("the attribute `{name}` is not imported: SCXML has none", name=name[:60])
+                self._report_lost(element, message)
+        if element.attributes.get("binding") == "late":
+            message = Message("data of states is set when they are entered: here when the component starts")
+            self._report_difference(element, message)
 
     def _add_goal(self, element: XmlElement, goal: _Goal) -> None:
         name = element.attributes.get("id", "")
         if name and self._goals.setdefault(name, goal) is not goal:
-            self.report(
-                Code.INVALID_SCXML, element, Message("a second element has the id `{name}`", name=name[:60])
-            )
+            message = Message("a second element has the id `{name}`", name=name[:60])
+            self.report(Code.INVALID_SCXML, element, message)
 
     def _read_data(self, element: XmlElement, automaton: _Automaton) -> None:
         """Read the data of an element, and the script of the root, as variables of an automaton."""
         for data in inside_all(element, "datamodel", "data"):
-            name, text = data.attributes.get("id", ""), data.attributes.get("expr", data.text)
+            name = data.attributes.get("id", "")
             if not is_name(name) or "src" in data.attributes:
-                self._report_lost(
-                    data, Message("the data `{name}` cannot be a Python variable", name=name[:60])
-                )
+                message = Message("the data `{name}` cannot be a Python variable", name=name[:60])
+                if "src" in data.attributes:
+                    message = Message("the data `{name}` is in another file", name=name[:60])
+                self._report_lost(data, message)
             else:
-                value = self._script.expression(data, text) if text.strip() else "None"
-                automaton.variables.append(f"{name} = {value}")
+                automaton.variables.append(f"{name} = {self._script.value(data) or 'None'}")
                 self._data[name] = data, automaton.number
         for script in element.elements("script") if element is self._root else ():
             automaton.variables += self._script.lines([script])
@@ -292,8 +314,9 @@ class _Reader:
         names = element.attributes.get("initial", "").split()
         for transition in inside_all(element, "initial", "transition"):
             names += transition.attributes.get("target", "").split()
-            self._check_parts(transition, ())
         goals = self._find_goals(names, element)
+        if automaton.owner is not None:
+            automaton.owner.starts_with_history = any(each.history is not None for each in goals)
         for start in (each for goal in goals for each in self._starts(goal)):
             for each in start.path_to(automaton):
                 each.automaton.first = each
@@ -320,9 +343,8 @@ class _Reader:
     def _read_transition(self, state: _State, element: XmlElement) -> None:
         names = element.attributes.get("target", "").split()
         if state.element.tag == "final" or not names:
-            self._report_lost(
-                element, Message("a transition without a target, or out of a final state, is not imported")
-            )
+            message = Message("a transition without a target, or out of a final state, is not imported")
+            self._report_lost(element, message)
             return
         goals = self._find_goals(names, element)
         transitions = list(self._transitions(state, element))
@@ -334,12 +356,10 @@ class _Reader:
             self._report_lost(element, message)
             return
         if element.attributes.get("type") == "internal" and goals[0].state is not origin is destination:
-            self._report_difference(
-                element,
-                Message(
-                    "it stays in `{state}`: here it leaves and enters the state again", state=state.name[:60]
-                ),
+            message = Message(
+                "it stays in `{state}`: here it leaves and enters it again", state=state.name[:60]
             )
+            self._report_difference(element, message)
         self._check_entered(goals, destination, element)
         code = self._script.code([element])
         if origin is not state:
@@ -350,14 +370,13 @@ class _Reader:
 
     def _transitions(self, state: _State, element: XmlElement) -> Iterator[Transition]:
         """Yield a transition for each event, not yet connected to states."""
-        text = element.attributes.get("cond", "")
-        condition = self._script.expression(element, text) if text.strip() else ""
+        condition = self._script.condition(element)
         events = element.attributes.get("event", "").split()
         if not events:
             yield _transition("condition", condition or "True", "", element)
         for event in events:
-            name = event.removesuffix("*").rstrip(".")
-            if (timer := self._timers.get((state.element, event))) is not None:
+            name = first_words(event)
+            if (timer := self._timers.get((state.element, name))) is not None:
                 yield _transition("time", timer, condition, element)
             elif event == f"done.state.{state.name}":
                 yield _transition("finished", "", condition, element)
@@ -414,13 +433,8 @@ class _Reader:
         """Return the targets with some ids, after reporting unknown ids."""
         for name in names:
             if name not in self._goals:
-                notes = did_you_mean(name, self._goals)
-                self.report(
-                    Code.INVALID_SCXML,
-                    element,
-                    Message("no state has the id `{name}`", name=name[:60]),
-                    notes,
-                )
+                message = Message("no state has the id `{name}`", name=name[:60])
+                self.report(Code.INVALID_SCXML, element, message, did_you_mean(name, self._goals))
         return [self._goals[name] for name in names if name in self._goals]
 
     def _starts(self, goal: _Goal) -> list[_State]:
@@ -437,7 +451,8 @@ class _Reader:
         for goal in goals:
             path = (each for start in self._starts(goal) for each in start.path_to(destination.automaton))
             for each in path:
-                if each.history is not None and goal.history is None:
+                resumes = goal.history is not None or (each is goal.state and each.starts_with_history)
+                if each.history is not None and not resumes:
                     message = Message(
                         "it restarts `{name}`: here the automata inside resume", name=each.name[:60]
                     )

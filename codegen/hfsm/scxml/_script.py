@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import ast
 import json
 import keyword
 import re
-import textwrap
+import warnings
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from decimal import Decimal
 from typing import Final
 
 from ...messages import Message
+from ..code.text import parse_piece, split
 from ..codes import Code
 from ..document import Text
 from ..formats.writer import UNWRITABLE
@@ -25,16 +27,18 @@ _ENCODED: Final = re.compile(r"_x([0-9A-F]{4,6})_")
 _TIME: Final = re.compile(r"([0-9]{1,12}(?:\.[0-9]{1,9})?|\.[0-9]{1,9})(m?s)")
 _MILLISECONDS: Final = {"ms": 1, "s": 1000}
 _SYSTEM_NAMES: Final = re.compile(r"\b(?:In(?=\()|_event\b|_sessionid\b|_name\b|_ioprocessors\b)")
-_SEND_ATTRIBUTES: Final = frozenset(("event", "target", "id"))
+_SEND_ATTRIBUTES: Final = frozenset(("event", "target", "id", "namelist", "delay", "delayexpr"))
 _SELF_TARGETS: Final = ("", "#_internal", "#_scxml")
+_JSON_WORDS: Final = re.compile(r"\b(?:true|false|null)\b")
 
 
 def descendants(element: XmlElement, *tags: str) -> Iterator[XmlElement]:
-    """Yield the elements with some tags at any depth inside an element."""
+    """Yield the elements with some tags, or all, at any depth inside an element, without what it invokes."""
     for child in element.elements():
-        if child.tag in tags:
+        if not tags or child.tag in tags:
             yield child
-        yield from descendants(child, *tags)
+        if child.tag != "invoke":
+            yield from descendants(child, *tags)
 
 
 def inside_all(element: XmlElement, holder: str, tag: str) -> Iterator[XmlElement]:
@@ -42,40 +46,49 @@ def inside_all(element: XmlElement, holder: str, tag: str) -> Iterator[XmlElemen
     return (each for found in element.elements(holder) for each in found.elements(tag))
 
 
-def take_timers(root: XmlElement) -> dict[tuple[XmlElement, str], str]:
+def take_timers(root: XmlElement, report: Report) -> dict[tuple[XmlElement, str], str]:
     """Return the delays in ms of timers, by the element of their state and the event.
 
-    A timer is a delayed event that a state sends to itself on entry and cancels on exit, and that no other
-    state sends or waits for. The elements that send and cancel it are removed.
+    A timer is a delayed event that a state sends to itself on entry, that no other state sends or waits for,
+    and that is cancelled only where the state is left. The elements that send and cancel it are removed. One
+    that outlives its state, since nothing cancels it on exit, is reported.
     """
     states = list(descendants(root, "state", "parallel"))
-    events = {state: _awaited(state) for state in states}
-    waiting = Counter(event for awaited in events.values() for event in awaited)
+    awaited = [
+        (state, first_words(name))
+        for state in states
+        for transition in state.elements("transition")
+        for name in transition.attributes.get("event", "").split()
+    ]
     sent = Counter(each.attributes.get("event", "") for each in descendants(root, "raise", "send"))
+    cancelled = Counter(each.attributes.get("sendid") for each in descendants(root, "cancel"))
     timers: dict[tuple[XmlElement, str], str] = {}
     for state in states:
-        cancels = {each.attributes.get("sendid", ""): each for each in inside_all(state, "onexit", "cancel")}
+        exits = {*inside_all(state, "onexit", "cancel")}
+        leaving = [each for each in state.elements("transition") if "target" in each.attributes]
+        leaving = [each for each in leaving if each.attributes.get("type") != "internal"]
         gone: set[XmlElement] = set()
         for send in inside_all(state, "onentry", "send"):
-            event, cancel = send.attributes.get("event", ""), cancels.get(send.attributes.get("id", ""))
-            is_own = event in events[state] and waiting[event] == sent[event] == 1
-            if cancel is not None and is_own and (delay := _delay(send)):
+            event, name = send.attributes.get("event", ""), send.attributes.get("id", "")
+            cancels = exits.union(*(each.elements("cancel") for each in leaving))
+            cancels = {each for each in cancels if each.attributes.get("sendid") == name}
+            waiting = {other for other, words in awaited if f"{event}.".startswith(f"{words}.")}
+            is_own = event and (state, event) in awaited and waiting == {state} and sent[event] == 1
+            if is_own and (delay := _delay(send)) and len(cancels) == cancelled[name]:
                 timers[state, event] = delay
-                gone |= {send, cancel}
-        for holder in state.elements("onentry", "onexit"):
+                gone |= {send, *cancels}
+                if not cancels & exits:
+                    message = Message("`{event}` is a timer, which ends with its state", event=event[:60])
+                    report(Code.SCXML_OTHER_FORM, send, message)
+        for holder in (*state.elements("onentry", "onexit"), *leaving):
             holder.children = [each for each in holder.children if each not in gone]
     return timers
 
 
-def _awaited(state: XmlElement) -> set[str]:
-    """Return the events for which the transitions of a state wait."""
-    events = (transition.attributes.get("event", "") for transition in state.elements("transition"))
-    return {name for text in events for name in text.split()}
-
-
 def _delay(send: XmlElement) -> str:
     """Return the delay in ms of an event that is sent within the chart, blank for any other."""
-    match = _TIME.fullmatch(send.attributes.get("delay", "").strip())
+    delay = send.attributes.get("delay") or send.attributes.get("delayexpr", "").strip(" '\"")
+    match = _TIME.fullmatch(delay.strip())
     if match is None or send.attributes.get("target", "") not in ("", "#_internal"):
         return ""
     return f"{(Decimal(match[1]) * _MILLISECONDS[match[2]]).normalize():f}"
@@ -92,19 +105,57 @@ class ScriptReader:
         self.language = ""
         """The language of the code read so far, blank for Python."""
 
-    def expression(self, element: XmlElement, text: str) -> str:
-        """Return an expression as it is; `element` is for the messages."""
+    def expression(self, element: XmlElement, text: str, *, is_inline: bool = False) -> str:
+        """Return an expression that may stand anywhere, blank after reporting that it is none.
+
+        What is `inline`, between tags, may be JSON, or else is a text.
+        """
+        text = text.strip()
         self._check(element, text)
-        return text
+        if not text or not self._is_python:
+            return text
+        if found := (_json(text) if is_inline else "") or _expression(text):
+            return found
+        if not is_inline:
+            message = Message("`{first}` is not a Python expression: it is not imported", first=_first(text))
+            self._report_lost(element, message)
+            return ""
+        message = Message("`{first}` is not a Python expression: it is a text", first=_first(text))
+        self._report(Code.SCXML_OTHER_FORM, element, message)
+        return _quoted(" ".join(text.split()))
+
+    def value(self, element: XmlElement) -> str:
+        """Return the value of `data`, `assign` or `content`, by their `expr` or what is inside."""
+        for inside in element.elements():
+            self._report_lost(inside, Message("XML is not imported as a value: write it in Python"))
+        text, is_inline = element.attributes.get("expr", element.text), "expr" not in element.attributes
+        return self.expression(element, text, is_inline=is_inline) if text.strip() else "None"
+
+    def condition(self, element: XmlElement) -> str:
+        """Return the condition of an element, blank if it has none; one that is no Python never holds."""
+        text = element.attributes.get("cond", "")
+        return self.expression(element, text) or ("False" if text.strip() else "")
 
     def code(self, holders: Iterable[XmlElement]) -> Text:
         """Return the code in elements such as `onentry`."""
         found = [each for holder in holders for each in holder.elements()]
+        self._check_order(found)
         if len(found) == 1 and found[0].tag == "script" and "src" not in found[0].attributes:
-            self._check(found[0], found[0].text)
+            self._script(found[0])
             return found[0].content
         text = "\n".join(self.lines(found))
         return Text(text, found[0].line, found[0].column) if text else Text()
+
+    def _check_order(self, elements: Sequence[XmlElement]) -> None:
+        """Report events that SCXML handles before others that are sent earlier."""
+        sends = False
+        for element in (each for found in elements for each in (found, *descendants(found))):
+            is_raised = element.tag == "raise" or element.attributes.get("target") == "#_internal"
+            if is_raised and sends:
+                event = element.attributes.get("event", "")[:60]
+                message = Message("SCXML handles `{event}` before what is sent before it", event=event)
+                self._report(Code.SCXML_DIFFERENT_MEANING, element, message)
+            sends |= element.tag == "send" and not is_raised and _delay(element) in ("", "0")
 
     def lines(self, elements: Iterable[XmlElement]) -> Iterator[str]:
         """Yield the lines of Python for elements of executable content."""
@@ -112,90 +163,100 @@ class ScriptReader:
             attributes = element.attributes
             match element.tag:
                 case "script" if "src" not in attributes:
-                    self._check(element, element.text)
-                    yield from textwrap.dedent(element.text).strip("\n").split("\n")
+                    yield from self._script(element)
                 case "raise":
                     yield f"self.send({_quoted(decode_event(attributes.get('event', '')))})"
                 case "send":
                     yield from self._send(element)
                 case "log":
-                    label, value = _quoted(attributes.get("label", "")), attributes.get("expr", "").strip()
-                    arguments = (
-                        f'%s %s", {label}, {self.expression(element, value)}' if value else f'%s", {label}'
-                    )
-                    yield f'self.log.info("{arguments})'
+                    label = _quoted(attributes.get("label", ""))
+                    value = self.expression(element, attributes.get("expr", ""))
+                    values = ('"%s %s"', label, value) if value else ('"%s"', label)
+                    yield f"self.log.info({', '.join(values)})"
                 case "assign" if is_name(attributes.get("location", "").strip()):
-                    text = attributes.get("expr", element.text).strip()
-                    value = self.expression(element, text) if text else "None"
-                    yield f"{attributes['location'].strip()} = {value}"
+                    if value := self.value(element):
+                        yield f"{attributes['location'].strip()} = {value}"
                 case "if":
                     yield from self._if(element)
                 case name:
-                    self._report_lost(
-                        element, Message("`{name}` is not imported: write it in Python", name=name)
-                    )
+                    message = Message("`{name}` is not imported: write it in Python", name=name[:60])
+                    self._report_lost(element, message)
 
     def _send(self, element: XmlElement) -> Iterator[str]:
         event, attributes = element.attributes.get("event", ""), element.attributes
-        if "delay" in attributes or "delayexpr" in attributes:
-            self._report_lost(
-                element,
-                Message(
-                    "the delayed event `{event}` is not imported: only states have timers", event=event[:60]
-                ),
-            )
+        if attributes.keys() & {"delay", "delayexpr"} and _delay(element) != "0":
+            message = Message("`{event}` is not imported: it is delayed, but no timer", event=event[:60])
+            self._report_lost(element, message)
             return
         is_plain = attributes.get("target", "") in _SELF_TARGETS and attributes.keys() <= _SEND_ATTRIBUTES
-        data: list[str] = []
+        data = {name: self.expression(element, name) for name in attributes.get("namelist", "").split()}
+        content = ""
         for item in element.elements():
-            name, value = item.attributes.get("name", ""), item.attributes.get("expr", "").strip()
-            is_plain &= item.tag == "param" and bool(value)
-            data.append(f"{_quoted(name)}: {self.expression(item, value)}")
+            value = item.attributes.get("expr") or item.attributes.get("location", "")
+            if item.tag == "content":
+                content = self.value(item)
+            else:
+                data[item.attributes.get("name", "")] = self.expression(item, value)
+            is_plain &= item.tag == "content" or (item.tag == "param" and bool(value.strip()))
         if not event or not is_plain:
-            self._report_lost(
-                element, Message("an event for other programs, or with a computed name, is not imported")
-            )
+            message = Message("an event for other programs, or with a computed name, is not imported")
+            self._report_lost(element, message)
             return
-        values = f", {{{', '.join(data)}}}" if data else ""
-        yield f"self.send({_quoted(decode_event(event))}{values})"
+        pairs = ", ".join(f"{_quoted(name)}: {value}" for name, value in data.items() if value)
+        values = content or (f"{{{pairs}}}" if pairs else "")
+        yield f"self.send({', '.join(filter(None, (_quoted(decode_event(event)), values)))})"
 
     def _if(self, element: XmlElement) -> Iterator[str]:
         branch: list[XmlElement] = []
-        yield f"if {self._condition(element)}:"
+        yield f"if {self.condition(element) or 'True'}:"
         for child in element.elements():
             if child.tag not in ("elseif", "else"):
                 branch.append(child)
                 continue
             yield from self._block(branch)
             branch = []
-            yield f"elif {self._condition(child)}:" if child.tag == "elseif" else "else:"
+            yield f"elif {self.condition(child) or 'True'}:" if child.tag == "elseif" else "else:"
         yield from self._block(branch)
 
-    def _condition(self, element: XmlElement) -> str:
-        return self.expression(element, element.attributes.get("cond", "").strip() or "True")
-
     def _block(self, elements: Iterable[XmlElement]) -> Iterator[str]:
-        lines = list(self.lines(elements))
-        yield from (f"    {line}" if line else line for line in lines or ["pass"])
+        text = "\n".join(self.lines(elements))
+        tree = parse_piece(text)
+        code = split(Text(text if tree is None or tree.body else f"{text}\npass"))
+        yield from () if code is None else code.indented(1)
+
+    def _script(self, element: XmlElement) -> Sequence[str]:
+        """Return the lines of a script, after reporting what cannot run."""
+        self._check(element, element.text)
+        code = split(element.content)
+        lines = () if code is None else code.lines
+        if self._is_python and parse_piece("\n".join((*lines, "pass"))) is None:
+            message = Message(
+                "`{first}` is not valid Python: it is kept, but cannot run", first=_first(lines[0])
+            )
+            self._report(Code.KEPT_LANGUAGE, element, message)
+        return lines
 
     def _check(self, element: XmlElement, text: str) -> None:
         """Report code that cannot run here."""
         if not self._is_python and text.strip():
             self.language = self._name
-            first = text.strip().partition("\n")[0][:60]
             message = Message(
                 "`{first}` is {language}: it is kept, but cannot run until it is translated to Python",
-                first=first,
+                first=_first(text),
                 language=self._name,
             )
             self._report(Code.KEPT_LANGUAGE, element, message)
         elif (name := _SYSTEM_NAMES.search(text)) is not None:
-            self._report_lost(
-                element, Message("`{name}` does not exist here: the code would raise NameError", name=name[0])
-            )
+            message = Message("`{name}` does not exist here: the code would raise NameError", name=name[0])
+            self._report_lost(element, message)
 
     def _report_lost(self, element: XmlElement, message: Message) -> None:
         self._report(Code.SCXML_NOT_IMPORTED, element, message)
+
+
+def first_words(event: str) -> str:
+    """Return the words with which the events begin that a transition takes for `event`, blank for all."""
+    return event.removesuffix("*").rstrip(".")
 
 
 def decode_event(name: str) -> str:
@@ -206,6 +267,32 @@ def decode_event(name: str) -> str:
 def is_name(text: str) -> bool:
     """Return whether a text is a valid name of a variable."""
     return text.isascii() and text.isidentifier() and not keyword.iskeyword(text)
+
+
+def _json(text: str) -> str:
+    """Return JSON with words that Python does not have as Python, blank for any other text."""
+    try:
+        return repr(json.loads(text)) if _JSON_WORDS.search(text) else ""
+    except (ValueError, RecursionError):
+        return ""
+
+
+def _expression(text: str) -> str:
+    """Return an expression, in parentheses where it needs them beside other code; blank if it is none."""
+    try:
+        with warnings.catch_warnings(action="ignore"):
+            compile(f"({text}\n)", "", "eval")
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return ""
+    match parse_piece(f"_ = 0, {text}, 0"):
+        case ast.Module(body=[ast.Assign(value=ast.Tuple(elts=[_, _, _]))]):
+            return text
+    return f"({text}\n)"
+
+
+def _first(text: str) -> str:
+    """Return the beginning of a text for a message."""
+    return text.strip().partition("\n")[0][:60]
 
 
 def _quoted(text: str) -> str:

@@ -11,6 +11,7 @@ import pytest
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document, write_document
+from codegen.hfsm.code.text import library_today
 from codegen.hfsm.loading import check_document
 from hfsm_runtime import VirtualRun
 from tests.support.codegen_command import ROOT
@@ -261,6 +262,31 @@ def test_interfaces_that_no_robot_of_ours_has_are_served_by_stand_ins(tmp_path: 
     with Behavior(component, stand_ins=True) as run:
         run.advance(1.0)
     assert vars(component)["seen"] == [0, [0], 0.0, 0, [0.0], 0]
+
+
+@pytest.mark.parametrize(
+    ("library", "code"),
+    [
+        ("jderobot", "self.seen = jderobot.CMDVelData().linearX"),
+        (" import jderobot ", "self.seen = jderobot.CMDVelData().linearX"),
+        ("jderobot as j", "self.seen = j.CMDVelData().linearX"),
+        ("from jderobot import CMDVelData as Velocity", "self.seen = Velocity().linearX"),
+    ],
+)
+def test_the_package_of_jderobot_is_that_of_today(tmp_path: Path, library: str, code: str) -> None:
+    text = old(sub(1, 0, state(1, "fly", code, initial=True))).replace(
+        "<libraries/>", f"<libraries><lib>{library}</lib></libraries>"
+    )
+    run = VirtualRun(load(compile_to(tmp_path, text)))
+    run.advance(0)
+    assert vars(run.component)["seen"] == 0.0
+    (found,) = checked(tmp_path / "old.xml", text)
+    assert found.startswith("W544")
+
+
+def test_libraries_of_similar_names_are_left_alone(tmp_path: Path) -> None:
+    for library in ("jderobotComm", "jderobot.laser", "my.jderobot", "from my import jderobot"):
+        assert library_today(library) == library
 
 
 def test_a_function_that_is_called_without_self_is_named(tmp_path: Path) -> None:

@@ -146,6 +146,21 @@ def test_modules_nested_without_end_are_refused(tmp_path: Path) -> None:
     assert diagnostics.has_errors
 
 
+def test_what_ice_3_8_added_is_read(tmp_path: Path) -> None:
+    text = 'module m::n { enum E { /** X */ ["deprecated"] x, ["a:b", "c"] y }; };'
+    root, diagnostics = parsed(tmp_path, text)
+    assert not len(diagnostics)
+    assert [(around.name, each.name) for around, each in root.walk()][1:] == [("m", "n"), ("n", "E")]
+    (*_, (_, enumeration)) = root.walk()
+    assert isinstance(enumeration, ast.Enumeration)
+    assert [(each.name, each.doc) for each in enumeration.enumerators] == [("x", " X "), ("y", None)]
+
+
+def test_names_of_modules_without_end_are_refused(tmp_path: Path) -> None:
+    _, diagnostics = compile_text(tmp_path, f"module {'m::' * 5000}m {{ }};")
+    assert diagnostics.has_errors
+
+
 @settings(max_examples=examples(40), suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(main=slice_like_texts(), other=slice_like_texts())
 def test_any_text_compiles_or_has_an_error_with_a_place(tmp_path: Path, main: str, other: str) -> None:

@@ -116,3 +116,13 @@ def test_no_two_transitions_lie_on_one_line(way: str, tmp_path: Path) -> None:
     (loop,) = (each for each in automaton.transitions if each.origin == each.destination)
     assert math.dist((loop.x, loop.y), (a.x, a.y)) > 40, "outside of the circle"
     assert (handles[0], a.y) == (((a.x + b.x) / 2, a.y), b.y), "the first one is straight"
+
+
+def test_what_scxml_loses_comes_before_what_is_not_the_same() -> None:
+    text = (
+        '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="python">\n'
+        '<state id="a"><transition event="e.*" target="a"/>\n<invoke src="b.scxml"/></state></scxml>'
+    )
+    first, second = (str(each) for each in import_scxml(text.encode(), "a.scxml")[1])
+    assert first.startswith("line 3: `invoke`")
+    assert second.startswith("line 2: `e.*`")

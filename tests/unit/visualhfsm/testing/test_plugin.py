@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
+from typing import Any
 
 import numpy  # noqa: F401 - a process loads it once, and pytester lets go of what its runs load
 import pytest
@@ -49,6 +51,11 @@ BOTH = [
     "  lamp.xml:7: transition timer of lamp (on -> off): never fired",
 ]
 """What both tests of a lamp cover."""
+
+
+def results_in(project: pytest.Pytester) -> list[dict[str, Any]]:
+    """Return the results that `--hfsm-results=results` wrote."""
+    return [json.loads(line) for line in (project.path / "results").read_text(encoding="utf-8").splitlines()]
 
 
 @pytest.fixture
@@ -222,6 +229,44 @@ def test_lines_that_never_ran_are_reported_if_one_asks(
             "  lamp.xml:5: code of off: never ran 5, 6",
         ]
     )
+
+
+OWN_CONTEXT = """
+    import contextvars
+
+    import pytest
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_pyfunc_call(pyfuncitem):
+        arguments = {each: pyfuncitem.funcargs[each] for each in pyfuncitem._fixtureinfo.argnames}
+        contextvars.copy_context().run(pyfuncitem.obj, **arguments)
+        return True
+"""
+"""Runs each test in a context of its own, as pytest-asyncio and anyio do with a coroutine."""
+
+
+def test_a_test_may_run_in_a_context_of_its_own(
+    lamp: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("COVERAGE_PROCESS_CONFIG", raising=False)  # else the process is measured already
+    lamp.makeconftest(OWN_CONTEXT)
+    lamp.runpytest_subprocess("--hfsm-results=results").assert_outcomes(passed=2)
+    assert all(each["code"] for each in results_in(lamp))
+
+
+def test_each_result_is_written_once_also_by_workers(lamp: pytest.Pytester) -> None:
+    (lamp.path / "test_unreadable.py").write_text("import nowhere", encoding="utf-8")
+    (lamp.path / "test_end.py").write_text("def test_end(): __import__('os')._exit(1)", encoding="utf-8")
+    lamp.runpytest("-n2", "--hfsm-results=results", "--continue-on-collection-errors")
+    results = [json.loads(line) for line in (lamp.path / "results").read_text(encoding="utf-8").splitlines()]
+    assert sorted(
+        (each["name"].rpartition(":")[2], each["outcome"], bool(each["hits"])) for each in results
+    ) == [
+        ("test_end", "failed", False),
+        ("test_lit", "passed", True),
+        ("test_unreadable.py", "failed", False),
+        ("test_worn", "passed", True),
+    ]
 
 
 @pytest.mark.parametrize(("least", "code"), [(90, 0), (90.1, 1)])

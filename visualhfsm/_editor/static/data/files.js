@@ -41,7 +41,7 @@ export async function openPath(path) {
 }
 
 /**
- * Show an opened document, and remarks on what has no equivalent here.
+ * Show an opened document, and remarks on what is missing or not the same here.
  *
  * @param {import("./messages.js").Opened} opened @param {string} name
  */
@@ -55,13 +55,13 @@ function shown({tab, remarks}, name) {
   notify(
     others.length
       ? n(
-          "{name} was imported as a new document. Some of it has no equivalent here: {first}, and {count} more.",
-          "{name} was imported as a new document. Some of it has no equivalent here: {first}, and {count} more.",
+          "{name} was imported as a new document. Some of it is missing or not the same here: {first}, and {count} more.",
+          "{name} was imported as a new document. Some of it is missing or not the same here: {first}, and {count} more.",
           others.length,
           values,
         )
       : first
-        ? t("{name} was imported as a new document. Some of it has no equivalent here: {first}.", values)
+        ? t("{name} was imported as a new document. Some of it is missing or not the same here: {first}.", values)
         : t("{name} was imported as a new document.", values),
   );
 }

@@ -105,8 +105,86 @@ FOREIGN = {
         AB.format(
             '<onentry><send event="after.a" delay="1s"/></onentry><transition event="after.a" target="b"/>'
         ),
-        ["1/0: *a b; a->b event:after.a"],
-        ["W561"],
+        ["1/0: *a b; a->b time:1000"],
+        ["N561"],
+    ),
+    "a timer that a transition cancels, in a region": (
+        (
+            '<parallel id="p"><state id="r"><onentry><send event="late" id="t" delayexpr="\'2s\'"/></onentry>'
+            '<transition event="late" target="a"/><transition event="hurry" target="a"><cancel sendid="t"/></transition>'
+            '</state></parallel><state id="a"/>'
+        ),
+        [
+            "1/0: *p<2(restart) a; p->a event:leave p for a",
+            (
+                "2/1: *r leave p for a; r->leave p for a time:2000 {self.send('leave p for a')}; "
+                "r->leave p for a event:hurry {self.send('leave p for a')}"
+            ),
+        ],
+        ["N561", "N561"],
+    ),
+    "a delayed event that is cancelled while the state goes on": (
+        AB.format(
+            '<onentry><send event="late" delay="3s" id="t"/></onentry><transition event="late" target="b"/>'
+            '<transition event="calm"><cancel sendid="t"/></transition>'
+        ),
+        ["1/0: *a b; a->b event:late"],
+        ["W561", "W561"],
+    ),
+    "a delayed event that is cancelled by a transition that stays": (
+        (
+            '<state id="a"><onentry><send event="late" delay="3s" id="t"/></onentry><transition event="late" target="b"/>'
+            '<transition event="calm" type="internal" target="x"><cancel sendid="t"/></transition><state id="x"/></state>'
+            '<state id="b"/>'
+        ),
+        ["1/0: *a<2(restart) b; a->b event:late; a->a event:calm", "2/1: *x"],
+        ["W561", "W561", "W562"],
+    ),
+    "a delayed event without a name, and any event": (
+        AB.format('<onentry><send eventexpr="x" delay="3s"/></onentry><transition event="*" target="b"/>'),
+        ["1/0: *a b"],
+        ["W561", "W561"],
+    ),
+    "a timer of a state, and of what it invokes": (
+        AB.format(
+            '<invoke><content><scxml><state id="c"><onentry><send event="late" delay="1s"/></onentry>'
+            '<transition event="late" target="c"/></state></scxml></content></invoke>'
+            '<onentry><send event="late" delay="3s"/></onentry><transition event="late" target="b"/>'
+        ),
+        ["1/0: *a b; a->b time:3000"],
+        ["N561", "W561"],
+    ),
+    "a delayed event whose first word somebody else awaits": (
+        AB.format(
+            '<onentry><send event="late.a" delay="3s"/></onentry><transition event="late.a" target="b"/>'
+        ).replace('<state id="b"/>', '<state id="b"><transition event="late.*" target="a"/></state>'),
+        ["1/0: *a b; a->b event:late.a; b->a event:late"],
+        ["W561", "W562"],
+    ),
+    "code with which a history or a state inside starts": (
+        (
+            '<state id="a"><history id="h"><transition target="x"><raise event="e"/></transition></history><state id="x">'
+            '<initial><transition target="y"><raise event="f"/></transition></initial><history id="i"><transition target="y">'
+            '<raise event="g"/></transition></history><state id="y"/></state></state>'
+        ),
+        ["1/0: *a<2", "2/1: *x<3", "3/2: *y"],
+        ["W561", "W561", "W561", "W562"],
+    ),
+    "a state that resumes since it begins with its history": (
+        (
+            '<state id="o"><transition event="go" target="a"/><transition event="x" target="x"/></state><state id="a" initial="h">'
+            '<history id="h" type="deep"><transition target="x"/></history><state id="x"/><state id="y"/></state>'
+        ),
+        ["1/0: *o a<2; o->a event:go; o->a event:x", "2/1: *x y"],
+        ["W562"],  # of the transition into a state inside
+    ),
+    "what no SCXML has, and data inside": (
+        (
+            '<datamodel><value/><data id="d"><book/></data></datamodel><state id="a" intial="b">'
+            '<transition event="e" target="a" conde="1"/></state>'
+        ),
+        ["1/0: *a; a->a event:e"],
+        ["W561", "W561", "W561", "W561"],
     ),
     "a timer whose event is also sent": (
         AB.format(

@@ -191,3 +191,10 @@ def test_pasted_code_is_straightened_where_it_stands(place: Place, expected: str
     ]
     assert [(each.place, each.text) for _, each in changed] == [(place, expected)]
     assert StraightenText(place=place).apply(after) is after
+
+
+def test_the_package_of_jderobot_is_replaced_by_that_of_today() -> None:
+    text = document(sub(1, 0, state(1, "a", initial=True)), libraries=("jderobot",))
+    found = parse(text, Message("Cannot read"))
+    problem = next(each for each in find_problems(text, None) if each.code == "W544")
+    assert fixed(found, problem).libraries[0].name.text == "from interfaces import jderobot"
