@@ -15,8 +15,8 @@ set -eu
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 python3 -m venv "$folder/venv"
-"$folder/venv/bin/pip" install --quiet --no-compile yourdfpy==0.0.60 pin==4.1.0 mujoco==4.0.0 urchin==0.0.30 ikpy==4.2.1 \
-    pytransform3d==3.17.0 kinpy==0.6.1 pybullet==3.2.7 numpy==2.4.6
+"$folder/venv/bin/pip" install --quiet --no-compile yourdfpy==0.0.60 pin==4.1.0 mujoco==4.0.0 urchin==0.0.30 \
+    ikpy==4.2.1 pytransform3d==3.17.0 kinpy==0.6.1 pybullet==3.2.7 numpy==2.4.6
 cat >"$folder/tried.py" <<'PYTHON'
 import sys
 import warnings

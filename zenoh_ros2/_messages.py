@@ -82,7 +82,7 @@ class Types:
         if name not in DISTRIBUTIONS:
             if not name.isalpha() or name < _NEWEST or name in _OF_ROS_1:
                 raise TypeUnknownError(f"{name!r}: the distributions are {', '.join(DISTRIBUTIONS)}")
-            _logger.warning("ROS_DISTRO %s is not known: messages are as in %s", name, _NEWEST)
+            _logger.warning("the distribution %s of ROS is not known: messages are as in %s", name, _NEWEST)
             name = _NEWEST
         self.distribution: Final = name
         self._store: Final = get_typestore(DISTRIBUTIONS[name])

@@ -170,7 +170,7 @@ def test_later_distributions_have_the_newest_messages(
     types = Types()
     assert "stamp" in types.fields("lifecycle_msgs/msg/TransitionEvent")  # since Lyrical
     assert "geometry_msgs/msg/Pose2D" not in types  # until Kilted
-    warned = [] if known else ["ROS_DISTRO mossy is not known: messages are as in lyrical"]
+    warned = [] if known else ["the distribution mossy of ROS is not known: messages are as in lyrical"]
     assert caplog.messages == warned
 
 
