@@ -2,6 +2,7 @@
 #   make demo [SECONDS=60]   set everything up and watch a simulated Nao follow a ball and dance
 #   make check               format, lint, check types and run the quick tests: after each change
 #   make test                set everything up, run every test once, lint, and build the docs: what CI runs
+#   make findings            run what surprised us about libraries of others: minutes, with their packages
 #   make soak                repeat what only repetition finds, for hours, in parts that can be resumed
 #   make docs                build the documentation as a site in site/
 #   make release             build the distributions and an SBOM in dist/, and check them
@@ -32,7 +33,7 @@ quick-tests all-tests coverage soak: export OPENBLAS_NUM_THREADS = 1
 # One worker for each processor. A worker takes neighboring tests, which share fixtures, and at the end those of others.
 PYTEST := $(BIN)/python -m pytest -q -n logical --dist worksteal
 
-.PHONY: help demo check test soak types quick-tests all-tests cover-page docs release lint lint-python lint-page check-page format coverage test-all bench bench-transport oracle mutation codegen texts constraints vendor ros-peers ros-recordings packages system browser bubblewrap node node-modules clean
+.PHONY: help demo check test soak types quick-tests all-tests cover-page docs release lint lint-python lint-page check-page format coverage test-all findings bench bench-transport oracle mutation codegen texts constraints vendor ros-peers ros-recordings packages system browser bubblewrap node node-modules clean
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
@@ -71,6 +72,11 @@ test-all: ## Run every test on each Python of PYTHONS that is installed, and nam
 		|| failed="$$failed $$python"; \
 	done; \
 	echo "skipped, as not installed:$${skipped:- none}; failed:$${failed:- none}"; test -z "$$failed"
+
+findings: ## Run the scripts of findings/, which install packages of others; names those where something changed
+	@changed=; for script in findings/*.sh; do \
+		echo "$$script:"; sh "$$script" || changed="$$changed $$script"; \
+	done; echo "changed:$${changed:- none}"; test -z "$$changed"
 
 cover-page: tests/page/node_modules/.stamp
 	@npm run --silent --prefix tests/page coverage

@@ -15,7 +15,7 @@ set -eu
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 python3 -m venv "$folder/venv"
-"$folder/venv/bin/pip" install --quiet transitions==0.9.3 sismic==1.6.14 python-statemachine==3.2.2 \
+"$folder/venv/bin/pip" install --quiet --no-compile transitions==0.9.3 sismic==1.6.14 python-statemachine==3.2.2 \
     xstate-statemachine==0.11.0
 cat >"$folder/engines.py" <<'PYTHON'
 import logging
@@ -137,5 +137,6 @@ StateMachine: in move walk; ran exit walk; raised RuntimeError
 xstate: in robot.stand; ran exit walk, exit move, entry stand; raised no
 TEXT
 "$folder/venv/bin/python" "$folder/engines.py" >"$folder/seen"
+cat "$folder/seen"
 diff "$folder/expected" "$folder/seen"
 echo "as found"

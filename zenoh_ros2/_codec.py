@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, Final
 
 from rosbags.interfaces import Nodetype
@@ -20,12 +20,19 @@ _LARGE: Final = 1 << 16
 """Bytes from which the memory of a message is used again."""
 _LONGEST_SEQUENCE: Final = 1 << 26
 
-NEWER_FIELDS: Final[Mapping[str, tuple[str, ...]]] = {
-    "sensor_msgs/msg/Range": ("variance",),
-    "rosbag2_interfaces/msg/ReadSplitEvent": ("node_name",),
-    "rosbag2_interfaces/msg/WriteSplitEvent": ("node_name",),
+_EVENT: Final = "lifecycle_msgs/msg/TransitionEvent"
+_TIMES: Final[Mapping[str, Callable[[Any], object]]] = {
+    "timestamp": lambda event: event.stamp.sec * 10**9 + event.stamp.nanosec,
+    "stamp": lambda event: {"sec": event.timestamp // 10**9, "nanosec": event.timestamp % 10**9},
 }
-"""Fields that messages do not have in Humble, the only distribution without type hashes."""
+"""The time of an event, in ns before Lyrical and a stamp since then, read from the other one."""
+OWN_IN_HUMBLE: Final = (
+    "sensor_msgs/msg/Range",
+    "rosbag2_interfaces/msg/ReadSplitEvent",
+    "rosbag2_interfaces/msg/WriteSplitEvent",
+    _EVENT,
+)
+"""Messages that have other fields in Humble, the only distribution without type hashes, than later."""
 
 MISFITS: Final = (
     struct.error,
@@ -44,6 +51,10 @@ class Codec:
 
     def __init__(self, store: Typestore) -> None:
         store.max_sequence_length = _LONGEST_SEQUENCE
+        if (event := store.types.get(_EVENT)) is not None:
+            own = dict(store.fielddefs[_EVENT][1])
+            also = {name: property(read) for name, read in _TIMES.items() if name not in own}
+            store.types[_EVENT] = type(event.__name__, (event,), also)
         self._store: Final = store
         self._extents: Final = Extents(store.fielddefs)
 
@@ -81,13 +92,12 @@ def codec_of_humble(definitions: Mapping[str, tuple[Any, Any]], name: str) -> Co
     needed = [name]
     for each in needed:
         needed += {*needed_by(definitions[each][1])}.difference(needed)
-    if NEWER_FIELDS.keys().isdisjoint(needed):
+    humble = get_typestore(Stores.ROS2_HUMBLE).fielddefs
+    own = {each: (humble if each in OWN_IN_HUMBLE else definitions)[each] for each in needed}
+    if all(own[each][1] == definitions[each][1] for each in needed):
         return None
     store = get_typestore(Stores.EMPTY)
-    for each in needed:
-        constants, fields = definitions[each]
-        newer = NEWER_FIELDS.get(each, ())
-        store.register({each: (constants, [field for field in fields if field[0] not in newer])})
+    store.register(own)
     return Codec(store)
 
 

@@ -7,8 +7,10 @@ are built here according to the design of rosidl (design.ros2.org, articles 200 
 from __future__ import annotations
 
 import difflib
+import logging
 import os
 import re
+import struct
 import threading
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
@@ -20,7 +22,10 @@ import numpy as np
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, TypesysError, get_types_from_msg, get_typestore
 
+from zenoh_ice.text import encodable
+
 from ._codec import MISFITS, Codec, codec_of_humble, needed_by
+from ._exact import ARRAYS, Check, exact
 from .exceptions import DefinitionError, MessageError, TypeUnknownError
 
 Kind = Literal["msg", "srv", "action"]
@@ -30,11 +35,17 @@ DISTRIBUTIONS: Final = {
     "iron": Stores.ROS2_IRON,
     "jazzy": Stores.ROS2_JAZZY,
     "kilted": Stores.ROS2_KILTED,
+    "lyrical": Stores.ROS2_LYRICAL,
+    "rolling": Stores.ROS2_LYRICAL,
 }
 """Distributions of ROS 2 for which rmw_zenoh was released, and whose messages rosbags has.
 
 Humble has no type hashes. Its nodes are served beside those of any other, whose hashes a node needs to know.
+Rolling has the newest messages.
 """
+_NEWEST: Final = "lyrical"
+_OF_ROS_1: Final = ("melodic", "noetic")
+"""Later in the alphabet, by which distributions are named, but older."""
 
 _LARGEST_DEFINITION: Final = 1 << 18  # characters
 
@@ -48,9 +59,11 @@ _INTEGERS: Final = {
     name: (int(np.iinfo(name).min), int(np.iinfo(name).max))
     for name in ("int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64")
 } | {"byte": (-128, 127)}  # as in rosbags
-_ARRAYS: Final = {"byte": "int8", "bool": "bool_"}  # names in NumPy that differ
+_REALS: Final = (int, float, np.integer, np.floating)
 
 _UUID: Final = "unique_identifier_msgs/UUID goal_id\n"
+
+_logger = logging.getLogger(__name__)
 
 
 class Types:
@@ -61,10 +74,16 @@ class Types:
     """
 
     def __init__(self, distribution: str | None = None) -> None:
-        """Load the types of a distribution, by default that of ROS_DISTRO, or else jazzy."""
+        """Load the types of a distribution, by default that of ROS_DISTRO, or else jazzy.
+
+        For one that is newer than those known, it warns and takes the newest messages.
+        """
         name = (distribution or os.environ.get("ROS_DISTRO") or "jazzy").lower()
         if name not in DISTRIBUTIONS:
-            raise TypeUnknownError(f"{name!r}: the distributions are {', '.join(DISTRIBUTIONS)}")
+            if not name.isalpha() or name < _NEWEST or name in _OF_ROS_1:
+                raise TypeUnknownError(f"{name!r}: the distributions are {', '.join(DISTRIBUTIONS)}")
+            _logger.warning("the distribution %s of ROS is not known: messages are as in %s", name, _NEWEST)
+            name = _NEWEST
         self.distribution: Final = name
         self._store: Final = get_typestore(DISTRIBUTIONS[name])
         for each, (constants, fields) in self._store.fielddefs.items():
@@ -72,6 +91,7 @@ class Types:
                 self._store.fielddefs[each] = constants, [(field, _plain(kind)) for field, kind in fields]
         self._codec: Final = Codec(self._store)
         self._humble: dict[str, Codec] = {}
+        self._checks: dict[str, Check] = {}
         self._interfaces: dict[str, Kind] = dict.fromkeys(self._store.types, "msg")
         self._hashes: dict[str, str] = {}
         self._reading: Final = threading.RLock()
@@ -197,18 +217,17 @@ class Types:
         """Write a message as CDR into a buffer, whose length becomes that of the message.
 
         A large message of the same length as the one before takes no new memory, which costs more time than
-        the copy; its padding may then have any bytes. Raises MessageError for values that do not fit.
+        the copy; its padding may then have any bytes. Raises MessageError for values that do not fit, also
+        for those that were assigned to the message.
         """
         name = message.__msgtype__
         codec = self._codec_for(name, humble=humble)
+        made = message if self._exact(name)(message) else self._make(name, message, name)
         try:
-            codec.write(buffer, message, name)
+            codec.write(buffer, made, name)
         except MISFITS as error:
-            checked = self._make(name, message, name)  # its error names the field
-            try:
-                codec.write(buffer, checked, name)
-            except MISFITS:
-                raise MessageError(f"{name}: {error}") from error
+            self._make(name, message, name)  # its error names the field
+            raise MessageError(f"{name}: {error}") from error
 
     def largest(self, name: str) -> int:
         """Return the maximum bytes of a message: exactly, if each of its members has a fixed size."""
@@ -234,15 +253,23 @@ class Types:
             self._humble[name] = codec_of_humble(self._store.fielddefs, name) or self._codec
         return self._humble[name]
 
+    def _exact(self, name: str) -> Check:
+        if name not in self._checks:
+            cls, (_, fields) = self._store.types[name], self._store.fielddefs[name]
+            self._checks[name] = exact(cls, fields, self._exact)
+        return self._checks[name]
+
     def _make(self, name: str, given: object, path: str) -> Any:  # noqa: ANN401
         own = dict(self._store.fielddefs[name][1])
         if not isinstance(given, Mapping):
             found = getattr(given, "__msgtype__", type(given).__name__)
             if found != name:
                 raise MessageError(f"{path}: a {name} is expected, not {found}")
-            given = {
-                field: getattr(given, field) for field in own if hasattr(given, field)
-            }  # without constants
+            cls = self._store.types[name]
+            if type(given) is cls:  # also what was assigned by a name that no field has
+                given = {each: value for each, value in vars(given).items() if not hasattr(cls, each)}
+            else:
+                given = {each: getattr(given, each) for each in own if hasattr(given, each)}
         for field in given:
             if field not in own:
                 near = difflib.get_close_matches(str(field), own, 1)
@@ -281,7 +308,7 @@ class Types:
         element, count = detail
         length = count if node == Nodetype.ARRAY else 0
         if element[0] == Nodetype.BASE and element[1][0] != "string":
-            return np.zeros(length, _ARRAYS.get(element[1][0], element[1][0]))
+            return np.zeros(length, ARRAYS.get(element[1][0], element[1][0]))
         return [self._zero(element) for _ in range(length)]
 
     # Known types
@@ -374,8 +401,10 @@ def _written(kind: Any) -> str:  # noqa: ANN401
 def _scalar(detail: tuple[str, int], given: Any, path: str) -> object:  # noqa: ANN401
     name, limit = detail
     if name == "string":
-        if not isinstance(given, str) or "\0" in given:
-            raise MessageError(f"{path}: text without zero characters is expected, not {given!r:.60}")
+        if not isinstance(given, str) or "\0" in given or (not given.isascii() and given != encodable(given)):
+            raise MessageError(
+                f"{path}: text in UTF-8 without zero characters is expected, not {given!r:.60}"
+            )
         if limit and len(given.encode()) > limit:
             raise MessageError(f"{path}: at most {limit} bytes are expected")
         return given
@@ -390,29 +419,28 @@ def _scalar(detail: tuple[str, int], given: Any, path: str) -> object:  # noqa: 
                 f"{path}: a whole number from {least} to {most} is expected, not {given!r:.60}"
             )
         return int(given)
-    if isinstance(given, bool) or not isinstance(given, int | float | np.number):
+    if isinstance(given, bool) or not isinstance(given, _REALS):
         raise MessageError(f"{path}: a number is expected, not {given!r:.60}")
     try:
+        if name == "float32":
+            struct.pack("<f", given)
         return float(given)
     except OverflowError as error:
         raise MessageError(f"{path}: {error}") from error
 
 
 def _numbers(name: str, given: Any, path: str) -> np.ndarray[Any, Any]:  # noqa: ANN401
-    wanted = np.dtype(_ARRAYS.get(name, name))
-    if isinstance(given, bytes | bytearray | memoryview):
+    wanted = np.dtype(ARRAYS.get(name, name))
+    if isinstance(given, bytes | bytearray):
         given = np.frombuffer(given, np.uint8)
     try:
         array = np.asarray(given)
-        fits = array.ndim == 1 and (not array.size or np.can_cast(array.dtype, wanted, "same_kind"))
-        if fits or (array.ndim == 1 and name in _INTEGERS and array.dtype.kind in "iu"):
-            if name in _INTEGERS and array.size and array.dtype != wanted:
-                least, most = _INTEGERS[name]
-                fits = bool(least <= array.min() and array.max() <= most)
-            else:
-                fits = True
-        if fits:
-            return array.astype(wanted, copy=False)
+        fits = not array.size or np.can_cast(array.dtype, wanted, "same_kind")
+        if name in _INTEGERS and array.size and array.dtype != wanted and array.dtype.kind in "biu":
+            least, most = _INTEGERS[name]
+            fits = least <= array.min() and array.max() <= most
+        if fits and array.ndim == 1:
+            return np.ascontiguousarray(array, wanted)  # the codec takes no others
     except (TypeError, ValueError, OverflowError):
         pass
     raise MessageError(f"{path}: a sequence of {name} is expected, not {given!r:.60}")

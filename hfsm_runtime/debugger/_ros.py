@@ -262,8 +262,9 @@ class RosMonitor(Observer):
         def end(state: int) -> dict[str, object]:
             return {"id": _small(state), "label": f"{path}/{labels.get(state, state)}"}
 
+        timed = "timestamp" in self._node.types.fields(_TRANSITION)  # in distributions before Lyrical
         self._transitions.publish(
-            timestamp=at,
+            {"timestamp": at} if timed else {"stamp": self._node.time(at)},
             transition={"id": _small(transition.id), "label": _label(transition)},
             start_state=end(transition.origin),
             goal_state=end(transition.destination),

@@ -173,6 +173,18 @@ def test_states_and_transitions_are_published_as_they_change(scene: Scene) -> No
     status.wait_for(lambda each: each.path == "/keeper/guard" and each.active_states == ["right"])
 
 
+def test_transitions_have_a_stamp_where_lyrical_is_sourced(
+    pair: Pair, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ROS_DISTRO", "lyrical")
+    with played(pair) as scene:
+        kind, topic = "lifecycle_msgs/msg/TransitionEvent", "/field/keeper/transitions"
+        transitions = Heard(scene.tool, kind, topic, late=False)
+        assert scene.tool.graph.wait(lambda: len(scene.tool.graph.entities("MP", topic)) == 1, EVENT_LIMIT)
+        until(lambda: scene.call("event/kick").success and transitions.messages)
+        assert transitions.messages[0].stamp.sec > 1_700_000_000
+
+
 def test_an_event_that_is_not_declared_is_refused_with_the_way_to_declare_it(scene: Scene) -> None:
     answer = scene.call("event/rest")
     assert not answer.success

@@ -256,7 +256,10 @@ def test_the_gateway_serves_both_in_any_order_of_starts(number: int) -> None:
     check_a_start(order)
 
 
-def test_the_gateway_starts_where_humble_is_sourced(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("ROS_DISTRO", "humble")
+@pytest.mark.parametrize("distribution", ["humble", "lyrical"])
+def test_the_gateway_starts_where_a_distribution_is_sourced(
+    distribution: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ROS_DISTRO", distribution)
     with gateway() as robot:
         assert robot.ros.create_client(TRIGGER, "/nao/reset").call(timeout=CALL_LIMIT).success
