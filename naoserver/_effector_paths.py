@@ -90,7 +90,7 @@ def curves_on_feet(
     it leans over the nearer foot, and the other one slides.
     """
     end, torso = max(curve.duration for curve in asked.values()), base.copy()
-    if [*feet.values()] == [PLANE, PLANE] and any("Yaw" in joint for joint in asked):
+    if [*feet.values()] == [PLANE, PLANE] and any("HipYaw" in joint for joint in asked):
         left, right = ((base @ kinematics.place_of(leg, start))[:2, 3] for leg in LEGS)
         here, half = base[:2, 3] - (left + right) / 2.0, (left - right) / 2.0
         share = here @ half / (half @ half)

@@ -425,11 +425,15 @@ class ALMotion(Service):
 
     def _send_joints(self, joints: Sequence[str], targets: Sequence[float], speed: object) -> None:
         """Send joints to angles, and those of legs together so that feet on the floor stay there."""
-        start, goals = self._access.angles(measured=False), dict(zip(joints, targets, strict=True))
-        curves = {joint: smooth_curve(joint, start[joint], [1.0], [goals[joint]]) for joint in joints}
-        moved, paths = self._on_feet(joints, lambda _: curves)
-        found = paths(start)
-        self._send(moved, [found[joint].at(1.0) for joint in moved], speed, together=moved is not joints)
+        goals = dict(zip(joints, targets, strict=True))
+        moved, paths = self._on_feet(
+            joints,
+            lambda start: {name: smooth_curve(name, start[name], [1.0], [goals[name]]) for name in joints},
+        )
+        if moved is not joints:
+            found = paths(self._access.angles(measured=False))
+            targets = [found[joint].at(1.0) for joint in moved]
+        self._send(moved, targets, speed, together=moved is not joints)
 
     def _send(
         self, joints: Sequence[str], targets: Sequence[float], speed: object, *, together: bool
