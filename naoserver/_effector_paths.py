@@ -20,8 +20,10 @@ POSITION: Final = 7
 LEGS: Final = ("LLeg", "RLeg")
 FIXED: Final = (1.0,) * 6
 """How much x, y, z and the turns about them count of a foot that stays where it is."""
-PLANE: Final = (0.1, 0.1, 1.0, 1.0, 1.0, 0.0)
-"""The same of a foot that may slide and turn on the floor."""
+PLANE: Final = (0.1, 0.1, 1.0, 1.0, 1.0, 0.1)
+"""The same of a foot that may slide on the floor."""
+_TURNING: Final = (*PLANE[:5], 0.0)
+"""The same of one whose hip turns."""
 _TORSO: Final = (0.1, 0.1, 0.02, 0.1, 0.1, 0.01)
 """The same of the torso, which balances while it sinks, rises and turns with the legs."""
 _ASKED: Final = 0.1
@@ -90,7 +92,9 @@ def curves_on_feet(
     it leans over the nearer foot, and the other one slides.
     """
     end, torso = max(curve.duration for curve in asked.values()), base.copy()
-    if [*feet.values()] == [PLANE, PLANE] and any("HipYaw" in joint for joint in asked):
+    if any("HipYaw" in joint for joint in asked):
+        feet = {leg: _TURNING if counts is PLANE else counts for leg, counts in feet.items()}
+    if [*feet.values()] == [_TURNING, _TURNING]:
         left, right = ((base @ kinematics.place_of(leg, start))[:2, 3] for leg in LEGS)
         here, half = base[:2, 3] - (left + right) / 2.0, (left - right) / 2.0
         share = here @ half / (half @ half)
