@@ -9,7 +9,7 @@ x forward, y left, z up.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Final, Literal, NamedTuple, Protocol, runtime_checkable
@@ -389,8 +389,10 @@ class Stage(Protocol):
     def place_object(self, name: str, position: Vector) -> None:
         """Put an object at rest at a position, turned as at the start. Raises InvalidCommand if it cannot."""
 
-    def place_robot(self, x: float, y: float, heading: float) -> None:
-        """Put the robot on its feet at a place on the floor."""
+    def place_robot(
+        self, x: float, y: float, heading: float, end_motion: Callable[[], None] = lambda: None
+    ) -> None:
+        """Put the robot on its feet at a place on the floor; call `end_motion` before, if there is room."""
 
     def push(self, force: Vector, seconds: float) -> None:
         """Push the torso with a force in N in the world's frame, for some seconds of robot time."""
