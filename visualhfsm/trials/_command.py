@@ -160,7 +160,8 @@ def trials(
     for summary, name in zip(summaries, names, strict=True):
         show(console, summary, name)
     if len(summaries) == 2:
-        show_comparison(console, Comparison(*summaries), (names[0], names[1]))
+        comparison = Comparison(*summaries, limit=max(plan.limit for plan in plans))
+        show_comparison(console, comparison, (names[0], names[1]))
 
 
 def _tune(where: Where, plan: Plan, settings: int, cost: str, path: Path) -> None:
@@ -178,7 +179,7 @@ def _tune(where: Where, plan: Plan, settings: int, cost: str, path: Path) -> Non
         run_all(where, each, path.with_name(f"{path.name}.{name}{OUTCOMES}")) for name, each in plans.items()
     )
     show(where.console, after, "tuned")
-    show_comparison(where.console, Comparison(before, after), ("untuned", "tuned"))
+    show_comparison(where.console, Comparison(before, after, limit=plan.limit), ("untuned", "tuned"))
     where.console.print()
     for name, value in found.items():
         where.console.print(f"{name} = {value!r}", highlight=False)

@@ -10,7 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ._comparison import Comparison
-from ._statistics import SMALL, Mean, figure, percent
+from ._statistics import SMALL, Mean, figure, percent, rarest
 from ._summary import Summary
 
 _BAR: Final = 20
@@ -60,6 +60,11 @@ def show_comparison(console: Console, comparison: Comparison, names: tuple[str, 
     if comparison.looks > 1:
         console.print("Fresh trials, of another --seed, are looked at once.", style="dim")
     if comparison.numbers:
+        missing = f"what happens in fewer than {percent(rarest(comparison.both))} % of them may be missing"
+        console.print(
+            f"An interval of a mean knows only what happened: of {comparison.both} trials, {missing}.",
+            style="dim",
+        )
         few = f" {_SAYS_LITTLE}" if comparison.both < SMALL else ""
         console.print(
             f"The means are of the {comparison.both} trials in which both succeed.{few}", style="dim"
@@ -74,7 +79,7 @@ def _of_difference(difference: Mean, shown: Callable[..., str], unit: str = "") 
     if difference.interval is None:
         return f"{mean} {difference.why}"
     low, high = (shown(each, sign=True) for each in difference.interval)
-    return f"{mean}  ({low} to {high}{unit})"
+    return f"{mean}  ({low} to {high}{unit}) {difference.why}".rstrip()
 
 
 def bar(part: float, length: int) -> Text:

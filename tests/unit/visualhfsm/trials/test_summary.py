@@ -192,6 +192,27 @@ def test_two_series_are_compared_trial_by_trial(summary: Summary) -> None:
     assert (found.both, time.difference.count) == (24, 24)
 
 
+def test_a_mean_of_times_differs_by_no_more_than_the_limit_and_what_is_rare_is_named() -> None:
+    first = [structs.replace(outcome(n), success=True, time=1.0) for n in range(6)]
+    times = (1.0, 1.01, 1.02, 1.03, 1.04, 9.0)
+    second = [structs.replace(each, time=time) for each, time in zip(first, times, strict=True)]
+    found = Comparison(Summary(first, VARYING), Summary(second, VARYING), limit=9.5)
+    low, high = present(found.numbers["time"].difference.interval)
+    assert -0.1 < low < 0.1
+    assert (
+        high
+        < 9.5
+        < present(Comparison(Summary(first, ()), Summary(second, ())).numbers["time"].difference.interval)[1]
+    )
+    console = Console(file=io.StringIO(), width=140)
+    show_comparison(console, found, ("one", "other"))
+    text = console.file.getvalue()  # type: ignore[attr-defined]
+    assert "(one number is far from the others)" in text
+    assert (
+        "of 6 trials, what happens in fewer than 39.3 % of them may be missing" in text
+    )  # 1 - 0.05 ** (1 / 6)
+
+
 def test_the_same_series_twice_differs_in_nothing(summary: Summary) -> None:
     found = Comparison(summary, summary)
     assert (found.chance, found.verdict) == (1.0, "none: the same trials succeed")
