@@ -1,11 +1,11 @@
 """Measure how often the intervals of trials hold what they are of, and print the figures.
 
-Means are of numbers that are drawn from a known distribution, 2,000 times for each count. `given` is the part
+Means are of numbers that are drawn from a known distribution, 5,000 times for each count. `given` is the part
 of the draws of which the mean gets an interval, `held` the part of these intervals with the true mean. None
 may reach beyond what a number can be. A rate is counted exactly: of every number of successes that there can
 be, with true rates from 1 to 99 %. Six minutes of one processor.
 
-    python benchmarks/bench_intervals.py [--draws 2000] [--json FILE]
+    python benchmarks/bench_intervals.py [--draws 5000] [--json FILE]
 """
 
 from __future__ import annotations
@@ -106,7 +106,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--draws", type=int, default=2000, metavar="N", help="series of each count")
+    parser.add_argument("--draws", type=int, default=5000, metavar="N", help="series of each count")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures to FILE")
     arguments = parser.parse_args()
     figures: dict[str, dict[int, tuple[float, float]]] = {}

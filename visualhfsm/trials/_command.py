@@ -135,6 +135,7 @@ def trials(
     from rich.console import Console
 
     from ._comparison import Comparison
+    from ._facts import facts_of
     from ._outcomes import SUFFIX
     from ._progress import Where, run_all
     from ._statistics import require_scipy
@@ -159,6 +160,10 @@ def trials(
             _write_page(report, plan, summary, file, console, workers=workers)
     for summary, name in zip(summaries, names, strict=True):
         show(console, summary, name)
+    if plans[0].success.state is None and plans[0].success.function is None:
+        counts = "".join(f", {each}" for each in facts_of(plans[0], "").counts)
+        words = f"no error ends it within {plans[0].limit:g} s{counts}"
+        console.print(f"Success: {words}; --success STATE asks for more.", style="dim", highlight=False)
     if len(summaries) == 2:
         comparison = Comparison(*summaries, limit=max(plan.limit for plan in plans))
         show_comparison(console, comparison, (names[0], names[1]))

@@ -109,6 +109,8 @@ class TrialsView(_View, frozen=True):
     """A series of trials; `planned` are more than `share.trials` while it runs.
 
     `looks` is how many were asked for, one time after the other: several if some were added after a look.
+    `from_start` is how many succeed before anything happens, and `equal` whether nothing differs between
+    several.
     """
 
     name: str
@@ -120,6 +122,8 @@ class TrialsView(_View, frozen=True):
     maps: list[PlaceMap]
     ways: list[Way]
     worst: list[Trial]
+    from_start: int
+    equal: bool
     origin: Origin | None = None
 
 

@@ -33,6 +33,8 @@ def show(console: Console, summary: Summary, title: str) -> None:
     console.print(
         Text.assemble((title, "bold"), f"  {rate.successes} of {rate.trials} succeed: ", (str(rate), "bold"))
     )
+    for warning in summary.warnings:
+        console.print(warning, style="yellow", highlight=False)
     if 0 < rate.trials < SMALL:
         console.print(_SAYS_LITTLE, style="dim")
     if len(summary.looks) > 1:
@@ -145,7 +147,9 @@ def _ways(summary: Summary) -> RenderableType | None:
     return table if left <= 0 else Group(table, Text(f"and {left} other ways", style="dim"))
 
 
-def _worst(summary: Summary) -> RenderableType:
+def _worst(summary: Summary) -> RenderableType | None:
+    if summary.are_equal:
+        return None
     numbers = [row.number for row in summary.worst]
     return Text.assemble(
         "The worst: ", (_named(numbers), "bold"), ("  one again: --only NUMBER --record FILE", "dim")
