@@ -7,6 +7,7 @@ import io
 import re
 import subprocess
 from pathlib import Path
+from typing import Any
 
 import pytest
 from msgspec import structs
@@ -249,6 +250,50 @@ def test_a_narrow_terminal_shows_fewer_numbers_instead_of_parts_of_them(
     _, _, table = text[: text.index("How it fails")].partition("What it depends on")
     assert ("falls" in table) is shown
     assert "…" not in table
+
+
+def shown_of(summary: Summary) -> str:
+    """Return what the terminal shows of a series."""
+    console = Console(file=io.StringIO(), width=100)
+    show(console, summary, "walk")
+    return console.file.getvalue()  # type: ignore[attr-defined,no-any-return]
+
+
+def test_a_success_that_is_true_from_the_start_says_nothing(tmp_path: Path) -> None:
+    trials = [
+        structs.replace(outcome(n), success=True, reason="", time=0.0 if n < 6 else 1.0) for n in range(9)
+    ]
+    found = Summary(trials, VARYING)
+    words = "Success is true from the start in 6 of 9: that says nothing."
+    assert words in shown_of(found)
+    assert words in str(found)
+    view = view_of(Plan(document="walk.xml"), found, kept(tmp_path, 9))
+    assert (view.from_start, view.equal) == (6, False)
+
+
+def test_trials_that_fail_at_once_are_no_success_from_the_start() -> None:
+    found = Summary([structs.replace(outcome(n), success=False, time=0.0) for n in range(9)], VARYING)
+    assert found.warnings == []
+
+
+def test_equal_trials_say_as_much_as_one_and_none_is_the_worst(tmp_path: Path) -> None:
+    trials = [structs.replace(outcome(1), number=n, success=True, reason="") for n in range(1, 7)]
+    found = Summary(trials, VARYING)
+    text = shown_of(found)
+    assert "The 6 trials are equal: they say as much as one." in text
+    assert "The worst" not in text
+    assert [row.number for row in found.worst] == [1]
+    view = view_of(Plan(document="walk.xml"), found, kept(tmp_path, 9))
+    assert (view.equal, len(view.worst)) == (True, 1)
+
+
+@pytest.mark.parametrize("differs", [{"time": 3.5}, {"numbers": {"falls": 1.0}}, {"states": "search"}])
+def test_trials_of_which_one_differs_are_not_equal(differs: dict[str, Any]) -> None:
+    trials = [structs.replace(outcome(1), number=n) for n in range(1, 6)]
+    found = Summary([*trials, structs.replace(outcome(1), number=6, **differs)], VARYING)
+    assert not found.are_equal
+    assert not Summary([outcome(1)], VARYING).are_equal
+    assert "The worst: 1" in shown_of(Summary([outcome(1)], VARYING))
 
 
 def test_numbers_are_shown_when_all_succeed() -> None:
