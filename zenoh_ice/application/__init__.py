@@ -38,8 +38,7 @@ def begin_loading(*, with_interfaces: bool = True) -> None:
     end_at_ctrl_c()
     gc.disable()
     if with_interfaces and (problem := hidden_interfaces()):
-        program = os.path.basename(sys.argv[0].removesuffix("/__main__.py"))  # noqa: PTH119
-        sys.exit(f"{program}: error: {problem}")
+        sys.exit(f"{_program()}: error: {problem}")
 
 
 def hidden_interfaces(folders: Iterable[str] = ()) -> str:
@@ -72,10 +71,18 @@ def end_at_ctrl_c() -> None:
 def say_version() -> None:
     """Print the version of the installed wheel and exit, if the command is `--version`."""
     if sys.argv[1:] == ["--version"]:
-        from zenoh_ice.status import own_version, program_name
+        from importlib.metadata import PackageNotFoundError, version  # here: it takes long to load
 
-        sys.stdout.write(f"{program_name()} {own_version()}\n")
+        try:
+            installed = version("visualhfsm")
+        except PackageNotFoundError:  # a copy of its sources
+            installed = "unknown"
+        sys.stdout.write(f"{_program()} {installed}\n")
         sys.exit(0)
+
+
+def _program() -> str:
+    return os.path.basename(sys.argv[0].removesuffix("/__main__.py"))  # noqa: PTH119
 
 
 def missing_package(error: ModuleNotFoundError, extra: str) -> str:

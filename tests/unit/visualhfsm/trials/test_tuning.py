@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterator
 from concurrent.futures import Future
+from importlib.metadata import version
 from pathlib import Path
 
 import msgspec
@@ -152,6 +153,7 @@ def test_a_search_goes_on_only_with_the_versions_it_began_with(
     file = tmp_path / "file"
     Tuning(plan, settings=1).search(file, pool)
     header = present(read_header(file))
+    assert header.versions[package] == version(package)
     lines = file.read_bytes().splitlines(keepends=True)
     other = msgspec.structs.replace(header, versions={**header.versions, package: "4.0.0"})
     file.write_bytes(b"".join([msgspec.json.encode(other) + b"\n", *lines[1:]]))
