@@ -146,7 +146,7 @@ class Stopping:
                 missing = self._missing()
             if missing != said:
                 said = missing
-                say(f"not stopped yet: {missing}; trying again: {OWN_SWITCH}")
+                say(f"not stopped yet: {missing}; trying again; {OWN_SWITCH}")
         self._close()
         if self._fault is not None:
             raise self._fault
