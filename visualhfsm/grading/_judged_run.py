@@ -81,10 +81,7 @@ class JudgedRun:
         return [*found, (begin, self.time)] if begin is not None else found
 
     def current(self, *, failed: bool = False) -> list[tuple[float, float, str]]:
-        """Return which states were current, by their paths, and from when to when in s.
-
-        Those that took no time are left out, but for the last ones of a run that `failed`, perhaps in them.
-        """
+        """Return which states were current for some time, or last as it `failed`: from, to in s, paths."""
         ends = [*(time for time, _ in self.changes[1:]), self.time]
         found = [
             (begin, end, ", ".join(paths)) for (begin, paths), end in zip(self.changes, ends, strict=True)

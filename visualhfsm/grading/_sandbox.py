@@ -42,9 +42,7 @@ _MOST_REQUESTS: Final = 200_000
 _MOST_RECEIVED: Final = 64 << 20
 """Bytes of all its messages in a trial: the judge remembers the calls."""
 _LONGEST_REASON: Final = 300
-_NO_MESSAGE: Final = (
-    "its code broke the program that runs it, in {where}; does it replace what is built into Python? {error}"
-)
+_NO_MESSAGE: Final = "its code broke the program that runs it (are builtins replaced?), in {where}: {error}"
 
 M = TypeVar("M")
 
@@ -346,7 +344,7 @@ class Sandbox:
             return f"used too much time of the processor, in {where}"
         if number in signal.valid_signals():
             return f"its process was killed by {explain_signal(number)} in {where}"
-        why = ", perhaps as its code replaces what is built into Python" if code == 1 else ""
+        why = " (are builtins replaced?)" if code == 1 else ""
         return f"its process ended by itself with exit code {code} in {where}{why}"
 
 

@@ -26,10 +26,7 @@ class MeanChange:
 
 
 class Comparison:
-    """What differs between two series, trial by trial; only trials that both have count.
-
-    No trial takes longer than `limit`, in s.
-    """
+    """What differs between two series, trial by trial, of at most `limit` s; only what both have counts."""
 
     def __init__(self, first: Summary, second: Summary, *, limit: float = math.inf) -> None:
         others = {row.number: row for row in second.rows}
@@ -56,7 +53,7 @@ class Comparison:
         both = [pair for pair in self._pairs if pair[0].success and pair[1].success]
         self.both: Final = len(both)
         """The number of trials in which both succeed."""
-        self.numbers: Final[Mapping[str, MeanChange]] = _changes(both, {"time": (-limit, limit)})
+        self.numbers: Final[Mapping[str, MeanChange]] = _changes(both, limit)
         """The numbers of trials in which both succeed: one that fails has other ones."""
 
     @property
@@ -77,9 +74,7 @@ class Comparison:
         return f"{gained} gained, {lost} lost: {real} (p = {self.chance:.3g})"
 
 
-def _changes(
-    pairs: Sequence[tuple[Row, Row]], bounds: Mapping[str, tuple[float, float]]
-) -> dict[str, MeanChange]:
+def _changes(pairs: Sequence[tuple[Row, Row]], limit: float) -> dict[str, MeanChange]:
     if not pairs:
         return {}
     names = [
@@ -89,6 +84,7 @@ def _changes(
     for name in names:
         first = [a.numbers[name] for a, _ in pairs]
         second = [b.numbers[name] for _, b in pairs]
-        difference = mean_of(np.subtract(second, first).tolist(), bounds.get(name, UNBOUNDED))
+        bounds = (-limit, limit) if name == "time" else UNBOUNDED
+        difference = mean_of(np.subtract(second, first).tolist(), bounds)
         found[name] = MeanChange(float(np.mean(first)), float(np.mean(second)), difference)
     return found

@@ -109,8 +109,7 @@ class TrialsView(_View, frozen=True):
     """A series of trials; `planned` are more than `share.trials` while it runs.
 
     `looks` is how many were asked for, one time after the other: several if some were added after a look.
-    `from_start` is how many succeed before anything happens, and `equal` whether nothing differs between
-    several.
+    `from_start` of them succeed before anything happens; `equal` says that nothing differs between several.
     """
 
     name: str

@@ -24,12 +24,9 @@ UNBOUNDED: Final = (-math.inf, math.inf)
 SMALL: Final = 20
 """Fewer trials say little: of so many, the interval of a rate is some 40 % wide."""
 _RESAMPLES: Final = 4999
-_BEYOND: Final = 2.0
-"""Spacings from the last number to where the end of all may be."""
-_FEW: Final = 3
-"""Different values of which rare ones may well be missing."""
-_FAR: Final = 2.0 / 3.0
-"""Part of the range of all numbers: one that is farther from the next is far from the others."""
+_BEYOND: Final = 2.0  # spacings from the last number to where the end of all may be
+_FEW: Final = 3  # different values, beside which rare ones may well be missing
+_FAR: Final = 2.0 / 3.0  # of the range of all: a number farther from the next is far from the others
 _EQUAL: Final = 1e-9
 """Part of the largest number within which all others are the same as it, but for rounding."""
 _DIGITS: Final = 4
@@ -118,18 +115,16 @@ class Mean:
 def mean_of(numbers: Sequence[float], bounds: tuple[float, float] = UNBOUNDED) -> Mean:
     """Return the mean of at least one number, with its interval; `bounds` are what a number may be.
 
-    The interval is Gaffke's: of random weights of the sorted numbers, as between the order statistics of
-    even ones, with one more number at the end. That end is the bound, or what Robson and Whitlock take it
-    for with a confidence of 2/3: two spacings beyond the last number. Of two values it is Clopper and
-    Pearson's. From `SMALL` numbers on, the bootstrap-t makes it narrower: of fewer, resamples often have
-    hardly a deviation, and its ends fly off. benchmarks/bench_intervals.py says how often it holds the mean.
-    The random numbers begin the same way, so that the same numbers give the same interval.
+    The interval is Gaffke's: of random weights of the sorted numbers and one more at the end, as between
+    order statistics. The end is the bound, or two spacings beyond the last number, where Robson and Whitlock
+    take it to be with a confidence of 2/3. Of two values it is Clopper and Pearson's, up to chance. From
+    `SMALL` numbers on, the bootstrap-t makes it narrower, whose ends fly off for fewer. The same numbers give
+    the same interval; benchmarks/bench_intervals.py says how often it holds the mean.
 
     Sources: N. Gaffke, "Three test statistics for a nonparametric one-sided hypothesis on the mean of a
-    nonnegative variable", Mathematical Methods of Statistics 14 (2005); E. Learned-Miller and P. Thomas, "A
-    new confidence interval for the mean of a bounded random variable" (2020, arXiv:1905.06208); D. Robson and
-    J. Whitlock, "Estimation of a truncation point", Biometrika 51 (1964); B. Efron and R. Tibshirani, An
-    Introduction to the Bootstrap (1993), chapter 12.
+    nonnegative variable", Mathematical Methods of Statistics 14 (2005); D. Robson and J. Whitlock,
+    "Estimation of a truncation point", Biometrika 51 (1964); B. Efron and R. Tibshirani, An Introduction to
+    the Bootstrap (1993), chapter 12.
     """
     values = np.sort(np.asarray(numbers, float))
     mean, count = float(values.mean()), len(values)
@@ -144,10 +139,9 @@ def mean_of(numbers: Sequence[float], bounds: tuple[float, float] = UNBOUNDED) -
 
 
 def rarest(count: int) -> float:
-    """Return how rare must be what need not occur in so many trials: at that rate, it does in 95 %.
+    """Return at which rate something occurs at least once in so many trials, 95 times in 100.
 
-    Source: J. Hanley and A. Lippman-Hand, "If nothing goes wrong, is everything all right?", Journal of the
-    American Medical Association 249 (1983).
+    Source: J. Hanley and A. Lippman-Hand, Journal of the American Medical Association 249 (1983), 1743.
     """
     return float(1.0 - (1.0 - CONFIDENCE) ** (1.0 / count))
 
@@ -174,10 +168,9 @@ def _interval(values: np.ndarray, lowest: float, highest: float) -> tuple[float,
 
 
 def _doubt(values: np.ndarray) -> str:
-    """Return why sorted numbers say little of their mean; empty if nothing shows it.
+    """Return why sorted numbers say little of their mean; of five normal ones, 8 % have a far one.
 
-    Source: R. Dean and W. Dixon, "Simplified statistics for small numbers of observations", Analytical
-    Chemistry 23 (1951): of five normal numbers one is so far away in 8 % of series, of more in fewer.
+    Source: the ratio Q of R. Dean and W. Dixon, Analytical Chemistry 23 (1951), 636.
     """
     if len(np.unique(values)) <= _FEW:
         return "(few different values)"

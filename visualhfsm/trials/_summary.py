@@ -103,13 +103,10 @@ class Summary:
     @property
     def warnings(self) -> list[str]:
         """Why the rate says less than its figures, in sentences."""
-        warnings = []
-        if self.from_start:
-            of = f"{self.from_start} of {self.rate.trials}"
-            warnings.append(f"Success is true from the start in {of}: that says nothing.")
-        if self.are_equal:
-            warnings.append(f"The {self.rate.trials} trials are equal: they say as much as one.")
-        return warnings
+        trials = self.rate.trials
+        start = f"Success is true from the start in {self.from_start} of {trials}: that says nothing."
+        equal = f"The {trials} trials are equal: they say as much as one."
+        return [words for words, holds in ((start, self.from_start), (equal, self.are_equal)) if holds]
 
     @cached_property
     def from_start(self) -> int:

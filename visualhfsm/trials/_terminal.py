@@ -62,14 +62,10 @@ def show_comparison(console: Console, comparison: Comparison, names: tuple[str, 
     if comparison.looks > 1:
         console.print("Fresh trials, of another --seed, are looked at once.", style="dim")
     if comparison.numbers:
-        missing = f"what happens in fewer than {percent(rarest(comparison.both))} % of them may be missing"
-        console.print(
-            f"An interval of a mean knows only what happened: of {comparison.both} trials, {missing}.",
-            style="dim",
-        )
         few = f" {_SAYS_LITTLE}" if comparison.both < SMALL else ""
+        unseen = f"What happens in fewer than {percent(rarest(comparison.both))} % may be missing."
         console.print(
-            f"The means are of the {comparison.both} trials in which both succeed.{few}", style="dim"
+            f"The means are of the {comparison.both} trials in which both succeed.{few} {unseen}", style="dim"
         )
     for label, numbers in ((names[0], comparison.only_first), (names[1], comparison.only_second)):
         if numbers:

@@ -103,8 +103,7 @@ class Tuning:
         """Return the best parameters, or None when `stop` was set.
 
         Outcomes are kept in a file, with which the same search goes on, or begins `again`. `ended` is called
-        with numbers of trials that have ended or that nobody needs. Raises TrialsError, also if no trial
-        succeeds: then no setting is best.
+        with numbers of trials that have ended or that nobody needs. Raises TrialsError, also if all fail.
         """
         import optuna  # needs a second
 
@@ -118,11 +117,9 @@ class Tuning:
         study = optuna.create_study(sampler=sampler, pruner=pruner)
         space = {name: _distribution(each) for name, each in self._space.items()}
         header = self._series.header
-        header = msgspec.structs.replace(
-            header,
-            digest=f"{header.digest}/{self._plan.runs}",
-            versions={**header.versions, **{name: version_of(name) for name in ("optuna", "scipy")}},
-        )
+        versions = {**header.versions, **{name: version_of(name) for name in ("optuna", "scipy")}}
+        digest = f"{header.digest}/{self._plan.runs}"
+        header = msgspec.structs.replace(header, digest=digest, versions=versions)
         with Record(file, header, again=again) as record:
             runs = _Runs(self._series, record, pool, ended, stop)
             if not self._learn_failure(runs):
@@ -214,14 +211,11 @@ class _Runs:
     def require_success(self) -> None:
         """Raise TrialsError if no trial of a setting succeeded, with what they fail of."""
         tried = [outcome for outcome in self._known.values() if outcome.number > self._runs]
-        ways = Summary(tried, ()).ways
-        if sum(len(way.numbers) for way in ways) == len(tried):
-            raise TrialsError.because(
-                "no setting is best: each fails in all of its trials, {count} of {trials} in this way: {way}",
-                count=len(ways[0].numbers),
-                trials=len(tried),
-                way=f"{ways[0].reason} in {ways[0].states}",
-            )
+        if not any(outcome.success for outcome in tried):
+            way = Summary(tried, ()).ways[0]
+            words = "no setting is best, as all trials fail, {count} of {all} so: {reason} in {states}"
+            count = {"count": len(way.numbers), "all": len(tried)}
+            raise TrialsError.because(words, reason=way.reason, states=way.states, **count)
 
     def outcomes(self, plans: Mapping[int, Plan], numbers: range) -> dict[tuple[int, int], Outcome] | None:
         """Return the outcomes of trials of some settings, by setting and number; None when it is to stop."""

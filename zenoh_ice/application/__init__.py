@@ -31,14 +31,14 @@ def begin_loading(*, with_interfaces: bool = True) -> None:
     """Prepare to import a command: Ctrl-C ends the process at once, and garbage collection is off.
 
     Imported objects all stay, and checking them takes a tenth of the time. `cli.run` ends both. A command
-    `with_interfaces` exits with an error if a user's module hides those of VisualHFSM. Asked for its version
-    it says that, whatever else is missing.
+    `with_interfaces` exits with an error if a user's module hides those of VisualHFSM.
     """
     say_version()
     end_at_ctrl_c()
     gc.disable()
     if with_interfaces and (problem := hidden_interfaces()):
-        sys.exit(f"{_program()}: error: {problem}")
+        program = os.path.basename(sys.argv[0].removesuffix("/__main__.py"))  # noqa: PTH119
+        sys.exit(f"{program}: error: {problem}")
 
 
 def hidden_interfaces(folders: Iterable[str] = ()) -> str:
@@ -71,18 +71,10 @@ def end_at_ctrl_c() -> None:
 def say_version() -> None:
     """Print the version of the installed wheel and exit, if the command is `--version`."""
     if sys.argv[1:] == ["--version"]:
-        from importlib.metadata import PackageNotFoundError, version  # here: it takes long to load
+        from zenoh_ice.status import own_version, program_name
 
-        try:
-            installed = version("visualhfsm")
-        except PackageNotFoundError:  # a copy of its sources
-            installed = "unknown"
-        sys.stdout.write(f"{_program()} {installed}\n")
+        sys.stdout.write(f"{program_name()} {own_version()}\n")
         sys.exit(0)
-
-
-def _program() -> str:
-    return os.path.basename(sys.argv[0].removesuffix("/__main__.py"))  # noqa: PTH119
 
 
 def missing_package(error: ModuleNotFoundError, extra: str) -> str:

@@ -167,7 +167,7 @@ def test_where_every_trial_fails_no_setting_is_best_and_it_says_why(
     document = Path(plan.document)
     document.write_text(SLOW.replace("worked += 0.1", "wrked += 0.1"), encoding="utf-8")
     with pytest.raises(
-        TrialsError, match=r"no setting is best: .* 32 of 32 in this way: .*wrked.* in working"
+        TrialsError, match=r"no setting is best, as all trials fail, 32 of 32 so: .*wrked.* in working"
     ):
         Tuning(plan, settings=4).search(tmp_path / "file", pool)
 
