@@ -100,6 +100,7 @@ def bound(body: mujoco.MjsBody, *, moves: bool) -> None:
     if not body.explicitinertial:
         body.ipos = np.zeros(3)
     body.explicitinertial = True
+    body.fullinertia[:] = np.nan  # which MuJoCo refuses where it is 0
     _set_tensor(body, np.eye(3) * 0.4 * body.mass * radius**2)
 
 
@@ -223,6 +224,7 @@ def read_model(path: Path, meshes: Path, *, balance: bool | None = None) -> Mode
         model = _Reading(root, files, notes, balance).read()
     else:
         root, notes = expanded(root, path, packages)
+        urdf.take_as_urdfdom(root, notes)
         speeds, actuated = urdf.speeds_of(root), urdf.actuated_in(root)
         fixed, sensors = urdf.is_fixed(root), tuple(urdf.sensors_in(root))
         urdf.prepare(root, files, notes)
