@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import io
 import itertools
+import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -17,7 +18,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from naoserver_sim._own.tree import LARGEST_FILE
+from naoserver_sim._own.tree import LARGEST_FILE, POINTER, is_pointer
 
 LARGEST_MESH: Final = 3 * LARGEST_FILE
 """Largest size of a mesh in bytes."""
@@ -74,10 +75,13 @@ def _home(model: Path) -> Path | None:
 
 def _package_name(folder: Path) -> str:
     """Return the name of the ROS package in a folder; empty if there is none."""
+    path = folder / "package.xml"
     try:
-        with (folder / "package.xml").open("rb") as file:
+        if not path.is_file():  # none, or a pipe, which would not end
+            return ""
+        with path.open("rb") as file:
             name = _PACKAGE.search(file.read(100_000))
-    except OSError:  # none, or not ours to read
+    except OSError:  # not ours to read
         return ""
     return name[1].decode() if name else folder.name
 
@@ -96,6 +100,8 @@ class Files:
     """How the model calls these files."""
     left_out: dict[str, str] = field(default_factory=dict)
     """The meshes that cannot be used, as the model calls them, with the reason."""
+    bare: bool = False
+    """Whether no mesh is read: each is a block, to see what else is wrong with the model."""
     _read: dict[Path, tuple[str, MeshFile]] = field(default_factory=dict)
     _used: int = 0
 
@@ -103,7 +109,12 @@ class Files:
         folder = self.model.parent.resolve()
         home = _home(self.model) or folder
         inside = [up / "meshes" for up in (folder, home)]
-        beside = [up for name in sorted(_BESIDE) if not (up := folder.parent / name).is_symlink()]
+        # Of a model in ~/robots, all folders of the user would be beside it.
+        home_of_user = Path(os.path.expanduser("~")).resolve()  # noqa: PTH111 - which some users lack
+        private = folder.parent in (home_of_user, Path("/"))
+        self._around = None if private else folder.parent
+        near = [folder.parent / name for name in sorted(_BESIDE) if not private]
+        beside = [up for up in near if not up.is_symlink()]
         self._folders = list(dict.fromkeys((self.meshes.resolve(), folder, *inside, home, *beside)))
         self._allowed = [self.meshes.resolve(), folder, home, *beside, *self.packages.values()]
 
@@ -114,13 +125,11 @@ class Files:
         """
         scheme, rest = _SCHEME.fullmatch(name).groups()  # type: ignore[union-attr]  # all texts match
         parts = PurePosixPath(rest.replace("\\", "/")).parts
-        allowed = list(self._allowed)
         exact = [file.parent.joinpath(folder, *parts) for file in (self.model, source)]
         if scheme in ("package", "model") and parts:
             around = {up.name: up for up in reversed(self.model.resolve().parents[:_LEVELS])}
-            if package := self.packages.get(parts[0], around.get(parts[0])):
-                exact = [package.joinpath(*parts[1:])]
-                allowed.append(package)
+            found = [of[parts[0]] for of in (self.packages, around) if parts[0] in of]
+            exact = [package.joinpath(*parts[1:]) for package in found] or exact
         elif scheme == "file":
             exact.append(Path("/", *parts))
         known = [part for part in (*PurePosixPath(folder).parts, *parts) if part not in ("/", "//", "..")]
@@ -130,7 +139,7 @@ class Files:
         for path in (*exact, *tails):
             try:
                 real = path.resolve(strict=True)
-                if real.is_file() and (any(map(real.is_relative_to, allowed)) or self._is_beside(real)):
+                if real.is_file() and (any(map(real.is_relative_to, self._allowed)) or self._is_beside(real)):
                     return real
                 outside = outside or (path in exact and real.is_file())
             except (OSError, RuntimeError, ValueError):  # no such file, too long a name, a circle of links
@@ -138,12 +147,16 @@ class Files:
         raise MeshError("it lies outside the folder of the model" if outside else "there is no such file")
 
     def _is_beside(self, path: Path) -> bool:
-        """Return whether a file is in a folder of meshes somewhere beside the model's folder."""
-        around = self.model.resolve().parent.parent
-        return path.is_relative_to(around) and not _BESIDE.isdisjoint(path.relative_to(around).parts[:-1])
+        """Return whether a file is in a folder of meshes beside the model's folder, or in one beside that."""
+        if self._around is None or not path.is_relative_to(self._around):
+            return False
+        return not _BESIDE.isdisjoint(path.relative_to(self._around).parts[:-1][:2])
 
     def mesh(self, name: str, source: Path, folder: str = "") -> tuple[str, MeshFile] | None:
         """Return the name by which MuJoCo gets a mesh, and the mesh; None if it is left out."""
+        if self.bare:
+            self.assets[f"0{_BLOCK.ending}"] = _BLOCK.content
+            return f"0{_BLOCK.ending}", _BLOCK
         try:
             path = self.find(name, source, folder)
             if path not in self._read:
@@ -179,6 +192,8 @@ def read_mesh(path: Path) -> MeshFile:
         raise MeshError(f"it cannot be read: {problem.strerror}") from None
     if not content:
         raise MeshError("it is empty")
+    if is_pointer(content):
+        raise MeshError(f"it {POINTER}")
     if ending == ".stl":
         return MeshFile(ending, _stl(content))
     if ending in (".obj", ".msh"):
@@ -211,6 +226,10 @@ def _written(corners: ArrayLike) -> bytes:
     triangles = np.zeros(len(points), _TRIANGLE)
     triangles["corners"] = points
     return bytes(80) + len(points).to_bytes(4, "little") + triangles.tobytes()
+
+
+_BLOCK: Final = MeshFile(".stl", _written(np.eye(4, 3, -1)[[0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3]]))
+"""A tetrahedron."""
 
 
 def _by_trimesh(content: bytes, ending: str) -> MeshFile:

@@ -88,8 +88,18 @@ class OwnFile(Struct, frozen=True, kw_only=True):
     """Whether inertias that no body can have are repaired; None: those that are only a little off."""
     slippery: tuple[str, ...] = ()
     """Links that slide over the floor, such as casters."""
+    xacro: dict[str, str | bool | int | float] = {}
+    """Arguments of a model in xacro."""
     joint: dict[str, OwnJoint] = {}
     servo: dict[str, OwnServo] = {}
+
+    @property
+    def arguments(self) -> dict[str, str]:
+        """The arguments as xacro reads them."""
+        return {
+            name: str(value).lower() if isinstance(value, bool) else str(value)
+            for name, value in self.xacro.items()
+        }
 
 
 @dataclass(frozen=True)
