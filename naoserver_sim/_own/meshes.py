@@ -12,13 +12,17 @@ import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from importlib import metadata
 from pathlib import Path, PurePosixPath
 from typing import Any, Final, NamedTuple
 
+import msgspec
 import numpy as np
 from numpy.typing import ArrayLike
 
+from naoserver_sim._own.kept_meshes import kept
 from naoserver_sim._own.tree import LARGEST_FILE, POINTER, is_pointer
+from zenoh_ice import typed
 
 LARGEST_MESH: Final = 3 * LARGEST_FILE
 """Largest size of a mesh in bytes."""
@@ -35,6 +39,8 @@ _LEVELS: Final = 5
 _MOST_SIBLINGS: Final = 500
 _BESIDE: Final = frozenset(("meshes", "mesh", "assets", "dae", "stl", "obj", "visual", "collision", "common"))
 """Folders beside that of the model which are read, too."""
+_CONVERTER: Final = 1
+"""To be counted up when `_by_trimesh` makes something else of a mesh."""
 _SCHEME: Final = re.compile(r"(?:(package|model|file):/*)?(.*)", re.DOTALL)
 _PACKAGE: Final = re.compile(rb"<name>\s*([\w.-]+)\s*</name>")
 _UNIT: Final = re.compile(rb"<unit[^>]{0,200}?\bmeter\s*=\s*[\"']([\d.eE+-]{1,30})[\"']")
@@ -199,7 +205,7 @@ def read_mesh(path: Path) -> MeshFile:
     if ending in (".obj", ".msh"):
         return MeshFile(ending, content)
     if ending in (".dae", ".ply", ".off", ".glb"):
-        return _by_trimesh(content, ending)
+        return _kept(content, ending)
     raise MeshError(f"{ending or 'a file without an ending'} is no format of meshes that is read")
 
 
@@ -226,6 +232,28 @@ def _written(corners: ArrayLike) -> bytes:
     triangles = np.zeros(len(points), _TRIANGLE)
     triangles["corners"] = points
     return bytes(80) + len(points).to_bytes(4, "little") + triangles.tobytes()
+
+
+def _kept(content: bytes, ending: str) -> MeshFile:
+    """Return what trimesh reads of a mesh, or has read of it before."""
+    try:
+        versions = " ".join(map(metadata.version, ("trimesh", "pycollada")))
+    except metadata.PackageNotFoundError:
+        return _by_trimesh(content, ending)
+    of = (f"{_CONVERTER} {versions} {ending}".encode(), content)
+    return kept(of, lambda: msgspec.msgpack.encode(_by_trimesh(content, ending)), _unpacked)
+
+
+def _unpacked(packed: bytes) -> MeshFile:
+    """Return a mesh that was kept. Raises ValueError for what is none."""
+    try:
+        mesh = typed.from_msgpack(packed, MeshFile)
+        checked = MeshFile(".stl", _stl(mesh.content), mesh.color)
+    except (msgspec.MsgspecError, MeshError) as problem:
+        raise ValueError(str(problem)) from None
+    if mesh.color and not (len(mesh.color) == 4 and all(0.0 <= part <= 1.0 for part in mesh.color)):
+        raise ValueError("no color")
+    return checked
 
 
 _BLOCK: Final = MeshFile(".stl", _written(np.eye(4, 3, -1)[[0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3]]))
