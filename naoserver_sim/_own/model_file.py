@@ -62,13 +62,14 @@ def balance_inertias(
         if moves and not _has_mass(body):
             light.append(body.name)
             bound(body, moves=moves)
-        if not body.explicitinertial or body.mass < _LEAST:
+        if not body.explicitinertial:
             continue
         tensor = _tensor(body)
         moments = np.linalg.eigvalsh(tensor)
         if moments[2] < _LEAST:
-            light.append(body.name)
-            bound(body, moves=moves)
+            light += [body.name] if body.mass >= _LEAST else []
+            bound(body, moves=moves and body.mass >= _LEAST)
+        if min(moments[2], body.mass) < _LEAST:
             continue
         off = (moments[2] - moments[0] - moments[1]) / (2.0 * moments[2])
         if off < -_ROUNDING and moments[0] >= _LEAST:
@@ -101,7 +102,7 @@ def bound(body: mujoco.MjsBody, *, moves: bool) -> None:
     if not body.explicitinertial:
         body.ipos = np.zeros(3)
     body.explicitinertial = True
-    body.fullinertia[:] = np.nan  # which MuJoCo refuses where it is 0
+    body.fullinertia[:] = np.nan
     _set_tensor(body, np.eye(3) * 0.4 * body.mass * radius**2)
 
 
