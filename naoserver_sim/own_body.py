@@ -30,7 +30,6 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, Final
 
 import msgspec
@@ -69,7 +68,7 @@ what the robot does not have. docs/reference/bodies.md describes all keys. To se
     naoserver-sim --body {file}
 """
 
-_NONE: Final[Mapping[str, str]] = MappingProxyType({})
+_NONE: Final[Mapping[str, str]] = {}
 
 _log = logging.getLogger(__name__)
 
@@ -112,7 +111,7 @@ def read_own_body(
         path.parent / own.model,
         path.parent / own.meshes,
         balance=own.balance,
-        arguments=own.arguments | dict(arguments),
+        arguments={**own.xacro, **arguments},
         check=described,
     )
     return _dressed(described(model), [])

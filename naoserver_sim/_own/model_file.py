@@ -26,7 +26,7 @@ from naoserver_sim._own.figure import Figure
 from naoserver_sim._own.meshes import Files, packages_near
 from naoserver_sim._own.tree import Element, read_tree, write_tree
 from naoserver_sim._own.urdf import Sensor
-from naoserver_sim._own.xacro import NO_XACRO, expanded
+from naoserver_sim._own.xacro import NO_XACRO, Argument, expanded
 
 Array = NDArray[np.float64]
 
@@ -213,7 +213,7 @@ def read_model(
     meshes: Path,
     *,
     balance: bool | None = None,
-    arguments: Mapping[str, str] | None = None,
+    arguments: Mapping[str, Argument] | None = None,
     check: Callable[[ModelFile], object] | None = None,
 ) -> ModelFile:
     """Return the model of an MJCF, URDF or xacro with `arguments`; `meshes` is the folder of its meshes.

@@ -89,17 +89,9 @@ class OwnFile(Struct, frozen=True, kw_only=True):
     slippery: tuple[str, ...] = ()
     """Links that slide over the floor, such as casters."""
     xacro: dict[str, str | bool | int | float] = {}
-    """Arguments of a model in xacro."""
+    """Arguments of a model in xacro, which it reads as JSON has them, without quotes."""
     joint: dict[str, OwnJoint] = {}
     servo: dict[str, OwnServo] = {}
-
-    @property
-    def arguments(self) -> dict[str, str]:
-        """The arguments as xacro reads them."""
-        return {
-            name: str(value).lower() if isinstance(value, bool) else str(value)
-            for name, value in self.xacro.items()
-        }
 
 
 @dataclass(frozen=True)

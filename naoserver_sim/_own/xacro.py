@@ -28,8 +28,9 @@ from naoserver_sim._own.tree import LARGEST_FILE, POINTER, Element, is_pointer, 
 
 _LONGEST: Final = 5
 """Longest time in s of the processor that an expansion may take."""
-_PATIENCE: Final = 50.0
-"""Longest time in s that it may take in all, on a busy machine."""
+_WALL: Final = 50.0
+"""Longest time in s that it may take by the clock on the wall, on a busy machine."""
+Argument = str | bool | int | float
 NO_XACRO: Final = "it has no xacro, so that it takes no arguments"
 _MEMORY: Final = 1 << 30
 _LEFTOVER: Final = re.compile(r"\$[{(][^})]*[})]?")
@@ -49,7 +50,7 @@ _KEPT_VARIABLES: Final = ("PATH", "PYTHONPATH", "SYSTEMROOT")
 
 
 def expanded(
-    root: Element, path: Path, packages: Mapping[str, Path], arguments: Mapping[str, str]
+    root: Element, path: Path, packages: Mapping[str, Path], arguments: Mapping[str, Argument]
 ) -> tuple[Element, list[str]]:
     """Return the tree of a URDF without xacro, and notes; `packages` are the folders of ROS packages by name.
 
@@ -87,24 +88,19 @@ def _leftovers(element: Element) -> Iterator[tuple[Element, str, str]]:
             yield element, name, text
 
 
-def _run(root: Element, path: Path, packages: Mapping[str, Path], arguments: Mapping[str, str]) -> bytes:
+def _run(root: Element, path: Path, packages: Mapping[str, Path], arguments: Mapping[str, Argument]) -> bytes:
     """Return the text of an expanded file."""
     folders = {name: str(folder) for name, folder in packages.items()}
-    request = json.dumps([path.name, folders, dict(arguments), _LONGEST]).encode()
+    given = {name: each if isinstance(each, str) else json.dumps(each) for name, each in arguments.items()}
+    asked = json.dumps([path.name, folders, given, _LONGEST]).encode()
     command = [sys.executable, "-P", "-m", "naoserver_sim._own.xacro"]
     kept = {name: os.environ[name] for name in _KEPT_VARIABLES if name in os.environ}
     try:
         done = subprocess.run(
-            command,
-            cwd=path.parent,
-            input=request,
-            capture_output=True,
-            timeout=_PATIENCE,
-            check=False,
-            env=kept,
+            command, input=asked, cwd=path.parent, env=kept, timeout=_WALL, capture_output=True, check=False
         )
     except subprocess.TimeoutExpired:
-        raise RobotError(f"{path}: xacro is not expanded within {_PATIENCE:g} s") from None
+        raise RobotError(f"{path}: xacro is not expanded within {_WALL:g} s") from None
     if done.returncode == 0:
         return done.stdout
     if done.returncode == -signal.SIGXCPU:

@@ -9,7 +9,6 @@ from naoserver.body import read_body, write_body
 from naoserver.capabilities import WalkVelocity
 from naoserver.errors import RobotError
 from naoserver.parts import Axis
-from naoserver_sim._own.parts import OwnFile
 from naoserver_sim._own.tree import LARGEST_FILE
 from naoserver_sim.own_body import named_body, read_own_body, write_own_body
 from naoserver_sim.robot import SimulatedRobot
@@ -528,15 +527,6 @@ def test_arguments_of_what_is_no_xacro_are_refused(written, tmp_path):
     ):
         with pytest.raises(RobotError, match="it has no xacro, so that it takes no arguments"):
             named_body(name, arguments={"dof": "7"})
-
-
-def test_values_of_arguments_are_written_as_xacro_reads_them():
-    assert OwnFile(xacro={"dof": 7, "vision": True, "size": 0.5, "name": "a"}).arguments == {
-        "dof": "7",
-        "vision": "true",
-        "size": "0.5",
-        "name": "a",
-    }
 
 
 def test_facts_are_written_and_served(written, tmp_path):

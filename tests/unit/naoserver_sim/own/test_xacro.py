@@ -95,7 +95,7 @@ def test_an_expansion_that_does_not_end_is_ended(expand, monkeypatch):
 
 
 def test_one_that_waits_is_ended_too(expand, tmp_path, monkeypatch):
-    monkeypatch.setattr("naoserver_sim._own.xacro._PATIENCE", 0.5)
+    monkeypatch.setattr("naoserver_sim._own.xacro._WALL", 0.5)
     os.mkfifo(tmp_path / "arm.xacro")
     with pytest.raises(RobotError, match=r"r\.urdf\.xacro: xacro is not expanded within 0\.5 s"):
         expand(ROBOT.replace("INCLUDED", "arm.xacro"))
@@ -109,8 +109,11 @@ SIZED = (
 
 
 def test_arguments_are_those_that_are_given(expand):
-    root, _ = expand(SIZED, dof="7", side="b; c")
-    assert [each.name for each in root.within("link")] == ["b; c_7"]
+    text = SIZED.replace(
+        "</robot>", '<xacro:if value="$(arg two)">' + link("$(arg size)") + "</xacro:if></robot>"
+    )
+    root, _ = expand(text, dof=7, side="b; c", two=True, size=0.5)
+    assert [each.name for each in root.within("link")] == ["b; c_7", "0.5"]
 
 
 def test_arguments_that_are_missing_are_said_with_how_to_give_them(expand):
