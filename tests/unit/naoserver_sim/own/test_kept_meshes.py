@@ -80,7 +80,7 @@ def huge(path):
 
 
 @pytest.mark.parametrize("harm", [damaged, changed, linked, piped, huge, lambda path: path.write_bytes(b"")])
-def test_a_file_that_is_not_as_it_was_written_is_made_anew(keep, made, cache, harm):
+def test_a_file_that_is_not_as_it_was_written_is_made_again(keep, made, cache, harm):
     keep()
     (path,) = cache.iterdir()
     harm(path)
@@ -112,13 +112,15 @@ def test_a_cache_that_others_may_write_to_is_left_alone(keep, made, cache, monke
 
 def test_those_that_were_used_longest_ago_go_first(keep, made, cache, monkeypatch):
     monkeypatch.setattr(kept_meshes, "MOST_KEPT", 2 * (32 + len("text")))
-    for number, of in enumerate((b"a", b"b", b"c")):
-        for path in cache.iterdir() if cache.exists() else ():
-            os.utime(path, (number, number + path.stat().st_mtime % 1))
+    for of in (b"a", b"b"):
         keep(of)
-    assert len(list(cache.iterdir())) == 2
+        for age, path in enumerate(sorted(cache.iterdir(), key=lambda path: path.stat().st_mtime)):
+            os.utime(path, (age, age))  # long ago, in the order in which they were made
+    keep(b"a")
     keep(b"c")
-    assert made == [b"a", b"b", b"c"]
+    assert len(list(cache.iterdir())) == 2
+    assert [keep(b"a"), keep(b"c"), keep(b"b")] == ["text"] * 3
+    assert made == [b"a", b"b", b"c", b"b"]
 
 
 def test_what_cannot_be_made_is_not_kept(cache):
@@ -150,7 +152,7 @@ def test_a_mesh_is_converted_once(red_cone, monkeypatch):
     assert first.color is not None
 
 
-def test_another_converter_makes_it_anew(red_cone, cache, monkeypatch):
+def test_another_converter_makes_it_again(red_cone, cache, monkeypatch):
     read_mesh(red_cone)
     monkeypatch.setattr(meshes, "_CONVERTER", -1)
     read_mesh(red_cone)
@@ -167,7 +169,7 @@ def test_another_converter_makes_it_anew(red_cone, cache, monkeypatch):
         msgspec.msgpack.encode({"ending": ".stl"}),
     ],
 )
-def test_a_forged_mesh_is_converted_anew(red_cone, cache, evil):
+def test_a_forged_mesh_is_converted_again(red_cone, cache, evil):
     first = read_mesh(red_cone)
     (path,) = cache.iterdir()
     path.write_bytes(hashlib.sha256(evil).digest() + evil)
