@@ -100,9 +100,11 @@ def read_own_body(
     if not own.model:
         return convert(document, Body, str(path), RobotError, text=text)
     for key, name in (("model", own.model), ("meshes", own.meshes)):
-        if not (path.parent / name).resolve().is_relative_to(path.parent.resolve()):
-            at = place(str(path), text, key)
-            raise RobotError(f"{at} = {name!r}: it must be in the folder of this file, or in one below it")
+        with suppress(OSError, RuntimeError, ValueError):  # no name of a file, or a circle of links
+            if (path.parent / name).resolve().is_relative_to(path.parent.resolve()):
+                continue
+        at = place(str(path), text, key)
+        raise RobotError(f"{at} = {name!r}: it must be in the folder of this file, or in one below it")
 
     def described(model: ModelFile) -> _Description:
         return _Description({"name": _name(path)} | document, model, str(path), text)

@@ -458,16 +458,19 @@ def test_a_joint_may_be_counted_the_other_way_round(written):
     assert (turned.lower, turned.upper) == (-1.0, 2.0)
 
 
-@pytest.mark.parametrize("name", ["/etc/arm.urdf", "../arm.urdf", "away/arm.urdf"])
+@pytest.mark.parametrize(
+    "name", ["/etc/arm.urdf", "../arm.urdf", "away/arm.urdf", r"a\u0000.urdf", "self/arm.urdf"]
+)
 def test_a_model_out_of_the_folder_of_its_file_is_not_read(written, tmp_path, name):
     (tmp_path / "away").symlink_to(tmp_path.parent)
+    (tmp_path / "self").symlink_to("self")
     with pytest.raises(
         RobotError, match=r"my_robot\.toml:1: model = '.*': it must be in the folder of this file"
     ):
         read_own_body(written(ARM, f'model = "{name}"\n'))
 
 
-@pytest.mark.parametrize("folder", ["/etc", "..", "../else", "meshes/../..", "away"])
+@pytest.mark.parametrize("folder", ["/etc", "..", "../else", "meshes/../..", "away", r"a\u0000b"])
 def test_meshes_out_of_the_folder_of_its_file_are_not_read(written, tmp_path, folder):
     (tmp_path / "away").symlink_to(tmp_path.parent)
     text = f'model = "arm.urdf"\nmeshes = "{folder}"\n'
