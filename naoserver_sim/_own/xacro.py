@@ -40,8 +40,7 @@ _READ: Final = ("link", "joint", "material")
 """The elements of a URDF that are about the robot; others have texts for other programs."""
 _EVALUATED: Final = re.compile(r"when evaluating expression '(.+?)'")
 _UNDEFINED: Final = re.compile(r"Undefined substitution argument (\w+)")
-_MOST_ARGUMENTS: Final = 8
-"""Arguments of a file that are named."""
+_LONGEST_LIST: Final = 200
 _FORBIDDEN: Final = ("os.", "subprocess.", "socket.", "ctypes.", "shutil.")
 """Beginnings of events of Python that an expansion does not need."""
 _READING: Final = ("os.listdir", "os.scandir", "os.walk", "os.putenv", "os.unsetenv")
@@ -106,10 +105,9 @@ def _run(root: Element, path: Path, packages: Mapping[str, Path], arguments: Map
     if done.returncode == -signal.SIGXCPU:
         raise RobotError(f"{path}: xacro is not expanded within {_LONGEST} s of the processor")
     why = " ".join(done.stderr.decode(errors="replace").split())[-300:] or "it takes too much memory"
-    undefined = [found[1]] if (found := _UNDEFINED.search(why)) else []
-    if names := undefined or list(dict.fromkeys(each.name for each in root.all("xacro:arg") if each.name)):
-        others = f" (arguments: {', '.join(names[:_MOST_ARGUMENTS])})" if names[1:] else ""
-        why += f"; an argument is given by --xacro {names[0]}:=VALUE, or in [xacro] of a TOML file{others}"
+    if names := _UNDEFINED.findall(why) or [each.name for each in root.all("xacro:arg")]:
+        known = ", ".join(names)[:_LONGEST_LIST]
+        why += f"; an argument is given by --xacro {names[0]}:=VALUE, or in [xacro] of a TOML file: {known}"
     place = str(path)
     if expression := _EVALUATED.search(why):
         said = (
