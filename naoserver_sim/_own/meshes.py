@@ -92,6 +92,20 @@ def _package_name(folder: Path) -> str:
     return name[1].decode() if name else folder.name
 
 
+def _has_home(folder: Path) -> bool:
+    """Return whether the user's home folder is this one or in it: nothing there is beside a model."""
+    return Path(os.path.expanduser("~")).resolve().is_relative_to(folder)  # noqa: PTH111 - without a home, too
+
+
+def _is_mesh_in(folder: Path, path: Path, depth: int | None = None) -> bool:
+    """Return whether a file is in a folder of meshes within a folder, so many levels down at most."""
+    if _has_home(folder) or not path.is_relative_to(folder):
+        return False
+    return any(
+        part in _BESIDE or part.startswith("mesh") for part in path.relative_to(folder).parts[:-1][:depth]
+    )
+
+
 @dataclass
 class Files:
     """The files that a model may name, and the contents of those that it does."""
@@ -115,11 +129,7 @@ class Files:
         folder = self.model.parent.resolve()
         home = _home(self.model) or folder
         inside = [up / "meshes" for up in (folder, home)]
-        # Of a model in ~/robots, all folders of the user would be beside it.
-        home_of_user = Path(os.path.expanduser("~")).resolve()  # noqa: PTH111 - which some users lack
-        private = folder.parent in (home_of_user, Path("/"))
-        self._around = None if private else folder.parent
-        near = [folder.parent / name for name in sorted(_BESIDE) if not private]
+        near = [folder.parent / name for name in sorted(_BESIDE) if not _has_home(folder.parent)]
         beside = [up for up in near if not up.is_symlink()]
         self._folders = list(dict.fromkeys((self.meshes.resolve(), folder, *inside, home, *beside)))
         self._allowed = [self.meshes.resolve(), folder, home, *beside, *self.packages.values()]
@@ -131,10 +141,12 @@ class Files:
         """
         scheme, rest = _SCHEME.fullmatch(name).groups()  # type: ignore[union-attr]  # all texts match
         parts = PurePosixPath(rest.replace("\\", "/")).parts
+        named: list[Path] = []
         exact = [file.parent.joinpath(folder, *parts) for file in (self.model, source)]
         if scheme in ("package", "model") and parts:
             around = {up.name: up for up in reversed(self.model.resolve().parents[:_LEVELS])}
-            found = [of[parts[0]] for of in (self.packages, around) if parts[0] in of]
+            named = [around[parts[0]]] if parts[0] in around else []
+            found = [self.packages[parts[0]], *named] if parts[0] in self.packages else named
             exact = [package.joinpath(*parts[1:]) for package in found] or exact
         elif scheme == "file":
             exact.append(Path("/", *parts))
@@ -145,18 +157,16 @@ class Files:
         for path in (*exact, *tails):
             try:
                 real = path.resolve(strict=True)
-                if real.is_file() and (any(map(real.is_relative_to, self._allowed)) or self._is_beside(real)):
+                if real.is_file() and (
+                    any(map(real.is_relative_to, self._allowed))
+                    or _is_mesh_in(self.model.resolve().parent.parent, real)
+                    or any(_is_mesh_in(up, real, depth=1) for up in named)
+                ):
                     return real
                 outside = outside or (path in exact and real.is_file())
             except (OSError, RuntimeError, ValueError):  # no such file, too long a name, a circle of links
                 continue
         raise MeshError("it lies outside the folder of the model" if outside else "there is no such file")
-
-    def _is_beside(self, path: Path) -> bool:
-        """Return whether a file is in a folder of meshes beside the model's folder, or in one beside that."""
-        if self._around is None or not path.is_relative_to(self._around):
-            return False
-        return not _BESIDE.isdisjoint(path.relative_to(self._around).parts[:-1][:2])
 
     def mesh(self, name: str, source: Path, folder: str = "") -> tuple[str, MeshFile] | None:
         """Return the name by which MuJoCo gets a mesh, and the mesh; None if it is left out."""

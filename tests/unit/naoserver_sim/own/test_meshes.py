@@ -62,6 +62,7 @@ def test_a_mesh_is_found_in_the_packages_of_a_model(files, tmp_path, name, where
         ("../parts/meshes/a.stl", "parts/meshes/a.stl"),
         ("package://robot/meshes/a.stl", "urdf/meshes/a.stl"),
         ("package://ws/urdf/stl/a.stl", "urdf/stl/a.stl"),
+        ("../parts/deep/down/meshes/a.stl", "parts/deep/down/meshes/a.stl"),
     ],
 )
 def test_without_a_package_it_is_found_beside_the_model(tmp_path, name, where):
@@ -118,15 +119,32 @@ def test_a_model_in_a_home_folder_reads_no_other_of_its_folders(tmp_path, monkey
 
 
 @pytest.mark.parametrize(
-    "name", ["package://arm/parts/a.stl", "../parts/a.stl", "../parts/deep/meshes/a.stl"]
+    ("name", "read"),
+    [
+        ("package://arm/meshes/v/a.stl", True),
+        ("package://arm/meshes_old/a.stl", True),
+        ("package://arm/parts/a.stl", False),
+        ("package://arm/parts/meshes/a.stl", False),
+        ("package://arm/meshes/../parts/a.stl", False),
+        ("package://arm/meshes/link/a.stl", False),
+        ("package://ws/parts/meshes/a.stl", False),
+        ("package://ws/arm/meshes/v/a.stl", False),
+        ("../../parts/a.stl", False),
+    ],
 )
-def test_a_folder_above_the_model_is_no_package_by_its_name(tmp_path, name):
-    model = tmp_path / "ws/arm/urdf/arm.urdf"
+def test_of_a_folder_above_the_model_only_meshes_are_read(tmp_path, name, read):
+    model = tmp_path / "ws/arm/robots/one/arm.urdf"
     model.parent.mkdir(parents=True)
-    place(tmp_path, "arm/parts/a.stl")
-    place(tmp_path, "arm/parts/deep/meshes/a.stl")
+    for where in ("meshes/v/a.stl", "meshes_old/a.stl", "parts/a.stl", "parts/meshes/a.stl"):
+        place(tmp_path, f"arm/{where}")
+    (tmp_path / "ws/arm/meshes/link").symlink_to(tmp_path / "ws/arm/parts")
+    place(tmp_path, "parts/meshes/a.stl")
+    files = Files(model, model.parent, packages_near(model))
+    if read:
+        assert files.find(name, model).is_file()
+        return
     with pytest.raises(MeshError, match=r"it lies outside the folder of the model"):
-        Files(model, model.parent, packages_near(model)).find(name, model)
+        files.find(name, model)
 
 
 @pytest.mark.parametrize("top", ["thing", "other"])
