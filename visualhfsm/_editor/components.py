@@ -6,9 +6,9 @@ import asyncio
 import time
 from collections.abc import Collection, Coroutine, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
-from codegen.messages import joined
+from codegen.messages import Message, joined
 from codegen.reasons import reason
 from visualhfsm._base.errors import SharedRobotError, VisualHfsmError
 from visualhfsm._document.serialization import written
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 _RECORDINGS: Final = "recordings"  # directory below the root for recordings from the page
 _LEAVING_PERIOD: Final = 0.1  # s
 
+T = TypeVar("T")
+
 
 class Components:
     """The components of the realm and those that were started here. Used on the event loop only.
@@ -36,10 +38,21 @@ class Components:
         self._stops: set[asyncio.Task[object]] = set()
 
     def require_rest(self) -> None:
-        """Raise VisualHfsmError while components run: they would drive a robot that is connected now."""
-        if names := [str(each["component"]) for each in self._workspace.present.components]:
+        """Raise VisualHfsmError while components start or run: they would drive a robot that comes."""
+        started = self._parts.started
+        present = {str(each["component"]) for each in self._workspace.present.components}
+        if names := (present - started.names(dry=True)) | started.names(dry=False):
             raise VisualHfsmError.because(
-                "stop {names} first: it would drive the real robot at once", names=", ".join(names)
+                "stop {names} first: it would drive the real robot at once", names=", ".join(sorted(names))
+            )
+
+    def require_ready(self) -> None:
+        """Raise VisualHfsmError while a real robot is being connected: what starts now would drive it."""
+        robot = self._parts.robot
+        if robot.is_connecting:
+            raise VisualHfsmError.because(
+                "{name} is being connected: run this when the robot is there and may move",
+                name=robot.state.name,
             )
 
     async def require_accepted(self, tab: Tab, accepted: Collection[str]) -> None:
@@ -94,7 +107,9 @@ class Components:
             file = await self._workspace.threads.do(lambda: self._new_recording(name))
             arguments = [*arguments, "--record", str(file), "--record-images"]
             recording = {"recording": self._workspace.project.root.name(file)}
-        started = await self._parts.started.start(source, arguments, dry_run=dry_run)
+        started = await self._parts.started.start(
+            source, arguments, dry_run=dry_run, require_ready=self.require_ready
+        )
         tab.generated = source.document
         tab.take_generated()
         self._workspace.publish_state()
@@ -130,16 +145,23 @@ class Components:
 
         The window that asked for it may close: it is repeated until the robot is still.
         """
-        parts = self._parts
+        parts, limit = self._parts, self._workspace.limits.component_end_seconds
         parts.started.announce_stop(by)
+        names = parts.started.names()
         stopping = self._stop(parts.followers.emergency_stop())
         try:
-            await asyncio.wait({stopping}, timeout=self._workspace.limits.component_end_seconds)
+            await asyncio.wait({stopping}, timeout=limit)
         finally:
-            self._stop(parts.started.stop_all())
-        return await asyncio.shield(stopping)
+            ending = self._stop(parts.started.stop_all())
+        report = await asyncio.shield(stopping)
+        if names and (unseen := names.difference(report.stopped, report.failed)):
+            await asyncio.wait({ending}, timeout=limit)  # what was starting was not in the realm yet
+            late = unseen & parts.started.names()
+            report.stopped.extend(sorted(unseen - late))
+            report.failed.update((name, Message("it has not ended yet")) for name in late)
+        return report
 
-    def _stop(self, work: Coroutine[Any, Any, object]) -> asyncio.Task[object]:
+    def _stop(self, work: Coroutine[Any, Any, T]) -> asyncio.Task[T]:
         stopping = asyncio.create_task(work, name="emergency stop")
         self._stops.add(stopping)
         stopping.add_done_callback(self._stops.discard)
