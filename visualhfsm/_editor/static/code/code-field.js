@@ -145,6 +145,11 @@ export class CodeField extends LitElement {
     this.#editor?.insert(text);
   }
 
+  /** Press a key at the cursor. @param {import("../kit/holding.js").Key} key */
+  press(key) {
+    this.#editor?.press(key);
+  }
+
   /** @param {Place} place @returns {import("./draft.js").Send} */
   #send = (place) => (tab, text, base) => store.do(tab, commandFor(place, text), base);
 
