@@ -88,8 +88,7 @@ class Latch:
 
     def keep(self, stop: str, lease: KeptLease | None) -> None:
         """Keep a stop and a lease in place of those before. Raises OSError."""
-        goes_on = stop and self._newest.stop  # then it is of whom it was when it was found
-        body = self._newest.body if goes_on else self._body
+        body = self._newest.body if stop and self._newest.stop else self._body  # the same stop goes on
         self._newest = msgspec.structs.replace(self._newest, stop=stop, lease=lease, body=body)
         self._write(running=True)
 
@@ -135,8 +134,7 @@ class Latch:
         """Return what is kept for the robot of this server, of what the former server has left."""
         aside = dict(kept.aside)
         if self._body and kept.body not in ("", self._body):
-            if kept.stop:
-                aside[kept.body] = kept.stop
+            aside |= {kept.body: kept.stop} if kept.stop else {}
             kept = Kept()
         own = aside.pop(self._body, "")
         body = kept.body if self._body and kept.stop else self._body

@@ -195,7 +195,7 @@ def test_a_real_robot_is_not_connected_when_a_component_starts_while_the_one_bef
         with pytest.raises(VisualHfsmError, match="stop it first"):
             await page.robot.connect("127.0.0.1:1", "leave", require_rest)
         assert (page.robot.state.status, page.robot.state.started) == ("none", "")
-        assert not page.robot.is_connecting
+        page.robot.require_connected()
         assert not children("naoserver.naoqi")
 
     opened(go)
@@ -319,7 +319,7 @@ def test_a_robot_of_the_project_is_simulated_and_a_faulty_file_is_said_with_its_
 
 def test_a_real_robot_that_is_not_there_says_so() -> None:
     async def go(page: Page) -> None:
-        await page.robot.connect("127.0.0.1:1", "leave")
+        await page.robot.connect("127.0.0.1:1", "leave", lambda: None)
         robot = await page.until(lambda robot: robot.status == "starting")
         assert (robot.started, robot.name) == ("real", "127.0.0.1:1")
         robot = await page.until(lambda robot: robot.trouble)
@@ -352,7 +352,7 @@ def test_a_simulation_that_does_not_exist_is_refused(simulation: Simulation) -> 
 def test_an_address_that_is_none_is_refused(address: str) -> None:
     async def go() -> None:
         with pytest.raises(VisualHfsmError, match="not a robot address"):
-            await StartedRobot(lambda _: None, Settings()).connect(address, "leave")
+            await StartedRobot(lambda _: None, Settings()).connect(address, "leave", lambda: None)
 
     asyncio.run(go())
 

@@ -6,7 +6,7 @@ import asyncio
 import time
 from collections.abc import Collection, Coroutine, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final
 
 from codegen.messages import Message, joined
 from codegen.reasons import reason
@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
 _RECORDINGS: Final = "recordings"  # directory below the root for recordings from the page
 _LEAVING_PERIOD: Final = 0.1  # s
-
-T = TypeVar("T")
 
 
 class Components:
@@ -44,15 +42,6 @@ class Components:
         if names := (present - started.names(dry=True)) | started.names(dry=False):
             raise VisualHfsmError.because(
                 "stop {names} first: it would drive the real robot at once", names=", ".join(sorted(names))
-            )
-
-    def require_ready(self) -> None:
-        """Raise VisualHfsmError while a real robot is being connected: what starts now would drive it."""
-        robot = self._parts.robot
-        if robot.is_connecting:
-            raise VisualHfsmError.because(
-                "{name} is being connected: run this when the robot is there and may move",
-                name=robot.state.name,
             )
 
     async def require_accepted(self, tab: Tab, accepted: Collection[str]) -> None:
@@ -108,7 +97,7 @@ class Components:
             arguments = [*arguments, "--record", str(file), "--record-images"]
             recording = {"recording": self._workspace.project.root.name(file)}
         started = await self._parts.started.start(
-            source, arguments, dry_run=dry_run, require_ready=self.require_ready
+            source, arguments, dry_run=dry_run, require_ready=self._parts.robot.require_connected
         )
         tab.generated = source.document
         tab.take_generated()
@@ -161,7 +150,7 @@ class Components:
             report.failed.update((name, Message("it has not ended yet")) for name in late)
         return report
 
-    def _stop(self, work: Coroutine[Any, Any, T]) -> asyncio.Task[T]:
+    def _stop(self, work: Coroutine[Any, Any, Any]) -> asyncio.Task[Any]:
         stopping = asyncio.create_task(work, name="emergency stop")
         self._stops.add(stopping)
         stopping.add_done_callback(self._stops.discard)

@@ -135,10 +135,12 @@ class StartedRobot:
             trouble=self._trouble,
         )
 
-    @property
-    def is_connecting(self) -> bool:
-        """Whether a connection to a real robot is being made: what runs when it is there would drive it."""
-        return self._kind == "real" and self._status() == "starting"
+    def require_connected(self) -> None:
+        """Raise VisualHfsmError while a real robot is being connected: what starts now would drive it."""
+        if self._kind == "real" and self._status() == "starting":
+            raise VisualHfsmError.because(
+                "{name} is being connected: run this when the robot is there and may move", name=self._name
+            )
 
     def observe(self, presence: RobotPresence) -> None:
         """Update the state of the realm's robot."""
@@ -178,9 +180,7 @@ class StartedRobot:
         ]
         await complete(self._start("simulation", "", "naoserver_sim", options, begin))
 
-    async def connect(
-        self, address: str, start: str, require_rest: Callable[[], None] = lambda: None
-    ) -> None:
+    async def connect(self, address: str, start: str, require_rest: Callable[[], None]) -> None:
         """Connect to a real robot by its host, such as nao.local; return before it is present.
 
         `start` is its first action, as `--start` of `naoserver-naoqi`. A robot that stands up at the start
@@ -232,7 +232,7 @@ class StartedRobot:
                     "there is already a robot that was not started here: end that one first"
                 )
             await self._end_all()
-            begin()  # which may refuse it: nothing is awaited from here until `is_connecting` says so
+            begin()  # which may refuse it: nothing is awaited from here until `require_connected` knows
             self._kind = kind
             self._name = name
             self._trouble = NO_MESSAGE

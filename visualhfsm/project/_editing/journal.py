@@ -241,10 +241,7 @@ class Journal:
 
 
 def find_abandoned(directory: Path) -> list[Abandoned]:
-    """Return the journals in a directory that no process has open, the latest first.
-
-    Those whose documents are in their files as they were last are removed.
-    """
+    """Return the journals that no process has open, the latest first; remove those of saved documents."""
     found: list[Abandoned] = []
     for file in directory.glob(f"*{_SUFFIX}"):
         try:
