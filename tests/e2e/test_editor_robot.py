@@ -19,6 +19,10 @@ from tests.support.robot_server import eventually
 from zenoh_ice import Settings
 
 STARTED = RUN_LIMIT * 1000
+HEAD = "<nameinterface>head</nameinterface><nameproxy>Head</nameproxy><interface>PoseHead</interface>"
+LOOKING = DOCUMENT.replace(
+    "</VisualHFSM>", f"<config><iceinterface>{HEAD}</iceinterface></config></VisualHFSM>"
+)
 
 
 @pytest.fixture
@@ -84,18 +88,26 @@ def test_run_asks_once_for_a_robot_and_for_the_reset_of_its_emergency_stop(shown
     expect(shown.page.get_by_role("button", name=comes)).to_be_visible()
 
 
-HEAD = "<nameinterface>head</nameinterface><nameproxy>Head</nameproxy><interface>PoseHead</interface>"
+def test_a_run_without_its_robot_says_that_none_is_here(browser: Browser, tmp_path: Path) -> None:
+    path = tmp_path / "look.xml"
+    path.write_text(LOOKING)
+    settings = Settings(realm="test-robot", connect=(free_endpoint(),), clock="wall", timeout=CALL_LIMIT)
+    with (
+        editor(tmp_path, path, make_parts=patient_parts(settings)) as running,
+        editor_page(browser, running) as shown,
+    ):
+        shown.page.locator(".state").first.wait_for()
+        shown.press("F5")
+        shown.button("Run anyway").click()
+        expect(shown.page.locator(".live-status")).to_have_text("Ended: no robot is here")
+        expect(shown.page.locator(".notice")).to_contain_text("look ended: no robot is here.")
 
 
 def test_start_and_run_offers_to_reset_a_stop_that_was_kept_and_another_robot_is_free(
     browser: Browser, tmp_path: Path
 ) -> None:
     path = tmp_path / "look.xml"
-    path.write_text(
-        DOCUMENT.replace(
-            "</VisualHFSM>", f"<config><iceinterface>{HEAD}</iceinterface></config></VisualHFSM>"
-        )
-    )
+    path.write_text(LOOKING)
     endpoint = free_endpoint()
     settings = Settings(realm="test-robot", connect=(endpoint,), clock="wall", timeout=CALL_LIMIT)
     latch = latch_of(settings.override(listen=(endpoint,)), body="H25")

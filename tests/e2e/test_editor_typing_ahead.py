@@ -46,8 +46,9 @@ def said(shown: EditorPage, text: str) -> Locator:
         lambda shown: shown.press("Enter"),
         lambda shown: shown.state("go").locator(".body").dblclick(),
         lambda shown: shown.page.get_by_role("treeitem", name="go").press("Enter"),
+        lambda shown: (shown.press("Shift+Enter"), shown.page.locator("hfsm-code-field pre").click()),
     ],
-    ids=["Shift+Enter", "Enter", "double click", "tree"],
+    ids=["Shift+Enter", "Enter", "double click", "tree", "click on code that loads"],
 )
 def test_select_all_and_delete_act_in_the_code_that_a_key_or_a_click_opens(
     shown: EditorPage, ask: Callable[[EditorPage], None]
