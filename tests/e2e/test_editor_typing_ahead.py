@@ -128,29 +128,31 @@ def test_who_waits_long_is_told_and_goes_on_with_escape(shown: EditorPage) -> No
     asked.continue_()
 
 
-def test_on_tabs_and_radios_keys_wait_for_the_code_that_they_open(shown: EditorPage) -> None:
-    page = shown.page
-    code = page.get_by_role("tablist", name="Panels").get_by_role("tab", name="Code")
-    shown.state("wait").locator(".body").click()
-    shown.press("Alt+v")
-    asked = shown.held(EDITOR, code.click)
-    page.get_by_role("tab", name="Exit, not empty").press("Enter")
-    shown.press("Control+a", "Delete")
-    shown.type("sea = 1")
-    shown.expect_states("wait", "go")
-    asked.continue_()
-    leaving = field(shown, "Exit code of the state wait")
-    expect(leaving).to_be_focused()
-    expect(leaving).to_have_text("sea = 1")
+def test_on_tabs_and_radios_keys_wait_for_the_code_that_they_open(browser: Browser, running: Editor) -> None:
+    with editor_page(browser, running, cached=False, holds=EDITOR) as shown:
+        shown.state("wait").wait_for()
+        page = shown.page
+        code = page.get_by_role("tablist", name="Panels").get_by_role("tab", name="Code")
+        shown.state("wait").locator(".body").click()
+        shown.press("Alt+v")
+        asked = shown.held(EDITOR, code.click)
+        page.get_by_role("tab", name="Exit, not empty").press("Enter")
+        shown.press("Control+a", "Delete")
+        shown.type("sea = 1")
+        shown.expect_states("wait", "go")
+        asked.continue_()
+        leaving = field(shown, "Exit code of the state wait")
+        expect(leaving).to_be_focused()
+        expect(leaving).to_have_text("sea = 1")
 
-    shown.transition("late").locator(".handle").click()
-    page.get_by_role("radio", name="Condition").click(force=True)
-    shown.press("Control+a", "Delete")
-    shown.type("sea > 1")
-    condition = field(shown, "Condition of late")
-    expect(condition).to_be_focused()
-    expect(condition).to_have_text("sea > 1")
-    shown.expect_states("wait", "go")
+        shown.transition("late").locator(".handle").click()
+        page.get_by_role("radio", name="Condition").click(force=True)
+        shown.press("Control+a", "Delete")
+        shown.type("sea > 1")
+        condition = field(shown, "Condition of late")
+        expect(condition).to_be_focused()
+        expect(condition).to_have_text("sea > 1")
+        shown.expect_states("wait", "go")
 
 
 def test_keys_wait_for_the_field_of_a_dialog(shown: EditorPage) -> None:

@@ -12,7 +12,7 @@ const LATE = 3000; // ms; then the user is told why nothing happens
 const PAUSE = 1000; // ms without a key: by then who types blindly has seen that the field did not open
 const MOST = 2000; // keys that wait
 
-/** @typedef {KeyboardEventInit & {key: string}} Key */
+/** @typedef {KeyboardEventInit & {key: string}} Key @typedef {Element & {press?: (key: Key) => void, insert?: (text: string) => void}} Target */
 
 /** What is loading. @type {Set<object>} */
 const loading = new Set();
@@ -94,21 +94,17 @@ function hold(key) {
 
 function end() {
   const [keys, fails] = [held, hasFailed];
-  reset();
+  letGo();
   if (fails) drop(keys.length);
   else press(keys);
-}
-
-function reset() {
-  held = [];
-  hasFailed = isLate = false;
 }
 
 function letGo() {
   loading.clear();
   clearTimeout(pause);
   pause = 0;
-  reset();
+  held = [];
+  hasFailed = isLate = false;
 }
 
 /** After a click, the user continues elsewhere. */
@@ -126,27 +122,21 @@ function drop(count) {
   pause = setTimeout(() => (pause = 0), PAUSE);
 }
 
-/**
- * Press keys at the focus. One of them may open another field, for which the others wait.
- *
- * @param {(Key | DataTransfer)[]} keys
- */
+/** Press keys at the focus; one may open another field, for which others wait. @param {(Key | DataTransfer)[]} keys */
 function press(keys) {
   for (const [index, key] of keys.entries()) {
     if (loading.size) {
       held.push(...keys.slice(index));
       return;
     }
-    const target = /** @type {Element & {press?: (key: Key) => void, insert?: (text: string) => void}} */ (
-      document.activeElement ?? document.body
-    );
+    const target = /** @type {Target} */ (document.activeElement ?? document.body);
     if (key instanceof DataTransfer) paste(target, key);
     else if (target.press) target.press(key);
     else pressIn(target, key);
   }
 }
 
-/** @param {Element & {insert?: (text: string) => void}} target @param {DataTransfer} pasted */
+/** @param {Target} target @param {DataTransfer} pasted */
 function paste(target, pasted) {
   const text = pasted.getData("text/plain");
   if (target.insert) target.insert(text);
