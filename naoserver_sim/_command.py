@@ -236,7 +236,7 @@ def _serve(
     stop: threading.Event,
 ) -> None:
     """Serve a started robot until `stop` is set, also by entrances, each with the name of its programs."""
-    with initialize(settings) as communicator, latch_of(settings) as latch:
+    with initialize(settings) as communicator, latch_of(settings, body=robot.body.name) as latch:
         adapter = communicator.createObjectAdapter("NaoServer")
         with serve(robot, adapter, options, latch=latch) as assembly, ExitStack() as also:
             for programs, enter in entrances.items():

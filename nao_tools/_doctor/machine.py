@@ -248,6 +248,9 @@ def check_robots() -> Iterator[Finding]:
         elif kept.running:
             text = f"a server of realm {realm} runs, or was killed: then the next one starts stopped"
             yield note(text, "look at the robot before you start its server again")
+        for body, why in kept.aside.items():
+            text = f"the simulated {printable(body)} of realm {realm} is stopped: {printable(why)}"
+            yield note(text, f"start it, then: nao stop --reset --realm {realm}")
     if len(files) > _MOST_KEPT:
         yield note(f"{len(files) - _MOST_KEPT} more in {files[0].parent}", "delete those of former robots")
     if not files:

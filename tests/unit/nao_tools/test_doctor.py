@@ -142,8 +142,8 @@ def test_robots_that_start_stopped_are_listed(tmp_path: Path, monkeypatch: pytes
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
     assert list(check_robots()) == [Finding(Level.OK, "none is stopped")]
 
-    def serving(realm: str) -> Latch:
-        latch = latch_of(Settings(realm=realm, listen=("tcp/127.0.0.1:7447",)))
+    def serving(realm: str, body: str = "") -> Latch:
+        latch = latch_of(Settings(realm=realm, listen=("tcp/127.0.0.1:7447",)), body=body)
         assert isinstance(latch, Latch)
         return latch
 
@@ -152,7 +152,13 @@ def test_robots_that_start_stopped_are_listed(tmp_path: Path, monkeypatch: pytes
     with serving("red") as red:
         red.keep("a hand in the way", None)
     serving("killed").__enter__().release()
-    killed, stopped = check_robots()
+    with serving("simulated", "T1") as simulated:
+        simulated.keep("smoke", None)
+    with serving("simulated", "G1"):
+        pass
+    killed, stopped, aside = check_robots()
+    assert aside.text == "the simulated T1 of realm simulated is stopped: smoke"
+    assert aside.fix == "start it, then: nao stop --reset --realm simulated"
     assert (killed.level, stopped.level) == (Level.NOTE, Level.NOTE)
     assert killed.text == "a server of realm killed runs, or was killed: then the next one starts stopped"
     assert stopped.text == "a robot of realm red is stopped: a hand in the way"
