@@ -183,8 +183,8 @@ class Assembly:
                 f"two parts of the robot {name} would be served as {identity}: rename one of them"
             )
         self.servants.update(servants)
-        streams = (getattr(servant, "stream", None) for servant in servants.values())
-        self._streams.extend(stream for stream in streams if isinstance(stream, StateStream))
+        for servant in servants.values():
+            self._streams.extend(each for each in vars(servant).values() if isinstance(each, StateStream))
 
     def _add_body(self) -> GuardedDevice:
         body = self._guard(self._robot, self.options.safety, self.gate)

@@ -310,13 +310,27 @@ class Playback:
     playing: bool = False
     count: int = 0
     """Number of sounds begun since the start."""
+    samples: bytes = b""
+    """Those that are due, of a sound that consists of samples."""
+    place: int = 0
+    """How many samples of the sound come before these."""
+
+
+SAMPLE_RATE: Final = 16_000
+"""Samples a second; each has 16 bits, little endian, of one channel."""
 
 
 class Loudspeaker(Protocol):
-    """Plays short sounds, one at a time, beside what the voice says."""
+    """Plays sounds, one at a time, beside what the voice says."""
 
     def play(self, sound: Sound, loudness: float) -> None:
         """Begin a sound at a loudness from 0 to 1; the sound before ends."""
+
+    def play_samples(self, name: str, samples: bytes) -> int:
+        """Play samples after those of the same name, or begin with them; return the count of the sound.
+
+        Raises InvalidCommand for half a sample and for too many that wait, CommandRefused if it cannot.
+        """
 
     def stop(self) -> None:
         """End the sound."""

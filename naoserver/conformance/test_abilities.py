@@ -21,7 +21,7 @@ from naoserver.conformance._robot import (
     RobotClient,
     needs,
 )
-from naoserver.errors import HardwareFailure
+from naoserver.errors import CommandRefused, HardwareFailure
 from naoserver.expression import single_tone
 
 GRAVITY = 9.81  # m/s2
@@ -137,3 +137,21 @@ def test_a_sound_is_begun_counted_and_replaced(nao: RobotClient) -> None:
     now = speaker.playback()
     assert (now.tones[0].frequency, now.loudness, now.count) == (880.0, 0.2, count + 2)
     nao.until(lambda: not speaker.playback().playing, "a sound ends")
+
+
+@needs(LOUDSPEAKER)
+def test_samples_are_played_in_order_or_refused(nao: RobotClient) -> None:
+    """Samples are due after their beginning, until a stop; one that plays tones alone refuses them."""
+    speaker = cast("Loudspeaker", nao.robot.loudspeaker)
+    count, samples = speaker.playback().count, bytes(range(250)) * 32
+    try:
+        assert speaker.play_samples("samples", samples * 10) == count + 1
+    except CommandRefused:
+        assert speaker.playback().count == count
+        return
+    nao.until(lambda: speaker.playback().samples, "samples are due")
+    now = speaker.playback()
+    assert now.samples == (samples * 10)[2 * now.place :][: len(now.samples)]
+    speaker.stop()
+    now = speaker.playback()
+    assert (now.playing, now.samples) == (False, b"")

@@ -69,7 +69,7 @@ def _answering(
     """Return what performs the calls of a service, and answers them."""
 
     def answer(request: Any, client: str) -> None:  # noqa: ANN401 - cyclonedds has no types
-        identity, streams.samples = request.header.identity, request.binary
+        identity, streams.samples = request.header.identity, bytes(request.binary)
         code, data = programs.answer(operations, identity.api_id, request.parameter, client)
         if not request.header.policy.noreply:
             writer.send(_types.Response(_types.ResponseHeader(identity, _types.Status(code)), data, []))

@@ -82,6 +82,11 @@ class NoPart:
         """Return nothing: nothing runs."""
         return set()
 
+    async def samples(self) -> AsyncGenerator[bytes, None]:
+        """Refuse."""
+        raise VisualHfsmError(Message("the samples are not available"))
+        yield
+
     def announce_stop(self, by: Stopper | None = None) -> None:
         """Do nothing: nothing runs."""
 
