@@ -84,9 +84,8 @@ class GainGuard:
             if joint.name in facts.motors
         }
         gears = {joint.name: facts.gears[joint.gear] for joint in facts.joints if joint.gear}
-        self._own = dict.fromkeys((joint.name for joint in facts.joints), (gains.kp, gains.kd))
-        for name, gear in gears.items():
-            self._own[name] = min(gear.stiffness, gains.kp), min(gear.damping, gains.kd)
+        own = {name: (min(of.stiffness, gains.kp), min(of.damping, gains.kd)) for name, of in gears.items()}
+        self._own = dict.fromkeys((joint.name for joint in facts.joints), (gains.kp, gains.kd)) | own
         """The gains with which each joint holds by itself."""
         self._lock = threading.RLock()
         self._followed: dict[str, _Followed] = {}
@@ -160,13 +159,12 @@ class GainGuard:
         """Damp and hold what was not renewed; return the wall seconds until the next check, None at rest."""
         with self._lock:
             now = self._events.wall_time()
-            late = [joint for joint, each in self._followed.items() if now >= each.deadline]
-            ended = [joint for joint in late if self._followed[joint].damped]
-            late = [joint for joint in late if joint not in ended]
+            followed = self._followed.items()
+            ended = [joint for joint, each in followed if now >= each.deadline and each.damped]
+            late = [joint for joint, each in followed if now >= each.deadline and not each.damped]
             self._damp(late)
             for joint in ended:
                 self._end(joint)
-            followed = self._followed.items()
             back = {joint: each.back(now) for joint, each in followed if each.damped and each.rest}
             newest = {joint: each.command for joint, each in followed} | back
             if changed := back | self._apart(newest, self._body.read()):
@@ -256,13 +254,11 @@ class GainGuard:
         for joint in joints:
             each, (_, kd) = self._followed[joint], self._own[joint]
             each.damped = True
-            each.deadline = now + (
-                self._options.damping_time if each.rest is None else each.weight * RETURN_TIME
-            )
-            if each.rest is None:
-                commands[joint] = each.command = each.command._replace(
-                    velocity=0.0, torque=0.0, kp=0.0, kd=kd
-                )
+            if each.rest is not None:
+                each.deadline = now + each.weight * RETURN_TIME
+                continue
+            each.deadline = now + self._options.damping_time
+            commands[joint] = each.command = each.command._replace(velocity=0.0, torque=0.0, kp=0.0, kd=kd)
         if commands:
             self._control.command_gains(commands)
 

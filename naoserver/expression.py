@@ -227,14 +227,13 @@ class TimedSounds:
 
     def play_samples(self, name: str, samples: bytes) -> int:
         with self._lock:
-            now, goes_on = self._now(), self._samples
-            if now >= self._end or name != self._newest.name:
-                goes_on = None
-            own = goes_on or _Samples(now + _DELAY)
+            now, count = self._now(), self._newest.count
+            goes_on = now < self._end and name == self._newest.name
+            own = self._samples if goes_on and self._samples else _Samples(now + _DELAY)
             self._end = own.append(samples, now)
-            if goes_on is None:
-                self._samples = own
-                self._newest = Playback(name, loudness=1.0, playing=True, count=self._newest.count + 1)
+            if own is not self._samples:
+                self._newest = Playback(name, loudness=1.0, playing=True, count=count + 1)
+            self._samples = own
             return self._newest.count
 
     def stop(self) -> None:
@@ -244,10 +243,9 @@ class TimedSounds:
     def playback(self) -> Playback:
         with self._lock:
             now = self._now()
-            if now >= self._end:
-                self._samples = None
-            samples, place = self._samples.due(now) if self._samples else (b"", 0)
-            return replace(self._newest, playing=now < self._end, samples=samples, place=place)
+            playing = now < self._end
+            samples, place = self._samples.due(now) if playing and self._samples else (b"", 0)
+            return replace(self._newest, playing=playing, samples=samples, place=place)
 
 
 LONGEST_SENTENCE: Final = 500

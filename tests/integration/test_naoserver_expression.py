@@ -3,11 +3,12 @@
 import math
 import random
 from queue import Queue
+from typing import cast
 
 import pytest
 
 from interfaces.jderobot import CommandRefusedException, InvalidValueException
-from interfaces.nao import LedColor, LedsPrx, SoundSamples, SoundsPrx, SpeechPrx
+from interfaces.nao import LedColor, LedsPrx, Sounds, SoundSamples, SoundsPrx, SpeechPrx
 from naoserver.bodies.nao import H25
 from naoserver.fake import FakeRobot
 from naoserver.naoqi._robot import NaoqiRobot
@@ -141,10 +142,11 @@ def test_samples_come_whole_and_in_order_until_a_stop():
 
     with served_to_client(robot) as nao:
         sounds = nao.proxy(SoundsPrx, "Sounds")
-        publisher = nao.assembly.servants["Sounds"].getSamplesPublisher
+        publisher = cast("Sounds", nao.assembly.servants["Sounds"]).getSamplesPublisher
         assert not publisher.listening
         with sounds.getSamples.subscribe(lambda sample: arrived.put(sample.value), queue=10):
             until(lambda: go_on(0.02) or arrived.qsize())
+            assert robot.loudspeaker is not None
             robot.loudspeaker.play_samples("song", sent)
             go_on(0.11)
             for block in range(4):

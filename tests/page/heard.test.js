@@ -5,12 +5,7 @@ import {STATIC} from "./page.js";
 
 /** What was asked of the browser. @type {[string, ...unknown[]][]} */
 const asked = [];
-const parameter = {
-  setValueAtTime() {},
-  linearRampToValueAtTime() {},
-  setTargetAtTime() {},
-  value: 1,
-};
+const parameter = {setValueAtTime() {}, linearRampToValueAtTime() {}, setTargetAtTime() {}, value: 1};
 let time = 2;
 
 class AudioContext {
@@ -38,9 +33,12 @@ class AudioContext {
 
   createBuffer(/** @type {number} */ channels, /** @type {number} */ length, /** @type {number} */ rate) {
     assert.deepEqual([channels, rate], [1, this.sampleRate]);
-    return {samples: new Float32Array(length), copyToChannel(/** @type {Float32Array} */ all) {
-      this.samples.set(all);
-    }};
+    return {
+      samples: new Float32Array(length),
+      copyToChannel(/** @type {Float32Array} */ all) {
+        this.samples.set(all);
+      },
+    };
   }
 
   createBufferSource() {
@@ -114,8 +112,7 @@ beforeEach(() => {
 });
 
 /** When samples were to be heard, to the hundredth of a second. */
-const times = () =>
-  asked.filter(([what]) => what === "samples").map(([, , at]) => Math.round(100 * Number(at)) / 100);
+const times = () => asked.filter(([what]) => what === "samples").map(([, , at]) => Math.round(100 * Number(at)) / 100);
 const SONG = {...SILENT, sound: "song", loudness: 1, counts: [0, 1], ages: [null, 0.3]};
 
 test("blocks of samples are heard at their places, and what is lost is silent", () => {
@@ -169,7 +166,10 @@ test("samples are silent when it is switched off, or closed", () => {
   loudspeaker.toggle();
   loudspeaker.hearSamples(block(1, 8000));
   loudspeaker.close();
-  assert.deepEqual(asked.map(([what]) => what), ["samples", "fade", "close", "close"]);
+  assert.deepEqual(
+    asked.map(([what]) => what),
+    ["samples", "fade", "close", "close"],
+  );
 });
 
 test("a sound plays its tones one after the other, once, and rests are silent", () => {

@@ -181,7 +181,7 @@ SECOND = bytes(range(250)) * 128
 
 def heard(sounds, clock, seconds):
     """Return what somebody hears who looks at the robot as often as a server does."""
-    found = {}
+    found: dict[tuple[int, int], bytes] = {}
     for _ in range(round(seconds / 0.02)):
         clock.advance(0.02)
         now = sounds.playback()
