@@ -173,7 +173,7 @@ _BLOCK: Final = 2 * SAMPLE_RATE // 4
 _DELAY: Final = 0.35
 """Seconds from the first samples until they are due: a program that sends what it hears has sent a block."""
 _LAG: Final = 0.4
-"""Seconds from when samples are due to their end for those who hear them, who are late, too."""
+"""Seconds from when samples are due until they are over for all listeners, who hear them a little later."""
 MOST_BYTES: Final = 8_000_000
 """Of samples that wait to be due: those of 250 s."""
 

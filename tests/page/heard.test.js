@@ -112,7 +112,7 @@ beforeEach(() => {
 });
 
 /** When samples were to be heard, to the hundredth of a second. */
-const times = () => asked.filter(([what]) => what === "samples").map(([, , at]) => Math.round(100 * Number(at)) / 100);
+const played = () => asked.filter(([what]) => what === "samples").map(([, , at]) => Math.round(100 * Number(at)) / 100);
 const SONG = {...SILENT, sound: "song", loudness: 1, counts: [0, 1], ages: [null, 0.3]};
 
 test("blocks of samples are heard at their places, and what is lost is silent", () => {
@@ -125,7 +125,7 @@ test("blocks of samples are heard at their places, and what is lost is silent", 
     time = at;
     loudspeaker.hearSamples(block(1, place));
   }
-  assert.deepEqual(times(), [2.2, 2.45, 2.95]);
+  assert.deepEqual(played(), [2.2, 2.45, 2.95]);
   assert.deepEqual(asked[0][1], [0, 0.5, -1]);
 });
 
@@ -134,9 +134,9 @@ test("what was paused is heard on, and of what comes too fast the newest", () =>
   loudspeaker.hearSamples(block(1, 4000));
   time = 9;
   loudspeaker.hearSamples(block(1, 8000));
-  assert.deepEqual(times(), [2.2, 9.2]);
+  assert.deepEqual(played(), [2.2, 9.2]);
   for (const place of [12000, 16000, 20000]) loudspeaker.hearSamples(block(1, place));
-  assert.deepEqual(times(), [2.2, 9.2, 9.45, 9.7, 9.2]);
+  assert.deepEqual(played(), [2.2, 9.2, 9.45, 9.7, 9.2]);
 });
 
 test("samples are silent once their sound has ended, and those of the next come before it is known", () => {
@@ -148,7 +148,7 @@ test("samples are silent once their sound has ended, and those of the next come 
   loudspeaker.hearSamples(block(1, 4000)); // it was on its way
   assert.deepEqual(asked, []);
   loudspeaker.hearSamples(block(2, 0));
-  assert.deepEqual(times(), [2.2]);
+  assert.deepEqual(played(), [2.2]);
   loudspeaker.hear({...SONG, counts: [0, 2]});
   assert.equal(asked.length, 1);
   loudspeaker.hear({...BEEP, counts: [0, 3]});
@@ -173,7 +173,7 @@ test("samples are silent when it is switched off, or closed", () => {
 });
 
 test("a sound plays its tones one after the other, once, and rests are silent", () => {
-  for (let time = 0; time < 3; time++) loudspeaker.hear(BEEP);
+  for (let again = 0; again < 3; again++) loudspeaker.hear(BEEP);
   assert.deepEqual(
     asked.filter(([what]) => what === "start"),
     [
