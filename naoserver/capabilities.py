@@ -312,8 +312,8 @@ class Playback:
     """Number of sounds begun since the start."""
     samples: bytes = b""
     """Those that are due, of a sound that consists of samples."""
-    place: int = 0
-    """How many samples of the sound come before these."""
+    place: int = -1
+    """How many samples of the sound come before these; -1 while none are due."""
 
 
 SAMPLE_RATE: Final = 16_000

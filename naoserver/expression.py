@@ -189,7 +189,7 @@ class _Samples:
     def due(self, now: float) -> tuple[bytes, int]:
         """Return the block that is due, and its place, and forget those before it."""
         if now < self._begin:
-            return b"", 0
+            return b"", -1
         first = max(self._over, self._newest(now) * _BLOCK)
         del self._waiting[: first - self._over]
         self._over = first
@@ -244,7 +244,7 @@ class TimedSounds:
         with self._lock:
             now = self._now()
             playing = now < self._end
-            samples, place = self._samples.due(now) if playing and self._samples else (b"", 0)
+            samples, place = self._samples.due(now) if playing and self._samples else (b"", -1)
             return replace(self._newest, playing=playing, samples=samples, place=place)
 
 

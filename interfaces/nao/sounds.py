@@ -61,9 +61,9 @@ class SoundSamples(ice.Struct):
     count: ice.Int = 0
     """The sound that they are of, as in `SoundState`."""
     place: ice.Long = 0
-    """How many samples of it come before."""
+    """How many samples of it come before; -1 while none are due."""
     samples: ByteSeq = b""
-    """Of 16 bits, little endian, 16000 a second, of one channel; empty while none are due."""
+    """Of 16 bits, little endian, 16000 a second, of one channel."""
 
 
 class SoundsPrx(ice.ObjectPrx, id="::nao::Sounds", fingerprint="ebe70392095525dd"):

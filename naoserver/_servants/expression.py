@@ -85,9 +85,7 @@ class SoundsI(nao.Sounds):
         self._loudspeaker = loudspeaker
         self._robot_time = robot_time
         self.stream: Final = shared.stream_of(self._state, self.getSoundPublisher, "playing", "count")
-        self.samples: Final = shared.stream_of(
-            self._due, self.getSamplesPublisher, "count", "place", "samples"
-        )
+        self.samples: Final = shared.stream_of(self._due, self.getSamplesPublisher, "count", "place")
 
     def getSounds(self, current: Current) -> list[nao.SoundFacts]:
         return [nao.SoundFacts(of.name, of.description, of.duration) for of in SOUNDS.values()]

@@ -246,6 +246,7 @@ def test_samples_of_a_program_are_heard_as_they_were_sent_and_silent_at_a_stop(
 
     def go_on(seconds: float) -> None:
         clock.update(clock.now() + seconds, 0.0, simulated=False)
+        robot.assembly.on_wake()  # a thread that looked at the clock just before looks again
 
     with (
         robot_and_editor(tmp_path / "walk.xml", nao=FakeRobot(clock)) as (robot, running),

@@ -134,15 +134,16 @@ def test_samples_come_whole_and_in_order_until_a_stop():
 
     def go_on(seconds):
         clock.update(clock.now() + seconds, 0.0, simulated=False)
+        client.assembly.on_wake()  # a thread that looked at the clock just before looks again
 
     def next_samples():
         while not (now := arrived.get(timeout=EVENT_LIMIT)).samples:
             pass
         return now
 
-    with served_to_client(robot) as nao:
-        sounds = nao.proxy(SoundsPrx, "Sounds")
-        publisher = cast("Sounds", nao.assembly.servants["Sounds"]).getSamplesPublisher
+    with served_to_client(robot) as client:
+        sounds = client.proxy(SoundsPrx, "Sounds")
+        publisher = cast("Sounds", client.assembly.servants["Sounds"]).getSamplesPublisher
         assert not publisher.listening
         with sounds.getSamples.subscribe(lambda sample: arrived.put(sample.value), queue=10):
             until(lambda: go_on(0.02) or arrived.qsize())

@@ -180,13 +180,13 @@ SECOND = bytes(range(250)) * 128
 
 
 def heard(sounds, clock, seconds):
-    """Return what somebody hears who looks at the robot as often as a server does."""
+    """Return what a server streams: each block once, as it is when it is due."""
     found: dict[tuple[int, int], bytes] = {}
     for _ in range(round(seconds / 0.02)):
         clock.advance(0.02)
         now = sounds.playback()
-        if now.samples:
-            assert found.setdefault((now.count, now.place), now.samples) == now.samples
+        if now.place >= 0:
+            found.setdefault((now.count, now.place), now.samples)
     return found
 
 
@@ -194,7 +194,7 @@ def whole(found):
     """Return samples that follow one another."""
     joined = b""
     for (_, place), samples in found.items():
-        assert 2 * place == len(joined)
+        assert 2 * place == len(joined) or not samples
         joined += samples
     return joined
 
@@ -212,12 +212,11 @@ def test_a_program_that_sends_what_it_hears_is_heard_whole(sounds, clock):
 
 
 def test_a_program_that_is_late_goes_on_after_silence(sounds, clock):
-    sounds.play_samples("song", SECOND[:8000])
+    sounds.play_samples("song", SECOND[:12_000])
     early = heard(sounds, clock, 0.8)
+    assert early == {(1, 0): SECOND[:8000], (1, 4000): SECOND[8000:12_000]}
     assert sounds.play_samples("song", SECOND[:8000]) == 1
-    both = whole(early | heard(sounds, clock, 0.7))
-    assert both == SECOND[:8000] + both[8000:-8000] + SECOND[:8000]
-    assert not any(both[8000:-8000])
+    assert (heard(sounds, clock, 0.5) | early) == early | {(1, 8000): SECOND[:8000], (1, 12_000): b""}
 
 
 @pytest.mark.parametrize("begin", ["a tone", "a stop", "another song"])
