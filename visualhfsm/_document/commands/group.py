@@ -43,9 +43,7 @@ class GroupStates(Command, frozen=True, kw_only=True):
         source = nodes.find_automaton(document, self.automaton)
         chosen = [nodes.find_state(source, number) for number in dict.fromkeys(self.states)]
         if not chosen:
-            raise EditError(
-                Message("Cannot group"), Message("no state is selected"), Message("select states first")
-            )
+            raise EditError("Cannot group", "no state is selected", "select states first")
         nodes.require_room(document, 1, Message("Cannot group"))
         number = next(nodes.automaton_ids(document))
         group = State(
