@@ -80,10 +80,7 @@ class GroupStates(Command, frozen=True, kw_only=True):
         return replace(document, automata=(*automata, child))
 
     def title(self, document: Document) -> Message:
-        return Message(
-            "Group {describe}",
-            describe=describe(nodes.find_automaton(document, self.automaton), self.states, ()),
-        )
+        return Message("Group {describe}", describe=describe(document, self.automaton, self.states))
 
 
 def _grouped(source: Automaton, group: State, inside: set[int]) -> Automaton:
