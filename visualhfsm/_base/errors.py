@@ -33,7 +33,11 @@ class VisualHfsmError(MessageError):
     @classmethod
     @contextmanager
     def in_place_of(
-        cls, caught: type[Exception] | tuple[type[Exception], ...], template: str, /, **values: Value
+        cls,
+        caught: type[Exception] | tuple[type[Exception], ...],
+        template: str = "{reason}",
+        /,
+        **values: Value,
     ) -> Iterator[None]:
         """Raise such an error in place of another one in a `with` block; `{reason}` says what that was."""
         try:
