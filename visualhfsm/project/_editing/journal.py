@@ -116,27 +116,23 @@ class Journal:
         try:
             descriptor = os.open(file, os.O_RDWR | os.O_APPEND | os.O_CLOEXEC)
         except OSError as error:
-            raise EditError(what, reason(error), Message("it may have been recovered already")) from error
+            raise EditError(what, reason(error), "it may have been recovered already") from error
         try:
             if not _lock(descriptor):
-                raise EditError(
-                    what, Message("its document is open in another process"), Message("edit it there")
-                )
+                raise EditError(what, "its document is open in another process", "edit it there")
             if not os.fstat(descriptor).st_nlink:  # that process has just closed it
-                raise EditError(
-                    what, Message("it was removed"), Message("it may have been recovered already")
-                )
+                raise EditError(what, "it was removed", "it may have been recovered already")
             with _reader(descriptor) as stream:
                 first = stream.readline()
             try:
                 header = _decode_header(first)
             except msgspec.MsgspecError as error:
-                raise EditError(what, Message("it contains no document"), Message("remove it")) from error
+                raise EditError(what, "it contains no document", "remove it") from error
             if header.version != _VERSION:
                 raise EditError(
                     what,
                     Message("it is of version {version}", version=header.version),
-                    Message("open it with the release that wrote it"),
+                    "open it with the release that wrote it",
                 )
             # A line that was cut off by the crash is removed, so that the next one does not continue it.
             os.ftruncate(descriptor, _end_of_lines(descriptor))
