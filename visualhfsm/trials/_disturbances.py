@@ -48,8 +48,7 @@ class Disturbances:
             return partial(_push, stage, numbers["push"], numbers["direction"], numbers["seconds"])
         if what.move is not None:
             places = [
-                {axis: numbers[prefix + axis] for axis in place}
-                for prefix, place in zip(what.prefixes, what.places, strict=True)
+                {axis: numbers[prefix + axis] for axis in place} for prefix, place in what.places.items()
             ]
             return self._movement(what.move, places, numbers.get("speed"))
         if what.late is not None:
