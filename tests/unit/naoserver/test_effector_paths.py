@@ -102,6 +102,16 @@ def test_feet_in_a_plane_turn_with_the_hips_and_both_soles_stay_flat():
     assert turned == pytest.approx(-1.18, abs=0.05)
 
 
+def test_the_torso_stays_in_the_middle_over_feet_in_a_plane_while_the_knees_bend():
+    body = find_body("H25")
+    kinematics, start = kinematics_of(body), dict(body.resting_angles)
+    knees = {knee: smooth_curve(knee, start[knee], [2.0], [1.2]) for knee in ("LKneePitch", "RKneePitch")}
+    curves = curves_on_feet(kinematics, dict.fromkeys(LEGS, PLANE), knees, HERE, start)
+    halfway = start | {joint: curve.at(1.0) for joint, curve in curves.items()}
+    left, right = (kinematics.place_of(leg, halfway)[1, 3] for leg in LEGS)
+    assert left + right == pytest.approx(0.0, abs=0.01)
+
+
 def test_fixed_feet_do_not_turn_with_the_hips():
     places, ends = on_feet({"LHipYawPitch": -0.78}, FIXED)
     assert places == pytest.approx(np.broadcast_to(places[0], places.shape), abs=0.003)
