@@ -73,6 +73,13 @@ def test_a_foot_stays_where_it_is_only_under_whole_body_control(simulated, body)
     assert simulated.positions("LHipPitch") == pytest.approx([before], abs=0.02)
 
 
+def test_no_choice_of_feet_outlasts_whole_body_control(simulated, body):
+    body.wbFootState("Free", "RLeg")
+    body.wbEnable(False)
+    body.wbEnable(True)
+    assert simulated.robot.balancer.support() is Support.LEGS
+
+
 def test_a_free_leg_goes_where_it_is_sent_beside_a_fixed_foot(simulated, body):
     body.wbFootState("Fixed", "LLeg")
     body.wbFootState("Free", "RLeg")
