@@ -11,7 +11,10 @@ from bisect import bisect_left
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final, NamedTuple
 
+import numpy as np
+
 from naoserver._joint_paths import Curve, smooth_curve
+from naoserver.errors import InvalidCommand
 from naoserver.kinematics import Kinematics, Matrix, between
 
 EVERY_AXIS: Final = 63
@@ -34,6 +37,8 @@ _BALANCE: Final = 0b011011
 """The mask of a torso that sinks, rises and turns as the legs do."""
 _LEAN: Final = 0.8
 """Part of the way from the middle between the feet to one of them by which the torso leans over it."""
+_OFF: Final = 0.025
+"""Height in m of a sole's corner above the floor from which a foot carries nothing."""
 _BOTH: Final = dict.fromkeys(LEGS, FIXED)
 _NOTHING: Final[dict[str, Any]] = {}
 _SPACING: Final = 0.1
@@ -63,7 +68,7 @@ def curves_along(
     """Return the curves of joints, from their angles at the start, that lead effectors along their waypoints.
 
     They go straight from place to place, as near to them as the joints can bring them; angles are computed
-    at `most` moments at most, some 3 ms each. `feet` and `asked` are as of `reach_places`, over time.
+    at `most` moments at most, some 5 ms each. `feet` and `asked` are as of `reach_places`, over time.
     """
     begins = {name: base @ kinematics.place_of(name, start) for name in waypoints}
     end = max((way.times[-1] for way in waypoints.values()), default=0.0)
@@ -128,7 +133,8 @@ def reach_places(
 
     When legs or the torso move, the `feet` stay where they were at the angles `start`, as much as is said of
     each, unless they are to move themselves. They come first, then the torso, which balances; hands come
-    last, and angles of legs that are `asked` for.
+    last, and angles of legs that are `asked` for. Raises InvalidCommand if a robot that stands on both feet,
+    which are to stay, would not do so any more.
     """
     shares = dict.fromkeys(wanted, 1.0)
     goals: dict[str, tuple[Matrix, Sequence[float]]] = {}
@@ -140,4 +146,22 @@ def reach_places(
     for name, (goal, mask) in wanted.items():
         goals[name] = goal, [shares[name] * (mask >> i & 1) for i in range(6)]
     angles = {joint: (angle, _LEAST) for joint, angle in asked.items()}
-    return kinematics.reach(goals, near, base, angles if legs else None)
+    found = kinematics.reach(goals, near, base, angles if legs else None)
+    stays = legs and len(feet) == len(LEGS) and wanted.keys().isdisjoint(LEGS)
+    if stays and not _stands(kinematics, found) and _stands(kinematics, start):
+        raise InvalidCommand(
+            "place", "the robot would fall: its center of mass would leave its soles, or they the floor"
+        )
+    return found
+
+
+def _stands(kinematics: Kinematics, angles: Mapping[str, float]) -> bool:
+    """Return whether both soles are on one floor, and the center of mass is over them."""
+    soles, (_, center) = kinematics.soles(angles), kinematics.center_of_mass("Body", angles)
+    outlines = [sole.outline for sole in kinematics.body.soles]
+    points = [place @ (x, y, 0.0, 1.0) for place, own in zip(soles, outlines, strict=True) for x, y in own]
+    x, y, height = (np.linalg.inv(soles[0]) @ np.array([*points, (*center, 1.0)]).T)[:3]
+    # From a place within a convex outline, some corner is in each half of all directions.
+    directions = np.sort(np.arctan2(y[:-1] - y[-1], x[:-1] - x[-1]))
+    widest = np.diff(directions, append=directions[0] + math.tau).max()
+    return bool(widest < math.pi and np.abs(height[:-1]).max() < _OFF)

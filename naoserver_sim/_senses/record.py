@@ -197,7 +197,6 @@ class SensorRecord:
 
     def begin_again(self) -> None:
         """Forget what was measured: the robot is placed elsewhere, and has not turned."""
-        self._last_attitude = None, 0.0
         for _ in tuple(self._samples):
             self.look(self._samples[-1].time)
 

@@ -9,7 +9,7 @@ import warnings
 from collections.abc import Mapping
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from codegen.messages import Message
@@ -244,4 +244,4 @@ def _hold(archive: Archive) -> Archive:
 
 
 def _run(task: Task, archive: Archive) -> Outcome:
-    return run_task(task.with_archive(archive))
+    return run_task(replace(task, archive=archive))

@@ -48,8 +48,7 @@ class Disturbances:
             return partial(_push, stage, numbers["push"], numbers["direction"], numbers["seconds"])
         if what.move is not None:
             places = [
-                {axis: numbers[prefix + axis] for axis in place}
-                for prefix, place in zip(what.prefixes, what.places, strict=True)
+                {axis: numbers[prefix + axis] for axis in place} for prefix, place in what.places.items()
             ]
             return self._movement(what.move, places, numbers.get("speed"))
         if what.late is not None:
@@ -109,11 +108,8 @@ class Disturbances:
         self.later(seconds, cut.close)
 
     def _let_be_late(self, delay: float, seconds: float) -> None:
-        self._arrive_after(delay)
-        self.later(seconds, partial(self._arrive_after, 0.0))
-
-    def _arrive_after(self, delay: float) -> None:
         self.delay = delay
+        self.later(seconds, partial(setattr, self, "delay", 0.0))
 
     def later(self, seconds: float, action: Callable[[], None]) -> None:
         """Do something in some seconds of robot time."""
@@ -128,10 +124,6 @@ class Disturbances:
             if camera is not None and _PICTURES in camera.ice_interface.all_operations:
                 current = Current(proxy.identity, _PICTURES, "", 0.0, behavior.world.communicator)
                 behavior.stub(name, getImageData=_LatePictures(self, camera, current))
-
-    def now(self) -> float:
-        """Return the time of the world in s."""
-        return self._behavior.world.clock.now()
 
 
 def _push(stage: Stage, newtons: float, direction: float, seconds: float) -> None:
@@ -181,7 +173,7 @@ class _LatePictures:
         self._taken: deque[tuple[float, Any]] = deque()
 
     def __call__(self, *arguments: object) -> Any:  # noqa: ANN401 - a picture
-        now, delay = self._disturbances.now(), self._disturbances.delay
+        now, delay = self._current.communicator.clock.now(), self._disturbances.delay
         self._taken.append((now, self._camera.getImageData(*arguments, self._current)))
         while len(self._taken) > 1 and self._taken[1][0] <= now - delay:
             self._taken.popleft()

@@ -72,10 +72,9 @@ def _event(event: Disturbance) -> Message:
         push = in_words(event.push)
         return Message("at {at} s: a push of {push} N for {lasts} s", at=at, push=push, lasts=lasts)
     if event.move is not None:
-        places = event.to if isinstance(event.to, tuple) else (event.to,)
         words = [
             joined(", ", [joined(" ", [name, in_words(each)]) for name, each in place.items()])
-            for place in places
+            for place in event.places.values()
         ]
         where, thing = _one_of(words), event.move
         return Message("at {at} s: {thing} is put elsewhere: {where}", at=at, thing=thing, where=where)

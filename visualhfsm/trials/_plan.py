@@ -77,7 +77,7 @@ class Disturbance(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True,
         if isinstance(self.to, tuple) and self.speed is None:
             raise ValueError(f"say how fast {self.move} is carried from place to place: speed = 0.5")
         if self.speed is not None:
-            axes = {axis for place in self.places for axis in place}
+            axes = {axis for place in self.places.values() for axis in place}
             if self.move is None or not axes <= {*CARRIED}:
                 raise ValueError(f"a speed is for a carried ball, which is moved by {', '.join(CARRIED)}")
             lowest = self.speed.bounds[0] if isinstance(self.speed, Spread) else 1.0
@@ -93,23 +93,16 @@ class Disturbance(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True,
         names += ["push", "direction"] if self.push is not None else []
         names += [name for name in ("late", "speed") if getattr(self, name) is not None]
         found = {name: getattr(self, name) for name in names}
-        for prefix, place in zip(self.prefixes, self.places, strict=True):
+        for prefix, place in self.places.items():
             found |= {prefix + axis: each for axis, each in place.items()}
         return found
 
     @property
-    def places(self) -> tuple[Position, ...]:
-        """The places of `to`: none, one, or those that it is carried to in turn."""
+    def places(self) -> dict[str, Position]:
+        """The places of `to`, by what the names of their quantities begin with: numbers, if it is a list."""
         if isinstance(self.to, tuple):
-            return self.to
-        return (self.to,) if self.to else ()
-
-    @property
-    def prefixes(self) -> tuple[str, ...]:
-        """What the names of the quantities of each place begin with: their numbers, if there are several."""
-        if isinstance(self.to, tuple):
-            return tuple(f"{number}." for number in range(1, len(self.to) + 1))
-        return ("",) if self.to else ()
+            return {f"{number}.": place for number, place in enumerate(self.to, 1)}
+        return {"": self.to} if self.to else {}
 
 
 class Success(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, omit_defaults=True):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from typing import Final
 
 import msgspec
@@ -40,7 +41,7 @@ class Processes(TaskProcesses[TaskResult]):
         with TrialsError.in_place_of(
             NoAnswerError, "trial {number} cannot be drawn: {reason}", number=task.number
         ):
-            return msgspec.structs.replace(self._ask(task.without_run, _DRAW_LIMIT), reason=ended)
+            return msgspec.structs.replace(self._ask(replace(task, runs=False), _DRAW_LIMIT), reason=ended)
 
     def _ask(self, task: Task, patience: float) -> Outcome:
         """Return the outcome of a task, which is asked for again when its process is killed meanwhile."""

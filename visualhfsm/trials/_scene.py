@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from visualhfsm.simulation import Behavior
 
 _SETTINGS: Final[Mapping[str, type]] = {"body": str, "posture": str, "world": str, "noise": bool}
+_THINGS: Final = {"carried_balls": (CARRIED, ()), "balls": ("xy", ()), "boxes": ("xy", ("heading",))}
+"""The axes of the things of a world, and what else they have."""
 _FAKE: Final = frozenset({"body"})
 """Settings that the fake robot has, too."""
 
@@ -125,10 +127,10 @@ class Scene:
             world = load_world(self.settings.get("world", DEFAULT_WORLD))
             for thing, place in self._places.items():
                 if thing == "robot":
-                    world = _with(world, robot=_moved("robot", world.robot, place, ("x", "y"), ("heading",)))
+                    world = _with(world, robot=_moved(thing, world.robot, place, "xy", ("heading",)))
                 elif thing == "light":
                     light = world.light or Light()
-                    world = _with(world, light=_moved("light", light, place, (), ("brightness", "ambient")))
+                    world = _with(world, light=_moved(thing, light, place, (), ("brightness", "ambient")))
                 else:
                     world = _with_thing(world, thing, place)
             return world
@@ -140,15 +142,11 @@ def _with(world: World, **fields: object) -> World:
 
 def _with_thing(world: World, name: str, place: Mapping[str, float]) -> World:
     """Return a world in which a ball or a box is elsewhere."""
-    for kind in ("carried_balls", "balls", "boxes"):
+    for kind, keys in _THINGS.items():
         things = list(getattr(world, kind))
         for index, thing in enumerate(things):
             if thing.name == name:
-                things[index] = (
-                    _carried(thing, place)
-                    if kind == "carried_balls"
-                    else _moved(name, thing, place, ("x", "y"), ("heading",) if kind == "boxes" else ())
-                )
+                things[index] = _moved(name, thing, place, *keys)
                 return _with(world, **{kind: tuple(things)})
     known = ", ".join(("robot", "light", *world.names))
     raise TrialsError.because(
@@ -160,34 +158,25 @@ def _moved(
     name: str,
     thing: Any,  # noqa: ANN401 - a part of a world
     place: Mapping[str, float],
-    position: tuple[str, ...],
-    others: tuple[str, ...],
+    axes: Sequence[str],
+    others: Sequence[str],
 ) -> Any:  # noqa: ANN401
-    """Return a part of a world with another `position`, by x and y, and other fields."""
+    """Return a part of a world elsewhere, by the axes of its position or of its start, and other fields."""
     fields: dict[str, Any] = {}
+    where = "start" if axes == CARRIED else "position"
     for key, value in place.items():
-        if key in position:
-            at = list(fields.get("position", thing.position))
-            at[position.index(key)] = value
-            fields["position"] = tuple(at)
+        if key in axes:
+            at = list(fields.get(where, getattr(thing, where)))
+            at[axes.index(key)] = value
+            fields[where] = tuple(at)
         elif key in others:
             fields[key] = value
+        elif axes == CARRIED:
+            raise TrialsError.because(
+                "{ball}.{key}: it is carried, and has {carried}", ball=name, key=key, carried=", ".join(axes)
+            )
         else:
             raise TrialsError.because(
-                "{name}.{key}: there is {value}", name=name, key=key, value=", ".join((*position, *others))
+                "{name}.{key}: there is {value}", name=name, key=key, value=", ".join((*axes, *others))
             )
     return msgspec.structs.replace(thing, **fields)
-
-
-def _carried(ball: Any, place: Mapping[str, float]) -> Any:  # noqa: ANN401 - a part of a world
-    start = list(ball.start)
-    for key, value in place.items():
-        if key not in CARRIED:
-            raise TrialsError.because(
-                "{ball}.{key}: it is carried, and has {carried}",
-                ball=ball.name,
-                key=key,
-                carried=", ".join(CARRIED),
-            )
-        start[CARRIED.index(key)] = value
-    return msgspec.structs.replace(ball, start=tuple(start))

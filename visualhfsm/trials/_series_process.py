@@ -12,7 +12,7 @@ import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, BinaryIO, Final
+from typing import BinaryIO, Final
 
 import msgspec
 from msgspec import UNSET, UnsetType
@@ -74,12 +74,7 @@ class _Work:
 
     def _plan(self) -> Plan:
         order, choices = self._order, self._order.choices
-        changes: dict[str, Any] = {
-            "runs": choices.runs,
-            "limit": choices.limit,
-            "robot": choices.robot or None,
-        }
-        given = {name: value for name, value in changes.items() if value is not None}
+        given = {name: value for name in ("runs", "limit", "robot") if (value := getattr(choices, name))}
         beside = self._document.with_name(self._document.stem + SUFFIX)
         plan = plan_of(self._document, choices.state or None, **given)
         self._facts = facts_of(plan, beside.name if beside.is_file() else "")

@@ -127,13 +127,14 @@ def mean_of(numbers: Sequence[float], bounds: tuple[float, float] = UNBOUNDED) -
     the Bootstrap (1993), chapter 12.
     """
     values = np.sort(np.asarray(numbers, float))
-    mean, count = float(values.mean()), len(values)
+    exponent = int(np.frexp(np.max(np.abs(values)))[1])  # sums and squares may be too large or too small
+    scaled = np.ldexp(values, -exponent)
+    mean, count = float(np.ldexp(scaled.mean(), exponent)), len(values)
     if count < FEWEST:
         return Mean(mean, count, why=f"(fewer than {FEWEST} trials)")
-    if np.ptp(values) <= _EQUAL * np.max(np.abs(values)):
+    if np.ptp(scaled) <= _EQUAL * np.max(np.abs(scaled)):
         return Mean(mean, count, why="in each")
-    exponent = int(np.frexp(np.max(np.abs(values)))[1])  # squares may be too large or too small for a number
-    merged = _merged(np.ldexp(values, -exponent))
+    merged = _merged(scaled)
     low, high = np.ldexp(_interval(merged, *np.ldexp(bounds, -exponent)), exponent).tolist()
     return Mean(mean, count, (low, high), _doubt(merged))
 

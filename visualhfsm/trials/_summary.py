@@ -164,24 +164,16 @@ class Summary:
     @cached_property
     def maps(self) -> list[Map]:
         """The drawn places of the robot and of things: those with an x and a y."""
-        things = [name.removesuffix(".x") for name in self.varying if name.endswith(".x")]
-        return [
-            Map(
-                thing,
-                [
-                    (
-                        float(row.values[f"{thing}.x"]),
-                        float(row.values[f"{thing}.y"]),
-                        row.success,
-                        row.number,
-                    )
-                    for row in self.rows
-                    if f"{thing}.x" in row.values and f"{thing}.y" in row.values
-                ],
-            )
-            for thing in things
-            if f"{thing}.y" in self.varying
-        ]
+        found = []
+        for x in self.varying:
+            thing, y = x.removesuffix(".x"), f"{x.removesuffix('.x')}.y"
+            if x != thing and y in self.varying:
+                rows = [row for row in self.rows if {x, y} <= row.values.keys()]
+                places = [
+                    (float(row.values[x]), float(row.values[y]), row.success, row.number) for row in rows
+                ]
+                found.append(Map(thing, places))
+        return found
 
     def _parts(self, name: str) -> list[Part]:
         rows = [row for row in self.rows if name in row.values]

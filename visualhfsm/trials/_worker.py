@@ -51,18 +51,9 @@ class Task:
         return Path(f"{self.recording}.part") if self.recording else None
 
     @property
-    def without_run(self) -> Task:
-        """The same trial, to draw its values only."""
-        return replace(self, runs=False)
-
-    @property
     def without_archive(self) -> Task:
         """The same trial, for somebody who has its content."""
-        return self.with_archive(replace(self.archive, content=b""))
-
-    def with_archive(self, archive: Archive) -> Task:
-        """Return the same trial, with all of its archive."""
-        return replace(self, archive=archive)
+        return replace(self, archive=replace(self.archive, content=b""))
 
 
 class TaskResult(msgspec.Struct, frozen=True):

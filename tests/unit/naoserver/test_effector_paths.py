@@ -16,7 +16,8 @@ from naoserver._effector_paths import (
 )
 from naoserver._joint_paths import smooth_curve
 from naoserver.bodies import find_body
-from naoserver.kinematics import kinematics_of
+from naoserver.errors import InvalidCommand
+from naoserver.kinematics import kinematics_of, matrix_of
 
 HERE = np.eye(4)
 REACHES = {"H25": (0.05, 0.0, 0.05), "T1": (0.05, -0.05, 0.1), "G1": (0.05, 0.0, 0.05)}
@@ -101,6 +102,16 @@ def test_feet_in_a_plane_turn_with_the_hips_and_both_soles_stay_flat():
     assert turned == pytest.approx(-1.18, abs=0.05)
 
 
+def test_the_torso_stays_in_the_middle_over_feet_in_a_plane_while_the_knees_bend():
+    body = find_body("H25")
+    kinematics, start = kinematics_of(body), dict(body.resting_angles)
+    knees = {knee: smooth_curve(knee, start[knee], [2.0], [1.2]) for knee in ("LKneePitch", "RKneePitch")}
+    curves = curves_on_feet(kinematics, dict.fromkeys(LEGS, PLANE), knees, HERE, start)
+    halfway = start | {joint: curve.at(1.0) for joint, curve in curves.items()}
+    left, right = (kinematics.place_of(leg, halfway)[1, 3] for leg in LEGS)
+    assert left + right == pytest.approx(0.0, abs=0.01)
+
+
 def test_fixed_feet_do_not_turn_with_the_hips():
     places, ends = on_feet({"LHipYawPitch": -0.78}, FIXED)
     assert places == pytest.approx(np.broadcast_to(places[0], places.shape), abs=0.003)
@@ -127,3 +138,29 @@ def test_the_other_foot_stays_flat_on_the_floor_while_one_turns():
     found = reach_places(kinematics, {"LLeg": (goal, EVERY_AXIS)}, HERE, start, near=start)
     before, after = (np.linalg.inv(kinematics.place_of("RLeg", angles)) for angles in (start, found))
     assert after @ kinematics.place_of("LLeg", found) == pytest.approx(before @ goal, abs=0.01)
+
+
+FALLS = {"far ahead": (0.15, 0.0, 0.0, 0.0, 0.0, 0.0), "to a side": (0.0, 0.0, 0.0, 0.9, 0.0, 0.0)}
+"""Changes of the torso: the center of mass leaves the soles; a sole leaves the floor."""
+
+
+@pytest.mark.parametrize("change", FALLS.values(), ids=FALLS)
+def test_a_torso_does_not_go_where_the_robot_would_fall(change):
+    kinematics, start, _, _ = way_of("H25")
+    place = matrix_of(change)
+    with pytest.raises(InvalidCommand, match="the robot would fall"):
+        reach_places(kinematics, {"Torso": (place, EVERY_AXIS)}, HERE, start, near=start)
+
+
+def test_a_torso_goes_far_over_feet_of_which_one_moves_or_is_free():
+    kinematics, start, _, _ = way_of("H25")
+    far = {"Torso": (matrix_of(FALLS["far ahead"]), EVERY_AXIS)}
+    reach_places(kinematics, far, HERE, start, near=start, feet={"LLeg": FIXED})
+    moving = far | {"LLeg": (kinematics.place_of("LLeg", start), EVERY_AXIS)}
+    reach_places(kinematics, moving, HERE, start, near=start)
+
+
+def test_a_torso_goes_far_when_the_robot_did_not_stand_on_its_feet():
+    kinematics, start, _, _ = way_of("H25")
+    start |= {"LHipPitch": -1.2}
+    reach_places(kinematics, {"Torso": (matrix_of(FALLS["far ahead"]), EVERY_AXIS)}, HERE, start, near=start)

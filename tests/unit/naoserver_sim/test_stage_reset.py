@@ -221,6 +221,17 @@ def test_it_stands_where_it_is_put_whatever_it_was_doing(body, doing, put, noise
         robot.robot.close()
 
 
+def test_a_robot_that_is_put_back_balances_over_no_foot():
+    robot = Robot("H25")
+    try:
+        balance_on_one_leg(robot)
+        put_back(robot)
+        robot.live(0.1)
+        assert robot.robot.balancer.support() is None
+    finally:
+        robot.robot.close()
+
+
 def test_a_joint_does_not_go_where_it_was_to_be_before():
     robot = Robot("H25")
     try:

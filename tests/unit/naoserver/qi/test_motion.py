@@ -61,6 +61,14 @@ def test_an_interpolation_that_is_too_fast_takes_longer(rig):
     assert rig.motion.getAngles("LShoulderPitch", False) == pytest.approx([0.2], abs=1e-3)
 
 
+def test_set_angles_lets_no_joint_of_a_leg_wait_for_another(rig):
+    ankle, knee = rig.positions("RAnklePitch", "RKneePitch")
+    rig.motion.setAngles(["RAnklePitch", "RKneePitch"], [ankle - 0.1, knee + 1.0], 0.1)
+    rig.advance(0.4)
+    assert rig.positions("RAnklePitch") == pytest.approx([ankle - 0.1], abs=0.01)
+    assert rig.positions("RKneePitch")[0] < knee + 0.9
+
+
 def test_with_a_speed_the_fastest_moment_has_it(rig):
     seconds = rig.complete(rig.motion.angleInterpolationWithSpeed, "HeadYaw", 1.0, 0.1)
     assert seconds == pytest.approx(1.5 / (0.1 * H25.joints[0].max_velocity), abs=0.1)

@@ -64,6 +64,31 @@ def test_it_balances_over_the_feet_that_the_program_leaves(simulated, body):
     assert support() is Support.LEGS
 
 
+def test_a_foot_stays_where_it_is_only_under_whole_body_control(simulated, body):
+    body.wbEnable(False)
+    body.wbFootState("Fixed", "Legs")
+    (before,) = simulated.positions("LHipPitch")
+    simulated.motion.setAngles("LKneePitch", 0.9, 0.1)
+    simulated.advance(0.2)
+    assert simulated.positions("LHipPitch") == pytest.approx([before], abs=0.02)
+
+
+def test_no_choice_of_feet_outlasts_whole_body_control(simulated, body):
+    body.wbFootState("Free", "RLeg")
+    body.wbEnable(False)
+    body.wbEnable(True)
+    assert simulated.robot.balancer.support() is Support.LEGS
+
+
+def test_a_free_leg_goes_where_it_is_sent_beside_a_fixed_foot(simulated, body):
+    body.wbFootState("Fixed", "LLeg")
+    body.wbFootState("Free", "RLeg")
+    (before,) = simulated.positions("RKneePitch")
+    simulated.motion.setAngles("RKneePitch", before + 0.3, 0.1)
+    simulated.advance(1.0)
+    assert simulated.positions("RKneePitch") == pytest.approx([before + 0.3], abs=0.05)
+
+
 def test_it_still_balances_when_whole_body_control_ends(simulated, body):
     body.wbEnableBalanceConstraint(True, "LLeg")
     body.wbEnable(False)

@@ -104,3 +104,19 @@ def test_it_measures_what_the_physics_does_while_the_robot_walks(robot):
     odometry = robot.walker.odometry()
     assert (odometry.x, odometry.y) == pytest.approx((x, y), abs=0.03)
     assert odometry.heading == pytest.approx(heading, abs=0.01)
+
+
+def test_a_robot_that_is_put_elsewhere_is_as_it_is_measured_there_at_once(robot, estimator):
+    angles = np.zeros(len(robot.limbs.qpos))
+    for _ in range(20):
+        feel(estimator, reading(roll=0.05), angles)
+    estimator.turn(TICK, reading(roll=0.05))
+    estimator.tick(TICK, reading(roll=0.05), angles, np.ones_like(angles), BOTH)  # its joints move
+    estimator.lose_footing()
+    feel(estimator, reading(), angles)
+    upright = estimator.data.qpos[robot.limbs.base_qpos + 3]
+    assert upright == pytest.approx(1.0, abs=1e-9)
+    fresh = Estimator(robot.mj, robot.limbs, robot.footsteps)
+    fresh.lose_footing()
+    feel(fresh, reading(), angles)
+    assert estimator.velocity == pytest.approx(fresh.velocity, abs=1e-9)

@@ -154,6 +154,14 @@ def test_what_is_rarer_than_three_of_the_trials_may_be_missing() -> None:
 
 
 @pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("count", [4, 6, 24])
+def test_a_mean_of_the_largest_numbers_is_a_number(count: int) -> None:
+    found = mean_of([1.6e308, 1.7e308] * (count // 2))
+    assert found.mean == pytest.approx(1.65e308)
+    assert all(1.6e308 < end < 1.7e308 for end in found.interval or ())
+
+
+@pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("scale", [1.0, 2.0**-1060, 2.0**-300, 2.0**1000])
 def test_the_interval_of_a_mean_is_as_large_as_its_numbers(scale: float) -> None:
     numbers = [
