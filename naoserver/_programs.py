@@ -81,7 +81,7 @@ class _Waiting:
     parameter: str
     client: str
     stops: int
-    """How often the robot had been stopped before."""
+    """How often the robot, its walk and its motions had been stopped before."""
 
 
 class Programs:
@@ -131,12 +131,17 @@ class Programs:
                 return self.refused(self.codes.unavailable, str(error)), ""
             if error.activity == WALK:
                 self._walk.stop()
-            self._waiting[perform] = _Waiting(error.activity, parameter, client, stops)
+            self._waiting[perform] = _Waiting(error.activity, parameter, client, stops + self._stops)
             return 0, ""
         except RobotError as error:
             return self.refused(self.codes.failed, str(error)), ""
         self._waiting.pop(perform, None)
         return 0, "" if result is None else str(result)
+
+    @property
+    def _stops(self) -> int:
+        """How often the walk and motions were stopped, by whomever; the gate counts its stops itself."""
+        return self._walk.guard.stops + self.assembly.player.stops
 
     def _moves_by(self, activity: str, client: str) -> bool:
         """Return whether an activity goes on that a client began here: its walk, or its posture or motion."""
@@ -164,20 +169,25 @@ class Programs:
         """
         if not all(map(math.isfinite, astuple(velocity))) or not seconds > 0.0:
             raise Refusal(self.codes.wrong, "a velocity is finite, and lasts for more than 0 s")
-        self._waiting = {of: each for of, each in self._waiting.items() if each.activity != WALK}
         if velocity == STILL:  # everybody may stop it
             self._walk.stop()
         else:
             self._walk.go(velocity, client, seconds=seconds)
+        self._waiting = {of: each for of, each in self._waiting.items() if each.activity != WALK}
 
     def renew(self) -> None:
         """Renew the velocity, or end it after its time, or of a program that hangs; begin what waits."""
         with self._lock:
             self._stop_silent()
             for perform, each in list(self._waiting.items()):
-                if self._walk.moving if each.activity == WALK else self._moves_by(each.activity, each.client):
-                    continue
-                if self._waiting.pop(perform, None) and self.assembly.gate.stops == each.stops:
+                walks = each.activity == WALK
+                stopped = each.stops != self.assembly.gate.stops + self._stops or (
+                    walks and self._walk.active
+                )
+                goes_on = self._walk.moving if walks else self._moves_by(each.activity, each.client)
+                if stopped or not goes_on:
+                    self._waiting.pop(perform, None)
+                if not (stopped or goes_on):
                     self._perform(perform, each.parameter, each.client)
             self._walk.renew()
 
@@ -244,11 +254,8 @@ class Programs:
         stops = self.assembly.gate.stops
         self.assembly.gate.require(client)
         self.end_motion()
-        self._begin(posture, client, stops)
-
-    def _begin(self, posture: str, client: str, stops: int) -> None:
         if self._walk.moving:
-            self._waiting[self._go] = _Waiting(WALK, posture, client, stops)
+            self._waiting[self._go] = _Waiting(WALK, posture, client, stops + self._stops)
         else:
             self._postures.go(posture, 1.0, client)
 
@@ -263,12 +270,11 @@ class Programs:
 
     def stand(self, client: str) -> None:
         """Stand up; one that stands already, or stands up, begins nothing, so that it can walk at once."""
-        stops = self.assembly.gate.stops
         self.assembly.gate.require(client)
         self._waiting.pop(self._go, None)
         if not self.goal().startswith("Stand") and not self._walk.active:
             self._body.stiffen({joint.name: 1.0 for joint in self._body.joints}, _LIMP_TIME, client=client)
-            self._begin("Stand", client, stops)
+            self.go("Stand", client)
 
     def go_limp(self, client: str) -> None:
         """End what moves, and let every motor go limp: the robot falls."""

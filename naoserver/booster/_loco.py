@@ -146,10 +146,10 @@ class Loco:
             programs.assembly.gate.require(client)
             if CUSTOM in {mode, self._mode}:
                 programs.end_motion()
-            if mode != CUSTOM:
-                programs.stand(client)
             if mode == PREPARE:
                 programs.drive(STILL, math.inf, client)
+            if mode != CUSTOM:
+                programs.stand(client)
         self._mode = mode
 
     def _get_up(self, body: str, client: str) -> None:

@@ -112,6 +112,33 @@ def test_a_posture_waits_for_the_end_of_the_walk_unless_its_program_is_lost(rig,
     assert rig.programs.posture() == posture
 
 
+@pytest.mark.parametrize(
+    "command",
+    [lambda rig: rig.assembly.walk.stop(), lambda rig: rig.assembly.walk.drive({"forward": 0.1}, "another")],
+    ids=["stopped", "another walk"],
+)
+def test_a_posture_that_waits_does_not_begin_after_its_walk_was(rig, monkeypatch, command):
+    with monkeypatch.context() as walking:
+        walking.setattr(LastingWalk, "moving", True)
+        rig.programs.go("Crouch", "program")
+        command(rig)
+        rig.programs.renew()
+    rig.assembly.walk.drive({"forward": 0.0}, "another")
+    rig.programs.renew()
+    assert not rig.assembly.player.busy
+
+
+def test_a_posture_waits_on_though_another_program_is_refused(rig, monkeypatch):
+    with monkeypatch.context() as walking:
+        walking.setattr(LastingWalk, "moving", True)
+        rig.programs.go("Crouch", "program")
+        rig.assembly.gate.acquire("program", "dance", 30.0)
+        with pytest.raises(CommandRefused):
+            rig.programs.drive(WalkVelocity(forward=0.1), 1.0, "another")
+    rig.programs.renew()
+    assert rig.programs.goal() == "Crouch"
+
+
 def test_to_stand_replaces_a_posture_that_waits_for_the_end_of_the_walk(rig, monkeypatch):
     with monkeypatch.context() as walking:
         walking.setattr(LastingWalk, "moving", True)
@@ -166,6 +193,15 @@ def test_a_program_that_does_not_send_regularly_walks_on(rig, client, seconds, p
     sends(rig, client, seconds, period)
     sends(rig, "somebody", seconds=10.0, period=0.1)
     assert walks(rig)
+
+
+def test_a_program_that_is_silent_ends_the_walk_of_no_behavior(rig):
+    rig.programs.drive(WalkVelocity(forward=0.1), 1.0, "program")
+    sends(rig, "program", seconds=2.5, period=0.1)
+    for _ in range(15):
+        rig.assembly.walk.drive({"forward": 0.1}, "behavior")
+        sends(rig, "behavior", seconds=0.1, period=0.1)
+        assert walks(rig)
 
 
 def test_a_program_that_is_silent_ends_the_walk_of_no_other(rig):

@@ -10,6 +10,7 @@ from contextlib import suppress
 
 import pytest
 
+from naoserver._lasting_walk import LastingWalk
 from naoserver._programs import Programs
 from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
@@ -170,8 +171,13 @@ def test_a_mode_replaces_the_posture_of_the_last_one_and_a_move_waits_for_it(rig
         lambda rig: rig.mode(CUSTOM),
         lambda rig: (rig.assembly.gate.stop("a test"), rig.assembly.gate.reset()),
         lambda rig: rig.programs.drop("program"),
+        lambda rig: rig.assembly.player.stop(),
+        lambda rig: rig.assembly.body.hold(),
     ],
-    ids=["another move", "damping", "custom", "emergency stop", "end of its program"],
+    ids=[
+        *("another move", "damping", "custom", "emergency stop", "end of its program"),
+        *("stop of the posture", "hold of all joints"),
+    ],
 )
 def test_a_move_that_waits_for_a_posture_does_not_begin_after(rig, command):
     crouched(rig)
@@ -200,6 +206,25 @@ def test_what_another_program_moves_is_refused(rig, operation):
     rig.advance(5.0)
     assert rig.programs.posture().startswith("Stand")
     assert rig.forward == 0.0
+
+
+def test_a_walk_that_is_no_programs_any_more_is_refused_and_goes_on(rig):
+    rig.move()
+    rig.advance(0.1)
+    rig.move(0.0)
+    rig.advance(3.0)
+    rig.assembly.walk.drive({"forward": 0.2}, "behavior")
+    assert rig.call(SHOOT) == CONFLICT
+    assert rig.forward == pytest.approx(0.2)
+
+
+def test_it_stands_up_in_the_mode_without_a_walk_after_the_last_steps(rig, monkeypatch):
+    crouched(rig)
+    with monkeypatch.context() as walking:
+        walking.setattr(LastingWalk, "moving", True)
+        rig.mode(PREPARE)
+    rig.advance(5.0)
+    assert rig.programs.posture().startswith("Stand")
 
 
 def test_a_mode_replaces_all_that_waits(rig):

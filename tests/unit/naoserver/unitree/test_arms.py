@@ -91,6 +91,18 @@ def test_beside_the_walk(rig):
     assert rig.robot.walker.commanded().forward == pytest.approx(0.1)
 
 
+@pytest.mark.parametrize(("parameter", "posture"), [('{"data": 2}', "Crouch"), ('{"data": 4}', "Stand")])
+def test_each_posture_takes_them(rig, parameter, posture):
+    if posture == "Stand":
+        rig.programs.go("Crouch", "walker")
+        rig.live(5.0)
+    rig.live(0.5, rig.to(ELBOW))
+    assert rig.programs.answer(Loco(rig.programs).operations, 7101, parameter, "walker") == (0, "")
+    rig.live(5.0, rig.to(ELBOW))
+    assert rig.programs.posture() == posture
+    assert ELBOW in rig.moved()  # its program has them again
+
+
 def test_they_follow_by_the_weight(rig):
     rig.live(1.0, rig.to(ELBOW, weight=0.4))
     assert rig.moved() == {ELBOW: pytest.approx(0.2, abs=0.02)}
