@@ -307,7 +307,9 @@ class Programs:
         self.assembly.paths.start(Path(f"the way of {effector}", frozenset(joints), client), curves)
 
     def play(self, motion: str, client: str) -> None:
-        """Begin a motion of the body. Raises KeyError when it has none of that name."""
+        """Begin a motion of the body, in place of no other one. Raises KeyError when it has none of that name."""
         player = self.assembly.player
+        if player.busy:
+            raise JointTaken("", MOTION, "the robot is in another motion or posture now: stop that first")
         route = MotionRoute(player.body, player.motions[motion], player.motions.values())
         player.begin(MOTION, motion, route, client=client)

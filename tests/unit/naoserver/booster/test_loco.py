@@ -10,8 +10,10 @@ from contextlib import suppress
 
 import pytest
 
+from interfaces.nao import ActionStatus
 from naoserver._lasting_walk import LastingWalk
 from naoserver._programs import Programs
+from naoserver._servants.moves import POSTURE
 from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
 from naoserver.booster import serve_as_booster
@@ -197,11 +199,23 @@ def test_the_newest_move_begins_after_the_posture(rig):
     assert rig.angle("Head_pitch") == pytest.approx(0.3, abs=1e-3)
 
 
-@pytest.mark.parametrize("operation", [HEAD_ON, MOVE])
+@pytest.mark.parametrize(("operation", "motion"), [(WAVE, "wave"), (SHOOT, "kick")])
+def test_a_motion_waits_for_the_posture(rig, operation, motion):
+    crouched(rig)
+    rig.mode(WALKING)
+    rig.advance(0.3)
+    assert rig.call(operation, {"hand_action": 0}) == 0
+    assert rig.assembly.player.progress(POSTURE).status is ActionStatus.Moving
+    rig.advance(3.0)
+    assert rig.assembly.player.progress(POSTURE).status is ActionStatus.Done
+    assert rig.loco._playing() == motion
+
+
+@pytest.mark.parametrize("operation", [HEAD_ON, MOVE, WAVE, SHOOT])
 def test_what_another_program_moves_is_refused(rig, operation):
     crouched(rig)
     rig.mode(WALKING)
-    body = {"vx": 0.1, "vy": 0.0, "vyaw": 0.0, "pitch_direction": 1, "yaw_direction": 0}
+    body = {"vx": 0.1, "vy": 0.0, "vyaw": 0.0, "pitch_direction": 1, "yaw_direction": 0, "hand_action": 0}
     assert rig.call(operation, body, client="another") == CONFLICT
     rig.advance(5.0)
     assert rig.programs.posture().startswith("Stand")
