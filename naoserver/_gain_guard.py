@@ -82,11 +82,12 @@ class GainGuard:
             for joint in facts.joints
             if joint.name in facts.motors
         }
-        gears = {joint.name: facts.gears[joint.gear] for joint in facts.joints if joint.gear}
-        self._own = dict.fromkeys((joint.name for joint in facts.joints), (gains.kp, gains.kd))
-        for name, gear in gears.items():
-            self._own[name] = min(gear.stiffness, gains.kp), min(gear.damping, gains.kd)
+        self.own: Final = dict.fromkeys((joint.name for joint in facts.joints), (gains.kp, gains.kd))
         """The gains with which each joint holds by itself."""
+        for joint in facts.joints:
+            if joint.gear:
+                gear = facts.gears[joint.gear]
+                self.own[joint.name] = min(gear.stiffness, gains.kp), min(gear.damping, gains.kd)
         self._lock = threading.RLock()
         self._followed: dict[str, _Followed] = {}
         self._closed = False
@@ -251,7 +252,7 @@ class GainGuard:
     def _damp(self, joints: Iterable[str]) -> None:
         now, commands = self._events.wall_time(), {}
         for joint in joints:
-            each, (_, kd) = self._followed[joint], self._own[joint]
+            each, (_, kd) = self._followed[joint], self.own[joint]
             each.damped = True
             each.deadline = now + (each.weight * RETURN_TIME if each.rest else self._options.damping_time)
             if not each.rest:
@@ -263,7 +264,7 @@ class GainGuard:
 
     def _rest(self, joint: str, reading: JointReading) -> tuple[float, ...]:
         """Return what a joint holds, as strongly as it does, or held before it followed by a weight."""
-        each, (kp, kd), place = self._followed.get(joint), self._own[joint], self._body.index(joint)
+        each, (kp, kd), place = self._followed.get(joint), self.own[joint], self._body.index(joint)
         held, stiffness = reading.commands[place], reading.stiffnesses[place]
         return each.rest if each and each.rest else (held, 0.0, 0.0, stiffness * kp, stiffness * kd)
 

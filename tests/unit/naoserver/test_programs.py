@@ -139,6 +139,13 @@ def test_a_posture_waits_on_though_another_program_is_refused(rig, monkeypatch):
     assert rig.programs.goal() == "Crouch"
 
 
+def test_the_end_of_all_motion_leaves_nothing_that_waits(rig, monkeypatch):
+    monkeypatch.setattr(LastingWalk, "moving", True)
+    rig.programs.go("Crouch", "program")
+    rig.programs.end_motion()
+    assert rig.programs.goal() == "StandInit"
+
+
 def test_to_stand_replaces_a_posture_that_waits_for_the_end_of_the_walk(rig, monkeypatch):
     with monkeypatch.context() as walking:
         walking.setattr(LastingWalk, "moving", True)
@@ -171,6 +178,30 @@ def test_a_program_that_sent_regularly_and_is_silent_walks_no_further(rig):
     assert rig.assembly.events.snapshot()[0][-1].message == (
         "ended the walk: its program sent regularly, and nothing for 1 s"
     )
+
+
+def test_a_pause_of_less_than_a_second_is_no_silence(rig):
+    rig.programs.drive(WalkVelocity(forward=0.1), math.inf, "program")
+    sends(rig, "program", seconds=2.5, period=0.1)
+    sends(rig, "another", seconds=0.7, period=0.1)
+    sends(rig, "program", seconds=0.1, period=0.1)
+    sends(rig, "another", seconds=20.0, period=0.1)
+    assert walks(rig)
+
+
+def test_a_program_that_is_lost_leaves_nothing(rig):
+    for number in range(100):
+        rig.programs.heard(f"program {number}")
+        rig.programs.drop(f"program {number}")
+    assert rig.programs._sending == {}
+
+
+def test_a_lost_program_renews_no_walk_of_a_behavior(rig):
+    rig.programs.drive(WalkVelocity(forward=0.1), math.inf, "program")
+    rig.assembly.walk.drive({"forward": 0.1}, "behavior")
+    rig.programs.drop("program")
+    sends(rig, "another", seconds=2.0, period=0.1)
+    assert not walks(rig)
 
 
 def test_what_waits_of_a_program_that_is_silent_does_not_begin(rig, monkeypatch):
@@ -312,4 +343,4 @@ def test_a_robot_whose_motors_take_no_gains_says_so():
         robot, Assembly(robot, ServerOptions(), robot.clock), "maker", Codes(404, WRONG, 409, 500)
     )
     with pytest.raises(HardwareFailure, match=r"^the motors of this robot take no gains by command$"):
-        programs.follow({}, "program")
+        programs.gains  # noqa: B018

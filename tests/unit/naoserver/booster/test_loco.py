@@ -199,6 +199,18 @@ def test_the_newest_move_begins_after_the_posture(rig):
     assert rig.angle("Head_pitch") == pytest.approx(0.3, abs=1e-3)
 
 
+def test_what_waited_does_not_replace_a_later_call(rig):
+    crouched(rig)
+    rig.mode(WALKING)
+    rig.call(HEAD, {"pitch": 0.3, "yaw": 0.0})
+    while rig.assembly.player.busy:
+        rig.clock.advance(0.1)
+        rig.assembly.player.tick()
+    rig.call(HEAD, {"pitch": 0.1, "yaw": 0.0})
+    rig.advance(2.0)
+    assert rig.angle("Head_pitch") == pytest.approx(0.1, abs=1e-3)
+
+
 @pytest.mark.parametrize(("operation", "motion"), [(WAVE, "wave"), (SHOOT, "kick")])
 def test_a_motion_waits_for_the_posture(rig, operation, motion):
     crouched(rig)
