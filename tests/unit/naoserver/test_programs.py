@@ -7,10 +7,11 @@ import pytest
 
 from naoserver._lasting_walk import LastingWalk
 from naoserver._programs import Codes, Programs, Refusal
+from naoserver._walk import WALK
 from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
 from naoserver.capabilities import WalkVelocity
-from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
+from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand, JointTaken
 from naoserver.fake import FakeRobot
 from naoserver.kinematics import kinematics_of
 from naoserver.options import ServerOptions
@@ -110,6 +111,22 @@ def test_a_posture_waits_for_the_end_of_the_walk_unless_its_program_is_lost(rig,
         rig.clock.advance(0.1)
         rig.assembly.player.tick()
     assert rig.programs.posture() == posture
+
+
+def test_a_stop_while_a_call_is_performed_leaves_nothing_that_waits(rig, monkeypatch):
+    begun = []
+
+    def perform(_parameter, client):
+        begun.append(client)
+        rig.assembly.gate.stop("a test")
+        rig.assembly.gate.reset()
+        raise JointTaken("Left_Knee_Pitch", WALK, "the walk has it")
+
+    with monkeypatch.context() as walking:
+        walking.setattr(LastingWalk, "moves_for", lambda _walk, _client: True)
+        assert rig.programs.answer({1: perform}, 1, "", "program") == (0, "")
+    rig.programs.renew()
+    assert begun == ["program"]
 
 
 @pytest.mark.parametrize(
