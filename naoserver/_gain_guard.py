@@ -49,7 +49,7 @@ class _Followed:
     def back(self, now: float) -> JointCommand:
         """Return the command on the way back at a wall time."""
         left = (self.deadline - now) / max(self.weight * RETURN_TIME, 1e-9)
-        return _mixed(self.command, self.rest, clamp(left, 0.0, 1.0))
+        return _mixed(self.command, self.rest, left)
 
 
 class GainGuard:

@@ -139,6 +139,12 @@ def test_in_the_end_they_go_back_within_a_second(rig, end):
     assert not rig.assembly.moves_for("program")
 
 
+def test_weight_0_again_and_again_ends_it_within_a_second(rig):
+    rig.live(1.0, rig.to(ELBOW))
+    rig.live(1.3, command(0.0, {}))
+    assert not rig.assembly.moves_for("program")
+
+
 def test_another_programs_weight_0_does_not_end_it(rig):
     rig.live(1.0, rig.to(ELBOW))
     rig.arms.obey(command(0.0, {}), "another")
