@@ -33,7 +33,7 @@ class Rig:
         command = self.robot.command_gains
 
         def spied(commands):
-            self.sent = commands[JOINT][:5]
+            self.sent = commands[JOINT][:5] if JOINT in commands else self.sent
             command(commands)
 
         monkeypatch.setattr(self.robot, "command_gains", spied)
@@ -122,6 +122,13 @@ def test_events_say_that_it_lets_go(rig):
     rig.guard.drop_client("ann")
     newest = rig.assembly.events.snapshot()[0][-1]
     assert newest.message == f"let go of {JOINT}: the client that commanded it is gone"
+
+
+def test_events_say_damped_if_not_all_of_them_go_back(rig):
+    rig.follow(1.0)
+    rig.guard.command({"Right_Elbow_Pitch": GIVEN}, "ann")
+    rig.guard.drop_client("ann")
+    assert rig.assembly.events.snapshot()[0][-1].message.startswith(f"damped {JOINT}, Right_Elbow_Pitch:")
 
 
 def test_who_commands_again_meanwhile_goes_on(rig):

@@ -120,6 +120,11 @@ def test_a_motor_without_gains_holds_as_before(rig):
     assert rig.sent[name][:5] == pytest.approx((rig.before[SHOULDER], 0, 0, own.stiffness, own.damping))
 
 
+def test_a_motor_may_follow_a_torque_alone(rig):
+    rig.live(0.1, command(1.0, {ELBOW: (0.0, 0.0, 3.0, 0.0, 0.0)}))
+    assert rig.sent[rig.robot.joints[ELBOW].name][2:5] == (3.0, 0.0, 0.0)
+
+
 def test_the_waist_is_never_softer_than_its_own_servo(rig):
     rig.live(0.1, rig.to(WAIST_PITCH, ELBOW))
     own = rig.robot.body.gears["waist"]
