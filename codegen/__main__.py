@@ -8,11 +8,12 @@ import signal
 import sys
 from types import FrameType
 
-from zenoh_ice.application import end_at_ctrl_c
+from zenoh_ice.application import end_at_ctrl_c, say_version
 
 
 def main() -> None:
     """Run the command; Ctrl-C and SIGTERM end it with exit code 130 and 143."""
+    say_version()
     end_at_ctrl_c()
     signal.signal(signal.SIGINT, _stop)
     signal.signal(signal.SIGTERM, _stop)

@@ -21,7 +21,7 @@ import typer
 from nao_tools import NaoError
 from nao_tools._connection import loss, wait_for_servant
 from nao_tools._output import lost_text, print_json
-from nao_tools._stopping import STOP_LIMITS, Realm, StopLimits, Stopping
+from nao_tools._stopping import OWN_SWITCH, STOP_LIMITS, Realm, StopLimits, Stopping
 from nao_tools._values import Json
 from zenoh_ice import Communicator, ZenohIceError, initialize
 from zenoh_ice.application import emergency_stop
@@ -56,7 +56,7 @@ def stop(
     elif stopping.succeeded:
         typer.echo(_outcome(realm))
     if not realm.confirmed:
-        raise NaoError(f"the robot was NOT stopped: {realm.trouble}")
+        raise NaoError(f"the robot was NOT stopped: {realm.trouble}; {OWN_SWITCH}")
     if not realm.still:
         raise NaoError(_outcome(realm))
 
@@ -80,7 +80,7 @@ def stop_all(
     if not stopping.concerned and not stopping.unreached:
         raise NaoError("no robot was found, so none was stopped")
     if not stopping.succeeded:
-        raise NaoError("not every robot was stopped: see above")
+        raise NaoError(f"not every robot was stopped, see above; {OWN_SWITCH}")
 
 
 def reset(settings: Settings, *, resume: bool, as_json: bool) -> None:
@@ -195,7 +195,7 @@ class _StopButton:
                 self._press()
             elif _LEAVE in keys or _CTRL_C in keys:
                 if self._pressed_at is not None:
-                    raise NaoError(f"the robot was NOT stopped: {self._failure}")
+                    raise NaoError(f"the robot was NOT stopped: {self._failure}; {OWN_SWITCH}")
                 return
 
     def _press(self) -> None:
@@ -229,7 +229,7 @@ class _StopButton:
             begin_stop(self._communicator, self._reason, self._communicator.settings.timeout).result()
         except ZenohIceError as error:
             self._failure = str(error) if self._ready else "the robot is unreachable"
-            self._say(f"NOT STOPPED: {self._failure}; trying again until it is")
+            self._say(f"NOT STOPPED: {self._failure}; trying again until it is; {OWN_SWITCH}")
             return
         took = time.monotonic() - self._pressed_at
         self._pressed_at = None

@@ -25,6 +25,7 @@ from zenoh_ice.messenger import Messenger
 from zenoh_ice.settings import Settings
 from zenoh_ice.text import printable
 
+OWN_SWITCH: Final = "use the robot's own switch"
 _LINKS: Final = 6  # tried for each endpoint; the firewall of a lab lets an address have sixteen
 _STAGGER: Final = 0.5  # s between their beginnings: on a good network the first has done it by then
 _LINK_LIMIT: Final = 6.0  # s for making a link; more would not help, since servers give up after two
@@ -145,7 +146,7 @@ class Stopping:
                 missing = self._missing()
             if missing != said:
                 said = missing
-                say(f"not stopped yet: {missing}; trying again")
+                say(f"not stopped yet: {missing}; trying again; {OWN_SWITCH}")
         self._close()
         if self._fault is not None:
             raise self._fault

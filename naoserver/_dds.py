@@ -13,9 +13,8 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import partial
-from typing import Any, Final, Self
+from typing import Any, Final, NamedTuple, Self
 
 from cyclonedds import builtin
 from cyclonedds._clayer import ddspy_take, ddspy_write
@@ -102,8 +101,7 @@ class Writer:
             _logger.warning("a message to programs was lost: %s", error)
 
 
-@dataclass(frozen=True, slots=True)
-class _Input:
+class _Input(NamedTuple):
     """A topic that programs write."""
 
     reader: Any
@@ -258,11 +256,9 @@ class Wire:
                 _logger.debug("what a program announced cannot be read: %s", error)
                 continue
             for each in taken:
-                if not each.sample_info.valid_data:  # it is gone
-                    continue
                 topic, kind = each.topic_name, each.type_name
-                served = self._kinds.get(topic)
-                if served == kind or topic in _ROS or not topic.startswith(_ROBOTS):
+                served, gone = self._kinds.get(topic), not each.sample_info.valid_data
+                if gone or served == kind or topic in _ROS or not topic.startswith(_ROBOTS):
                     continue
                 reported = self._reported.setdefault(each.participant_key.bytes, set())
                 if len(self._reported) > _MOST_PROGRAMS:

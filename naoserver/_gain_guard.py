@@ -82,12 +82,10 @@ class GainGuard:
             for joint in facts.joints
             if joint.name in facts.motors
         }
-        self.own: Final = dict.fromkeys((joint.name for joint in facts.joints), (gains.kp, gains.kd))
+        gears = {joint.name: facts.gears[joint.gear] for joint in facts.joints if joint.gear}
+        own = {name: (min(of.stiffness, gains.kp), min(of.damping, gains.kd)) for name, of in gears.items()}
+        self.own: Final = dict.fromkeys((joint.name for joint in facts.joints), (gains.kp, gains.kd)) | own
         """The gains with which each joint holds by itself."""
-        for joint in facts.joints:
-            if joint.gear:
-                gear = facts.gears[joint.gear]
-                self.own[joint.name] = min(gear.stiffness, gains.kp), min(gear.damping, gains.kd)
         self._lock = threading.RLock()
         self._followed: dict[str, _Followed] = {}
         self._closed = False
@@ -158,13 +156,12 @@ class GainGuard:
         """Damp and hold what was not renewed; return the wall seconds until the next check, None at rest."""
         with self._lock:
             now = self._events.wall_time()
-            late = [joint for joint, each in self._followed.items() if now >= each.deadline]
-            ended = [joint for joint in late if self._followed[joint].damped]
-            late = [joint for joint in late if joint not in ended]
+            followed = self._followed.items()
+            ended = [joint for joint, each in followed if now >= each.deadline and each.damped]
+            late = [joint for joint, each in followed if now >= each.deadline and not each.damped]
             self._damp(late)
             for joint in ended:
                 self._end(joint)
-            followed = self._followed.items()
             back = {joint: each.back(now) for joint, each in followed if each.damped and each.rest}
             newest = {joint: each.command for joint, each in followed} | back
             if changed := back | self._apart(newest, self._body.read()):
@@ -254,11 +251,11 @@ class GainGuard:
         for joint in joints:
             each, (_, kd) = self._followed[joint], self.own[joint]
             each.damped = True
-            each.deadline = now + (each.weight * RETURN_TIME if each.rest else self._options.damping_time)
-            if not each.rest:
-                commands[joint] = each.command = each.command._replace(
-                    velocity=0.0, torque=0.0, kp=0.0, kd=kd
-                )
+            if each.rest:
+                each.deadline = now + each.weight * RETURN_TIME
+                continue
+            each.deadline = now + self._options.damping_time
+            commands[joint] = each.command = each.command._replace(velocity=0.0, torque=0.0, kp=0.0, kd=kd)
         if commands:
             self._control.command_gains(commands)
 

@@ -101,7 +101,7 @@ class Assembly:
         if robot.senses is not None:
             self._add_senses(robot.senses)
         if robot.stage is not None:
-            scene = sensors.SceneI(robot.stage, self.gate, self.body.hold, self.hearing.hear)
+            scene = sensors.SceneI(robot.stage, self.gate, self._end_motion, self.hearing.hear)
             self._add(GroundTruth=sensors.GroundTruthI(robot.stage), Scene=scene)
         if robot.stage is not None or hears:
             ears = HearingI(time)
@@ -183,8 +183,8 @@ class Assembly:
                 f"two parts of the robot {name} would be served as {identity}: rename one of them"
             )
         self.servants.update(servants)
-        streams = (getattr(servant, "stream", None) for servant in servants.values())
-        self._streams.extend(stream for stream in streams if isinstance(stream, StateStream))
+        for servant in servants.values():
+            self._streams.extend(each for each in vars(servant).values() if isinstance(each, StateStream))
 
     def _add_body(self) -> GuardedDevice:
         body = self._guard(self._robot, self.options.safety, self.gate)
@@ -255,6 +255,12 @@ class Assembly:
         if postures is not None:
             self._add(Postures=postures)
         return postures
+
+    def _end_motion(self) -> None:
+        """End all motion of a robot that is put elsewhere, and forget where its joints were to be."""
+        self.body.hold()
+        for joint in self.body.joints:
+            self.body.forget(joint.name)
 
     def _begin_motion(self) -> None:
         """Play a motion as it is: it may also use hands and knees."""

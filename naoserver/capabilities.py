@@ -9,7 +9,7 @@ x forward, y left, z up.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Final, Literal, NamedTuple, Protocol, runtime_checkable
@@ -310,13 +310,27 @@ class Playback:
     playing: bool = False
     count: int = 0
     """Number of sounds begun since the start."""
+    samples: bytes = b""
+    """Those that are due, of a sound that consists of samples."""
+    place: int = -1
+    """How many samples of the sound come before these; -1 while none are due."""
+
+
+SAMPLE_RATE: Final = 16_000
+"""Samples a second; each has 16 bits, little endian, of one channel."""
 
 
 class Loudspeaker(Protocol):
-    """Plays short sounds, one at a time, beside what the voice says."""
+    """Plays sounds, one at a time, beside what the voice says."""
 
     def play(self, sound: Sound, loudness: float) -> None:
         """Begin a sound at a loudness from 0 to 1; the sound before ends."""
+
+    def play_samples(self, name: str, samples: bytes) -> int:
+        """Play samples after those of the same name, or begin with them; return the count of the sound.
+
+        Raises InvalidCommand for half a sample and for too many that wait, CommandRefused if it cannot.
+        """
 
     def stop(self) -> None:
         """End the sound."""
@@ -389,8 +403,10 @@ class Stage(Protocol):
     def place_object(self, name: str, position: Vector) -> None:
         """Put an object at rest at a position, turned as at the start. Raises InvalidCommand if it cannot."""
 
-    def place_robot(self, x: float, y: float, heading: float) -> None:
-        """Put the robot on its feet at a place on the floor."""
+    def place_robot(
+        self, x: float, y: float, heading: float, end_motion: Callable[[], None] = lambda: None
+    ) -> None:
+        """Put the robot on its feet at a place on the floor; call `end_motion` before, if there is room."""
 
     def push(self, force: Vector, seconds: float) -> None:
         """Push the torso with a force in N in the world's frame, for some seconds of robot time."""

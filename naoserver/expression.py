@@ -1,6 +1,6 @@
 """Lights, voice and sounds over time, for robots without lamps, loudspeaker or ears.
 
-Colors fade, texts last, and sounds are tones: there are no files of audio. What people say is typed.
+Colors fade, texts last, sounds are tones, or samples of programs. What people say is typed.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
-from naoserver.capabilities import Color, Playback, Sound, Tone, Utterance
+from naoserver.capabilities import SAMPLE_RATE, Color, Playback, Sound, Tone, Utterance
 from naoserver.errors import InvalidCommand
 from naoserver.parts import Lamp
 
@@ -168,6 +168,47 @@ SOUNDS: Final[Mapping[str, Sound]] = {sound.name: sound for sound in _TABLE}
 """The sounds by name."""
 
 
+_BLOCK: Final = 2 * SAMPLE_RATE // 4
+"""Bytes of samples that are due together: of a quarter of a second."""
+_DELAY: Final = 0.35
+"""Seconds from the first samples until they are due: a program that sends what it hears has sent a block."""
+_LAG: Final = 0.4
+"""Seconds from when samples are due until they are over for all listeners, who hear them a little later."""
+MOST_BYTES: Final = 8_000_000
+"""Of samples that wait to be due: those of 250 s."""
+
+
+class _Samples:
+    """Samples that wait; the first of them are due at `begin` in s."""
+
+    def __init__(self, begin: float) -> None:
+        self._begin = begin
+        self._waiting = bytearray()
+        self._over = 0  # bytes that came before
+
+    def due(self, now: float) -> tuple[bytes, int]:
+        """Return the block that is due, and its place, and forget those before it."""
+        if now < self._begin:
+            return b"", -1
+        first = max(self._over, self._newest(now) * _BLOCK)
+        del self._waiting[: first - self._over]
+        self._over = first
+        return bytes(self._waiting[:_BLOCK]), first // 2
+
+    def append(self, samples: bytes, now: float) -> float:
+        """Append samples; return when all end. Raises InvalidCommand."""
+        self.due(now)
+        if len(samples) % 2 or len(self._waiting) + len(samples) > MOST_BYTES:
+            raise InvalidCommand("samples", f"samples have 2 bytes each, and at most {MOST_BYTES} bytes wait")
+        late = (self._newest(now) + 1) * _BLOCK - self._over - len(self._waiting)
+        self._waiting += bytes(max(0, late)) + samples
+        return self._begin + (self._over + len(self._waiting)) / 2 / SAMPLE_RATE + _LAG
+
+    def _newest(self, now: float) -> int:
+        """Return the number of the newest block that is due, below 0 before the first."""
+        return math.floor((now - self._begin) * 2 * SAMPLE_RATE / _BLOCK)
+
+
 class TimedSounds:
     """Play sounds on a clock, `now` in s. Implements Loudspeaker; thread-safe."""
 
@@ -175,21 +216,36 @@ class TimedSounds:
         self._now = now
         self._lock = threading.Lock()
         self._newest = Playback()
+        self._samples: _Samples | None = None
         self._end = -math.inf
 
     def play(self, sound: Sound, loudness: float) -> None:
         with self._lock:
-            self._end = self._now() + sound.duration
+            self._end, self._samples = self._now() + sound.duration, None
             count = self._newest.count + 1
             self._newest = Playback(sound.name, sound.tones, loudness, playing=True, count=count)
 
+    def play_samples(self, name: str, samples: bytes) -> int:
+        with self._lock:
+            now, count = self._now(), self._newest.count
+            goes_on = now < self._end and name == self._newest.name
+            own = self._samples if goes_on and self._samples else _Samples(now + _DELAY)
+            self._end = own.append(samples, now)
+            if own is not self._samples:
+                self._newest = Playback(name, loudness=1.0, playing=True, count=count + 1)
+            self._samples = own
+            return self._newest.count
+
     def stop(self) -> None:
         with self._lock:
-            self._end = -math.inf
+            self._end, self._samples = -math.inf, None
 
     def playback(self) -> Playback:
         with self._lock:
-            return replace(self._newest, playing=self._now() < self._end)
+            now = self._now()
+            playing = now < self._end
+            samples, place = self._samples.due(now) if playing and self._samples else (b"", -1)
+            return replace(self._newest, playing=playing, samples=samples, place=place)
 
 
 LONGEST_SENTENCE: Final = 500

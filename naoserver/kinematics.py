@@ -20,14 +20,20 @@ from naoserver.parts import Joint, Quaternion, Shape
 
 Matrix = NDArray[np.float64]
 """A homogeneous transform, shape (4, 4)."""
-Goals = Mapping[str, tuple[Matrix, Sequence[bool]]]
-"""For each effector a place in the root's frame, and which of x, y, z and of the turns about them count."""
+Goals = Mapping[str, tuple[Matrix, Sequence[float]]]
+"""For each effector a place, and how much each of x, y, z and of the turns about them counts."""
+_Wanted = Mapping[str, tuple[float, float]]
+"""For joints an angle, and how much it counts."""
+_Columns = Mapping[str, tuple[int, float]]
+"""For each joint its motor, and the ratio to it."""
 
 _HERE: Final[Matrix] = np.eye(4)
 _WHOLE: Final = "Body"
 """The name of all links together."""
 _MOST_STEPS: Final = 60
 _NEAR_ENOUGH: Final = 1e-4  # rad
+_LEAST_GAIN: Final = 0.99
+"""Part of the squared error that is left after a step which gains too little for another one."""
 _DAMPING: Final = 1e-4
 _LARGEST_STEP: Final = 0.3  # rad
 _NO_TURN: Final = 1e-9
@@ -94,12 +100,16 @@ class Kinematics:
             for shape in self.body.shapes:
                 yield _lowest(shape, torso @ self.link_place(shape.link, angles))
 
-    def reach(self, goals: Goals, angles: Mapping[str, float]) -> dict[str, float]:
+    def reach(
+        self, goals: Goals, angles: Mapping[str, float], base: Matrix = _HERE, wanted: _Wanted | None = None
+    ) -> dict[str, float]:
         """Return angles of all joints with which effectors are as near to their goals as possible.
 
-        The search starts at `angles` and moves only the joints between root and effectors, and those coupled
-        to them, within their limits: damped least squares (Levenberg, Q. Appl. Math. 2, 1944; Marquardt, SIAM
-        J. Appl. Math. 11, 1963). Raises InvalidCommand for an unknown effector.
+        The goals are in a frame in which the root is at `base`. The search starts at `angles` and moves only
+        the joints between root and effectors, and those coupled to them, within their limits: damped least
+        squares (Levenberg, Q. Appl. Math. 2, 1944; Marquardt, SIAM J. Appl. Math. 11, 1963). With `wanted`,
+        angles that some of these joints are to have, and how much that counts, the root moves, too, as near
+        to its own goal as possible. Raises InvalidCommand for an unknown effector.
         """
         found = dict(angles)
         moved = list(dict.fromkeys(joint for name in goals for joint, _ in self._frames(name, angles)[0]))
@@ -112,21 +122,24 @@ class Kinematics:
             for column, motor in enumerate(motors)
             for joint, (ratio, _) in motor.joints.items()
         }
-        error, jacobian = self._errors(goals, found, columns)
+        count = len(motors) + (0 if wanted is None else 6)
+        error, jacobian = self._errors(goals, found, base, wanted or {}, columns, count)
         damping = _DAMPING
         for _ in range(_MOST_STEPS):
             damped = jacobian @ jacobian.T + damping * np.eye(len(error))
             change = np.clip(jacobian.T @ np.linalg.solve(damped, error), -_LARGEST_STEP, _LARGEST_STEP)
             tried = dict(found)
-            for motor, step in zip(motors, change.tolist(), strict=True):
+            for motor, step in zip(motors, change.tolist(), strict=False):
                 tried |= motor.moved(found, step)
-            error_then, jacobian_then = self._errors(goals, tried, columns)
-            if error_then @ error_then < error @ error:
-                found, error, jacobian = tried, error_then, jacobian_then
+            there = base if wanted is None else _moved(base, change[-6:])
+            error_then, jacobian_then = self._errors(goals, tried, there, wanted or {}, columns, count)
+            before, after = error @ error, error_then @ error_then
+            if after < before:
+                found, base, error, jacobian = tried, there, error_then, jacobian_then
                 damping = max(damping / 3.0, _DAMPING)
             else:
                 damping *= 10.0
-            if np.abs(change).max(initial=0.0) < _NEAR_ENOUGH:
+            if np.abs(change).max(initial=0.0) < _NEAR_ENOUGH or _LEAST_GAIN * before < after < before:
                 break
         return found
 
@@ -183,27 +196,44 @@ class Kinematics:
                 frames.append((joint, place))
         return frames, place
 
-    def _errors(
-        self, goals: Goals, angles: Mapping[str, float], columns: Mapping[str, tuple[int, float]]
+    def _errors(  # noqa: PLR0917 - what `reach` knows
+        self,
+        goals: Goals,
+        angles: Mapping[str, float],
+        base: Matrix,
+        wanted: _Wanted,
+        columns: _Columns,
+        count: int,
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return how far effectors are from their goals, and how each motor changes that."""
+        """Return how far all is from its goals, and how each motor changes that, and the root if it moves."""
+        motors = {column for column, _ in columns.values()}
         errors, rows = [], []
         for name, (goal, counts) in goals.items():
             frames, place = self._frames(name, angles)
-            effects = np.zeros((6, 1 + max((column for column, _ in columns.values()), default=-1)))
+            place = base @ place
+            effects = np.zeros((6, count))
             for joint, frame in frames:
                 if joint.name not in columns:  # it is passive
                     continue
                 column, ratio = columns[joint.name]
-                axis = ratio * frame[:3, :3] @ np.array(joint.axis)
+                axis = ratio * base[:3, :3] @ frame[:3, :3] @ np.array(joint.axis)
                 if joint.sliding:
                     effects[:3, column] += axis
                 else:
-                    effects[:3, column] += np.cross(axis, place[:3, 3] - frame[:3, 3])
+                    effects[:3, column] += np.cross(axis, place[:3, 3] - (base @ frame)[:3, 3])
                     effects[3:, column] += axis
-            wanted = np.array(counts, bool)
-            errors.append(_difference(place, goal)[wanted])
-            rows.append(effects[wanted])
+            if count > len(motors):
+                effects[:, -6:] = np.eye(6)
+                x, y, z = (place - base)[:3, 3]
+                effects[:3, -3:] = -_cross((x, y, z))[:3, :3]
+            weights = np.array(counts, float)
+            errors.append((weights * _difference(place, goal))[weights > 0.0])
+            rows.append((weights[:, None] * effects)[weights > 0.0])
+        for name, (angle, weight) in wanted.items():
+            if name in columns:  # others move nothing here
+                column, ratio = columns[name]
+                errors.append(np.array([weight * (angle - angles[name])]))
+                rows.append(weight * ratio * np.eye(1, count, column))
         return np.concatenate(errors), np.concatenate(rows)
 
 
@@ -330,7 +360,11 @@ def numbers_of(place: Matrix) -> list[float]:
 
 def between(start: Matrix, goal: Matrix, share: float) -> Matrix:
     """Return the place at a share of the straight line, and of the shortest rotation, between two places."""
-    way = share * _difference(start, goal)
+    return _moved(start, share * _difference(start, goal))
+
+
+def _moved(start: Matrix, way: NDArray[np.float64]) -> Matrix:
+    """Return a place after a translation in m and a rotation in rad, as a vector along its axis."""
     angle = float(np.linalg.norm(way[3:]))
     place = start.copy()
     place[:3, 3] += way[:3]

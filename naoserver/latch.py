@@ -2,6 +2,8 @@
 
 A stop lasts until a person resets it (ISO 13850:2015, 4.1.4), whatever process ends in between. A server that
 was killed, or whose machine lost its power, could not say how it left the robot: the next one starts stopped.
+A simulated robot of another body is another robot: the stop of the one before waits for that one. The stop of
+a real robot holds for any.
 """
 
 from __future__ import annotations
@@ -34,12 +36,14 @@ _LOOK_PERIOD: Final = 0.05  # s
 class Latch:
     """Keep an emergency stop and a lease in a file, in a `with` block for as long as the server runs.
 
-    The block raises RobotError at its beginning where nothing can be kept, or where another server keeps it.
+    `body` is that of a simulated robot; empty for a real one. The block raises RobotError at its beginning
+    where nothing can be kept, or where another server keeps it.
     """
 
-    def __init__(self, path: Path, patience: float = _PATIENCE) -> None:
+    def __init__(self, path: Path, patience: float = _PATIENCE, *, body: str = "") -> None:
         self.path: Final = path
         self._patience: Final = patience
+        self._body: Final = body
         self._lock: int | None = None
         self.found: Kept = Kept()
         """What the former server left, as this one has to begin."""
@@ -67,7 +71,7 @@ class Latch:
 
     def __exit__(self, *_: object) -> None:
         try:
-            if self._newest == Kept():
+            if not (self._newest.stop or self._newest.lease or self._newest.aside):
                 self.path.unlink(missing_ok=True)
             else:
                 self._write(running=False)
@@ -84,7 +88,8 @@ class Latch:
 
     def keep(self, stop: str, lease: KeptLease | None) -> None:
         """Keep a stop and a lease in place of those before. Raises OSError."""
-        self._newest = Kept(stop=stop, lease=lease)
+        body = self._newest.body if stop and self._newest.stop else self._body  # the same stop goes on
+        self._newest = msgspec.structs.replace(self._newest, stop=stop, lease=lease, body=body)
         self._write(running=True)
 
     def _locked(self) -> int:
@@ -120,12 +125,20 @@ class Latch:
         except (OSError, msgspec.MsgspecError) as error:
             _logger.warning("%s: %s", self.path, error)
             return Kept(stop=UNREADABLE)
-        if not kept.running:
-            return kept
-        if not kept.stop:
-            return Kept(stop=_UNCLEAN, lease=kept.lease)
-        before = kept.stop if _UNCLEAN in kept.stop else f"{kept.stop} (then {_UNCLEAN})"
-        return Kept(stop=before, lease=kept.lease)
+        stop = kept.stop
+        if kept.running and _UNCLEAN not in stop:
+            stop = f"{stop} (then {_UNCLEAN})" if stop else _UNCLEAN
+        return self._as_of_body(msgspec.structs.replace(kept, running=False, stop=stop))
+
+    def _as_of_body(self, kept: Kept) -> Kept:
+        """Return what is kept for the robot of this server, of what the former server has left."""
+        aside = dict(kept.aside)
+        if self._body and kept.body not in ("", self._body):
+            aside |= {kept.body: kept.stop} if kept.stop else {}
+            kept = Kept()
+        own = aside.pop(self._body, "")
+        body = kept.body if self._body and kept.stop else self._body
+        return Kept(stop=kept.stop or own, lease=kept.lease, body=body, aside=aside)
 
     def _write(self, *, running: bool) -> None:
         content = msgspec.json.encode(msgspec.structs.replace(self._newest, running=running))
@@ -137,8 +150,8 @@ class Latch:
         beside.replace(self.path)
 
 
-def latch_of(settings: Settings, machine: Path = _MACHINE) -> Latch | nullcontext[None]:
-    """Return the latch of the robot that a server with these settings serves.
+def latch_of(settings: Settings, machine: Path = _MACHINE, *, body: str = "") -> Latch | nullcontext[None]:
+    """Return the latch of the robot that a server with these settings serves, if simulated with its `body`.
 
     It is a file in the user's directory of states, named after the realm, the endpoints and the machine: a
     server that is started again in the same way finds it. There is none for a server that nobody finds again,
@@ -159,4 +172,4 @@ def latch_of(settings: Settings, machine: Path = _MACHINE) -> Latch | nullcontex
         identity = ""
     place = " ".join((identity, *sorted(endpoints)))
     digest = hashlib.sha256(place.encode()).hexdigest()[:12]
-    return Latch(folder / f"{settings.realm}-{digest}.json")
+    return Latch(folder / f"{settings.realm}-{digest}.json", body=body)

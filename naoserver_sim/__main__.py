@@ -7,7 +7,7 @@ import sys
 from typing import Final, NoReturn
 
 from zenoh_ice.application import begin_loading, missing_package
-from zenoh_ice.application.processor import lacks_of_mujoco
+from zenoh_ice.application.processor import IN_PART, is_in_part, lacks_of_mujoco
 
 _GL: Final = "MUJOCO_GL"
 _LOAD_LIMIT: Final = 30.0  # s
@@ -28,6 +28,10 @@ def main() -> NoReturn:
         from zenoh_ice.application.cli import run
     except ModuleNotFoundError as error:
         sys.exit(f"naoserver-sim: error: {missing_package(error, 'sim')}")
+    except ImportError as error:
+        if not is_in_part(str(error)):
+            raise
+        sys.exit(f"naoserver-sim: error: {': '.join(IN_PART)}")
     os.environ[_GL] = chosen
     run(app, expected=(RobotError,))
 

@@ -141,7 +141,8 @@ class SimulatedBalancer:
         return self._support
 
     def abandon(self) -> None:
-        """Forget what was measured: the robot was placed elsewhere."""
+        """Forget what was measured and chosen: the robot was placed elsewhere."""
+        self._support = None
         self._corrections = np.zeros(len(self._motors))
         self._loads = np.zeros(2)
         self._reference = _LEFT

@@ -116,6 +116,10 @@ _WriteBody = Annotated[
         "model has its reason, or facts in JSON.",
     ),
 ]
+_Xacro = Annotated[
+    list[str] | None,
+    typer.Option(metavar="NAME:=VALUE", help="Argument of --body in xacro, such as dof:=7; may be repeated."),
+]
 _Force = Annotated[bool, typer.Option("--force", help="Overwrite the file of --write-body.")]
 _Cameras = Annotated[
     list[str] | None,
@@ -162,6 +166,7 @@ def naoserver_sim(
     noise: _Noise = False,
     seed: _Seed = None,
     body: _Body = DEFAULT_BODY,
+    xacro: _Xacro = None,
     write_body: _WriteBody = None,
     force: _Force = False,
     camera: _Cameras = None,
@@ -181,14 +186,15 @@ def naoserver_sim(
     options = ServerOptions(
         safety=capped(joint_speed), cameras=parse_cameras(camera or ()), resume_after_reset=resume_after_reset
     )
+    arguments = parse_arguments(xacro or ())
     surroundings = load_world(world)
     if write_body is not None:
         if not is_body_file(body):
             message = f"{body} is no file: this writes a robot of your own, --body robot.urdf"
             raise typer.BadParameter(message, param_hint="--write-body")
-        write_own_body(Path(body), write_body, force=force, say=typer.echo)
+        write_own_body(Path(body), write_body, arguments=arguments, force=force, say=typer.echo)
         return
-    facts = named_body(body, say=typer.echo)
+    facts = named_body(body, arguments=arguments, say=typer.echo)
     if qi is not None and settings.security != Security():
         raise ConfigurationException(
             f"--qi {qi} beside [security]: NAOqi has no passwords, so that any program at this address"
@@ -230,7 +236,7 @@ def _serve(
     stop: threading.Event,
 ) -> None:
     """Serve a started robot until `stop` is set, also by entrances, each with the name of its programs."""
-    with initialize(settings) as communicator, latch_of(settings) as latch:
+    with initialize(settings) as communicator, latch_of(settings, body=robot.body.name) as latch:
         adapter = communicator.createObjectAdapter("NaoServer")
         with serve(robot, adapter, options, latch=latch) as assembly, ExitStack() as also:
             for programs, enter in entrances.items():
@@ -256,6 +262,16 @@ def parse_speed(text: str) -> float:
         message = f"{text!r} is not a speed: give a factor above 0, such as 5, or 'max'"
         raise typer.BadParameter(message, param_hint="--speed")
     return factor
+
+
+def parse_arguments(texts: Sequence[str]) -> dict[str, str]:
+    """Return the arguments of a xacro that options such as `dof:=7` give, by name."""
+    pairs = [text.partition(":=") for text in texts]
+    for name, sign, value in pairs:
+        if not (name.isidentifier() and sign):
+            message = f"{name + sign + value!r} is no argument of a xacro: write NAME:=VALUE, such as dof:=7"
+            raise typer.BadParameter(message, param_hint="--xacro")
+    return {name: value for name, _, value in pairs}
 
 
 def parse_cameras(texts: Sequence[str]) -> dict[str, CameraOptions]:

@@ -108,6 +108,11 @@ class Simulator:
         action()
         self._snapshots[-1] = self._take_snapshot()
 
+    def measure_again(self) -> None:
+        """Let the robot have been in its present state for a while: it was placed there, not moved."""
+        mujoco.mj_forward(self.mj, self.data)
+        self._snapshots.extend([self._take_snapshot()] * _REMEMBERED)
+
     def put(self, qpos: NDArray[np.intp], dofs: NDArray[np.intp], positions: Array) -> None:
         """Put some joints at positions, at rest; their motors are to `hold` them there."""
         self.data.qpos[qpos] = positions

@@ -111,7 +111,9 @@ class SimulatedStage:
         else:
             self._place_loose(name, position)
 
-    def place_robot(self, x: float, y: float, heading: float) -> None:
+    def place_robot(
+        self, x: float, y: float, heading: float, end_motion: Callable[[], None] = lambda: None
+    ) -> None:
         """Put the robot as it began, its motors stiff. Raises InvalidCommand when the place is occupied."""
         if self._model.body.mounted:
             raise InvalidCommand("x", "the robot is mounted where it is")
@@ -130,6 +132,7 @@ class SimulatedStage:
         there[self._robot_qpos] = qpos[self._robot_qpos]
         links = np.flatnonzero(self._model.mj.body_rootid == self._model.base.body)
         self._require_free("x", there, set(links.tolist()))
+        end_motion()
         self._simulator.order(lambda: self._restore(qpos, only_robot=True))
 
     def push(self, force: Vector, seconds: float) -> None:

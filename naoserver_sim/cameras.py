@@ -44,14 +44,13 @@ def create_context(width: int, height: int) -> mujoco.GLContext:
 
     The environment variable MUJOCO_GL, set to one of these or to `disable`, overrides the choice.
 
-    Raises HardwareFailure that names the missing package.
+    Raises HardwareFailure that names the missing package, or what switches rendering off.
     """
     reasons = []
     wanted = os.environ.get(_CHOICE, "").lower()
+    if wanted in _OFF:
+        raise HardwareFailure(f"rendering is switched off by {_CHOICE}={wanted}: unset it, and start again")
     for backend in (wanted,) if wanted in _LIBRARIES else tuple(_LIBRARIES):
-        if wanted in _OFF:
-            reasons.append(f"rendering is switched off by {_CHOICE}={wanted}")
-            break
         if not _is_installed(backend):
             reasons.append(f"{' or '.join(_LIBRARIES[backend])} is not installed")
             continue

@@ -28,14 +28,15 @@ import os
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
 import msgspec
 import numpy as np
 
-from naoserver.bodies import find_body, is_body_file, read_body_file
-from naoserver.body import LARGEST_DESCRIPTION, Body, write_body
+from naoserver.bodies import find_body, is_body_file
+from naoserver.body import LARGEST_DESCRIPTION, Body, read_body, write_body
 from naoserver.errors import RobotError
 from naoserver.looks.description import write_looks
 from naoserver_sim._own.guesses import Guesses, guess, guess_overlaps
@@ -43,6 +44,7 @@ from naoserver_sim._own.looks import looks_in
 from naoserver_sim._own.model_file import ModelFile, read_model
 from naoserver_sim._own.parts import OwnFile, fit_name, parts_of
 from naoserver_sim._own.toml_text import toml_text, torques_to_paste
+from naoserver_sim._own.xacro import NO_XACRO
 from zenoh_ice.text import printable
 from zenoh_ice.toml_file import convert, parse_toml, place, read_text
 
@@ -66,39 +68,75 @@ what the robot does not have. docs/reference/bodies.md describes all keys. To se
     naoserver-sim --body {file}
 """
 
+_NONE: Final[Mapping[str, str]] = {}
+
 _log = logging.getLogger(__name__)
 
 
-def read_own_body(path: Path, text: str | None = None, *, say: Callable[[str], None] = _log.info) -> Body:
+def read_own_body(
+    path: Path,
+    text: str | None = None,
+    *,
+    arguments: Mapping[str, str] = _NONE,
+    say: Callable[[str], None] = _log.info,
+) -> Body:
     """Return the body that a file describes: TOML beside its model, a model alone, or facts in JSON or TOML.
 
-    `text` is what the file is to have, if not what it has. What a model alone was taken for is reported to
-    `say`, in some ten lines; what is not kept of a model is logged. Raises RobotError with file, line and
-    name when files cannot be read or do not fit together.
+    `text` is what the file is to have, if not what it has; `arguments` are those of a model in xacro, besides
+    what a TOML file says of them. What a model alone was taken for is reported to `say`, in some ten lines;
+    what is not kept of a model is logged. Raises RobotError with file, line and name when files cannot be
+    read or do not fit together.
     """
     if path.suffix.lower() not in (".toml", ".json"):
-        return _said(*_guessed(path, path.name), say)
-    if path.suffix.lower() == ".json":
-        return read_body_file(path)
+        return _said(*_guessed(path, path.name, arguments), say)
     text = read_text(path, RobotError) if text is None else text
-    own = parse_toml(text, OwnFile, str(path), RobotError)
+    is_json = path.suffix.lower() == ".json"
+    own = OwnFile() if is_json else parse_toml(text, OwnFile, str(path), RobotError)
+    if arguments and not own.model:
+        raise RobotError(f"{path}: {NO_XACRO}")
+    if is_json:
+        return read_body(text, str(path))
     document = tomllib.loads(text)
     if not own.model:
         return convert(document, Body, str(path), RobotError, text=text)
-    if not (path.parent / own.model).resolve().is_relative_to(path.parent.resolve()):
-        at = place(str(path), text, "model")
-        raise RobotError(f"{at} = {own.model!r}: it must be in the folder of this file, or in one below it")
-    model = read_model(path.parent / own.model, path.parent / own.meshes, balance=own.balance)
-    return _dressed(_Description({"name": _name(path)} | document, model, str(path), text), [])
+    for key, name in (("model", own.model), ("meshes", own.meshes)):
+        with suppress(OSError, RuntimeError, ValueError):  # no name of a file, or a circle of links
+            if (path.parent / name).resolve().is_relative_to(path.parent.resolve()):
+                continue
+        at = place(str(path), text, key)
+        raise RobotError(f"{at} = {name!r}: it must be in the folder of this file, or in one below it")
+
+    def described(model: ModelFile) -> _Description:
+        return _Description({"name": _name(path)} | document, model, str(path), text)
+
+    model = read_model(
+        path.parent / own.model,
+        path.parent / own.meshes,
+        balance=own.balance,
+        arguments={**own.xacro, **arguments},
+        check=described,
+    )
+    return _dressed(described(model), [])
 
 
-def named_body(name: str, *, say: Callable[[str], None] = _log.info) -> Body:
+def named_body(
+    name: str, *, arguments: Mapping[str, str] = _NONE, say: Callable[[str], None] = _log.info
+) -> Body:
     """Return a known body by its name, or one's own by its file. Raises RobotError."""
-    return read_own_body(Path(name), say=say) if is_body_file(name) else find_body(name)
+    if is_body_file(name):
+        return read_own_body(Path(name), arguments=arguments, say=say)
+    if arguments:
+        raise RobotError(f"{name}: {NO_XACRO}")
+    return find_body(name)
 
 
 def write_own_body(
-    source: Path, target: Path, *, force: bool = False, say: Callable[[str], None] = _log.info
+    source: Path,
+    target: Path,
+    *,
+    arguments: Mapping[str, str] = _NONE,
+    force: bool = False,
+    say: Callable[[str], None] = _log.info,
 ) -> None:
     """Write the body of a file: as TOML to edit, each guess with its reason, or as facts in JSON to serve.
 
@@ -112,7 +150,7 @@ def write_own_body(
     if target.exists() and not force:
         raise RobotError(f"{target} exists: --force overwrites it")
     if kind == ".json":
-        text = write_body(read_own_body(source, say=say)) + "\n"
+        text = write_body(read_own_body(source, arguments=arguments, say=say)) + "\n"
     elif source.suffix.lower() in (".toml", ".json"):
         raise RobotError(
             f"{source}: a TOML file is written of a model alone: what {source.name} says is no guess"
@@ -123,7 +161,7 @@ def write_own_body(
             raise RobotError(
                 f"{target}: write it to the folder of {source.name}, or to one above: it names the model"
             )
-        found, description = _guessed(source, Path(where).as_posix())
+        found, description = _guessed(source, Path(where).as_posix(), arguments)
         _said(found, description, say)
         text = toml_text(found.document, found.reasons, _HEAD.format(model=source.name, file=target.name))
     try:
@@ -148,7 +186,7 @@ class _Description:
                 f"{source}: {taken[0]} come from the model: correct them there, or by [joint] and [servo]"
             )
         self.parts: Final = parts_of(model, own, mounted=bool(described.get("mounted")))
-        if self.parts.unsaid:
+        if self.parts.unsaid and not model.bare:  # which has other masses
             torques = {joint["name"]: joint["max_torque"] for joint in self.parts.tables["joints"]}
             raise RobotError(_unsaid({name: torques[name] for name in self.parts.unsaid}, source))
         described["name"] = own.name
@@ -177,11 +215,13 @@ class _Description:
             )
 
 
-def _guessed(path: Path, name: str) -> tuple[Guesses, _Description]:
+def _guessed(path: Path, name: str, arguments: Mapping[str, str]) -> tuple[Guesses, _Description]:
     """Return the TOML file for which a model alone is taken, called `name` in it, and what that describes."""
-    model = read_model(path, path.parent)
-    found = Guesses({"model": name, "name": _name(path)})
-    parts = parts_of(model, OwnFile(model=name), mounted=False)
+    parts_in = partial(parts_of, own=OwnFile(model=name), mounted=False)
+    model = read_model(path, path.parent, arguments=arguments, check=parts_in)
+    given = {"xacro": dict(arguments)} if arguments else {}
+    found = Guesses({"model": name, "name": _name(path)} | given)
+    parts = parts_in(model)
     guess(model, parts, found)
     guess_overlaps(found, parts, _Description(found.document, model, model.where).body, model.where)
     return found, _Description(found.document, model, model.where)

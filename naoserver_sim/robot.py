@@ -303,7 +303,8 @@ class SimulatedRobot(SimulatedDevice):
 
     def _lose_footing(self) -> None:
         """End what holds only while it stands where it stood: it is placed elsewhere."""
-        self.senses.record.lose_attitude()
+        self._simulator.measure_again()
+        self.senses.record.begin_again()
         if self.walker is not None:
             self.walker.abandon()
         if self.balancer is not None:

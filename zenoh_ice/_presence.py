@@ -215,7 +215,7 @@ class Presence:
         there = f"there is {few(shown, 8)}" if shown else ""
         other = self.other_version_in(target.realm, limit)
         has = f"the realm has {other}" if other else ""
-        reasons = "; ".join(filter(None, (there, has))) or "the realm has no servants: is --realm right?"
+        reasons = "; ".join(filter(None, (there, has))) or "the realm has no servants: no robot is here"
         return exceptions.ObjectNotExistException(
             f"no servant {target.identity!r} in realm {target.realm!r}; {reasons}"
         )

@@ -76,7 +76,7 @@ class VirtualNetwork:
         )
         self._adapter: Final = self.communicator.createObjectAdapter("virtual")
         self._adapter.activate()
-        clock.call_at(clock.now() + _CLOSE_PERIOD, self._close_unwanted)
+        clock.call_every(_CLOSE_PERIOD, self.communicator.streams.close_unwanted)
 
     def serve(self, identity: str, servant: Object, polls: Polls | None = None) -> None:
         """Serve a servant, in place of any earlier one with this identity.
@@ -90,12 +90,6 @@ class VirtualNetwork:
     def servant(self, identity: str) -> Object | None:
         """Return the servant of an identity, or None."""
         return self._adapter.find(identity)
-
-    def _close_unwanted(self) -> None:
-        """Close the streams that are no longer used, now and periodically."""
-        self.communicator.streams.close_unwanted()
-        if not self.communicator.destroyed:
-            self.clock.call_at(self.clock.now() + _CLOSE_PERIOD, self._close_unwanted)
 
 
 class _VirtualCommunicator(Communicator):

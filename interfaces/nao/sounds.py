@@ -5,9 +5,18 @@ from __future__ import annotations
 
 from zenoh_ice import generated as ice
 
-from ..jderobot.common import CommandRefusedException, InvalidValueException
+from ..jderobot.common import ByteSeq, CommandRefusedException, InvalidValueException
 
-__all__ = ["SoundFacts", "SoundFactsSeq", "SoundState", "Sounds", "SoundsPrx", "Tone", "Tones"]
+__all__ = [
+    "SoundFacts",
+    "SoundFactsSeq",
+    "SoundSamples",
+    "SoundState",
+    "Sounds",
+    "SoundsPrx",
+    "Tone",
+    "Tones",
+]
 
 
 class Tone(ice.Struct):
@@ -39,12 +48,25 @@ class SoundState(ice.Struct):
     loudness: float = 0.0
     """From 0 to 1."""
     tones: Tones = []
-    """The tones that it consists of, one after the other."""
+    """The tones that it consists of, one after the other; none if it consists of samples."""
     count: ice.Int = 0
     """How many were begun since the start."""
 
 
-class SoundsPrx(ice.ObjectPrx, id="::nao::Sounds", fingerprint="04a5f7f57d48e284"):
+class SoundSamples(ice.Struct):
+    """Samples that are due to be heard soon: of a quarter of a second, or fewer at the end."""
+
+    time: float = 0.0
+    """Robot time in s."""
+    count: ice.Int = 0
+    """The sound that they are of, as in `SoundState`."""
+    place: ice.Long = 0
+    """How many samples of it come before; -1 while none are due."""
+    samples: ByteSeq = b""
+    """Of 16 bits, little endian, 16000 a second, of one channel."""
+
+
+class SoundsPrx(ice.ObjectPrx, id="::nao::Sounds", fingerprint="ebe70392095525dd"):
     """Play short sounds on the loudspeaker: a beep, a fanfare, a referee's whistle."""
 
     @ice.operation(idempotent=True)
@@ -69,11 +91,16 @@ class SoundsPrx(ice.ObjectPrx, id="::nao::Sounds", fingerprint="04a5f7f57d48e284
     def getSound(self) -> SoundState:
         """Return what is being played; streamed whenever it changes."""
 
+    @ice.stream(idempotent=True)
+    def getSamples(self) -> SoundSamples:
+        """Return the newest samples of a sound that consists of samples; streamed one after the other."""
+
 
 class Sounds(ice.Object, proxy=SoundsPrx):
     """Servant of `SoundsPrx`, which describes the operations."""
 
     getSoundPublisher = ice.publisher(SoundsPrx.getSound)
+    getSamplesPublisher = ice.publisher(SoundsPrx.getSamples)
 
     @ice.abstractmethod
     def getSounds(self, current: ice.Current) -> SoundFactsSeq: ...
@@ -85,6 +112,8 @@ class Sounds(ice.Object, proxy=SoundsPrx):
     def stop(self, current: ice.Current) -> None: ...
     @ice.abstractmethod
     def getSound(self, current: ice.Current) -> SoundState: ...
+    @ice.abstractmethod
+    def getSamples(self, current: ice.Current) -> SoundSamples: ...
 
 
 Tones = list[Tone]

@@ -19,7 +19,7 @@ import msgspec
 
 from nao_tools._doctor.findings import Finding, fail, note, ok, warn
 from zenoh_ice.application.kept_stop import UNREADABLE, Kept, kept_directory, read_kept
-from zenoh_ice.application.processor import lacks_of_mujoco
+from zenoh_ice.application.processor import IN_PART, is_in_part, lacks_of_mujoco
 from zenoh_ice.settings import LOOPBACK_6, has_address, has_only_ipv6
 from zenoh_ice.text import printable, signal_name
 
@@ -43,7 +43,7 @@ try:
 except ModuleNotFoundError as error:
     sys.exit(f"missing {error.name}")
 except Exception as error:
-    sys.exit(f"import {type(error).__name__}: {error}")
+    sys.exit(" ".join(f"import {type(error).__name__}: {error}".split()))
 os.environ["MUJOCO_GL"] = chosen
 print("imported", flush=True)
 ball = "<mujoco><worldbody><geom size='1' rgba='1 1 1 1'/></worldbody></mujoco>"
@@ -64,7 +64,8 @@ if not picture.any():
 print(f"a picture of 64x64 with {os.environ['MUJOCO_GL']}")
 """
 _GL: Final = "MUJOCO_GL"
-_GL_RENDERS: Final = ("egl", "osmesa", "disable", "disabled", "off", "false", "0")
+_GL_OFF: Final = ("disable", "disabled", "off", "false", "0")
+_GL_RENDERS: Final = ("egl", "osmesa", *_GL_OFF)
 """What the simulated cameras obey."""
 _GL_WINDOWS: Final = ("", "enable", "enabled", "on", "true", "1", "glfw", "glx")
 """What else MuJoCo accepts."""
@@ -83,7 +84,7 @@ try:
 except ModuleNotFoundError as error:
     sys.exit(f"missing {error.name}")
 except Exception as error:
-    sys.exit(f"import {type(error).__name__}: {error}")
+    sys.exit(" ".join(f"import {type(error).__name__}: {error}".split()))
 try:
     check_walls()
 except SandboxUnavailable as error:
@@ -140,10 +141,13 @@ def _check_rendering() -> Finding:
         return ok(f"GL renders {last}")
     if last.startswith(_MISSING):
         return note(f"GL: not checked, {last.removeprefix(_MISSING)} is not installed")
+    if is_in_part(last):
+        return fail(*IN_PART)
     if last.startswith(_IMPORT):
         return fail(f"the simulator cannot be loaded: {last.removeprefix(_IMPORT)}", _REPAIR)
     if done.returncode > 0:
-        return fail(f"GL: the simulated cameras have no pictures: {last}", _GL_PACKAGES)
+        remedy = f"unset {_GL}" if os.environ.get(_GL, "").lower() in _GL_OFF else _GL_PACKAGES
+        return fail(f"GL: the simulated cameras have no pictures: {last}", remedy)
     name = signal_name(-done.returncode)
     if done.stdout:
         return fail(f"GL: the driver ended the process by {name}", _SOFTWARE_GL)
@@ -244,6 +248,9 @@ def check_robots() -> Iterator[Finding]:
         elif kept.running:
             text = f"a server of realm {realm} runs, or was killed: then the next one starts stopped"
             yield note(text, "look at the robot before you start its server again")
+        for body, why in kept.aside.items():
+            text = f"the simulated {printable(body)} of realm {realm} is stopped: {printable(why)}"
+            yield note(text, f"start it, then: nao stop --reset --realm {realm}")
     if len(files) > _MOST_KEPT:
         yield note(f"{len(files) - _MOST_KEPT} more in {files[0].parent}", "delete those of former robots")
     if not files:

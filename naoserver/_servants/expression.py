@@ -85,6 +85,7 @@ class SoundsI(nao.Sounds):
         self._loudspeaker = loudspeaker
         self._robot_time = robot_time
         self.stream: Final = shared.stream_of(self._state, self.getSoundPublisher, "playing", "count")
+        self.samples: Final = shared.stream_of(self._due, self.getSamplesPublisher, "count", "place")
 
     def getSounds(self, current: Current) -> list[nao.SoundFacts]:
         return [nao.SoundFacts(of.name, of.description, of.duration) for of in SOUNDS.values()]
@@ -104,6 +105,9 @@ class SoundsI(nao.Sounds):
     def getSound(self, current: Current) -> nao.SoundState:
         return self._state()
 
+    def getSamples(self, current: Current) -> nao.SoundSamples:
+        return self._due()
+
     def _play(self, sound: Sound, loudness: float) -> None:
         shared.require_within(0.0, 1.0, loudness=loudness)
         with shared.refusals_raised():
@@ -119,6 +123,10 @@ class SoundsI(nao.Sounds):
             tones=[nao.Tone(tone.frequency, tone.seconds) for tone in now.tones],
             count=now.count,
         )
+
+    def _due(self) -> nao.SoundSamples:
+        now = self._loudspeaker.playback()
+        return nao.SoundSamples(self._robot_time(), now.count, now.place, now.samples)
 
 
 class HearingI(nao.Hearing):

@@ -163,8 +163,7 @@ class SceneI(nao.Scene):
     def placeRobot(self, x: float, y: float, heading: float, current: Current) -> None:
         require_finite(x=x, y=y, heading=heading)
         with refusals_raised():
-            self._stage.place_robot(x, y, heading)
-        self._end_motion()
+            self._stage.place_robot(x, y, heading, self._end_motion)
 
     def pushRobot(self, force: nao.Vector3, seconds: float, current: Current) -> None:
         require_finite(seconds=seconds)

@@ -1,6 +1,7 @@
 """Senses, cameras, lights and voice."""
 
 import math
+from contextlib import suppress
 from typing import cast
 
 import numpy as np
@@ -21,7 +22,7 @@ from naoserver.conformance._robot import (
     RobotClient,
     needs,
 )
-from naoserver.errors import HardwareFailure
+from naoserver.errors import CommandRefused, HardwareFailure
 from naoserver.expression import single_tone
 
 GRAVITY = 9.81  # m/s2
@@ -137,3 +138,17 @@ def test_a_sound_is_begun_counted_and_replaced(nao: RobotClient) -> None:
     now = speaker.playback()
     assert (now.tones[0].frequency, now.loudness, now.count) == (880.0, 0.2, count + 2)
     nao.until(lambda: not speaker.playback().playing, "a sound ends")
+
+
+@needs(LOUDSPEAKER)
+def test_samples_are_due_until_a_stop_or_refused(nao: RobotClient) -> None:
+    """Samples are due one after the other, until a stop; a robot that plays tones alone refuses them."""
+    speaker, sent = cast("Loudspeaker", nao.robot.loudspeaker), bytes(range(250)) * 320
+    with suppress(CommandRefused):
+        speaker.play_samples("samples", sent)
+        nao.until(lambda: speaker.playback().samples, "samples are due")
+        now = speaker.playback()
+        assert now.samples == sent[2 * now.place :][: len(now.samples)]
+    speaker.stop()
+    nao.until(lambda: not speaker.playback().playing, "it falls silent when it is stopped")
+    assert speaker.playback().samples == b""

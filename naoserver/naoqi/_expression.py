@@ -178,6 +178,10 @@ class NaoqiLoudspeaker(_Queue[Tone]):
             self._playback = Playback(sound.name, sound.tones, loudness, playing=True, count=count)
             self._go_on(link)
 
+    def play_samples(self, name: str, samples: bytes) -> int:
+        del name, samples
+        raise CommandRefused("this loudspeaker plays tones, not samples")
+
     def stop(self) -> None:
         with self._lock:
             if (link := self._connection.link) is not None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack
 from functools import wraps
 from pathlib import Path
@@ -26,7 +26,7 @@ from naoserver.robot import Robot
 
 _TORSO = 0
 _WORLD = 1
-_ROBOT = 2
+ROBOT = 2
 """NAOqi's numbers of frames."""
 _END_LIMIT: Final = 5.0
 """Robot seconds within which a walk or a motion has to end."""
@@ -69,6 +69,8 @@ class Access:
         self.postures: Final = needed(assembly.postures, "knows no postures")
         self.support = Support.LEGS
         """The feet over which it balances while paths of its legs are followed."""
+        self.planted: dict[str, Sequence[float]] = {}
+        """How the feet stay that a program keeps on the floor, as of `curves_on_feet`."""
         self.walking: Final = Walking(self, assembly)
         """Its walk, renewed."""
         self.lend: Callable[[object], object] = lambda lent: lent
@@ -130,7 +132,7 @@ class Access:
         which is upright on the floor below the torso and has its heading. Raises InvalidCommand for other
         values.
         """
-        if frame not in (_TORSO, _WORLD, _ROBOT):
+        if frame not in (_TORSO, _WORLD, ROBOT):
             raise InvalidCommand("frame", f"there is no frame {str(frame)[:60]!r}; 0 torso, 1 world, 2 robot")
         angles = self.angles(measured=measured)
         place = self.kinematics.place_of(text(name, "name"), angles)

@@ -121,7 +121,7 @@ def _targets(read: _Read, *, absolute: bool) -> Operation:
             wanted[name] = (goal if absolute else _moved(base @ kinematics.place_of(name, start), goal), mask)
         found = reach_places(kinematics, wanted, base, start, near=start)
         joints = _moving(names, kinematics)
-        self._motion._send(joints, [found[joint] for joint in joints], fractionMaxSpeed)
+        self._motion._send(joints, [found[joint] for joint in joints], fractionMaxSpeed, together=True)
 
     return send
 
@@ -189,8 +189,10 @@ def _mask(value: object) -> int:
 
 
 def _moving(effectors: Iterable[str], kinematics: Kinematics) -> list[str]:
-    """Return the joints that move effectors."""
-    moved = (leg for name in effectors for leg in (LEGS if name == "Torso" else (name,)))
+    """Return the joints that move effectors, or keep a foot where it is."""
+    moved = dict.fromkeys(
+        leg for name in effectors for leg in (LEGS if name in {"Torso", *LEGS} else (name,))
+    )
     return [joint for name in moved for joint in kinematics.joints_of(name)]
 
 

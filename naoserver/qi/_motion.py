@@ -9,12 +9,13 @@ from functools import partial
 from operator import mul
 from typing import Final
 
+from naoserver._effector_paths import curves_on_feet
 from naoserver._joint_paths import PERIOD, Curve, Key, Path, check_times, smooth_curve
 from naoserver._naoqi_names import gait_limits
 from naoserver.capabilities import WalkVelocity
 from naoserver.errors import InvalidCommand
 from naoserver.kinematics import numbers_of
-from naoserver.qi._access import Access, Service
+from naoserver.qi._access import ROBOT, Access, Service
 from naoserver.qi._arguments import (
     Check,
     Operation,
@@ -87,7 +88,7 @@ class ALMotion(Service):
     def setAngles(self, names: object, angles: object, maxSpeedFraction: object) -> None:
         """Send joints to angles in rad at a fraction of their full speed; returns at once."""
         joints = self._joints.of(names)
-        self._send(joints, numbers(angles, "angles", len(joints)), maxSpeedFraction)
+        self._send_joints(joints, numbers(angles, "angles", len(joints)), maxSpeedFraction)
 
     @begins(Activity.JOINTS)
     def changeAngles(self, names: object, changes: object, maxSpeedFraction: object) -> None:
@@ -96,7 +97,7 @@ class ALMotion(Service):
         setpoints = self._access.angles(measured=False)
         shifts = numbers(changes, "changes", len(joints))
         targets = [setpoints[joint] + shift for joint, shift in zip(joints, shifts, strict=True)]
-        self._send(joints, targets, maxSpeedFraction)
+        self._send_joints(joints, targets, maxSpeedFraction)
 
     def getAngles(self, names: object, useSensors: object) -> list[float]:
         """Return the angles of joints in rad as measured, or their setpoints."""
@@ -119,7 +120,7 @@ class ALMotion(Service):
                 for joint, keys, moments in zip(joints, angles, times, strict=True)
             }
 
-        self._follow(call, "angleInterpolation", joints, paths)
+        self._follow(call, "angleInterpolation", *self._on_feet(joints, paths))
 
     @begins(Activity.JOINTS)
     def angleInterpolationWithSpeed(
@@ -140,7 +141,7 @@ class ALMotion(Service):
                 for joint, target in targets.items()
             }
 
-        self._follow(call, "angleInterpolationWithSpeed", joints, paths)
+        self._follow(call, "angleInterpolationWithSpeed", *self._on_feet(joints, paths))
 
     @begins(Activity.JOINTS)
     def angleInterpolationBezier(
@@ -155,7 +156,7 @@ class ALMotion(Service):
         def paths(start: dict[str, float]) -> dict[str, Curve]:
             return {joint: Curve(joint, Key(0.0, start[joint]), keys[joint]) for joint in joints}
 
-        self._follow(call, "angleInterpolationBezier", joints, paths)
+        self._follow(call, "angleInterpolationBezier", *self._on_feet(joints, paths))
 
     @begins(Activity.JOINTS)
     def openHand(self, call: Call, handName: object) -> None:
@@ -422,14 +423,33 @@ class ALMotion(Service):
 
     # -- internal ----------------------------------------------------------------------------------------
 
-    def _send(self, joints: Sequence[str], targets: Sequence[float], speed: object) -> None:
-        share = fraction(speed, "the fraction")
+    def _send_joints(self, joints: Sequence[str], targets: Sequence[float], speed: object) -> None:
+        """Send joints to angles, and those of legs together so that feet on the floor stay there."""
+        goals = dict(zip(joints, targets, strict=True))
+        moved, paths = self._on_feet(
+            joints,
+            lambda start: {name: smooth_curve(name, start[name], [1.0], [goals[name]]) for name in joints},
+        )
+        if moved is not joints:
+            found = paths(self._access.angles(measured=False))
+            targets = [found[joint].at(1.0) for joint in moved]
+        self._send(moved, targets, speed, together=moved is not joints)
+
+    def _send(
+        self, joints: Sequence[str], targets: Sequence[float], speed: object, *, together: bool
+    ) -> None:
+        """Send joints to angles at a fraction of full speed, or so that all arrive with the slowest."""
+        share, goals = fraction(speed, "the fraction"), dict(zip(joints, targets, strict=True))
         speeds = {joint: share * self._body.facts(joint).max_velocity for joint in joints}
+        if together:
+            start = self._access.angles(measured=False)
+            ways = {joint: abs(goals[joint] - start[joint]) for joint in joints}
+            seconds = max(PERIOD, *(ways[joint] / speeds[joint] for joint in joints))
+            speeds = {joint: way / seconds for joint, way in ways.items()}
         calls = self._access.calls
         with calls.beginning() as may:
             if may:
                 self._paths.take(joints)
-                goals = dict(zip(joints, targets, strict=True))
                 self._body.move(goals, speeds, client=calls.current.client.name)
 
     def _stiffen(self, stiffnesses: Mapping[str, float], seconds: float, call: Call | None = None) -> bool:
@@ -448,6 +468,20 @@ class ALMotion(Service):
             names = ["Legs" if name == "Torso" else name for name in texts(call.arguments[0], "names")]
             return not set(joints).isdisjoint(self._joints.of(names))
         return False
+
+    def _on_feet(self, joints: Sequence[str], paths: _Paths) -> tuple[Sequence[str], _Paths]:
+        """Return joints and paths, and those of the legs with which feet on the floor stay there."""
+        access, feet = self._access, self._access.planted
+        kinematics = access.kinematics
+        if not feet or set(self._joints.chains["Legs"]).isdisjoint(joints):
+            return joints, paths
+
+        def on_feet(start: dict[str, float]) -> dict[str, Curve]:
+            asked, base = paths(start), access.place("Torso", ROBOT, measured=False)
+            return asked | curves_on_feet(kinematics, feet, asked, base, start)
+
+        legs = [joint for leg in feet for joint in kinematics.joints_of(leg)]
+        return list(dict.fromkeys([*joints, *legs])), on_feet
 
     def _follow(self, call: Call, name: str, joints: Sequence[str], paths: _Paths) -> None:
         """Move joints along paths from their setpoints, once no other task moves them."""

@@ -260,7 +260,7 @@ class ALTracker(Service):
 
     def _aim(self, yaw: float, pitch: float, share: float) -> None:
         """Send the head to angles, within its range."""
-        self._motion._send(self._head, self._within_range(self._head, (yaw, pitch)), share)
+        self._motion._send(self._head, self._within_range(self._head, (yaw, pitch)), share, together=False)
 
     def _within_range(self, joints: Sequence[str], angles: Sequence[float]) -> list[float]:
         facts = map(self._access.body.facts, joints)

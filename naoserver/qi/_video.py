@@ -17,7 +17,7 @@ from naoserver._servants.camera import PIXEL_FORMATS
 from naoserver.errors import InvalidCommand
 from naoserver.parts import CameraFacts
 from naoserver.qi._access import Access, Service
-from naoserver.qi._arguments import kept, number, number_within, text, within
+from naoserver.qi._arguments import kept, number, number_within, text, vector, within
 from naoserver.qi._clients import Belongings, Call
 from naoserver.robot import Frame
 
@@ -274,7 +274,48 @@ class ALVideoDevice(Service):
 
     def getVerticalFOV(self, cameraIndex: object) -> float:
         """Return the vertical field of view in rad of 4:3 pictures."""
-        return 2.0 * math.atan(math.tan(self.getHorizontalFOV(cameraIndex) / 2) * 3 / 4)
+        return 2.0 * math.atan(self._halves(cameraIndex)[1])
+
+    getHorizontalAperture, getVerticalAperture = getHorizontalFOV, getVerticalFOV  # their former names
+
+    def getAngularPositionFromImagePosition(self, cameraIndex: object, imgPos: object) -> list[float]:
+        """Return the angles in rad, to the left and downwards, of a place from 0, 0 (top left) to 1, 1."""
+        (x, y), (wide, high) = vector(imgPos, "imgPos", 2), self._halves(cameraIndex)
+        return [math.atan((1.0 - 2.0 * x) * wide), math.atan((2.0 * y - 1.0) * high)]
+
+    def getImagePositionFromAngularPosition(self, cameraIndex: object, angPos: object) -> list[float]:
+        """Return the place from 0, 0 (top left) to 1, 1 of angles in rad to the left and downwards."""
+        (left, down), (wide, high) = vector(angPos, "angPos", 2), self._halves(cameraIndex)
+        return [0.5 - 0.5 * math.tan(left) / wide, 0.5 + 0.5 * math.tan(down) / high]
+
+    def getAngularSizeFromImageSize(self, cameraIndex: object, imgSize: object) -> list[float]:
+        """Return the angles in rad of a size in the middle of the picture, as parts of the picture's."""
+        sizes = zip(vector(imgSize, "imgSize", 2), self._halves(cameraIndex), strict=True)
+        return [2.0 * math.atan(size * half) for size, half in sizes]
+
+    def getImageSizeFromAngularSize(self, cameraIndex: object, angSize: object) -> list[float]:
+        """Return the size, as parts of the picture's, of angles in rad in the middle of the picture."""
+        angles = zip(vector(angSize, "angSize", 2), self._halves(cameraIndex), strict=True)
+        return [math.tan(angle / 2.0) / half for angle, half in angles]
+
+    def getImageInfoFromAngularInfo(self, cameraIndex: object, angInfo: object) -> list[float]:
+        """Return place and size in the picture of a place and a size in rad, as events have them."""
+        *place, width, height = vector(angInfo, "angInfo", 4)
+        found = self.getImagePositionFromAngularPosition(cameraIndex, place)
+        return found + self.getImageSizeFromAngularSize(cameraIndex, [width, height])
+
+    def getImageInfoFromAngularInfoWithResolution(
+        self, cameraIndex: object, angInfo: object, resolution: object
+    ) -> list[float]:
+        """Return what getImageInfoFromAngularInfo does in pixels of a resolution."""
+        size = IMAGE_SIZES[self._checked(cameraIndex, resolution, 0, 1.0).resolution]
+        info = self.getImageInfoFromAngularInfo(cameraIndex, angInfo)
+        return [part * side for part, side in zip(info, (*size, *size), strict=True)]
+
+    def _halves(self, index: object) -> tuple[float, float]:
+        """Return half the width and half the height of a picture at the distance 1, as 4:3 pictures are."""
+        half = math.tan(self._camera(index).horizontal_fov / 2.0)
+        return half, 0.75 * half
 
     def _camera(self, index: object) -> CameraFacts:
         if not isinstance(index, int) or not 0 <= index < len(self._cameras):

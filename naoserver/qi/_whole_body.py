@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
 
-from naoserver._effector_paths import EVERY_AXIS, LEGS, POSITION, reach_places
+from naoserver._effector_paths import EVERY_AXIS, FIXED, LEGS, PLANE, POSITION, reach_places
 from naoserver.capabilities import Support
 from naoserver.kinematics import Matrix
-from naoserver.qi._access import Access, Service
+from naoserver.qi._access import ROBOT, Access, Service
 from naoserver.qi._arguments import chosen, constant, number, one_of, switch, vector
 from naoserver.qi._clients import SERVER, Activity, Call, Client, begins
 from naoserver.qi._effectors import EffectorMotion
 from naoserver.qi._motion import ALMotion
 
 _SUPPORTS: Final = ("Legs", *LEGS)
-_STATES: Final = ("Fixed", "Plane", "Free")
+_STATES: Final[dict[str, Sequence[float]]] = {"Fixed": FIXED, "Plane": PLANE, "Free": ()}
 _EFFECTORS: Final = ("Head", "LArm", "RArm")
-_ROBOT: Final = 2
-"""NAOqi's number of the robot's frame."""
 _PACE: Final = 0.3
 """Fraction of full speed at which an effector follows its target."""
 _AHEAD: Final = 0.02
@@ -40,7 +39,7 @@ class WholeBody(Service):
         self._effectors = access.service(EffectorMotion)
         self._client = SERVER  # that enabled it, or ended it
         self._enabled = False
-        self._free: set[str] = set()  # feet
+        self._feet: dict[str, str] = {}  # the states that a program gave them
         self._constraint = Support.LEGS
         self._controlled: set[str] = set()  # effectors
 
@@ -49,18 +48,17 @@ class WholeBody(Service):
         with self._lock:
             self._client = self._access.calls.current.client
             self._enabled = bool(isEnabled)
-            self._free.clear()
+            self._feet.clear()
             self._controlled.clear()
             self._constraint = Support.LEGS
             self._choose()
 
     def wbFootState(self, stateName: object, supportLeg: object) -> None:
-        """Say whether a foot stays on the floor: `Fixed`, `Plane`, or `Free`, when the other one carries."""
-        free = chosen(stateName, "state of a foot", _STATES) == "Free"
+        """Say how a foot stays on the floor: `Fixed`, in the `Plane`, or `Free`: the other one carries."""
+        state = chosen(stateName, "state of a foot", _STATES)
         leg = chosen(supportLeg, "leg", _SUPPORTS)
-        feet = LEGS if leg == "Legs" else (leg,)
         with self._lock:
-            (self._free.update if free else self._free.difference_update)(feet)
+            self._feet |= dict.fromkeys(LEGS if leg == "Legs" else (leg,), state)
             self._choose()
 
     def wbEnableBalanceConstraint(self, isEnable: object, supportLeg: object) -> None:
@@ -82,12 +80,12 @@ class WholeBody(Service):
         with self._lock:
             if not self._enabled:
                 return False
-            self._free.clear()
+            self._feet = {leg: state for leg, state in self._feet.items() if state != "Free"}
             self._constraint = Support.LEGS
             self._choose()
         place = self._torso_over(support)
         self._effectors.positionInterpolation(
-            call, "Torso", _ROBOT, [*place, 0.0, 0.0, 0.0], EVERY_AXIS, seconds, True
+            call, "Torso", ROBOT, [*place, 0.0, 0.0, 0.0], EVERY_AXIS, seconds, True
         )
         with self._lock:
             arrived = self._enabled and not call.stopped.is_set()
@@ -117,7 +115,7 @@ class WholeBody(Service):
             _, pitch, yaw = target
             self._motion.setAngles("Head", [yaw, pitch], _PACE)
         else:
-            self._effectors.setPosition(name, _ROBOT, [*target, 0.0, 0.0, 0.0], _PACE, POSITION)
+            self._effectors.setPosition(name, ROBOT, [*target, 0.0, 0.0, 0.0], _PACE, POSITION)
 
     wbEnableEffectorOptimization = constant(
         "Do nothing but check the values: effectors are never given up for balance.",
@@ -133,10 +131,12 @@ class WholeBody(Service):
 
     def _choose(self) -> None:
         """Balance over the feet that the present choices leave; during a motion of the server, after it."""
-        support = self._constraint
-        if support is Support.LEGS and len(self._free) == 1:
-            support = Support.RIGHT if "LLeg" in self._free else Support.LEFT
+        support, free = self._constraint, [leg for leg, state in self._feet.items() if state == "Free"]
+        if support is Support.LEGS and len(free) == 1:
+            support = Support.RIGHT if "LLeg" in free else Support.LEFT
         access, balancer = self._access, self._robot.balancer
+        planted = {leg: _STATES[state] for leg, state in self._feet.items() if leg not in free}
+        access.planted = planted if self._enabled else {}
         access.support = support if self._enabled else Support.LEGS
         if balancer is None or access.player.busy:
             return
@@ -149,7 +149,7 @@ class WholeBody(Service):
         Upright, since the legs cannot bring a torso that leans forward to a side without turning the feet.
         """
         kinematics, start = self._access.kinematics, self._access.angles(measured=False)
-        base = self._access.place("Torso", _ROBOT, measured=False)
+        base = self._access.place("Torso", ROBOT, measured=False)
         feet = LEGS if support is Support.LEGS else (support.value,)
         ahead = np.array([_AHEAD, 0.0, 0.0, 1.0])
         goal = sum((base @ kinematics.place_of(foot, start) @ ahead)[:2] for foot in feet) / len(feet)

@@ -19,7 +19,7 @@ from typing import Final
 from interfaces.nao import JointCommand
 from naoserver._programs import Programs
 from naoserver.bodies import find_body
-from naoserver.capabilities import InertialReading, Odometry
+from naoserver.capabilities import InertialReading
 from naoserver.errors import HardwareFailure
 from naoserver.robot import LIMP, JointReading, Robot
 from zenoh_ice.text import few
@@ -39,7 +39,7 @@ _STATE: Final = struct.Struct("<8x2B2x4x13f2xBx4f2hf7I" + "B3x4f2hf7I" * (_SLOTS
 _WORD: Final = struct.Struct("<I")
 _TICK, _FIRST_MOTOR, _STATE_CHECKSUM = 12, 70, _STATE.size - 4
 """Where they begin in a state."""
-_NO_MOTOR: Final = (0,) * 15
+_NO_MOTOR: Final[tuple[float, ...]] = (0,) * 15
 _PLACE: Final = struct.Struct("<iI4x13fxB14x8f400x")
 """Time, inertial unit, mode, position, height and velocity, among members that are 0."""
 _WINDOW: Final = 0.1
@@ -87,18 +87,21 @@ class Joints:
 
     def __init__(self, programs: Programs, has_joints: Callable[[], bool] = lambda: True) -> None:
         robot = programs.robot
+        assert robot.walker is not None  # a G1
+        self._walker = robot.walker
+        self._unit = InertialReading if robot.senses is None else robot.senses.inertial
         self._programs = programs
         self._robot = robot
         self.obey: Final = partial(programs.obey, "a low command", self._command)
         self._has_joints = has_joints
         self._names = [joint.name for joint in find_body("G1").joints]
         places = {joint.name: place for place, joint in enumerate(robot.joints)}
-        self._places = [places.get(name) for name in self._names]
+        self._places = [(slot, places[name]) for slot, name in enumerate(self._names) if name in places]
         self._volts = robot.body.battery.voltage if robot.body.battery else 0.0
         self._ticks = count(_TICKS, _TICKS)
         self._reading: JointReading | None = None
         self._packed = bytearray()
-        self._past = self._where()
+        self._past = self._walker.odometry()
         self._velocity = 0j
         self._height = programs.height()
 
@@ -136,27 +139,16 @@ class Joints:
         return bytes(packed)
 
     def _pack(self, reading: JointReading) -> bytes:
-        motors = [
-            _NO_MOTOR
-            if at is None
-            else (
-                reading.stiffnesses[at] >= LIMP,
-                reading.positions[at],
-                reading.velocities[at],
-                0.0,
-                reading.torques[at],
-                *[round(reading.temperatures[at])] * 2,
-                self._volts,
-                *[0] * 7,
-            )
-            for at in self._places
-        ]
-        motors += [_NO_MOTOR] * (_SLOTS - len(motors))
+        motors = [_NO_MOTOR] * _SLOTS
+        for slot, at in self._places:
+            follows, warmth = reading.stiffnesses[at] >= LIMP, round(reading.temperatures[at])
+            moves = reading.positions[at], reading.velocities[at], 0.0, reading.torques[at]
+            motors[slot] = (follows, *moves, warmth, warmth, self._volts, *[0] * 7)
         return _STATE.pack(0, _MODE_MACHINE, *self._inertial(), *chain.from_iterable(motors))
 
     def place(self) -> bytes:
         """Return where the robot believes it is, and how fast, in its own frame."""
-        now, past = self._where(), self._past
+        now, past = self._walker.odometry(), self._past
         since = now.time - past.time
         if since < 0.0:  # a simulation began again
             self._past, self._velocity = now, 0j
@@ -165,25 +157,16 @@ class Joints:
             self._past, self._velocity = now, way / since
             self._height = self._programs.height()
         seconds, part = divmod(round(1e9 * now.time), 10**9)
-        x, y, turn = self._velocity.real, self._velocity.imag, self._senses().angular_velocity[2]
+        x, y, turn = self._velocity.real, self._velocity.imag, self._unit().angular_velocity[2]
         height = self._height
         mode, where = fsm_mode(self._robot), (now.x, now.y, height)
         return _PLACE.pack(seconds, part, *self._inertial(), mode, *where, height, x, y, 0.0, turn)
 
     def _inertial(self) -> tuple[float, ...]:
         """Return orientation w, x, y, z, rate, acceleration, and roll, pitch and yaw."""
-        unit = self._senses()
-        angles = unit.roll, unit.pitch, self._where().heading
+        unit = self._unit()
+        angles = unit.roll, unit.pitch, self._walker.odometry().heading
         (cr, sr), (cp, sp), (cy, sy) = ((math.cos(each / 2), math.sin(each / 2)) for each in angles)
         w, x = cr * cp * cy + sr * sp * sy, sr * cp * cy - cr * sp * sy
         y, z = cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy
         return (w, x, y, z, *unit.angular_velocity, *unit.acceleration, *angles)
-
-    def _senses(self) -> InertialReading:
-        senses = self._robot.senses
-        return InertialReading() if senses is None else senses.inertial()
-
-    def _where(self) -> Odometry:
-        walker = self._robot.walker
-        assert walker is not None  # a G1
-        return walker.odometry()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import struct
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from itertools import count
@@ -27,6 +28,8 @@ _INSTEAD: Final = {
     "rt/user_lowcmd": "rt/lowcmd",
 }
 """Topics that are served, for others of the maker's that are not."""
+_BATTERY: Final = struct.Struct("<84xI8xi2B12h38x")
+"""Voltage, current, charge, health and temperatures, among members that are 0."""
 _SLOW_PERIOD: Final = 0.05
 """Wall seconds between two states of low frequency."""
 
@@ -68,7 +71,7 @@ def _answering(
     """Return what performs the calls of a service, and answers them."""
 
     def answer(request: Any, client: str) -> None:  # noqa: ANN401 - cyclonedds has no types
-        identity, streams.samples = request.header.identity, request.binary
+        identity, streams.samples = request.header.identity, bytes(request.binary)
         code, data = programs.answer(operations, identity.api_id, request.parameter, client)
         if not request.header.policy.noreply:
             writer.send(_types.Response(_types.ResponseHeader(identity, _types.Status(code)), data, []))
@@ -88,20 +91,10 @@ def _publications(wire: Wire, robot: Robot, joints: Joints) -> list[Job]:
     ]
 
 
-def _battery(robot: Robot) -> Any:  # noqa: ANN401
+def _battery(robot: Robot) -> bytes:
     """Return the state of the battery, in mV, mA and degrees Celsius."""
     facts, now = robot.body.battery, BatteryReading() if robot.senses is None else robot.senses.read().battery
     charge, warmth = (0.0 if math.isnan(each) else each for each in (now.charge, now.temperature))
     volts = facts.voltage if facts else 0.0
-    return _types.BmsState(
-        *(0, 0, 0, [0] * 40),
-        bmsvoltage=[round(1000.0 * volts), 0, 0],
-        current=round(1000.0 * now.current),
-        soc=round(100.0 * charge),
-        soh=100,
-        temperature=[round(warmth)] * 12,
-        cycle=0,
-        manufacturer_date=0,
-        bmsstate=[0] * 5,
-        reserve=[0] * 3,
-    )
+    values = (1000.0 * volts, 1000.0 * now.current, 100.0 * charge, 100, *[warmth] * 12)
+    return _BATTERY.pack(*map(round, values))

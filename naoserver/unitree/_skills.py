@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sized
+from collections.abc import Mapping
 from typing import Annotated, Final
 
 import msgspec
 
-from interfaces.nao import Severity
 from naoserver._programs import Operation, Programs, Refusal
 from naoserver._servants.moves import MOTION
-from naoserver.capabilities import Sound, Tone
+from naoserver.errors import InvalidCommand
 from naoserver.expression import LONGEST_TEXT
-from naoserver.unitree._joints import SOURCE
 from naoserver.unitree._loco import NOT_IMPLEMENTED, WRONG_PARAMETER, number
 from zenoh_ice.text import printable
 
@@ -23,11 +21,6 @@ _MOTIONS: Final = {26: "wave"}
 """The maker's actions for which there is a motion."""
 _MODE: Final = "ai"
 """The maker's name of the walk, while it has the joints."""
-
-_BYTES_A_SECOND: Final = 2 * 16_000
-"""Of a stream of sound."""
-_LONGEST_WAIT: Final = 600.0
-"""Seconds of sound that may wait to be played."""
 
 Byte = Annotated[int, msgspec.Meta(ge=0, le=255)]
 
@@ -88,53 +81,44 @@ def voice(programs: Programs) -> Mapping[int, Operation]:
 
 
 class Streams:
-    """Play the sound of programs, one stream at a time: for as long as it lasts, but silently.
-
-    The loudspeaker plays tones alone; a stream is a rest.
-    """
+    """Play the sound of programs, one stream at a time."""
 
     def __init__(self, programs: Programs) -> None:
         self._programs = programs
         self._speaker = programs.robot.loudspeaker
-        self._events = programs.assembly.events
-        self._app, self._begin, self._end = "", 0.0, 0.0
-        self.samples: Sized = b""
+        self._own = 0
+        """The count of the newest stream among the sounds."""
+        self.samples = b""
         """Those of the present call, which come beside its parameter."""
         self.operations: Final[Mapping[int, Operation]] = {1003: self._play, 1004: self._stop}
         programs.assembly.gate.on_stop(self._silence)
 
     def _play(self, parameter: str, client: str) -> None:
         """Append the samples to the stream of a program, in place of that of another one."""
-        app, gate = self._programs.read(parameter, _Stream).app_name, self._programs.assembly.gate
-        stops, now = gate.stops, self._events.robot_time()
+        app, gate = self._app(parameter), self._programs.assembly.gate
+        stops = gate.stops
         gate.require(client)
         if self._speaker is None:
             raise Refusal(NOT_IMPLEMENTED, "this robot has no loudspeaker")
-        if app != self._app or now >= self._end:
-            self._silence()
-            self._app, self._begin, self._end = app, now, now
-        end = self._end + len(self.samples) / _BYTES_A_SECOND
-        if end - now > _LONGEST_WAIT or len(self.samples) % 2:
-            raise Refusal(WRONG_PARAMETER, f"16-bit samples are played, {_LONGEST_WAIT:g} s in advance")
-        self._end = end
-        self._speaker.play(Sound(printable(app), (Tone(0.0, end - now),)), 1.0)
+        try:
+            self._own = self._speaker.play_samples(app, self.samples)
+        except InvalidCommand as error:
+            raise Refusal(WRONG_PARAMETER, str(error)) from None
         if gate.stops != stops:  # an emergency stop came in between
-            self._speaker.stop()
+            self._silence()
 
     def _stop(self, parameter: str, _client: str) -> None:
-        if self._programs.read(parameter, _Stream).app_name == self._app:
-            self._silence()
+        self._silence(self._app(parameter))
 
-    def _silence(self) -> None:
-        """End the stream, and say how long it was."""
-        app, self._app = self._app, ""
-        if self._speaker is not None and app:
-            self._speaker.stop()
-            seconds = min(self._events.robot_time(), self._end) - self._begin
-            text = (
-                f"the sound of {printable(app)} ended after {seconds:.1f} s; the simulation plays it silently"
-            )
-            self._events.add(Severity.Info, SOURCE, text, "stream")
+    def _app(self, parameter: str) -> str:
+        return printable(self._programs.read(parameter, _Stream).app_name)
+
+    def _silence(self, app: str | None = None) -> None:
+        """End the stream, if it is that of a program."""
+        if self._speaker is not None:
+            now = self._speaker.playback()
+            if now.count == self._own and app in (None, now.name):
+                self._speaker.stop()
 
 
 class ModeSwitch:

@@ -133,8 +133,10 @@ class Estimator:
         self._anchors[foot] = place
 
     def lose_footing(self) -> None:
-        """Let the feet rest wherever the next measurement shows them, below where the base was."""
+        """Let the body rest as the next measurement shows it, its feet below where the base was."""
         self._anchors = [complex(math.nan), complex(math.nan)]
+        self._roll = self._pitch = math.nan
+        self._velocity = 0j
 
     def look_ahead(self, seconds: float, zmp: complex) -> None:
         """Move the center of mass on for some seconds, as a pendulum over the zero moment point."""

@@ -27,7 +27,7 @@ Path = tuple[str | int, ...]
 
 _ORDER: Final = (
     *("model", "name", "mounted", "rest", "slippery", "intangible", "overlapping", "groups", "hinges"),
-    *("cameras", "walk", "couplings", "soles", "inertial_unit", "postures", "joint"),
+    *("cameras", "walk", "couplings", "soles", "inertial_unit", "postures", "joint", "xacro"),
 )
 """The keys of the file."""
 _MOST_CAMERAS: Final = 4

@@ -103,13 +103,14 @@ class Limbs:
         return [limb for limb in self.limbs if limb.kind == kind and side in (None, limb.side)]
 
     def groups(self) -> Iterator[tuple[str, tuple[str, ...], str]]:
-        """Yield the groups of a body: name, joints and reason."""
+        """Yield the groups of a body: name, joints and reason; a joint that follows another is in none."""
+        leading = self.driven - {pair["follower"] for pair in self._parts.tables["couplings"]}
         for group in ("head", "left_arm", "right_arm", "left_leg", "right_leg", "trunk"):
             side, _, kind = group.rpartition("_")
             found = [each for each in self.limbs if (each.side, each.kind) == (side, kind)]
             if kind in ("head", "trunk"):
                 found = [each for each in self.limbs if each.kind == kind]
-            joints = tuple(name for limb in found for name in limb.joints if name in self.driven)
+            joints = tuple(name for limb in found for name in limb.joints if name in leading)
             if joints:
                 many = f"{len(found)} limbs: " if len(found) > 1 else ""
                 yield group, joints, many + found[0].why

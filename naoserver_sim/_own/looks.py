@@ -164,6 +164,8 @@ def _clustered(mesh: Mesh, cell: float) -> Mesh:
     corners = cluster[faces]
     # The same triangles have the same corners in the same order, from the first one.
     corners = np.take_along_axis(corners, (corners.argmin(axis=1)[:, None] + np.arange(3)) % 3, axis=1)
-    distinct = np.unique(corners[(corners != np.roll(corners, 1, axis=1)).all(axis=1)], axis=0)
+    corners = corners[(corners != np.roll(corners, 1, axis=1)).all(axis=1)]
+    shape = (len(middles),) * 3
+    distinct = np.stack(np.unravel_index(np.unique(np.ravel_multi_index(corners.T, shape)), shape), axis=1)
     used, renamed = np.unique(distinct, return_inverse=True)
     return Mesh(middles[used], renamed.reshape(-1, 3).astype(np.int32), smooth)

@@ -8,16 +8,21 @@ from __future__ import annotations
 import contextlib
 import io
 import itertools
+import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from importlib import metadata
 from pathlib import Path, PurePosixPath
 from typing import Any, Final, NamedTuple
 
+import msgspec
 import numpy as np
 from numpy.typing import ArrayLike
 
-from naoserver_sim._own.tree import LARGEST_FILE
+from naoserver_sim._own.kept_meshes import kept
+from naoserver_sim._own.tree import LARGEST_FILE, POINTER, is_pointer
+from zenoh_ice import typed
 
 LARGEST_MESH: Final = 3 * LARGEST_FILE
 """Largest size of a mesh in bytes."""
@@ -34,6 +39,8 @@ _LEVELS: Final = 5
 _MOST_SIBLINGS: Final = 500
 _BESIDE: Final = frozenset(("meshes", "mesh", "assets", "dae", "stl", "obj", "visual", "collision", "common"))
 """Folders beside that of the model which are read, too."""
+_CONVERTER: Final = 1
+"""To be counted up when `_by_trimesh` makes something else of a mesh."""
 _SCHEME: Final = re.compile(r"(?:(package|model|file):/*)?(.*)", re.DOTALL)
 _PACKAGE: Final = re.compile(rb"<name>\s*([\w.-]+)\s*</name>")
 _UNIT: Final = re.compile(rb"<unit[^>]{0,200}?\bmeter\s*=\s*[\"']([\d.eE+-]{1,30})[\"']")
@@ -74,12 +81,29 @@ def _home(model: Path) -> Path | None:
 
 def _package_name(folder: Path) -> str:
     """Return the name of the ROS package in a folder; empty if there is none."""
+    path = folder / "package.xml"
     try:
-        with (folder / "package.xml").open("rb") as file:
+        if not path.is_file():  # none, or a pipe, which would not end
+            return ""
+        with path.open("rb") as file:
             name = _PACKAGE.search(file.read(100_000))
-    except OSError:  # none, or not ours to read
+    except OSError:  # not ours to read
         return ""
     return name[1].decode() if name else folder.name
+
+
+def _has_home(folder: Path) -> bool:
+    """Return whether the user's home folder is this one or in it: nothing there is beside a model."""
+    return Path(os.path.expanduser("~")).resolve().is_relative_to(folder)  # noqa: PTH111 - without a home, too
+
+
+def _is_mesh_in(folder: Path, path: Path, depth: int | None = None) -> bool:
+    """Return whether a file is in a folder of meshes within a folder, so many levels down at most."""
+    if _has_home(folder) or not path.is_relative_to(folder):
+        return False
+    return any(
+        part in _BESIDE or part.startswith("mesh") for part in path.relative_to(folder).parts[:-1][:depth]
+    )
 
 
 @dataclass
@@ -96,6 +120,8 @@ class Files:
     """How the model calls these files."""
     left_out: dict[str, str] = field(default_factory=dict)
     """The meshes that cannot be used, as the model calls them, with the reason."""
+    bare: bool = False
+    """Whether no mesh is read: each is a block, to see what else is wrong with the model."""
     _read: dict[Path, tuple[str, MeshFile]] = field(default_factory=dict)
     _used: int = 0
 
@@ -103,7 +129,8 @@ class Files:
         folder = self.model.parent.resolve()
         home = _home(self.model) or folder
         inside = [up / "meshes" for up in (folder, home)]
-        beside = [up for name in sorted(_BESIDE) if not (up := folder.parent / name).is_symlink()]
+        near = [folder.parent / name for name in sorted(_BESIDE) if not _has_home(folder.parent)]
+        beside = [up for up in near if not up.is_symlink()]
         self._folders = list(dict.fromkeys((self.meshes.resolve(), folder, *inside, home, *beside)))
         self._allowed = [self.meshes.resolve(), folder, home, *beside, *self.packages.values()]
 
@@ -114,13 +141,13 @@ class Files:
         """
         scheme, rest = _SCHEME.fullmatch(name).groups()  # type: ignore[union-attr]  # all texts match
         parts = PurePosixPath(rest.replace("\\", "/")).parts
-        allowed = list(self._allowed)
+        named: list[Path] = []
         exact = [file.parent.joinpath(folder, *parts) for file in (self.model, source)]
         if scheme in ("package", "model") and parts:
             around = {up.name: up for up in reversed(self.model.resolve().parents[:_LEVELS])}
-            if package := self.packages.get(parts[0], around.get(parts[0])):
-                exact = [package.joinpath(*parts[1:])]
-                allowed.append(package)
+            named = [around[parts[0]]] if parts[0] in around else []
+            found = [self.packages[parts[0]], *named] if parts[0] in self.packages else named
+            exact = [package.joinpath(*parts[1:]) for package in found] or exact
         elif scheme == "file":
             exact.append(Path("/", *parts))
         known = [part for part in (*PurePosixPath(folder).parts, *parts) if part not in ("/", "//", "..")]
@@ -130,20 +157,22 @@ class Files:
         for path in (*exact, *tails):
             try:
                 real = path.resolve(strict=True)
-                if real.is_file() and (any(map(real.is_relative_to, allowed)) or self._is_beside(real)):
+                if real.is_file() and (
+                    any(map(real.is_relative_to, self._allowed))
+                    or _is_mesh_in(self.model.resolve().parent.parent, real)
+                    or any(_is_mesh_in(up, real, depth=1) for up in named)
+                ):
                     return real
                 outside = outside or (path in exact and real.is_file())
             except (OSError, RuntimeError, ValueError):  # no such file, too long a name, a circle of links
                 continue
         raise MeshError("it lies outside the folder of the model" if outside else "there is no such file")
 
-    def _is_beside(self, path: Path) -> bool:
-        """Return whether a file is in a folder of meshes somewhere beside the model's folder."""
-        around = self.model.resolve().parent.parent
-        return path.is_relative_to(around) and not _BESIDE.isdisjoint(path.relative_to(around).parts[:-1])
-
     def mesh(self, name: str, source: Path, folder: str = "") -> tuple[str, MeshFile] | None:
         """Return the name by which MuJoCo gets a mesh, and the mesh; None if it is left out."""
+        if self.bare:
+            self.assets[f"0{_BLOCK.ending}"] = _BLOCK.content
+            return f"0{_BLOCK.ending}", _BLOCK
         try:
             path = self.find(name, source, folder)
             if path not in self._read:
@@ -179,12 +208,14 @@ def read_mesh(path: Path) -> MeshFile:
         raise MeshError(f"it cannot be read: {problem.strerror}") from None
     if not content:
         raise MeshError("it is empty")
+    if is_pointer(content):
+        raise MeshError(f"it {POINTER}")
     if ending == ".stl":
         return MeshFile(ending, _stl(content))
     if ending in (".obj", ".msh"):
         return MeshFile(ending, content)
     if ending in (".dae", ".ply", ".off", ".glb"):
-        return _by_trimesh(content, ending)
+        return _kept(content, ending)
     raise MeshError(f"{ending or 'a file without an ending'} is no format of meshes that is read")
 
 
@@ -211,6 +242,32 @@ def _written(corners: ArrayLike) -> bytes:
     triangles = np.zeros(len(points), _TRIANGLE)
     triangles["corners"] = points
     return bytes(80) + len(points).to_bytes(4, "little") + triangles.tobytes()
+
+
+def _kept(content: bytes, ending: str) -> MeshFile:
+    """Return what trimesh reads of a mesh, or has read of it before."""
+    try:
+        versions = " ".join(map(metadata.version, ("trimesh", "pycollada")))
+    except metadata.PackageNotFoundError:
+        return _by_trimesh(content, ending)
+    of = (f"{_CONVERTER} {versions} {ending}".encode(), content)
+    return kept(of, lambda: msgspec.msgpack.encode(_by_trimesh(content, ending)), _unpacked)
+
+
+def _unpacked(packed: bytes) -> MeshFile:
+    """Return a mesh that was kept. Raises ValueError for what is none."""
+    try:
+        mesh = typed.from_msgpack(packed, MeshFile)
+        checked = MeshFile(".stl", _stl(mesh.content), mesh.color)
+    except (msgspec.MsgspecError, MeshError) as problem:
+        raise ValueError(str(problem)) from None
+    if mesh.color and not (len(mesh.color) == 4 and all(0.0 <= part <= 1.0 for part in mesh.color)):
+        raise ValueError("no color")
+    return checked
+
+
+_BLOCK: Final = MeshFile(".stl", _written(np.eye(4, 3, -1)[[0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3]]))
+"""A tetrahedron."""
 
 
 def _by_trimesh(content: bytes, ending: str) -> MeshFile:

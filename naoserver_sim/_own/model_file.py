@@ -5,6 +5,7 @@ MuJoCo refuses masses and inertias that no body can have: those are repaired fir
 
 from __future__ import annotations
 
+import copy
 import re
 import warnings
 from collections.abc import Callable, Iterator, Mapping
@@ -25,7 +26,7 @@ from naoserver_sim._own.figure import Figure
 from naoserver_sim._own.meshes import Files, packages_near
 from naoserver_sim._own.tree import Element, read_tree, write_tree
 from naoserver_sim._own.urdf import Sensor
-from naoserver_sim._own.xacro import expanded
+from naoserver_sim._own.xacro import NO_XACRO, Argument, expanded
 
 Array = NDArray[np.float64]
 
@@ -61,13 +62,14 @@ def balance_inertias(
         if moves and not _has_mass(body):
             light.append(body.name)
             bound(body, moves=moves)
-        if not body.explicitinertial or body.mass < _LEAST:
+        if not body.explicitinertial:
             continue
         tensor = _tensor(body)
         moments = np.linalg.eigvalsh(tensor)
         if moments[2] < _LEAST:
-            light.append(body.name)
-            bound(body, moves=moves)
+            light += [body.name] if body.mass >= _LEAST else []
+            bound(body, moves=moves and body.mass >= _LEAST)
+        if min(moments[2], body.mass) < _LEAST:
             continue
         off = (moments[2] - moments[0] - moments[1]) / (2.0 * moments[2])
         if off < -_ROUNDING and moments[0] >= _LEAST:
@@ -100,6 +102,7 @@ def bound(body: mujoco.MjsBody, *, moves: bool) -> None:
     if not body.explicitinertial:
         body.ipos = np.zeros(3)
     body.explicitinertial = True
+    body.fullinertia[:] = np.nan
     _set_tensor(body, np.eye(3) * 0.4 * body.mass * radius**2)
 
 
@@ -186,6 +189,8 @@ class ModelFile:
     """What `spec` compiles to."""
     where: str = ""
     """The path of the file."""
+    bare: bool = False
+    """Whether each of its meshes is a block, and none was read."""
 
     @cached_property
     def figure(self) -> Figure:
@@ -203,32 +208,51 @@ def _place(where: str | Path, lines: Mapping[tuple[str, str], int], name: str, *
     return f"{where}:{line}" if line else str(where)
 
 
-def read_model(path: Path, meshes: Path, *, balance: bool | None = None) -> ModelFile:
-    """Return the model of an MJCF, URDF or xacro; `meshes` is the folder of its meshes.
+def read_model(
+    path: Path,
+    meshes: Path,
+    *,
+    balance: bool | None = None,
+    arguments: Mapping[str, Argument] | None = None,
+    check: Callable[[ModelFile], object] | None = None,
+) -> ModelFile:
+    """Return the model of an MJCF, URDF or xacro with `arguments`; `meshes` is the folder of its meshes.
 
     Only files in the folders of the model, of its ROS package and of its meshes are read, and nothing is
     fetched. What MuJoCo refuses or a robot cannot have is repaired or left out, where there is a sensible
     way, and noted. With `balance` True, inertias that no body can have are repaired without naming each;
-    with False they are refused. Raises RobotError, with file and line, for other faults.
+    with False they are refused. Raises RobotError, with file and line, for other faults; and what `check`
+    raises, which gets the model before its meshes are read, as large ones take time.
     """
     root = read_tree(path)
     if root.tag not in ("mujoco", "robot"):
         found = f"{path}: its root is <{root.tag[:60]}>"
         raise RobotError(f"{found}; an MJCF begins with <mujoco>, a URDF with <robot>")
     packages = packages_near(path)
-    files = Files(path, meshes, packages)
     notes: list[str] = []
+    if root.tag == "robot":
+        root, notes = expanded(root, path, packages, arguments or {})
+        urdf.take_as_urdfdom(root, notes)
+    elif arguments:
+        raise RobotError(f"{path}: {NO_XACRO}")
+    if check is not None and any(root.all("mesh", "include")):
+        check(_read(copy.deepcopy(root), Files(path, meshes, packages, bare=True), [], balance))
+    return _read(root, Files(path, meshes, packages), notes, balance)
+
+
+def _read(root: Element, files: Files, notes: list[str], balance: bool | None) -> ModelFile:
+    """Return the model of a tree, which is changed, after notes on it."""
     if root.tag == "mujoco":
         mjcf.prepare(root, files, notes)
         model = _Reading(root, files, notes, balance).read()
     else:
-        root, notes = expanded(root, path, packages)
         speeds, actuated = urdf.speeds_of(root), urdf.actuated_in(root)
         fixed, sensors = urdf.is_fixed(root), tuple(urdf.sensors_in(root))
         urdf.prepare(root, files, notes)
         model = _Reading(root, files, notes, balance).read()
         model = replace(model, kind="urdf", fixed=fixed, speeds=speeds, actuated=actuated, sensors=sensors)
-    return replace(model, left_out=files.left_out, notes=tuple(notes), where=str(path))
+    where = str(files.model)
+    return replace(model, left_out=files.left_out, notes=tuple(notes), where=where, bare=files.bare)
 
 
 class _Reading:

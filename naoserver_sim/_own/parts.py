@@ -88,6 +88,8 @@ class OwnFile(Struct, frozen=True, kw_only=True):
     """Whether inertias that no body can have are repaired; None: those that are only a little off."""
     slippery: tuple[str, ...] = ()
     """Links that slide over the floor, such as casters."""
+    xacro: dict[str, str | bool | int | float] = {}
+    """Arguments of a model in xacro, which it reads as JSON has them, without quotes."""
     joint: dict[str, OwnJoint] = {}
     servo: dict[str, OwnServo] = {}
 

@@ -26,6 +26,14 @@ _TEXTS: Final = re.compile(
 )
 """Attributes whose values are names, even if they read as numbers."""
 _WORD: Final = re.compile(r"\S+")
+_POINTER: Final = b"version https://git-lfs.github.com/spec/"
+"""How a file begins whose content Git LFS has not fetched (git-lfs 3.7, docs/spec.md)."""
+POINTER: Final = "is a pointer of Git LFS: run git lfs pull"
+
+
+def is_pointer(content: bytes) -> bool:
+    """Return whether a file has, in place of its content, where Git LFS finds it."""
+    return content.startswith(_POINTER)
 
 
 @dataclass(eq=False)
@@ -101,6 +109,8 @@ def parse_tree(content: bytes, path: Path, *, comments: bool = True) -> Element:
     """
     if len(content) > LARGEST_FILE:
         raise RobotError(f"{path}: it is larger than {LARGEST_FILE >> 20} MB, which no model is")
+    if is_pointer(content):
+        raise RobotError(f"{path}: it {POINTER}")
     parser = expat.ParserCreate()
     top = Element("", {}, path, 0)
     around = [top]

@@ -7,6 +7,9 @@ import re
 from collections.abc import Iterator
 from typing import Final, Literal, NamedTuple
 
+import mujoco
+import numpy as np
+
 from naoserver.errors import RobotError
 from naoserver.parts import MOST_PARTS
 from naoserver_sim._own.meshes import Files
@@ -20,8 +23,16 @@ _NUMBERS: Final = {
 }
 """Attributes that have numbers."""
 _ENDS: Final = ("lower", "upper")
-_SHAPES: Final = ("box", "cylinder", "capsule", "sphere", "mesh")
-"""The geometries that MuJoCo reads."""
+_SHAPES: Final = {
+    "box": {"size": 3},
+    "cylinder": {"radius": 1, "length": 1},
+    "capsule": {"radius": 1, "length": 1},
+    "sphere": {"radius": 1},
+    "mesh": {"scale": 3},
+}
+"""The geometries that MuJoCo reads, and how many numbers say their sizes."""
+_MOVING: Final = ("revolute", "continuous", "prismatic")
+"""The types of joints that another one can lead."""
 _READ: Final = {"robot": ("link", "joint", "material"), "link": ("inertial", "visual", "collision")}
 """The elements of which MuJoCo reads something."""
 COMPILER: Final = re.compile(
@@ -31,6 +42,22 @@ COMPILER: Final = re.compile(
 """Options of MuJoCo's compiler that a model may set; others are about files, and about speed."""
 MOUNT: Final = "mount"
 """The name of a link that stands for the world."""
+_ONCE: Final = {
+    "link": ("inertial",),
+    "inertial": ("origin", "mass", "inertia"),
+    "visual": ("origin", "geometry", "material"),
+    "collision": ("origin", "geometry"),
+    "geometry": tuple(_SHAPES),
+    "material": ("color",),
+    "joint": ("origin", "parent", "child", "axis", "limit", "dynamics", "mimic"),
+}
+"""What an element has once: urdfdom takes the first, MuJoCo refuses a second."""
+_TURNED: Final = (1, 1)
+"""The version of URDF from which `quat_xyzw` counts; urdfdom ignores it in older ones."""
+_NOT_KEPT: Final = ("acceleration", "deceleration", "jerk")
+"""Limits of URDF 1.2, which a simulated joint has not."""
+_UPRIGHT: Final = 1e-6
+"""Cosine of the pitch below which roll and yaw turn about one axis."""
 
 
 class Sensor(NamedTuple):
@@ -91,6 +118,58 @@ def sensors_in(root: Element) -> Iterator[Sensor]:
             yield Sensor("camera", sensor.name, link, pose, width if 0.0 < width < math.pi else None)
 
 
+def take_as_urdfdom(root: Element, notes: list[str]) -> None:
+    """Change a tree to what urdfdom, the reader of ROS, takes of it, and note what it leaves.
+
+    Raises RobotError, with file and line, for an orientation that is none, or is said twice.
+    """
+    parts = [part for part in root.children if part.tag in (*_READ["robot"], "sensor")]
+    second = []
+    for parent in (each for part in parts for each in part.all(*_ONCE)):
+        first: dict[str, Element] = {}
+        for child in [each for each in parent.children if each.tag in _ONCE[parent.tag]]:
+            kind = "shape" if parent.tag == "geometry" else child.tag
+            if first.setdefault(kind, child) is not child:
+                second.append(f"{child.at}: a second <{child.tag}> in one <{parent.tag}>")
+                parent.children.remove(child)
+    if second:
+        more = f", and {len(second) - 1} more such" if len(second) > 1 else ""
+        notes.append(f"{second[0]}{more}: the first one counts")
+    version = re.match(r"(\d{1,3})\.(\d{1,3})", root.get("version"))
+    turned = version is not None and tuple(map(int, version.groups())) >= _TURNED
+    for origin in (each for part in parts for each in part.all("origin") if each.get("quat_xyzw")):
+        if turned:
+            _turn(origin)
+        else:
+            notes.append(f"{origin.at}: quat_xyzw is not read: it counts in URDFs of version 1.1 and newer")
+    unkept = {
+        name: limit.at for limit in root.within("joint", "limit") for name in _NOT_KEPT if limit.get(name)
+    }
+    if unkept:
+        at = next(iter(unkept.values()))
+        notes.append(f"{at}: of limits, {', '.join(unkept)} are not kept: torques limit how joints move")
+
+
+def _turn(origin: Element) -> None:
+    """Give an origin the roll, pitch and yaw in rad of its quaternion, in place of it."""
+    if "rpy" in origin.attributes:
+        raise RobotError(f"{origin.at}: <origin> has both rpy and quat_xyzw: leave one of them out")
+    quaternion = np.array(numbers(origin, "quat_xyzw"))
+    if len(quaternion) != 4:
+        raise RobotError(
+            f"{origin.at}: quat_xyzw of <origin> is {origin.get('quat_xyzw')[:60]!r}: write 4 numbers"
+        )
+    turn = np.roll(quaternion, 1)
+    mujoco.mju_normalize4(turn)  # of no length: no turn, as in urdfdom
+    matrix = np.zeros(9)
+    mujoco.mju_quat2Mat(matrix, turn)
+    level = math.hypot(matrix[0], matrix[3])
+    roll, yaw = math.atan2(matrix[7], matrix[8]), math.atan2(matrix[3], matrix[0])
+    if level < _UPRIGHT:  # roll and yaw turn about one axis
+        roll, yaw = math.atan2(-matrix[5], matrix[4]), 0.0
+    origin.attributes["rpy"] = f"{roll!r} {math.atan2(-matrix[6], level)!r} {yaw!r}"
+
+
 def prepare(root: Element, files: Files, notes: list[str]) -> None:
     """Change the tree of a URDF to what MuJoCo reads, and note repairs.
 
@@ -102,6 +181,7 @@ def prepare(root: Element, files: Files, notes: list[str]) -> None:
         element.children = [each for each in element.children if each.tag in known or each.tag == "mujoco"]
     _require_numbers(root)
     _require_names(root)
+    _keep_leaders(root, notes)
     _root_it(root, notes)
     for joint in root.within("joint"):
         _settle(joint, notes)
@@ -114,7 +194,12 @@ def prepare(root: Element, files: Files, notes: list[str]) -> None:
         tensor.attributes = dict.fromkeys(_TENSOR, "0") | tensor.attributes
     for material in root.all("material"):
         material.attributes.setdefault("name", f"material {material.line}")
-        material.children = [each for each in material.children if each.get("rgba")]
+        for color in [each for each in material.children if not _has(each, "rgba", 4)]:
+            material.children.remove(color)
+            if color.get("rgba"):
+                notes.append(
+                    f"{color.at}: a color is left out: its rgba is {color.get('rgba')[:60]!r}, not 4 numbers"
+                )
     _keep_shapes(root, files, folder, notes)
 
 
@@ -133,6 +218,8 @@ def _set_options(root: Element) -> str:
 
 def _require_numbers(root: Element) -> None:
     for element in root.all():
+        if element.tag == "color" or element.tag in _SHAPES:
+            continue  # left out where they have others, as urdfdom does
         for name in _NUMBERS & element.attributes.keys():
             if name == "value" and element.tag != "mass":
                 continue  # a word, as in <verbose value="Yes"/>
@@ -168,6 +255,21 @@ def _require_names(root: Element) -> None:
                 raise RobotError(f"{joint.at}: joint {joint.name!r} has {found}: write <{tag} link=.../>")
             if ("link", link := ends[0].get("link")) not in seen:
                 raise RobotError(f"{ends[0].at}: joint {joint.name!r}: there is no link {link!r}")
+
+
+def _keep_leaders(root: Element, notes: list[str]) -> None:
+    """Let a joint move by itself that follows one that is not there, or does not move."""
+    moves = {joint.name: joint.get("type") in _MOVING for joint in root.within("joint")}
+    for joint in root.within("joint"):
+        for mimic in list(joint.within("mimic")):
+            leader = mimic.get("joint")
+            if moves.get(leader) and leader != joint.name:
+                continue
+            joint.children.remove(mimic)
+            why = f"joint {leader!r} is fixed" if leader in moves else f"there is no joint {leader!r}"
+            if moves[joint.name]:
+                why = "that is itself" if leader == joint.name else why
+                notes.append(f"{mimic.at}: joint {joint.name!r} moves by itself, not after {leader!r}: {why}")
 
 
 def _end(joint: Element, tag: str) -> Element:
@@ -233,6 +335,7 @@ def unused(name: str, root: Element) -> str:
 def _settle(joint: Element, notes: list[str]) -> None:
     """Check the axis of a joint and its range, and put the ends of the range in order."""
     for axis in joint.within("axis"):
+        axis.attributes.setdefault("xyz", "1 0 0")
         if not any(numbers(axis, "xyz", "1 0 0")):
             if joint.get("type") != "fixed":
                 raise RobotError(f"{axis.at}: the axis of joint {joint.name!r} is 0: write its direction")
@@ -257,17 +360,30 @@ def _keep_shapes(root: Element, files: Files, folder: str, notes: list[str]) -> 
             shape.attributes.clear()  # a name, which need not be the only one
             solids = [each for geometry in shape.within("geometry") for each in geometry.children]
             solid = next((each for each in solids if each.tag in _SHAPES), None)
-            if solid is not None and solid.tag == "mesh":
-                if not _read_mesh(shape, solid, files, folder):
-                    link.children.remove(shape)
-                continue
-            given = [solid.get(name) for name in _NUMBERS] if solid else []
-            if min((number(word) or 0.0 for text in given for word in text.split()), default=0.0) <= 0.0:
-                what = f"it has none of {', '.join(_SHAPES)}"
-                if solid:
-                    what = f"its <{solid.tag}> has a size that is not above 0"
-                notes.append(f"{shape.at}: a <{shape.tag}> of link {link.name!r} is left out: {what}")
+            fault = _fault(solid) if solid else f"it has none of {', '.join(_SHAPES)}"
+            if fault:
+                notes.append(f"{shape.at}: a <{shape.tag}> of link {link.name!r} is left out: {fault}")
+            if fault or (solid and solid.tag == "mesh" and not _read_mesh(shape, solid, files, folder)):
                 link.children.remove(shape)
+
+
+def _fault(solid: Element) -> str:
+    """Return why a geometry can be none; empty if it can."""
+    for name, count in _SHAPES[solid.tag].items():
+        if solid.tag == "mesh" and not solid.get(name).strip():
+            solid.attributes.pop(name, None)
+        elif not _has(solid, name, count):
+            needed = f"{count} numbers" if count > 1 else "a number"
+            return f"{name} of its <{solid.tag}> is {solid.get(name)[:60]!r}, not {needed}"
+        elif solid.tag != "mesh" and min(numbers(solid, name)) <= 0.0:
+            return f"its <{solid.tag}> has a size that is not above 0"
+    return ""
+
+
+def _has(element: Element, name: str, count: int) -> bool:
+    """Return whether an attribute has some number of numbers."""
+    found = [number(word) for word in element.get(name).split()]
+    return len(found) == count and all(each is not None and math.isfinite(each) for each in found)
 
 
 def _read_mesh(shape: Element, mesh: Element, files: Files, folder: str) -> bool:

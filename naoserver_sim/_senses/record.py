@@ -195,9 +195,11 @@ class SensorRecord:
         self._samples.append(Sample(time, values, errors, self._inertial(values, errors)))
         self.newest = self._samples[0]
 
-    def lose_attitude(self) -> None:
-        """Begin the mean of the turning rate again: the robot is placed elsewhere, and has not turned."""
+    def begin_again(self) -> None:
+        """Forget what was measured: the robot is placed elsewhere, and has not turned."""
         self._last_attitude = None, 0.0
+        for _ in tuple(self._samples):
+            self.look(self._samples[-1].time)
 
     def _mean_turning(self, time: float, values: Sequence[float]) -> list[float]:
         """Return the mean turning rate in rad/s since the last reading."""

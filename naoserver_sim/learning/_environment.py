@@ -134,9 +134,12 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
         """Execute an action for one step.
 
         Returns the observation after it, the reward, whether the episode has ended, False, and further info.
-        Raises ValueError unless every number of the action is finite; larger ones are clipped.
+        Raises ValueError for an action of another shape, or with a number that is not finite; larger ones
+        are clipped.
         """
         robot, values = self.robot, np.asarray(action, np.float64)
+        if values.shape != self.action_space.shape:
+            raise ValueError(f"the action has the shape {values.shape}, not {self.action_space.shape}")
         if not np.isfinite(values).all():
             raise ValueError(f"the action {values.tolist()} has a number that is not finite")
         self._act(robot, np.clip(values, -1.0, 1.0))

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import asyncio
+import contextlib
 import re
+import signal
+import threading
+from collections.abc import Iterator
 from pathlib import Path
 
-from playwright.sync_api import Browser, expect
+from playwright.sync_api import Browser, Locator, Page, WebSocketRoute, expect
 
 from interfaces.nao import PoseHeadPrx, SafetyPrx
-from tests.support.browser import Box
+from tests.support.browser import Box, new_context
+from tests.support.editor import NoPart, editor, parts
+from tests.support.limits import FOREVER
 from tests.support.monitor import (
     DOCUMENT,
     expect_breakpoint,
@@ -19,6 +26,8 @@ from tests.support.monitor import (
     started_elsewhere,
     status,
 )
+from tests.support.processes import ComponentProcess, free_endpoint, module
+from visualhfsm._monitor.stopping import StopReport
 
 
 def test_the_robot_is_stopped_and_reset_in_every_window_and_its_component_pauses(
@@ -74,6 +83,92 @@ def test_the_robot_is_stopped_and_reset_in_every_window_and_its_component_pauses
             assert process.wait() == 0
         expect(shown.button("Nothing runs")).to_be_visible()
         expect(shown.button("STOP the robot and all that runs")).to_be_visible()
+
+
+@contextlib.contextmanager
+def window_at(browser: Browser, address: str) -> Iterator[Page]:
+    """A window of its own, whose clock can be moved on."""
+    with contextlib.closing(new_context(browser)) as context:
+        page = context.new_page()
+        page.clock.install()
+        page.goto(address)
+        page.locator("hfsm-canvas .state").first.wait_for()
+        yield page
+
+
+def said(page: Page, text: str) -> Locator:
+    return page.locator(".notice").filter(has_text=text)
+
+
+def test_stop_of_an_editor_that_hangs_is_asked_in_a_second_way_and_answered_when_it_goes_on(
+    browser: Browser, tmp_path: Path
+) -> None:
+    path = tmp_path / "walk.xml"
+    path.write_text(DOCUMENT)
+    command = module("visualhfsm", "edit", "--no-browser", "--root", str(tmp_path), str(path))
+    state = {"XDG_STATE_HOME": str(tmp_path / "state"), "VISUALHFSM_REALM": "test-hangs"}
+    with (
+        ComponentProcess([*command, "--connect", free_endpoint()], state) as process,
+        window_at(browser, process.wait_for(r"http://\S+\?token=\S+")[0]) as page,
+    ):
+        process.freeze()
+        try:
+            page.locator(".stop-button").click()
+            page.clock.fast_forward(3_000)
+            expect(said(page, "the editor does not answer, and is asked in a second way")).to_be_visible()
+            page.clock.fast_forward(15_000)
+            expect(said(page, "STOP did not reach the robot: The editor does not answer.")).to_be_visible()
+            expect(said(page, "STOP")).to_have_count(1)
+        finally:
+            process.process.send_signal(signal.SIGCONT)
+        expect(said(page, "There was nothing to stop")).to_be_visible()
+        expect(said(page, "STOP did not reach")).to_have_count(0)
+
+
+def test_stop_takes_its_second_way_when_the_connection_breaks(
+    browser: Browser, root: Path, path: Path
+) -> None:
+    class Stopped(NoPart):
+        async def emergency_stop(self) -> StopReport:
+            return StopReport(["Head"], {})
+
+    def break_at_stop(route: WebSocketRoute) -> None:
+        server = route.connect_to_server()
+        route.on_message(
+            lambda message: route.close() if "emergencyStop" in str(message) else server.send(message)
+        )
+
+    with (
+        editor(root, path, make_parts=lambda _: parts(followers=Stopped())) as running,
+        contextlib.closing(new_context(browser)) as context,
+    ):
+        page = context.new_page()
+        page.route_web_socket("**/ws", break_at_stop)
+        page.goto(running.server.new_address())
+        page.locator("hfsm-canvas .state").first.wait_for()
+        page.locator(".stop-button").click()
+        expect(said(page, "The robot stands still.")).to_be_visible()
+        expect(said(page, "STOP")).to_have_count(0)
+
+
+def test_stop_is_repeated_once_the_editor_says_so(browser: Browser, root: Path, path: Path) -> None:
+    still = threading.Event()
+
+    class Repeated(NoPart):
+        async def emergency_stop(self) -> StopReport:
+            await asyncio.to_thread(still.wait, FOREVER)
+            return StopReport(["Head"], {})
+
+    with (
+        editor(root, path, make_parts=lambda _: parts(followers=Repeated())) as running,
+        window_at(browser, running.server.new_address()) as page,
+    ):
+        page.locator(".stop-button").click()
+        page.clock.fast_forward(3_000)
+        expect(said(page, "STOP is not confirmed yet, and repeated.")).to_be_visible()
+        still.set()
+        expect(said(page, "The robot stands still.")).to_be_visible()
+        expect(said(page, "STOP")).to_have_count(0)
 
 
 STOP_AREA = """() => {

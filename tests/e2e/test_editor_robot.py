@@ -9,8 +9,9 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, expect
 
+from naoserver.latch import Latch, latch_of
 from tests.support.browser import EditorPage, editor_page
-from tests.support.editor import editor
+from tests.support.editor import DOCUMENT, editor
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
 from tests.support.monitor import patient_parts
 from tests.support.processes import children, free_endpoint
@@ -18,6 +19,10 @@ from tests.support.robot_server import eventually
 from zenoh_ice import Settings
 
 STARTED = RUN_LIMIT * 1000
+HEAD = "<nameinterface>head</nameinterface><nameproxy>Head</nameproxy><interface>PoseHead</interface>"
+LOOKING = DOCUMENT.replace(
+    "</VisualHFSM>", f"<config><iceinterface>{HEAD}</iceinterface></config></VisualHFSM>"
+)
 
 
 @pytest.fixture
@@ -81,6 +86,55 @@ def test_run_asks_once_for_a_robot_and_for_the_reset_of_its_emergency_stop(shown
     shown.page.get_by_role("dialog", name="follow_ball runs").get_by_role("button", name="Run again").click()
     comes = re.compile("^(Starting the simulation|Simulated Nao)")  # without a question about it
     expect(shown.page.get_by_role("button", name=comes)).to_be_visible()
+
+
+def test_a_run_without_its_robot_says_that_none_is_here(browser: Browser, tmp_path: Path) -> None:
+    path = tmp_path / "look.xml"
+    path.write_text(LOOKING)
+    settings = Settings(realm="test-robot", connect=(free_endpoint(),), clock="wall", timeout=CALL_LIMIT)
+    with (
+        editor(tmp_path, path, make_parts=patient_parts(settings)) as running,
+        editor_page(browser, running) as shown,
+    ):
+        shown.page.locator(".state").first.wait_for()
+        shown.press("F5")
+        shown.button("Run anyway").click()
+        expect(shown.page.locator(".live-status")).to_have_text("Ended: no robot is here")
+        expect(shown.page.locator(".notice")).to_contain_text("look ended: no robot is here.")
+
+
+def test_start_and_run_offers_to_reset_a_stop_that_was_kept_and_another_robot_is_free(
+    browser: Browser, tmp_path: Path
+) -> None:
+    path = tmp_path / "look.xml"
+    path.write_text(LOOKING)
+    endpoint = free_endpoint()
+    settings = Settings(realm="test-robot", connect=(endpoint,), clock="wall", timeout=CALL_LIMIT)
+    latch = latch_of(settings.override(listen=(endpoint,)), body="H25")
+    assert isinstance(latch, Latch)
+    with latch:
+        latch.keep("smoke", None)
+    with (
+        editor(tmp_path, path, make_parts=patient_parts(settings)) as running,
+        editor_page(browser, running) as shown,
+    ):
+        shown.page.locator(".state").first.wait_for()
+        shown.press("F5")
+        shown.button("Start and run").click()
+        asked = shown.page.get_by_role("dialog", name="The robot is stopped")
+        expect(asked).to_contain_text("It refuses commands: smoke.", timeout=STARTED)
+        shown.press("Escape")
+        expect(asked).to_have_count(0)
+        expect(shown.page.locator(".live-status")).to_have_count(0)
+
+        shown.press("Alt+b")
+        menu = shown.page.get_by_role("dialog", name="Robot")
+        menu.get_by_role("combobox", name="Robot").select_option("H21")
+        menu.get_by_role("button", name="Restart the simulation with these").click()
+        expect(shown.page.get_by_role("button", name="Starting the simulation")).to_be_visible()
+        shown.press("Escape", "F5")
+        expect(shown.page.locator(".live-status")).to_have_text("Running", timeout=STARTED)
+    assert not children("naoserver_sim")
 
 
 @pytest.mark.gl

@@ -104,6 +104,9 @@ def test_the_first_trials_are_one_click(browser: Browser, edited: Editor) -> Non
         panel.get_by_label("Robot").select_option("none")
         panel.get_by_role("button", name="Run 10 trials").click()
         expect(panel).to_contain_text("10 of 10 trials succeed", timeout=ENDED)
+        expect(panel).to_contain_text("The 10 trials are equal: they say as much as one.")
+        expect(panel.get_by_role("region", name="Each of them").locator("details")).to_have_count(1)
+        expect(panel).not_to_contain_text("The worst trials")
         expect(panel.get_by_role("button", name="Run 10 trials")).to_have_count(0)
 
 
@@ -120,6 +123,11 @@ def test_without_a_plan_one_chooses_what_counts(browser: Browser, edited: Editor
         panel.get_by_label("Within").fill("2")
         panel.get_by_role("button", name="Run from the start").click()
         expect(panel).to_contain_text("5 of 5 trials succeed", timeout=ENDED)
+        panel.get_by_label("Reach").select_option("waiting")
+        panel.get_by_role("button", name="Run from the start").click()
+        expect(panel).to_contain_text(
+            "Success is true from the start in 5 of 5: that says nothing.", timeout=ENDED
+        )
         assert shown.violations(".bottom") == []
 
 

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import asyncio
 import signal
-from collections.abc import Awaitable, Callable
-from contextlib import ExitStack
+from collections.abc import Awaitable, Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import pytest
 
 from naoserver.fake import FakeRobot
 from tests.support.arm import ARM, ARM_TOML
-from tests.support.editor import DOCUMENT, Window, editor
+from tests.support.editor import DOCUMENT, Refused, Window, editor
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT, START_LIMIT
 from tests.support.processes import children, free_endpoint
 from tests.support.pushes import Pushes
@@ -171,6 +171,86 @@ def test_a_robot_of_somebody_else_is_reported_and_neither_ended_nor_replaced() -
         opened(go, robot.realm, robot.endpoint)
 
 
+def test_a_simulation_that_is_refused_is_not_the_one_that_is_shown() -> None:
+    async def go(page: Page) -> None:
+        await page.until(lambda robot: robot.status == "present")
+        before = page.robot.state.simulation
+        with pytest.raises(VisualHfsmError, match="not started here"):
+            await page.robot.simulate(Simulation(world="empty", body="T1"))
+        assert page.robot.state.simulation == before
+
+    with served(FakeRobot()) as robot:
+        opened(go, robot.realm, robot.endpoint)
+
+
+def test_a_real_robot_is_not_connected_when_a_component_starts_while_the_one_before_ends() -> None:
+    async def go(page: Page) -> None:
+        await page.robot.simulate(Simulation(world="empty"))
+        await page.until(lambda robot: robot.status == "starting")
+
+        def require_rest() -> None:
+            if not children("naoserver_sim"):
+                raise VisualHfsmError.because("stop {name} first", name="it")
+
+        with pytest.raises(VisualHfsmError, match="stop it first"):
+            await page.robot.connect("127.0.0.1:1", "leave", require_rest)
+        assert (page.robot.state.status, page.robot.state.started) == ("none", "")
+        page.robot.require_connected()
+        assert not children("naoserver.naoqi")
+
+    opened(go)
+
+
+@pytest.fixture
+def endless(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A connection to a real robot that comes to no end."""
+    (tmp_path / "qi.py").write_text("import time\ntime.sleep(3600)\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+
+
+@contextmanager
+def window_of(root: Path, *names: str) -> Iterator[Window]:
+    """A window of an editor that runs components, with documents of these names."""
+    root.mkdir()
+    files = [root / f"{name}.xml" for name in names]
+    for file in files:
+        file.write_text(DOCUMENT)
+    settings = Settings(realm="test-starts", connect=(free_endpoint(),), clock="wall", timeout=CALL_LIMIT)
+    with (
+        editor(root, *files, make_parts=make_parts(settings, folder=root)) as running,
+        running.window() as window,
+    ):
+        yield window
+
+
+def test_stop_says_that_what_was_starting_has_ended(tmp_path: Path) -> None:
+    with window_of(tmp_path / "root", "first") as window:
+        window.send("start", tab=1, arguments=[])
+        window.wait_for_push("started", status="generating")
+        assert window.ask("emergencyStop") == {"stopped": ["first"], "failed": {}}
+
+
+@pytest.mark.usefixtures("endless")
+def test_nothing_is_run_while_a_real_robot_is_connected_and_none_is_connected_while_something_starts(
+    tmp_path: Path,
+) -> None:
+    with window_of(tmp_path / "root", "first", "second") as window:
+        first, second = (each["tab"] for each in window.workspace["tabs"])
+        window.ask("start", tab=second, arguments=[], dryRun=True, body="H25")
+        window.ask("connectRobot", address="127.0.0.1:1")
+        with pytest.raises(Refused, match=r"127\.0\.0\.1:1 is being connected"):
+            window.ask("start", tab=first, arguments=[])
+        window.ask("endRobot")
+
+        starting = window.send("start", tab=first, arguments=[])
+        window.wait_for_push("started", tab=first, status="generating")
+        with pytest.raises(Refused, match="stop first first: it would drive the real robot at once"):
+            window.ask("connectRobot", address="127.0.0.1:1")
+        window.answer(starting)
+        with pytest.raises(Refused, match="stop first first"):
+            window.ask("connectRobot", address="127.0.0.1:1")
+
+
 def test_of_different_robots_that_windows_ask_for_at_once_one_runs_and_ends() -> None:
     async def go(page: Page) -> None:
         async def ask(delay: float, speed: str) -> None:
@@ -239,7 +319,7 @@ def test_a_robot_of_the_project_is_simulated_and_a_faulty_file_is_said_with_its_
 
 def test_a_real_robot_that_is_not_there_says_so() -> None:
     async def go(page: Page) -> None:
-        await page.robot.connect("127.0.0.1:1", "leave")
+        await page.robot.connect("127.0.0.1:1", "leave", lambda: None)
         robot = await page.until(lambda robot: robot.status == "starting")
         assert (robot.started, robot.name) == ("real", "127.0.0.1:1")
         robot = await page.until(lambda robot: robot.trouble)
@@ -272,7 +352,7 @@ def test_a_simulation_that_does_not_exist_is_refused(simulation: Simulation) -> 
 def test_an_address_that_is_none_is_refused(address: str) -> None:
     async def go() -> None:
         with pytest.raises(VisualHfsmError, match="not a robot address"):
-            await StartedRobot(lambda _: None, Settings()).connect(address, "leave")
+            await StartedRobot(lambda _: None, Settings()).connect(address, "leave", lambda: None)
 
     asyncio.run(go())
 

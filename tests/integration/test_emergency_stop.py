@@ -229,7 +229,7 @@ class TestRepetition:
         self, endpoint: str, scripted: ScriptedRobot
     ) -> None:
         scripted.stops = [error("the left arm does not answer")]
-        refusal = "the robot was NOT stopped: the left arm does not answer"
+        refusal = "the robot was NOT stopped: the left arm does not answer; use the robot's own switch"
         assert giving_up(stop, endpoint, until_it_says=refusal).code == 1
 
     def test_it_is_repeated_while_the_joints_move(self, endpoint: str, scripted: ScriptedRobot) -> None:

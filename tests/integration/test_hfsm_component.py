@@ -192,7 +192,7 @@ def test_a_realm_without_servants_is_reported_once(endpoint: str) -> None:
         pytest.raises(ComponentError) as refused,
     ):
         connect(Turner(), communicator)
-    assert str(refused.value).count("no servants: is --realm right?") == 1
+    assert str(refused.value).count("no servants: no robot is here") == 1
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ import json
 import math
 import random
 import re
+import struct
 import time
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
 from contextlib import asynccontextmanager, closing, contextmanager
@@ -15,7 +16,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import msgspec
 import pytest
@@ -27,7 +28,16 @@ from hfsm_runtime.debugger._monitor import Monitor
 from hfsm_runtime.recording_file.reader import RecordingFile
 from interfaces.hfsm import ComponentStatus, ComponentStructure
 from interfaces.jderobot import CommandRefusedException
-from interfaces.nao import Description, PoseHeadPrx, SafetyPrx, SoundsPrx, SpeechPrx, Vector3
+from interfaces.nao import (
+    Description,
+    PoseHeadPrx,
+    SafetyPrx,
+    Sounds,
+    SoundSamples,
+    SoundsPrx,
+    SpeechPrx,
+    Vector3,
+)
 from naoserver._insistent import SILENCE
 from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
@@ -609,6 +619,26 @@ def test_the_page_hears_what_the_robot_says_and_plays_until_it_is_silent(robot: 
             silent = await next_heard(lambda found: not found["says"] and not found["sound"])
             assert silent == {"says": "", "sound": "", "tones": [], "loudness": 0.0, "counts": [1, 1]}
         await stream.aclose()
+
+    on_page(robot, go)
+
+
+def test_the_page_gets_samples_while_it_listens_and_none_of_a_hostile_size(robot: ServedRobot) -> None:
+    publisher = cast("Sounds", robot.assembly.servants["Sounds"]).getSamplesPublisher
+    large = bytes(range(250)) * 128
+
+    async def go(opened: Page) -> None:
+        assert not publisher.listening
+        stream = opened.service.samples()
+        first = asyncio.ensure_future(anext(stream))
+        await asyncio.to_thread(eventually, lambda: publisher.listening)
+        for samples in (large + b"12", b"1", b"", large):
+            publisher.publish(SoundSamples(count=7, place=4000, samples=samples))
+        found = await first
+        assert struct.unpack("<2d", found[:16]) == (7.0, 4000.0)
+        assert found[16:] == large
+        await stream.aclose()
+        await asyncio.to_thread(eventually, lambda: not publisher.listening)
 
     on_page(robot, go)
 

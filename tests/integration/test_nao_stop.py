@@ -114,7 +114,9 @@ def test_a_lost_link_is_reported_and_a_stop_is_sent_when_it_is_back_or_reported_
         relay.cut()
         terminal.shows("LOST: ")
         terminal.press(b"\r")
-        terminal.shows("NOT STOPPED: the robot is unreachable")
+        terminal.shows(
+            "NOT STOPPED: the robot is unreachable; trying again until it is; use the robot's own switch"
+        )
         assert not is_stopped(robot)
         relay.resume()
         terminal.shows("ready again: ")

@@ -1,17 +1,22 @@
 """Lights, voice and sounds as clients use them."""
 
 import math
+import random
+from queue import Queue
+from typing import cast
 
 import pytest
 
 from interfaces.jderobot import CommandRefusedException, InvalidValueException
-from interfaces.nao import LedColor, LedsPrx, SoundsPrx, SpeechPrx
+from interfaces.nao import LedColor, LedsPrx, Sounds, SoundSamples, SoundsPrx, SpeechPrx
 from naoserver.bodies.nao import H25
 from naoserver.fake import FakeRobot
 from naoserver.naoqi._robot import NaoqiRobot
 from tests.support.limits import EVENT_LIMIT
 from tests.support.robot_server import served_to_client, wait_for
 from tests.support.scripted_naoqi import ScriptedNaoqi
+from tests.support.waiting import until
+from zenoh_ice import RobotClock
 
 RED = LedColor(red=1.0, green=0.0, blue=0.0)
 
@@ -119,6 +124,41 @@ def test_a_tone_is_played_and_silenced(sounds):
     sounds.stop()
     silent = wait_for(sounds.getSound, lambda state: not state.playing)
     assert (silent.name, silent.count) == ("tone", begun.count)
+
+
+def test_samples_come_whole_and_in_order_until_a_stop():
+    """Its clock moves by hand: no load of the machine takes the time of a block from its server."""
+    clock = RobotClock(0.0, 0.0, simulated=False, silence=math.inf)
+    robot, sent = FakeRobot(clock), random.Random(1).randbytes(40_000)
+    arrived: Queue[SoundSamples] = Queue()
+
+    def go_on(seconds):
+        clock.update(clock.now() + seconds, 0.0, simulated=False)
+        client.assembly.on_wake()  # a thread that looked at the clock just before looks again
+
+    def next_samples():
+        while not (now := arrived.get(timeout=EVENT_LIMIT)).samples:
+            pass
+        return now
+
+    with served_to_client(robot) as client:
+        sounds = client.proxy(SoundsPrx, "Sounds")
+        publisher = cast("Sounds", client.assembly.servants["Sounds"]).getSamplesPublisher
+        assert not publisher.listening
+        with sounds.getSamples.subscribe(lambda sample: arrived.put(sample.value), queue=10):
+            until(lambda: go_on(0.02) or arrived.qsize())
+            assert robot.loudspeaker is not None
+            robot.loudspeaker.play_samples("song", sent)
+            go_on(0.11)
+            for block in range(4):
+                go_on(0.25)
+                now, part = next_samples(), sent[8000 * block :][:8000]
+                assert (now.count, now.place, now.samples) == (1, 4000 * block, part)
+                assert sounds.getSamples().samples == part
+            sounds.stop()
+            go_on(0.02)
+            assert arrived.get(timeout=EVENT_LIMIT).samples == sounds.getSamples().samples == b""
+        until(lambda: not publisher.listening)
 
 
 @pytest.mark.parametrize(

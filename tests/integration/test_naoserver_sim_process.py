@@ -78,9 +78,9 @@ def test_clock_reports_that_it_is_simulated_and_how_fast(communicator):
     wait_for(clock.getTime, lambda later: later.time > reading.time)
 
 
-def test_without_gl_a_camera_call_names_the_package_and_the_rest_works(communicator):
+def test_without_gl_a_camera_call_says_why_and_the_rest_works(communicator):
     camera = CameraPrx.checkedCast(communicator.stringToProxy("Camera"))
-    with pytest.raises(HardwareFailedException, match="libegl1"):
+    with pytest.raises(HardwareFailedException, match=r"MUJOCO_GL=\w+: unset it"):
         camera.getImageData("RGB8")
     assert PoseHeadPrx.checkedCast(communicator.stringToProxy("Head")).getPose().time > 0
 

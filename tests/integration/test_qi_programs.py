@@ -205,6 +205,23 @@ def chooses_a_camera_before_it_has_subscribed(service):
     video.unsubscribe(handle)
 
 
+@program
+def turns_its_head_to_a_place_in_the_picture(service):
+    video, motion = service("ALVideoDevice"), service("ALMotion")
+    width, height = video.getHorizontalAperture(0), video.getVerticalAperture(0)
+    assert video.getAngularPositionFromImagePosition(0, [0.0, 1.0]) == pytest.approx([width / 2, height / 2])
+    yaw, pitch = video.getAngularPositionFromImagePosition(0, [0.25, 0.6])
+    motion.angleInterpolation(["HeadYaw", "HeadPitch"], [yaw, pitch], [0.4, 0.4], False)
+    x, y = video.getImagePositionFromAngularPosition(0, [yaw, pitch])
+    assert [x, y] == pytest.approx([0.25, 0.6])
+    size = video.getAngularSizeFromImageSize(0, [0.2, 0.1])
+    assert video.getImageSizeFromAngularSize(0, size) == pytest.approx([0.2, 0.1])
+    face = [yaw, pitch, *size]
+    assert video.getImageInfoFromAngularInfo(0, face) == pytest.approx([0.25, 0.6, 0.2, 0.1])
+    pixels = video.getImageInfoFromAngularInfoWithResolution(0, face, 1)
+    assert pixels == pytest.approx([80.0, 144.0, 64.0, 24.0])
+
+
 # -- joints --------------------------------------------------------------------------------------------------
 
 

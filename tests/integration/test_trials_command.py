@@ -95,6 +95,21 @@ def test_a_series_is_kept_shown_and_not_computed_twice(ran: Ran) -> None:
     assert again.endswith(ran.printed[ran.printed.index("follow_ball  ") :])
 
 
+def test_without_a_state_to_reach_it_says_what_success_is(tmp_path: Path) -> None:
+    idle = document(sub(1, 0, state(1, "upright", initial=True)))
+    (tmp_path / "idle.xml").write_text(idle, encoding="utf-8")
+    asked = ("idle.xml", "--runs", "2", "--robot", "fake", "--limit", "1", "--workers", "1")
+    shown = " ".join(trials(tmp_path, *asked).split())
+    success = (
+        "Success: no error ends it within 1 s, the robot does not fall, the properties of the document hold"
+    )
+    assert f"{success}; --success STATE asks for more." in shown
+    assert "The 2 trials are equal" in shown
+    shown = trials(tmp_path, *asked, "--success", "upright", "--again")
+    assert "Success is true from the start in 2 of 2: that says nothing." in shown
+    assert "--success STATE" not in shown
+
+
 def test_a_trial_is_run_again_and_recorded_for_the_editor(folder: Path) -> None:
     text = trials(folder, "follow_ball.xml", "--only", "4", "--record", "4.mcap")
     assert trials(folder, "follow_ball.xml", "--only", "4") in text.replace("Recorded in 4.mcap", "")

@@ -81,6 +81,19 @@ def test_each_other_service_says_its_version(service, version):
         assert Program(DOMAIN, service).call(1).data == version
 
 
+def test_a_stream_of_sound_arrives_with_its_samples():
+    """The maker's g1_audio_client_play_wav.py sends chunks of 96000 bytes."""
+    sent = random.Random(1).randbytes(96_000)
+    with g1() as (robot, _assembly):
+        program = Program(DOMAIN, "voice")
+        assert program.call(1003, '{"app_name": "example", "stream_id": "1"}', sent).header.status.code == 0
+        until(lambda: robot.loudspeaker.playback().samples)
+        now = robot.loudspeaker.playback()
+        assert now.samples == sent[2 * now.place :][: len(now.samples)]
+        program.call(1004, '{"app_name": "example"}')
+        assert not robot.loudspeaker.playback().playing
+
+
 def test_the_end_of_a_program_stops_what_it_drove():
     with g1() as (robot, _assembly):
         program = Program(DOMAIN)

@@ -667,9 +667,7 @@ class FakeRunning(NoPart):
         self._publish = publish
         self.closed = False
 
-    async def start(
-        self, source: Source, arguments: Sequence[str], *, dry_run: bool = False
-    ) -> dict[str, Any]:
+    async def start(self, source: Source, arguments: Sequence[str], **_: object) -> dict[str, Any]:
         self._publish(StartedPush(tab=source.tab, component="robot", status="starting"))
         lines = [OutputLine(text=f"line {index}") for index in range(3000)]
         self._publish(Output(tab=source.tab, lines=lines))

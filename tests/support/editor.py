@@ -78,6 +78,15 @@ class NoPart:
         raise VisualHfsmError(Message("the poses are not available"))
         yield
 
+    def names(self, *, dry: bool | None = None) -> set[str]:
+        """Return nothing: nothing runs."""
+        return set()
+
+    async def samples(self) -> AsyncGenerator[bytes, None]:
+        """Refuse."""
+        raise VisualHfsmError(Message("the samples are not available"))
+        yield
+
     def announce_stop(self, by: Stopper | None = None) -> None:
         """Do nothing: nothing runs."""
 

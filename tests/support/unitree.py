@@ -65,15 +65,16 @@ class Program:
         self._reader = DataReader(self.participant, topic, qos=Qos(Of.History.KeepLast(1000)))
         until(lambda: self._ask(1, "{}", 0.1))  # each side has discovered the other one
 
-    def call(self, operation: int, parameter: str = "{}") -> Any:
+    def call(self, operation: int, parameter: str = "{}", binary: bytes = b"") -> Any:
         """Call an operation; return its answer."""
-        answer = self._ask(operation, parameter, EVENT_LIMIT)
+        answer = self._ask(operation, parameter, EVENT_LIMIT, binary)
         assert answer is not None, f"operation {operation} is not answered"
         return answer
 
-    def _ask(self, operation: int, parameter: str, limit: float) -> Any:
+    def _ask(self, operation: int, parameter: str, limit: float, binary: bytes = b"") -> Any:
         own = Identity(secrets.randbits(62), operation)
-        self._writer.write(Request(RequestHeader(own, Lease(0), Policy(0, noreply=False)), parameter, []))
+        header = RequestHeader(own, Lease(0), Policy(0, noreply=False))
+        self._writer.write(Request(header, parameter, [*binary]))
         end = time.monotonic() + limit
         while (left := end - time.monotonic()) > 0.0:
             for answer in self._reader.take_iter(timeout=duration(seconds=left)):

@@ -61,14 +61,11 @@ _OF_COMMANDS: Final = (
 """What speaks to terminals alone, in English."""
 _FOR_PUPILS: Final = "visualhfsm/grading/_words.py"
 """What commands say in all languages."""
-_KEYWORDS: Final = {
-    "Message": (1,),
-    "counted": (1, 2),
-    "template": (1,),
-    "because": (1,),
-    "in_place_of": (2,),
-}
-"""The arguments of `codegen.messages`, and of errors, that are texts."""
+_KEYWORDS: Final[Sequence[Mapping[str, tuple[int, ...]]]] = (
+    {"Message": (1,), "counted": (1, 2), "template": (1,), "because": (1,), "in_place_of": (2,)},
+    *(dict.fromkeys(("EditError", "ChangedOutsideError", "OldFormatError"), (text,)) for text in (1, 2, 3)),
+)
+"""The arguments of `codegen.messages`, and of errors, that are texts; several of one call are no plural."""
 
 
 def message_texts() -> Catalog:
@@ -79,9 +76,14 @@ def message_texts() -> Catalog:
         name = path.relative_to(ROOT).as_posix()
         if name.startswith(_OF_COMMANDS) and name != _FOR_PUPILS:
             continue
-        with path.open("rb") as code:
-            for _, texts, comments, _ in extract("python", code, _KEYWORDS, ["Translators:"]):
-                catalog.add(texts, locations=[(name, 1)], auto_comments=comments)
+        code = path.read_bytes()
+        found = [
+            each
+            for keywords in _KEYWORDS
+            for each in extract("python", io.BytesIO(code), keywords, ["Translators:"])
+        ]
+        for _, texts, comments, _ in sorted(found, key=lambda each: each[0]):
+            catalog.add(texts, locations=[(name, 1)], auto_comments=comments)
     for message in catalog:
         message.flags -= {"python-format", "python-brace-format"}
     return catalog

@@ -33,7 +33,11 @@ class VisualHfsmError(MessageError):
     @classmethod
     @contextmanager
     def in_place_of(
-        cls, caught: type[Exception] | tuple[type[Exception], ...], template: str, /, **values: Value
+        cls,
+        caught: type[Exception] | tuple[type[Exception], ...],
+        template: str = "{reason}",
+        /,
+        **values: Value,
     ) -> Iterator[None]:
         """Raise such an error in place of another one in a `with` block; `{reason}` says what that was."""
         try:
@@ -58,17 +62,20 @@ class MissingPackageError(VisualHfsmError):
 class EditError(VisualHfsmError):
     """A document could not be changed, opened or saved as requested; it is unchanged.
 
-    `what` could not be done, `why`, and `hint`: what to do about it.
+    `what` could not be done, `why`, and `hint`: what to do about it; each a message, or the literal of one.
     """
 
-    def __init__(self, what: Message, why: Message, hint: Message = NO_MESSAGE) -> None:
+    def __init__(self, what: str, why: str, hint: str = NO_MESSAGE) -> None:
+        self.what, self.why, self.hint = map(_message, (what, why, hint))
+        values = {"what": self.what, "why": self.why}
         if hint:
-            super().__init__(Message("{what}: {why}; {hint}", what=what, why=why, hint=hint))
+            super().__init__(Message("{what}: {why}; {hint}", hint=self.hint, **values))
         else:
-            super().__init__(Message("{what}: {why}", what=what, why=why))
-        self.what = what
-        self.why = why
-        self.hint = hint
+            super().__init__(Message("{what}: {why}", **values))
+
+
+def _message(text: str) -> Message:
+    return text if isinstance(text, Message) else Message(text)
 
 
 class ChangedOutsideError(EditError):

@@ -10,7 +10,6 @@ import typer
 from codegen.diagnostics import Diagnostics
 from codegen.files import FilesNotWrittenError, GeneratedFile, apply, compare_with_disk
 from codegen.options import ErrorFormat, report
-from codegen.reasons import reason
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._base.options import ErrorsAs, examples
 
@@ -56,10 +55,8 @@ def convert(
             raise typer.BadParameter(f"{path} exists: --force overwrites it", param_hint="OUT")
     to_scxml = path.suffix.lower() == ".scxml"
     diagnostics = Diagnostics()
-    try:
+    with VisualHfsmError.in_place_of(ModuleNotFoundError):
         text = convert_document(source, diagnostics, to_scxml=to_scxml, fixes_python2=fix_python2)
-    except ModuleNotFoundError as error:
-        raise VisualHfsmError(reason(error)) from error
     report(diagnostics, error_format)
     if to_file:
         _write(path, text, error_format)
@@ -72,12 +69,12 @@ def convert(
 
 
 def _write(path: Path, text: str, error_format: ErrorFormat) -> None:
-    try:
-        with VisualHfsmError.in_place_of(OSError, "{path}: cannot be written: {reason}", path=str(path)):
-            changes = compare_with_disk([GeneratedFile(path, text)])
-            apply(changes)
-    except FilesNotWrittenError as error:
-        raise VisualHfsmError(reason(error)) from error
+    with (
+        VisualHfsmError.in_place_of(FilesNotWrittenError),
+        VisualHfsmError.in_place_of(OSError, "{path}: cannot be written: {reason}", path=str(path)),
+    ):
+        changes = compare_with_disk([GeneratedFile(path, text)])
+        apply(changes)
     if error_format is ErrorFormat.TEXT:  # programs read the rest of stderr
         typer.echo(f"wrote {path}" if changes.write else f"{path} is up to date", err=True)
 

@@ -10,7 +10,6 @@ from codegen.files import FilesNotWrittenError, apply, compare_with_disk, is_reg
 from codegen.hfsm import compile_document
 from codegen.hfsm.document import Document
 from codegen.messages import Message
-from codegen.reasons import reason
 from visualhfsm._base.errors import VisualHfsmError
 
 
@@ -33,7 +32,7 @@ def generate_component(
     if files is None:
         return None
     ((path, text),) = ((each.path, each.text.encode()) for each in files)
-    try:
+    with VisualHfsmError.in_place_of(FilesNotWrittenError):
         now = read_regular(path) if is_regular(path) else text
         if written is not None and now not in (text, written.get(path, now)):
             raise VisualHfsmError.because(
@@ -42,8 +41,6 @@ def generate_component(
                 file=path.name,
             )
         apply(compare_with_disk(files))
-    except FilesNotWrittenError as error:
-        raise VisualHfsmError(reason(error)) from error
     if written is not None:
         written[path] = text
     return path

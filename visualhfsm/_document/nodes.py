@@ -40,20 +40,15 @@ def checked(text: str, what: Message) -> str:
     found = UNWRITABLE.search(text)
     if found:
         line = text.count("\n", 0, found.start()) + 1
-        why = Message(
-            "line {line} has the control character U+{code:04X}", line=line, code=ord(found.group())
-        )
         raise EditError(
             Message("Cannot set {what}", what=what),
-            why,
-            Message("remove it, or write it as an escape in the code"),
+            Message("line {line} has the control character U+{code:04X}", line=line, code=ord(found.group())),
+            "remove it, or write it as an escape in the code",
         )
     if len(text) > _MAX_TEXT:
         why = Message("it has {count} characters, more than {limit}", count=len(text), limit=_MAX_TEXT)
         raise EditError(
-            Message("Cannot set {what}", what=what),
-            why,
-            Message("move code to a module and import it as a library"),
+            Message("Cannot set {what}", what=what), why, "move code to a module and import it as a library"
         )
     return text
 
@@ -64,7 +59,7 @@ def coordinate(value: float) -> float:
         why = Message(
             "{value} is not within {limit:.0f} pixels of the origin", value=value, limit=FARTHEST_PLACE
         )
-        raise EditError(Message("Cannot move that far"), why, Message("move it closer to the others"))
+        raise EditError("Cannot move that far", why, "move it closer to the others")
     return round(float(value), 2)
 
 
@@ -130,15 +125,13 @@ def _only(items: Iterable[_NumberedT], id: int, what: Message) -> _NumberedT:
     if not found:
         raise EditError(
             Message("Cannot change {what}", what=what),
-            Message("it does not exist"),
-            Message("it may have been deleted meanwhile"),
+            "it does not exist",
+            "it may have been deleted meanwhile",
         )
     if len(found) > 1:
         why = Message("{count} have this number", count=len(found))
         raise EditError(
-            Message("Cannot change {what}", what=what),
-            why,
-            Message("give each its own number with `Repair numbers`"),
+            Message("Cannot change {what}", what=what), why, "give each its own number with `Repair numbers`"
         )
     return found[0]
 
@@ -146,15 +139,14 @@ def _only(items: Iterable[_NumberedT], id: int, what: Message) -> _NumberedT:
 def require_own_content(automaton: model.Automaton, what: Message) -> None:
     """Raise EditError, which begins with `what`, for an automaton whose content is imported."""
     if automaton.imported is not None:
-        why = Message("its content comes from another file")
-        raise EditError(what, why, Message("change that file, or inline it first"))
+        raise EditError(what, "its content comes from another file", "change that file, or inline it first")
 
 
 def require_room(document: model.Document, more: int, what: Message) -> None:
     """Raise EditError, which begins with `what`, when a document cannot hold so many more automata."""
     if len(document.automata) + more > MAX_AUTOMATA:
         why = Message("the document would have more than {limit} automata", limit=MAX_AUTOMATA)
-        raise EditError(what, why, Message("move some to separate documents and import them"))
+        raise EditError(what, why, "move some to separate documents and import them")
 
 
 def with_automaton(

@@ -44,9 +44,7 @@ def copy_states(
     chosen = {find_state(source, number).id for number in states}
     noted = {find_annotation(source, number).id for number in annotations}
     if not chosen and not noted:
-        raise EditError(
-            Message("Cannot copy"), Message("no state is selected"), Message("select states first")
-        )
+        raise EditError("Cannot copy", "no state is selected", "select states first")
     top = Automaton(
         id=source.id,
         states=tuple(state for state in source.states if state.id in chosen),
@@ -66,7 +64,7 @@ def parse(text: str | bytes, what: Message, path: Path | None = None) -> Documen
     document = parse_document(text, path or Path("document.xml"), diagnostics)
     if document is None:
         why = _with_line(diagnostics.errors[0])
-        raise EditError(what, why, Message("it must be a document with automata"))
+        raise EditError(what, why, "it must be a document with automata")
     return document
 
 
@@ -81,14 +79,10 @@ def written(document: Document) -> str:
     try:
         text = write_document(document)
     except DocumentNotWritableError as error:
-        raise EditError(
-            Message("Cannot write the document"), reason(error), Message("remove that character")
-        ) from error
+        raise EditError("Cannot write the document", reason(error), "remove that character") from error
     if len(text) > MAX_SIZE or len(text.encode()) > MAX_SIZE:
         why = Message("it is larger than {limit} MiB", limit=MAX_SIZE >> 20)
-        raise EditError(
-            Message("Cannot write the document"), why, Message("move parts of it to separate documents")
-        )
+        raise EditError("Cannot write the document", why, "move parts of it to separate documents")
     return text
 
 
@@ -131,9 +125,7 @@ def import_scxml(content: bytes, name: str) -> tuple[Document, list[Message]]:
     if document is None:
         why = _with_line(diagnostics.errors[0])
         raise EditError(
-            Message("Cannot open {file}", file=name),
-            why,
-            Message("see docs/how-to/scxml.md for what is understood"),
+            Message("Cannot open {file}", file=name), why, "see docs/how-to/scxml.md for what is understood"
         )
     return document, [
         _with_line(each) for each in sorted(diagnostics, key=lambda each: each.code not in LOST)

@@ -8,7 +8,7 @@ from collections.abc import Collection, Coroutine, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from codegen.messages import joined
+from codegen.messages import Message, joined
 from codegen.reasons import reason
 from visualhfsm._base.errors import SharedRobotError, VisualHfsmError
 from visualhfsm._document.serialization import written
@@ -36,10 +36,12 @@ class Components:
         self._stops: set[asyncio.Task[object]] = set()
 
     def require_rest(self) -> None:
-        """Raise VisualHfsmError while components run: they would drive a robot that is connected now."""
-        if names := [str(each["component"]) for each in self._workspace.present.components]:
+        """Raise VisualHfsmError while components start or run: they would drive a robot that comes."""
+        started = self._parts.started
+        present = {str(each["component"]) for each in self._workspace.present.components}
+        if names := (present - started.names(dry=True)) | started.names(dry=False):
             raise VisualHfsmError.because(
-                "stop {names} first: it would drive the real robot at once", names=", ".join(names)
+                "stop {names} first: it would drive the real robot at once", names=", ".join(sorted(names))
             )
 
     async def require_accepted(self, tab: Tab, accepted: Collection[str]) -> None:
@@ -94,7 +96,9 @@ class Components:
             file = await self._workspace.threads.do(lambda: self._new_recording(name))
             arguments = [*arguments, "--record", str(file), "--record-images"]
             recording = {"recording": self._workspace.project.root.name(file)}
-        started = await self._parts.started.start(source, arguments, dry_run=dry_run)
+        started = await self._parts.started.start(
+            source, arguments, dry_run=dry_run, require_ready=self._parts.robot.require_connected
+        )
         tab.generated = source.document
         tab.take_generated()
         self._workspace.publish_state()
@@ -130,16 +134,23 @@ class Components:
 
         The window that asked for it may close: it is repeated until the robot is still.
         """
-        parts = self._parts
+        parts, limit = self._parts, self._workspace.limits.component_end_seconds
         parts.started.announce_stop(by)
+        names = parts.started.names()
         stopping = self._stop(parts.followers.emergency_stop())
         try:
-            await asyncio.wait({stopping}, timeout=self._workspace.limits.component_end_seconds)
+            await asyncio.wait({stopping}, timeout=limit)
         finally:
-            self._stop(parts.started.stop_all())
-        return await asyncio.shield(stopping)
+            ending = self._stop(parts.started.stop_all())
+        report = await asyncio.shield(stopping)
+        if names and (unseen := names.difference(report.stopped, report.failed)):
+            await asyncio.wait({ending}, timeout=limit)  # what was starting was not in the realm yet
+            late = unseen & parts.started.names()
+            report.stopped.extend(sorted(unseen - late))
+            report.failed.update((name, Message("it has not ended yet")) for name in late)
+        return report
 
-    def _stop(self, work: Coroutine[Any, Any, object]) -> asyncio.Task[object]:
+    def _stop(self, work: Coroutine[Any, Any, Any]) -> asyncio.Task[Any]:
         stopping = asyncio.create_task(work, name="emergency stop")
         self._stops.add(stopping)
         stopping.add_done_callback(self._stops.discard)

@@ -20,7 +20,6 @@ from typing import Final, Literal
 import msgspec
 
 from codegen.messages import NO_MESSAGE, Message
-from codegen.reasons import reason
 from visualhfsm._base.environment import child_environment
 from visualhfsm._base.errors import MissingPackageError, VisualHfsmError, WouldOverwriteError
 from visualhfsm._base.watched_process import describe_exit
@@ -154,16 +153,12 @@ class OwnRobots:
             kept[descriptor] += data[: _MOST_OUTPUT - len(kept[descriptor])]
 
         child = ChildProcess(take)
-        try:
+        with VisualHfsmError.in_place_of(OSError, "{command} cannot be started: {reason}", command=module):
             await child.start(
                 [sys.executable, "-P", "-m", module, *options],
                 # Nothing is rendered, and threads of a library would take address space.
                 {**child_environment(), "MUJOCO_GL": "disable", "OPENBLAS_NUM_THREADS": "1"},
             )
-        except OSError as error:
-            raise VisualHfsmError.because(
-                "{command} cannot be started: {reason}", command=module, reason=reason(error)
-            ) from error
         assert child.pid is not None
         try:
             with suppress(ProcessLookupError):  # it has ended already

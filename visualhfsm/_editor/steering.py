@@ -69,7 +69,7 @@ async def save_robot(workspace: Workspace, _: Window, request: p.SaveRobot) -> d
 async def connect_robot(workspace: Workspace, _: Window, request: p.ConnectRobot) -> None:
     """Connect to a real robot."""
     workspace.components.require_rest()
-    await workspace.parts.robot.connect(request.address, request.start)
+    await workspace.parts.robot.connect(request.address, request.start, workspace.components.require_rest)
 
 
 async def look_at_trials(workspace: Workspace, _: Window, request: p.LookAtTrials) -> None:

@@ -53,8 +53,8 @@ class Tabs:
         if tab.recording is not None:
             raise EditError(
                 Message("{title} cannot be changed", title=tab.shown.title),
-                Message("a recording contains it as it ran"),
-                Message("make a copy with `Save as`, which can be changed"),
+                "a recording contains it as it ran",
+                "make a copy with `Save as`, which can be changed",
             )
         return tab
 

@@ -12,7 +12,6 @@ from typing import Final
 
 import msgspec
 
-from codegen.reasons import reason
 from hfsm_runtime.recording_file.messages import Action, Description, Picture, RobotPose, Snapshot, World
 from hfsm_runtime.recording_file.writer import RecordingFailedError, RecordingWriter
 from visualhfsm._base.errors import VisualHfsmError
@@ -53,10 +52,8 @@ class Recorder:
         self._communicator = follower.monitor.ice_getCommunicator()
         self._robot = robot
         self._run = newest.component.startedAt
-        try:
+        with VisualHfsmError.in_place_of(RecordingFailedError):
             self._writer = RecordingWriter.watching(path, follower.component, document)
-        except RecordingFailedError as error:
-            raise VisualHfsmError(reason(error)) from error
         self._writer.look("/world", World(list(robot.world.shapes)), self._since)
         if (described := follower.described) is not None:
             self._writer.look("/description", Description.of(described.body, described.looks), self._since)

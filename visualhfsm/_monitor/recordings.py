@@ -179,7 +179,7 @@ class RecordedPictures:
 
 def open_recording(path: Path, most_steps: int = _MOST_STEPS) -> RecordedRun:
     """Read a recording, or its beginning; raises VisualHfsmError when the file is not a recording."""
-    try:
+    with VisualHfsmError.in_place_of(RecordingError):
         recording = RecordingFile(path)
         file, content = recording.files.get("document", ("", b""))
         text = content.decode("utf-8", "replace")
@@ -193,8 +193,6 @@ def open_recording(path: Path, most_steps: int = _MOST_STEPS) -> RecordedRun:
                 shortened = _shortened(run.seconds, recording)
                 break
             run.take(message)
-    except RecordingError as error:
-        raise VisualHfsmError(reason(error)) from error
     run.finish()
     is_known = recorded.WATCHED not in recording.metadata or recorded.INTERVENTIONS in recording.metadata
     if run.log.newest is None:

@@ -72,10 +72,8 @@ def replay_recording(
     the document takes over from the recorded code; `until` ends it. Raises VisualHfsmError.
     """
     directories = [*include]
-    try:
+    with VisualHfsmError.in_place_of(RecordingError):
         recorded = RecordingFile(recording)
-    except RecordingError as error:
-        raise VisualHfsmError(reason(error)) from error
     if WATCHED in recorded.metadata:
         raise VisualHfsmError.because(
             "{recording} was recorded to be looked at: what --record writes is replayed",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any, Final
 
-from codegen.reasons import reason
 from visualhfsm._base.errors import VisualHfsmError
 from zenoh_ice import Settings, ZenohIceError
 
@@ -20,23 +19,19 @@ def read_ros_graph(settings: Settings) -> dict[str, Any]:
     The names are in `topics`, `services` and `actions`, the known types in `types` by `msg`, `srv` and
     `action`. It takes about a second. Raises VisualHfsmError.
     """
-    try:
+    with VisualHfsmError.in_place_of(ImportError, "the graph of ROS cannot be read: {reason}"):
         import zenoh_ros2  # its dependencies are needed only with ROS
-    except ImportError as error:
-        raise VisualHfsmError.because(
-            "the graph of ROS cannot be read: {reason}", reason=reason(error)
-        ) from error
-    try:
-        with zenoh_ros2.Node("visualhfsm", settings=zenoh_ros2.settings_of_node(settings)) as node:
-            node.graph.wait(lambda: False, _SEARCH_TIME)
-            found = {
-                "topics": node.graph.topics(),
-                "services": node.graph.services(),
-                "actions": node.graph.actions(),
-            }
-            types = {kind: node.types.names(kind) for kind in ("msg", "srv", "action")}
-    except (zenoh_ros2.RosError, ZenohIceError) as error:
-        raise VisualHfsmError.because(
-            "the graph of ROS cannot be read: {reason}", reason=reason(error)
-        ) from error
+    with (
+        VisualHfsmError.in_place_of(
+            (zenoh_ros2.RosError, ZenohIceError), "the graph of ROS cannot be read: {reason}"
+        ),
+        zenoh_ros2.Node("visualhfsm", settings=zenoh_ros2.settings_of_node(settings)) as node,
+    ):
+        node.graph.wait(lambda: False, _SEARCH_TIME)
+        found = {
+            "topics": node.graph.topics(),
+            "services": node.graph.services(),
+            "actions": node.graph.actions(),
+        }
+        types = {kind: node.types.names(kind) for kind in ("msg", "srv", "action")}
     return {**{name: dict([*each.items()][:_MOST_SHOWN]) for name, each in found.items()}, "types": types}

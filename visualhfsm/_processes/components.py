@@ -79,33 +79,40 @@ class StartedComponents(PerDocument["StartedComponent"]):
         generated = await self.do(source.tab, lambda component: component.generate(source))
         return {"path": str(generated.component)}
 
+    def names(self, *, dry: bool | None = None) -> set[str]:
+        """Return the names of what starts or runs: with `dry` only of dry runs, or only of others."""
+        return {name for each in self for name, is_dry in each.names if dry in (None, is_dry)}
+
     async def start(
-        self, source: messages.Source, arguments: Sequence[str], *, dry_run: str | None = None
+        self,
+        source: messages.Source,
+        arguments: Sequence[str],
+        *,
+        dry_run: str | None = None,
+        require_ready: Callable[[], None] = lambda: None,
     ) -> dict[str, str]:
         """Generate and start; the tab's former process is stopped first. Return the name of the component.
 
-        A `dry_run` has a fake robot with the body of this name instead of the realm's robot.
+        A `dry_run` has a fake robot with the body of this name instead of the realm's robot. Without one,
+        `require_ready` raises VisualHfsmError while nothing may begin; it is asked at the last moment.
 
         Nobody could distinguish two components of the same name: the second one is refused.
         """
         if dry_run is not None:
             dry_run = body_option(self._folder, await asyncio.to_thread(require_body, self._folder, dry_run))
-        await self.do(source.tab, lambda component: self._start(component, source, arguments, dry_run))
-        return {"component": source.component}
 
-    async def _start(
-        self,
-        component: StartedComponent,
-        source: messages.Source,
-        arguments: Sequence[str],
-        dry_run: str | None,
-    ) -> None:
-        if any(source.component in other.names for other in self if other is not component):
-            raise VisualHfsmError.because(
-                "another document runs as {name}: stop it first, or save this one under another name",
-                name=source.component,
-            )
-        await component.start(source, arguments, dry_run=dry_run)  # which takes the name before it waits
+        async def start(component: StartedComponent) -> None:
+            if any(source.component in dict(other.names) for other in self if other is not component):
+                raise VisualHfsmError.because(
+                    "another document runs as {name}: stop it first, or save this one under another name",
+                    name=source.component,
+                )
+            if dry_run is None:
+                require_ready()
+            await component.start(source, arguments, dry_run=dry_run)  # which takes the name before it waits
+
+        await self.do(source.tab, start)
+        return {"component": source.component}
 
     async def stop(self, tab: int, by: messages.Stopper | None = None) -> None:
         """Stop the tab's process, if one runs; `by` says who wants that."""
@@ -191,13 +198,14 @@ class StartedComponent:
         self._stopped_by: messages.Stopper | None = None
         self.component = ""
         """The name of the component that starts or runs; empty when there is none."""
-        self._next = ""
-        """That of the one that starts once the former one has ended."""
+        self._is_dry = False
+        self._next = ("", False)
+        """That of the one that starts once the former one has ended, and whether it is a dry run."""
 
     @property
-    def names(self) -> tuple[str, str]:
-        """The names that no other component may have."""
-        return self.component, self._next
+    def names(self) -> list[tuple[str, bool]]:
+        """The names that no other component may have, each with whether it is a dry run."""
+        return [each for each in ((self.component, self._is_dry), self._next) if each[0]]
 
     @property
     def origins(self) -> Origins | None:
@@ -221,19 +229,19 @@ class StartedComponent:
 
         It is only stopped when the next one could be generated.
         """
-        self._next = source.component
+        self._next = source.component, dry_run is not None
         directory, generated = self._make_directory(), None
         try:
             if self._process.is_running:
                 generated = await asyncio.to_thread(directory.generate, source)
                 await self.stop()
         except BaseException:
-            self._next = ""
+            self._next = ("", False)
             directory.close()
             raise
         self._directory.close()
         self._directory = directory
-        self.component, self._next = self._next, ""
+        (self.component, self._is_dry), self._next = self._next, ("", False)
         self._stopping = False
         self._stopped_by = None
         self._report("generating")

@@ -12,7 +12,7 @@ import re
 import sys
 import time
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Final, Literal
@@ -127,7 +127,7 @@ class StartedRobot:
             title=called(seen.title),
             speed=seen.speed,
             since=self._lost_at,
-            stopped=translated(seen.stopped),
+            stopped=translated(seen.stopped or ""),
             started=self._kind,
             simulation=msgspec.structs.replace(self._simulation, balls=moving or self._simulation.balls),
             has_balls=seen.has_balls,
@@ -135,10 +135,19 @@ class StartedRobot:
             trouble=self._trouble,
         )
 
+    def require_connected(self) -> None:
+        """Raise VisualHfsmError while a real robot is being connected: what starts now would drive it."""
+        if self._kind == "real" and self._status() == "starting":
+            raise VisualHfsmError.because(
+                "{name} is being connected: run this when the robot is there and may move", name=self._name
+            )
+
     def observe(self, presence: RobotPresence) -> None:
         """Update the state of the realm's robot."""
         if self._stopping or (presence.present and time.monotonic() - self._left_at < _LEAVING):
             return
+        if presence.present and presence.stopped is None and self._kind and not self._was_present:
+            return  # a run that waits for it has to know whether it is stopped
         self._left_at = -_LEAVING
         if presence.present:
             self._was_present, self._lost_at = True, 0.0
@@ -160,19 +169,23 @@ class StartedRobot:
         simulation = msgspec.structs.replace(simulation, body=body)
         if self._status() == "starting" and self._kind == "simulation" and simulation == self._simulation:
             return  # another window has asked for it already
-        self._simulation = simulation
+
+        def begin() -> None:
+            self._simulation = simulation
+
         options = [
             f"--world={simulation.world}",
             f"--speed={simulation.speed}",
             f"--body={body_option(self._root, body)}",
         ]
-        await complete(self._start("simulation", "", "naoserver_sim", options))
+        await complete(self._start("simulation", "", "naoserver_sim", options, begin))
 
-    async def connect(self, address: str, start: str) -> None:
+    async def connect(self, address: str, start: str, require_rest: Callable[[], None]) -> None:
         """Connect to a real robot by its host, such as nao.local; return before it is present.
 
         `start` is its first action, as `--start` of `naoserver-naoqi`. A robot that stands up at the start
-        crouches at the end.
+        crouches at the end. `require_rest` raises VisualHfsmError while something runs that would drive the
+        robot: it is asked at the last moment, too.
         """
         match = _ADDRESS.fullmatch(address)
         if match is None:
@@ -181,7 +194,7 @@ class StartedRobot:
             )
         url = address if match["scheme"] else f"tcp://{address}"
         options = [f"--robot={url}", f"--start={start}", f"--end={'rest' if start == 'stand' else 'leave'}"]
-        await complete(self._start("real", address, "naoserver.naoqi", options))
+        await complete(self._start("real", address, "naoserver.naoqi", options, require_rest))
 
     async def move_balls(self, *, moving: bool) -> None:
         """Move the balls of the simulation along their routes, or leave them where they are."""
@@ -189,7 +202,6 @@ class StartedRobot:
             raise VisualHfsmError.because(
                 "the simulation has no balls that can be moved: choose the world balls"
             )
-        self._simulation = msgspec.structs.replace(self._simulation, balls=moving)
         await complete(self._move_balls(moving=moving))
 
     async def end(self) -> None:
@@ -207,7 +219,12 @@ class StartedRobot:
                 process.kill()
 
     async def _start(
-        self, kind: Literal["simulation", "real"], name: str, module: str, options: Sequence[str]
+        self,
+        kind: Literal["simulation", "real"],
+        name: str,
+        module: str,
+        options: Sequence[str],
+        begin: Callable[[], None],
     ) -> None:
         async with self._busy:  # until it is started: two windows may ask for different robots at once
             if self._presence.present and not self._server.is_running:
@@ -215,6 +232,7 @@ class StartedRobot:
                     "there is already a robot that was not started here: end that one first"
                 )
             await self._end_all()
+            begin()  # which may refuse it: nothing is awaited from here until `require_connected` knows
             self._kind = kind
             self._name = name
             self._trouble = NO_MESSAGE
@@ -274,6 +292,7 @@ class StartedRobot:
                     await self._launch(mover, [sys.executable, "-P", "-m", "ballmover", color])
             if not moving:
                 await self._end_movers()
+            self._simulation = msgspec.structs.replace(self._simulation, balls=moving)
             self._report()
 
     async def _launch(self, process: WatchedProcess, command: Sequence[str]) -> None:

@@ -49,9 +49,9 @@ def judge(run: JudgedRun, criterion: Criterion, exercise: Exercise, language: st
     return _by_state(run, criterion, criterion.state, exercise.events, language)
 
 
-def did(run: JudgedRun, language: str) -> str:
+def did(run: JudgedRun, language: str, *, failed: bool) -> str:
     """Return in which states a run was, and for how long: the first ones, in words."""
-    current = run.current()
+    current = run.current(failed=failed)
     if not current:
         return ""
     if len(current) == 1:

@@ -195,7 +195,7 @@ class _Judge(JudgedRun):
 
     def end(self, outcome: Outcome) -> None:
         """Judge it, unless an error ended it."""
-        self.did = did(self, self._language)
+        self.did = did(self, self._language, failed=bool(outcome.error))
         if outcome.error:
             return
         self.verdicts = [

@@ -80,14 +80,13 @@ class JudgedRun:
                 begin = None
         return [*found, (begin, self.time)] if begin is not None else found
 
-    def current(self) -> list[tuple[float, float, str]]:
-        """Return which states were current, by their paths, and from when to when in s."""
+    def current(self, *, failed: bool = False) -> list[tuple[float, float, str]]:
+        """Return which states were current for some time, or last as it `failed`: from, to in s, paths."""
         ends = [*(time for time, _ in self.changes[1:]), self.time]
-        return [
-            (begin, end, ", ".join(paths))
-            for (begin, paths), end in zip(self.changes, ends, strict=True)
-            if end > begin
+        found = [
+            (begin, end, ", ".join(paths)) for (begin, paths), end in zip(self.changes, ends, strict=True)
         ]
+        return [each for each in found if each[1] > each[0] or (failed and each is found[-1])]
 
     def entered(self, state: str, after: float = 0.0) -> float | None:
         """Return when a state is current for the first time after a time in s; None if it never is."""

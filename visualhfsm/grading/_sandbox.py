@@ -42,6 +42,7 @@ _MOST_REQUESTS: Final = 200_000
 _MOST_RECEIVED: Final = 64 << 20
 """Bytes of all its messages in a trial: the judge remembers the calls."""
 _LONGEST_REASON: Final = 300
+_NO_MESSAGE: Final = "its code broke the program that runs it (are builtins replaced?), in {where}: {error}"
 
 M = TypeVar("M")
 
@@ -177,7 +178,7 @@ class Sandbox:
         except protocol.PipeError as error:
             self._break(self._why_ended(str(error), where))
         except (msgspec.MsgspecError, RecursionError) as error:
-            self._break(f"its process sent what is no message, in {where}: {error}")
+            self._break(_NO_MESSAGE.format(where=where, error=error))
         finally:
             self._depth -= 1
         if isinstance(request, protocol.Begin):
@@ -191,14 +192,14 @@ class Sandbox:
         try:
             return self._decode_values(bytes(encoded))
         except (msgspec.MsgspecError, RecursionError) as error:
-            self._break(f"its process sent what is no message, in {where}: {error}")
+            self._break(_NO_MESSAGE.format(where=where, error=error))
 
     def value(self, encoded: msgspec.Raw, where: str) -> Any:  # noqa: ANN401 - whatever MessagePack knows
         """Return a variable that its code has sent. Raises SubmissionBroken."""
         try:
             return typed.from_msgpack(bytes(encoded))
         except (msgspec.MsgspecError, ValueError, RecursionError) as error:
-            self._break(f"its process sent what is no message, in {where}: {error}")
+            self._break(_NO_MESSAGE.format(where=where, error=error))
 
     def close(self) -> None:
         """End the process and everything that it has started."""
@@ -343,7 +344,8 @@ class Sandbox:
             return f"used too much time of the processor, in {where}"
         if number in signal.valid_signals():
             return f"its process was killed by {explain_signal(number)} in {where}"
-        return f"its process ended by itself with exit code {code} in {where}"
+        why = " (are builtins replaced?)" if code == 1 else ""
+        return f"its process ended by itself with exit code {code} in {where}{why}"
 
 
 def ended_by(code: int) -> int:

@@ -91,7 +91,7 @@ class Analyses:
         if findings.proofs is None:
             what = Message("Cannot prove the properties of {version}", version=version.title)
             if not findings.problems:  # nothing was drawn yet, which is no problem
-                raise EditError(what, Message("it has no states"), Message("draw some first"))
+                raise EditError(what, "it has no states", "draw some first")
             errors = [each.message for each in findings.problems if each.severity == "error"]
             why = errors[0] if errors else findings.problems[-1].message
             raise EditError(
@@ -140,9 +140,7 @@ class Analyses:
         version = self.version
         if version.path is None and directory is None:
             hint = Message("save it first, or name a directory")
-            raise EditError(
-                Message("Cannot generate the component"), Message("the document has no file yet"), hint
-            )
+            raise EditError("Cannot generate the component", "the document has no file yet", hint)
         output = None if directory is None else Path(directory)
         diagnostics = Diagnostics()
         file, content = self._source(version)

@@ -43,7 +43,7 @@ class CheckProcess:
         text = written(document)
         for limit in (None, 0):
             if self._closed.is_set():
-                raise EditError(Message("Cannot check the document"), Message("the checks have been ended"))
+                raise EditError("Cannot check the document", "the checks have been ended")
             question = Question(text, str(path or self._folder / UNTITLED), [*map(str, include)], limit)
             try:
                 answer = self._process.ask(msgspec.json.encode(question), self._patience)

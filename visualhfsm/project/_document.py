@@ -195,11 +195,9 @@ class OpenDocument(Analyses):
         with self._lock:
             what = Message("Cannot use {version}", version=self._version.title)
             if self._closed:
-                raise EditError(what, Message("it is closed"), Message("open it again"))
+                raise EditError(what, "it is closed", "open it again")
             if self._notifying:
-                raise EditError(
-                    what, Message("its listeners are being notified"), Message("change it after that")
-                )
+                raise EditError(what, "its listeners are being notified", "change it after that")
             self._depth += 1
             try:
                 yield
@@ -227,7 +225,7 @@ class OpenDocument(Analyses):
                 if not several
                 else Message("only one command at a time has a base")
             )
-            raise EditError(Message("Cannot change the document"), why, Message("pass one command"))
+            raise EditError("Cannot change the document", why, "pass one command")
         with self.together():
             before = self._edited.document
             self._edited.require_all(several)
@@ -374,7 +372,7 @@ class OpenDocument(Analyses):
         """Resolve a change of the file by another program: keep `mine`, take `theirs`, or `merge` both."""
         if choice not in {*Choice}:
             raise EditError(
-                Message("Cannot resolve the change"),
+                "Cannot resolve the change",
                 Message("{choice} is none of {choice2}", choice=choice, choice2=", ".join(Choice)),
             )
         with self.together():
@@ -449,4 +447,4 @@ def _validated(command: Command) -> Command:
     try:
         return decode_command(msgspec.json.encode(command))
     except (TypeError, UnicodeEncodeError) as error:
-        raise EditError(Message("Cannot understand the command"), reason(error)) from error
+        raise EditError("Cannot understand the command", reason(error)) from error

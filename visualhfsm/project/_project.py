@@ -285,11 +285,7 @@ class Project:
         self, make: Callable[[], EditedDocument], remarks: Sequence[Message] | None = None
     ) -> OpenDocument:
         if self._closed:
-            raise EditError(
-                Message("Cannot open a document"),
-                Message("the project is closed"),
-                Message("make another Project"),
-            )
+            raise EditError("Cannot open a document", "the project is closed", "make another Project")
         self.require_room()
         edited = make()
         edited.merge_within = self._merge_within

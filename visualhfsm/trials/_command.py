@@ -135,6 +135,7 @@ def trials(
     from rich.console import Console
 
     from ._comparison import Comparison
+    from ._facts import facts_of
     from ._outcomes import SUFFIX
     from ._progress import Where, run_all
     from ._statistics import require_scipy
@@ -159,8 +160,13 @@ def trials(
             _write_page(report, plan, summary, file, console, workers=workers)
     for summary, name in zip(summaries, names, strict=True):
         show(console, summary, name)
+    if plans[0].success.state is None and plans[0].success.function is None:
+        counts = "".join(f", {each}" for each in facts_of(plans[0], "").counts)
+        words = f"no error ends it within {plans[0].limit:g} s{counts}"
+        console.print(f"Success: {words}; --success STATE asks for more.", style="dim", highlight=False)
     if len(summaries) == 2:
-        show_comparison(console, Comparison(*summaries), (names[0], names[1]))
+        comparison = Comparison(*summaries, limit=max(plan.limit for plan in plans))
+        show_comparison(console, comparison, (names[0], names[1]))
 
 
 def _tune(where: Where, plan: Plan, settings: int, cost: str, path: Path) -> None:
@@ -178,7 +184,7 @@ def _tune(where: Where, plan: Plan, settings: int, cost: str, path: Path) -> Non
         run_all(where, each, path.with_name(f"{path.name}.{name}{OUTCOMES}")) for name, each in plans.items()
     )
     show(where.console, after, "tuned")
-    show_comparison(where.console, Comparison(before, after), ("untuned", "tuned"))
+    show_comparison(where.console, Comparison(before, after, limit=plan.limit), ("untuned", "tuned"))
     where.console.print()
     for name, value in found.items():
         where.console.print(f"{name} = {value!r}", highlight=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -9,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from ._errors import TrialsError
-from ._statistics import Mean, Rate, mcnemar, mean_of, rate_difference
+from ._statistics import UNBOUNDED, Mean, Rate, mcnemar, mean_of, rate_difference
 from ._summary import Row, Summary
 
 _SIGNIFICANT: Final = 0.05
@@ -25,9 +26,9 @@ class MeanChange:
 
 
 class Comparison:
-    """What differs between two series, trial by trial; only trials that both have count."""
+    """What differs between two series, trial by trial, of at most `limit` s; only what both have counts."""
 
-    def __init__(self, first: Summary, second: Summary) -> None:
+    def __init__(self, first: Summary, second: Summary, *, limit: float = math.inf) -> None:
         others = {row.number: row for row in second.rows}
         self._pairs: Final = [(row, others[row.number]) for row in first.rows if row.number in others]
         if not self._pairs:
@@ -52,7 +53,7 @@ class Comparison:
         both = [pair for pair in self._pairs if pair[0].success and pair[1].success]
         self.both: Final = len(both)
         """The number of trials in which both succeed."""
-        self.numbers: Final[Mapping[str, MeanChange]] = _changes(both)
+        self.numbers: Final[Mapping[str, MeanChange]] = _changes(both, limit)
         """The numbers of trials in which both succeed: one that fails has other ones."""
 
     @property
@@ -73,7 +74,7 @@ class Comparison:
         return f"{gained} gained, {lost} lost: {real} (p = {self.chance:.3g})"
 
 
-def _changes(pairs: Sequence[tuple[Row, Row]]) -> dict[str, MeanChange]:
+def _changes(pairs: Sequence[tuple[Row, Row]], limit: float) -> dict[str, MeanChange]:
     if not pairs:
         return {}
     names = [
@@ -83,6 +84,7 @@ def _changes(pairs: Sequence[tuple[Row, Row]]) -> dict[str, MeanChange]:
     for name in names:
         first = [a.numbers[name] for a, _ in pairs]
         second = [b.numbers[name] for _, b in pairs]
-        difference = mean_of(np.subtract(second, first).tolist())
+        bounds = (-limit, limit) if name == "time" else UNBOUNDED
+        difference = mean_of(np.subtract(second, first).tolist(), bounds)
         found[name] = MeanChange(float(np.mean(first)), float(np.mean(second)), difference)
     return found

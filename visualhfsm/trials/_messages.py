@@ -109,6 +109,7 @@ class TrialsView(_View, frozen=True):
     """A series of trials; `planned` are more than `share.trials` while it runs.
 
     `looks` is how many were asked for, one time after the other: several if some were added after a look.
+    `from_start` of them succeed before anything happens; `equal` says that nothing differs between several.
     """
 
     name: str
@@ -120,6 +121,8 @@ class TrialsView(_View, frozen=True):
     maps: list[PlaceMap]
     ways: list[Way]
     worst: list[Trial]
+    from_start: int
+    equal: bool
     origin: Origin | None = None
 
 

@@ -95,10 +95,29 @@ class Summary:
         if (more := len(self.ways) - _SHOWN_WAYS) > 0:
             ways.append(f"and {more} other way{'s' if more > 1 else ''}")
         return f"{self.rate.successes} of {self.rate.trials} succeed: {self.rate}" + "".join(
-            f"\n  {way}" for way in ways
+            f"\n  {line}" for line in (*self.warnings, *ways)
         )
 
     __repr__ = __str__
+
+    @property
+    def warnings(self) -> list[str]:
+        """Why the rate says less than its figures, in sentences."""
+        trials = self.rate.trials
+        start = f"Success is true from the start in {self.from_start} of {trials}: that says nothing."
+        equal = f"The {trials} trials are equal: they say as much as one."
+        return [words for words, holds in ((start, self.from_start), (equal, self.are_equal)) if holds]
+
+    @cached_property
+    def from_start(self) -> int:
+        """How many succeed before anything happens."""
+        return sum(row.success and row.time == 0.0 for row in self.rows)
+
+    @cached_property
+    def are_equal(self) -> bool:
+        """Whether there are several trials, and nothing differs between them."""
+        rows = [row._replace(number=0) for row in self.rows]
+        return len(rows) > 1 and all(row == rows[0] for row in rows)
 
     @cached_property
     def rate(self) -> Rate:
@@ -137,10 +156,10 @@ class Summary:
 
     @cached_property
     def worst(self) -> list[Row]:
-        """The ten worst trials: those that fail, of rare ways first, then the slowest ones."""
+        """The ten worst trials: those that fail, of rare ways first, then the slowest; of equal ones, one."""
         rarity = Counter(_way(row) for row in self.rows if not row.success)
         ranked = sorted(self.rows, key=lambda row: (row.success, rarity[_way(row)], -row.time, row.number))
-        return ranked[:_WORST]
+        return ranked[: 1 if self.are_equal else _WORST]
 
     @cached_property
     def maps(self) -> list[Map]:

@@ -10,7 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ._comparison import Comparison
-from ._statistics import SMALL, Mean, figure, percent
+from ._statistics import SMALL, Mean, figure, percent, rarest
 from ._summary import Summary
 
 _BAR: Final = 20
@@ -33,6 +33,8 @@ def show(console: Console, summary: Summary, title: str) -> None:
     console.print(
         Text.assemble((title, "bold"), f"  {rate.successes} of {rate.trials} succeed: ", (str(rate), "bold"))
     )
+    for warning in summary.warnings:
+        console.print(warning, style="yellow", highlight=False)
     if 0 < rate.trials < SMALL:
         console.print(_SAYS_LITTLE, style="dim")
     if len(summary.looks) > 1:
@@ -61,8 +63,9 @@ def show_comparison(console: Console, comparison: Comparison, names: tuple[str, 
         console.print("Fresh trials, of another --seed, are looked at once.", style="dim")
     if comparison.numbers:
         few = f" {_SAYS_LITTLE}" if comparison.both < SMALL else ""
+        unseen = f"What happens in fewer than {percent(rarest(comparison.both))} % may be missing."
         console.print(
-            f"The means are of the {comparison.both} trials in which both succeed.{few}", style="dim"
+            f"The means are of the {comparison.both} trials in which both succeed.{few} {unseen}", style="dim"
         )
     for label, numbers in ((names[0], comparison.only_first), (names[1], comparison.only_second)):
         if numbers:
@@ -74,7 +77,7 @@ def _of_difference(difference: Mean, shown: Callable[..., str], unit: str = "") 
     if difference.interval is None:
         return f"{mean} {difference.why}"
     low, high = (shown(each, sign=True) for each in difference.interval)
-    return f"{mean}  ({low} to {high}{unit})"
+    return f"{mean}  ({low} to {high}{unit}) {difference.why}".rstrip()
 
 
 def bar(part: float, length: int) -> Text:
@@ -140,7 +143,9 @@ def _ways(summary: Summary) -> RenderableType | None:
     return table if left <= 0 else Group(table, Text(f"and {left} other ways", style="dim"))
 
 
-def _worst(summary: Summary) -> RenderableType:
+def _worst(summary: Summary) -> RenderableType | None:
+    if summary.are_equal:
+        return None
     numbers = [row.number for row in summary.worst]
     return Text.assemble(
         "The worst: ", (_named(numbers), "bold"), ("  one again: --only NUMBER --record FILE", "dim")

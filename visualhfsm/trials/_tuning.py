@@ -17,11 +17,14 @@ from typing import TYPE_CHECKING, Final
 
 import msgspec
 
+from zenoh_ice.status import version_of
+
 from ._errors import TrialsError
 from ._outcomes import Outcome, Record, read_outcomes
 from ._plan import Plan
 from ._quantities import Quantity, Spread, Value
 from ._series import Pool, Series, run_tasks
+from ._summary import Summary
 from ._worker import Task
 
 if TYPE_CHECKING:
@@ -100,20 +103,24 @@ class Tuning:
         """Return the best parameters, or None when `stop` was set.
 
         Outcomes are kept in a file, with which the same search goes on, or begins `again`. `ended` is called
-        with numbers of trials that have ended or that nobody needs. Raises TrialsError.
+        with numbers of trials that have ended or that nobody needs. Raises TrialsError, also if all fail.
         """
         import optuna  # needs a second
 
         optuna.logging.set_verbosity(optuna.logging.WARNING)
-        with warnings.catch_warnings():  # the pruner counts as experimental since 2024
+        with warnings.catch_warnings():  # the pruner counts as experimental, and in Optuna 4 both arguments
             warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
             pruner = optuna.pruners.WilcoxonPruner()
-        sampler = optuna.samplers.TPESampler(seed=self._plan.seed)
+            sampler = optuna.samplers.TPESampler(  # so, Optuna 4.9.0 and 5.0.0 ask for the same settings
+                seed=self._plan.seed, multivariate=False, constant_liar=True
+            )
         study = optuna.create_study(sampler=sampler, pruner=pruner)
         space = {name: _distribution(each) for name, each in self._space.items()}
         header = self._series.header
+        versions = {**header.versions, **{name: version_of(name) for name in ("optuna", "scipy")}}
         digest = f"{header.digest}/{self._plan.runs}"
-        with Record(file, msgspec.structs.replace(header, digest=digest), again=again) as record:
+        header = msgspec.structs.replace(header, digest=digest, versions=versions)
+        with Record(file, header, again=again) as record:
             runs = _Runs(self._series, record, pool, ended, stop)
             if not self._learn_failure(runs):
                 return None
@@ -121,6 +128,7 @@ class Tuning:
                 asked = [study.ask(space) for _ in range(min(_SIDE_BY_SIDE, self.settings - first))]
                 if not self._run_side_by_side(study, asked, runs):
                     return None
+            runs.require_success()
         return dict(study.best_params)
 
     def _learn_failure(self, runs: _Runs) -> bool:
@@ -199,6 +207,15 @@ class _Runs:
         self._runs = series.plan.runs
         self._known = {outcome.number: outcome for outcome in read_outcomes(record.path)}
         self.ended = ended
+
+    def require_success(self) -> None:
+        """Raise TrialsError if no trial of a setting succeeded, with what they fail of."""
+        tried = [outcome for outcome in self._known.values() if outcome.number > self._runs]
+        if not any(outcome.success for outcome in tried):
+            way = Summary(tried, ()).ways[0]
+            words = "no setting is best, as all trials fail, {count} of {all} so: {reason} in {states}"
+            count = {"count": len(way.numbers), "all": len(tried)}
+            raise TrialsError.because(words, reason=way.reason, states=way.states, **count)
 
     def outcomes(self, plans: Mapping[int, Plan], numbers: range) -> dict[tuple[int, int], Outcome] | None:
         """Return the outcomes of trials of some settings, by setting and number; None when it is to stop."""

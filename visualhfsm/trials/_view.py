@@ -82,6 +82,8 @@ def view_of(plan: Plan, summary: Summary, file: Path, pages: Mapping[int, str] |
         worst=[
             _trial(row, timelines[row.number], (pages or {}).get(row.number, "")) for row in summary.worst
         ],
+        from_start=summary.from_start,
+        equal=summary.are_equal,
     )
 
 

@@ -12,7 +12,14 @@ import sys
 from collections.abc import Iterable
 from importlib.machinery import PathFinder
 
-__all__ = ["begin_loading", "end_at_ctrl_c", "hidden_interfaces", "missing_package", "tether_command"]
+__all__ = [
+    "begin_loading",
+    "end_at_ctrl_c",
+    "hidden_interfaces",
+    "missing_package",
+    "say_version",
+    "tether_command",
+]
 
 _TETHER = f"{os.path.dirname(__file__)}/tether.py"  # noqa: PTH120 - pathlib takes time to load
 
@@ -26,6 +33,7 @@ def begin_loading(*, with_interfaces: bool = True) -> None:
     Imported objects all stay, and checking them takes a tenth of the time. `cli.run` ends both. A command
     `with_interfaces` exits with an error if a user's module hides those of VisualHFSM.
     """
+    say_version()
     end_at_ctrl_c()
     gc.disable()
     if with_interfaces and (problem := hidden_interfaces()):
@@ -58,6 +66,15 @@ def end_at_ctrl_c() -> None:
     Nothing is cleaned up, so use it only while there is nothing to clean up.
     """
     signal.signal(signal.SIGINT, lambda _number, _frame: os._exit(_INTERRUPTED))
+
+
+def say_version() -> None:
+    """Print the version of the installed wheel and exit, if the command is `--version`."""
+    if sys.argv[1:] == ["--version"]:
+        from zenoh_ice.status import own_version, program_name
+
+        sys.stdout.write(f"{program_name()} {own_version()}\n")
+        sys.exit(0)
 
 
 def missing_package(error: ModuleNotFoundError, extra: str) -> str:

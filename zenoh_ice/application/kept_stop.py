@@ -36,6 +36,10 @@ class Kept(msgspec.Struct, frozen=True, kw_only=True):
     stop: str = ""
     """Why the robot is stopped; empty while it is not."""
     lease: KeptLease | None = None
+    body: str = ""
+    """The body of the simulated robot that all this is about; empty for any robot, as for a real one."""
+    aside: dict[str, str] = {}
+    """Why simulated robots of other bodies are stopped, which were served here before."""
 
 
 def kept_directory() -> Path:

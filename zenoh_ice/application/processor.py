@@ -1,4 +1,4 @@
-"""What the processor lacks for the libraries that we load: they end a process that it cannot run."""
+"""What a computer lacks for MuJoCo: instructions of its processor, or a part of the package."""
 
 from __future__ import annotations
 
@@ -6,12 +6,23 @@ import platform
 from pathlib import Path
 from typing import Final
 
-__all__ = ["lacks_of_mujoco"]
+__all__ = ["IN_PART", "is_in_part", "lacks_of_mujoco"]
+
+IN_PART: Final = (
+    "MuJoCo is installed in part",
+    "pip install --force-reinstall --no-deps mujoco mujoco-core mujoco-studio",
+)
+"""What pip leaves that installs MuJoCo 4 over an older one, and the remedy (its release notes of 4.0.0)."""
 
 _NEEDED: Final = "avx"
 """What MuJoCo's library for x86-64 asks for (its programming guide, "Introduction")."""
 _FACTS: Final = Path("/proc/cpuinfo")
 _ONE: Final = 1 << 13  # bytes with the facts of the first processor; computing those of all takes time
+
+
+def is_in_part(error: str) -> bool:
+    """Return whether an import failed because MuJoCo is installed in part."""
+    return "mujoco-core" in error
 
 
 def lacks_of_mujoco() -> str:

@@ -19,7 +19,9 @@ from nao_tools._doctor.installation import check_installation
 from nao_tools._doctor.machine import check_machine, check_robots
 from nao_tools._doctor.network import check_network, holder_of
 from naoserver.latch import Latch, latch_of
+from tests.support.limits import RUN_LIMIT
 from tests.support.nao_command import nao
+from tests.support.places import ROOT
 from zenoh_ice.settings import Settings, load_settings
 
 RENAME = "rename it, or take its folder from PYTHONPATH"
@@ -90,15 +92,43 @@ def test_where_only_ascii_is_known_a_folder_with_other_letters_keeps_python_from
     assert "set LC_ALL=C.UTF-8" in text
 
 
+def mujoco_in_part(folder: Path) -> str:
+    """Return where Python finds, before the genuine one, what `pip install mujoco==4.0.0` makes of a 3.12.0."""
+    (folder / "mujoco").mkdir()
+    (folder / "mujoco" / "__init__.py").write_text("""\
+try:
+    import mujoco._specs
+except ImportError as error:
+    raise ImportError(
+        "The 'mujoco' package is installed, but its core bindings ('mujoco-core') are missing or corrupted (for"
+        " example, after uninstalling a previous monolithic 'mujoco' package). Repair your environment with:\\n"
+        "  pip install --force-reinstall --no-deps mujoco mujoco-core mujoco-studio"
+    ) from error
+""")
+    return f"{folder}{os.pathsep}{ROOT}"
+
+
 @pytest.mark.slow
-def test_a_process_that_cannot_render_is_reported_with_what_to_install(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_rendering_that_is_switched_off_is_reported_with_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MUJOCO_GL", "off")
     done = nao("doctor", "--json")
     assert done.code == 1
-    (text,) = (each["text"] for each in json.loads(done.out) if "rendering" in each["text"])
-    assert "rendering is switched off by MUJOCO_GL=off" in text
+    (found,) = (each for each in json.loads(done.out) if "rendering" in each["text"])
+    assert "rendering is switched off by MUJOCO_GL=off" in found["text"]
+    assert found["fix"] == "unset MUJOCO_GL"
+
+
+@pytest.mark.slow
+def test_a_mujoco_that_is_installed_in_part_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    in_part = mujoco_in_part(tmp_path)
+    monkeypatch.setenv("PYTHONPATH", in_part)
+    text = "MuJoCo is installed in part"
+    (found,) = (each for each in check_machine() if "MuJoCo" in each.text)
+    remedy = "pip install --force-reinstall --no-deps mujoco mujoco-core mujoco-studio"
+    assert found == Finding(Level.FAILURE, text, remedy)
+    command = [sys.executable, "-P", "-m", "naoserver_sim"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=RUN_LIMIT)
+    assert (done.returncode, done.stderr) == (1, f"naoserver-sim: error: {text}: {remedy}\n")
 
 
 @pytest.mark.slow
@@ -112,8 +142,8 @@ def test_robots_that_start_stopped_are_listed(tmp_path: Path, monkeypatch: pytes
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
     assert list(check_robots()) == [Finding(Level.OK, "none is stopped")]
 
-    def serving(realm: str) -> Latch:
-        latch = latch_of(Settings(realm=realm, listen=("tcp/127.0.0.1:7447",)))
+    def serving(realm: str, body: str = "") -> Latch:
+        latch = latch_of(Settings(realm=realm, listen=("tcp/127.0.0.1:7447",)), body=body)
         assert isinstance(latch, Latch)
         return latch
 
@@ -122,7 +152,13 @@ def test_robots_that_start_stopped_are_listed(tmp_path: Path, monkeypatch: pytes
     with serving("red") as red:
         red.keep("a hand in the way", None)
     serving("killed").__enter__().release()
-    killed, stopped = check_robots()
+    with serving("simulated", "T1") as simulated:
+        simulated.keep("smoke", None)
+    with serving("simulated", "G1"):
+        pass
+    killed, stopped, aside = check_robots()
+    assert aside.text == "the simulated T1 of realm simulated is stopped: smoke"
+    assert aside.fix == "start it, then: nao stop --reset --realm simulated"
     assert (killed.level, stopped.level) == (Level.NOTE, Level.NOTE)
     assert killed.text == "a server of realm killed runs, or was killed: then the next one starts stopped"
     assert stopped.text == "a robot of realm red is stopped: a hand in the way"

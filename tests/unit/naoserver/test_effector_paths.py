@@ -3,7 +3,18 @@
 import numpy as np
 import pytest
 
-from naoserver._effector_paths import EVERY_AXIS, LEGS, POSITION, Waypoints, curves_along, reach_places
+from naoserver._effector_paths import (
+    EVERY_AXIS,
+    FIXED,
+    LEGS,
+    PLANE,
+    POSITION,
+    Waypoints,
+    curves_along,
+    curves_on_feet,
+    reach_places,
+)
+from naoserver._joint_paths import smooth_curve
 from naoserver.bodies import find_body
 from naoserver.kinematics import kinematics_of
 
@@ -58,3 +69,61 @@ def test_the_feet_stay_where_they_are_while_the_torso_moves(base):
     for leg in LEGS:
         before, after = base @ kinematics.place_of(leg, start), torso @ kinematics.place_of(leg, found)
         assert after == pytest.approx(before, abs=0.002)
+
+
+def on_feet(asked, state, seconds=3.0):
+    """Return the places of the soles in each other's frames while joints go to angles, and the joints' ends."""
+    kinematics, start = kinematics_of(find_body("H25")), dict(find_body("H25").resting_angles)
+    curves = {joint: smooth_curve(joint, start[joint], [seconds], [angle]) for joint, angle in asked.items()}
+    floor = np.linalg.inv(kinematics.place_of("LLeg", start)).astype(np.float64)
+    found = curves_on_feet(kinematics, dict.fromkeys(LEGS, state), curves, floor, start)
+    places = []
+    for moment in np.linspace(0.0, seconds, 31):
+        angles = start | {joint: curve.at(moment) for joint, curve in found.items()}
+        left, right = (kinematics.place_of(leg, angles) for leg in LEGS)
+        places.append(np.linalg.inv(left) @ right)
+    return np.array(places), {joint: found[joint].at(seconds) for joint in asked}
+
+
+def test_feet_that_are_fixed_stay_while_the_knees_bend():
+    knees = {"LKneePitch": 1.2, "RKneePitch": 1.2}
+    places, ends = on_feet(knees, FIXED)
+    assert places == pytest.approx(np.broadcast_to(places[0], places.shape), abs=0.002)
+    assert ends == pytest.approx(knees, abs=0.01)
+
+
+def test_feet_in_a_plane_turn_with_the_hips_and_both_soles_stay_flat():
+    places, ends = on_feet({"LHipYawPitch": -0.78}, PLANE)
+    assert ends["LHipYawPitch"] == pytest.approx(-0.78, abs=0.01)
+    assert places[:, 2, 2] == pytest.approx(1.0, abs=1e-4)
+    assert places[:, 2, 3] == pytest.approx(0.0, abs=0.002)
+    turned = np.arctan2(places[-1, 1, 0], places[-1, 0, 0])
+    assert turned == pytest.approx(-1.18, abs=0.05)
+
+
+def test_fixed_feet_do_not_turn_with_the_hips():
+    places, ends = on_feet({"LHipYawPitch": -0.78}, FIXED)
+    assert places == pytest.approx(np.broadcast_to(places[0], places.shape), abs=0.003)
+    assert ends["LHipYawPitch"] == pytest.approx(0.0, abs=0.02)
+
+
+@pytest.mark.parametrize("change", [(0.0, -0.2, 0.0), (0.0, 0.0, -0.3), (0.15, 0.0, 0.1)])
+def test_the_feet_stay_where_they_are_while_the_torso_goes_where_it_cannot(change):
+    body = find_body("H25")
+    kinematics, start = kinematics_of(body), dict(body.resting_angles)
+    torso = HERE.copy()
+    torso[:3, 3] += change
+    found = reach_places(kinematics, {"Torso": (torso, EVERY_AXIS)}, HERE, start, near=start)
+    left, right = (np.linalg.inv(kinematics.place_of("LLeg", angles)) for angles in (start, found))
+    before, after = left @ kinematics.place_of("RLeg", start), right @ kinematics.place_of("RLeg", found)
+    assert after == pytest.approx(before, abs=0.02)
+
+
+def test_the_other_foot_stays_flat_on_the_floor_while_one_turns():
+    body = find_body("H25")
+    kinematics, start = kinematics_of(body), dict(body.resting_angles)
+    goal = kinematics.place_of("LLeg", start).copy()
+    goal[:3, :3] = goal[:3, :3] @ [[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]]
+    found = reach_places(kinematics, {"LLeg": (goal, EVERY_AXIS)}, HERE, start, near=start)
+    before, after = (np.linalg.inv(kinematics.place_of("RLeg", angles)) for angles in (start, found))
+    assert after @ kinematics.place_of("LLeg", found) == pytest.approx(before @ goal, abs=0.01)

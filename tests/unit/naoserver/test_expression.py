@@ -8,6 +8,7 @@ from naoserver.bodies.nao import H25
 from naoserver.capabilities import Playback, Utterance
 from naoserver.errors import InvalidCommand
 from naoserver.expression import (
+    MOST_BYTES,
     MOST_WAITING,
     SOUNDS,
     FadingLights,
@@ -172,3 +173,89 @@ def test_a_stop_ends_the_sound(sounds, clock):
     sounds.stop()
     sounds.stop()
     assert sounds.playback() == played(FANFARE, 0.5, 1, playing=False)
+
+
+SECOND = bytes(range(250)) * 128
+"""A second of samples: 32000 bytes."""
+
+
+def heard(sounds, clock, seconds):
+    """Return what a server streams: each block once, as it is when it is due."""
+    found: dict[tuple[int, int], bytes] = {}
+    for _ in range(round(seconds / 0.02)):
+        clock.advance(0.02)
+        now = sounds.playback()
+        if now.place >= 0:
+            found.setdefault((now.count, now.place), now.samples)
+    return found
+
+
+def whole(found):
+    """Return samples that follow one another."""
+    joined = b""
+    for (_, place), samples in found.items():
+        assert 2 * place == len(joined) or not samples
+        joined += samples
+    return joined
+
+
+def test_samples_are_due_one_after_the_other_and_whole(sounds, clock):
+    assert sounds.play_samples("song", SECOND) == 1
+    assert sounds.play_samples("song", SECOND[:1000]) == 1
+    assert whole(heard(sounds, clock, 3.0)) == SECOND + SECOND[:1000]
+    assert sounds.playback() == Playback("song", (), 1.0, playing=False, count=1)
+
+
+def test_a_program_that_sends_what_it_hears_is_heard_whole(sounds, clock):
+    clock.call_every(0.1, lambda: sounds.play_samples("song", SECOND[:3200]))
+    assert whole(heard(sounds, clock, 2.0)).startswith(SECOND[:3200] * 10)
+
+
+def test_a_program_that_is_late_goes_on_after_silence(sounds, clock):
+    sounds.play_samples("song", SECOND[:12_000])
+    early = heard(sounds, clock, 0.8)
+    assert early == {(1, 0): SECOND[:8000], (1, 4000): SECOND[8000:12_000]}
+    assert sounds.play_samples("song", SECOND[:8000]) == 1
+    assert (heard(sounds, clock, 0.5) | early) == early | {(1, 8000): SECOND[:8000], (1, 12_000): b""}
+
+
+@pytest.mark.parametrize("begin", ["a tone", "a stop", "another song"])
+def test_samples_end_for_another_sound_and_at_a_stop(sounds, clock, begin):
+    sounds.play_samples("song", 5 * SECOND)
+    assert heard(sounds, clock, 1.0)
+    if begin == "a tone":
+        sounds.play(BEEP, 1.0)
+    elif begin == "a stop":
+        sounds.stop()
+    else:
+        sounds.play_samples("another", SECOND[:2])
+    assert {count for count, _ in heard(sounds, clock, 1.0)} <= {2}
+    assert sounds.playback().playing is False
+
+
+def test_samples_after_their_end_are_another_sound(sounds, clock):
+    sounds.play_samples("song", SECOND)
+    clock.advance(3.0)
+    assert sounds.play_samples("song", SECOND) == 2
+    assert whole(heard(sounds, clock, 3.0)) == SECOND
+
+
+@pytest.mark.parametrize("samples", [b"1", bytes(MOST_BYTES), bytes(MOST_BYTES - 31_999)])
+def test_half_a_sample_and_more_than_may_wait_change_nothing(sounds, clock, samples):
+    sounds.play_samples("song", SECOND)
+    with pytest.raises(InvalidCommand, match="2 bytes each, and at most 8000000 bytes wait"):
+        sounds.play_samples("song", samples)
+    with pytest.raises(InvalidCommand, match="2 bytes each"):
+        sounds.play_samples("another", b"1")
+    assert whole(heard(sounds, clock, 3.0)) == SECOND
+
+
+def test_samples_without_listeners_leave_no_more_than_those_that_wait(sounds, clock):
+    begun = 0
+    for _ in range(400):
+        begun = sounds.play_samples("song", SECOND)
+        clock.advance(1.0)
+    assert begun == 1
+    with pytest.raises(InvalidCommand):
+        sounds.play_samples("song", bytes(MOST_BYTES))
+    sounds.play_samples("song", bytes(MOST_BYTES - 32_000))

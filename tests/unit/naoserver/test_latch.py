@@ -26,9 +26,9 @@ from zenoh_ice.settings import Settings
 
 
 @contextmanager
-def server(path: Path) -> Iterator[Gate]:
-    """A server's gate, until the server ends in good order."""
-    with Latch(path) as latch:
+def server(path: Path, body: str = "") -> Iterator[Gate]:
+    """A server's gate, until the server ends in good order; `body` is that of a simulated robot."""
+    with Latch(path, body=body) as latch:
         yield gate_of(latch)
 
 
@@ -36,9 +36,9 @@ def gate_of(latch: Latch) -> Gate:
     return Gate(EventLog(lambda: 0.0, time.monotonic), latch)
 
 
-def killed(path: Path) -> Gate:
+def killed(path: Path, body: str = "") -> Gate:
     """Return the gate of a server that does not learn of its end, as when it is killed."""
-    latch = Latch(path).__enter__()
+    latch = Latch(path, body=body).__enter__()
     latch.release()
     return gate_of(latch)
 
@@ -100,12 +100,65 @@ def test_a_server_that_was_killed_after_a_reset_is_stopped_for_its_end_alone(pat
         assert gate.state().reason == "its server ended without warning"
 
 
+def reason(path: Path, body: str = "") -> str:
+    """Return why a server starts stopped, which ends in good order."""
+    with server(path, body) as gate:
+        return gate.state().reason
+
+
+def test_the_stop_of_a_simulated_robot_waits_for_it_while_others_are_free(path: Path) -> None:
+    with server(path, "T1") as gate:
+        gate.stop("smoke")
+    assert [reason(path, body) for body in ("G1", "G1", "H25")] == ["", "", ""]
+    with server(path, "G1") as gate:
+        gate.stop("fire")
+    assert [reason(path, body) for body in ("H25", "T1", "G1", "T1")] == ["", "smoke", "fire", "smoke"]
+    with server(path, "T1") as gate:
+        gate.reset()
+    assert [reason(path, body) for body in ("T1", "G1", "T1")] == ["", "fire", ""]
+    with server(path, "G1") as gate:
+        gate.reset()
+    assert not path.exists()
+
+
+def test_a_simulated_robot_of_another_body_is_free_after_an_end_without_warning(path: Path) -> None:
+    killed(path, "T1").acquire("a", "Ann", 30.0)
+    with server(path, "G1") as gate:
+        assert (gate.state().stopped, gate.state().holder) == (False, "")
+    assert reason(path, "T1") == "its server ended without warning"
+
+
+@pytest.mark.parametrize(
+    "record",
+    [b'{"running":false,"stop":"smoke","lease":null}', b'{"stop":"smoke","body":"","aside":{}}'],
+    ids=["of an older release", "of a real robot"],
+)
+def test_the_stop_of_any_robot_holds_for_each_body_until_it_is_reset(path: Path, record: bytes) -> None:
+    path.parent.mkdir(parents=True)
+    path.write_bytes(record)
+    assert [reason(path, body) for body in ("T1", "G1", "", "G1")] == ["smoke"] * 4
+    with server(path, "T1") as gate:
+        gate.stop("smoke again")
+    with server(path, "G1") as gate:
+        assert gate.state().reason.startswith("smoke")
+        gate.reset()
+        gate.stop("fire")
+    assert [reason(path, body) for body in ("T1", "G1")] == ["", "fire"]
+
+
+def test_a_real_robot_starts_stopped_after_any(path: Path) -> None:
+    with server(path, "T1") as gate:
+        gate.stop("smoke")
+    assert [reason(path, body) for body in ("", "G1", "T1")] == ["smoke"] * 3
+
+
 def test_a_record_that_cannot_be_read_counts_as_a_stop(path: Path, caplog: pytest.LogCaptureFixture) -> None:
     path.parent.mkdir(parents=True)
     for content, problem in (
         (b"", "Input data was truncated"),
         (b"{", "Input data was truncated"),
         (b'{"stop": 7}', "Expected `str`, got `int` - at `$.stop`"),
+        (b'{"aside": ["T1"]}', "Expected `object`, got `array` - at `$.aside`"),
         (b"x" * 100_000, "JSON is malformed: invalid character (byte 0)"),
     ):
         path.write_bytes(content)

@@ -42,8 +42,11 @@ def test_a_wish_for_windows_is_not_obeyed_without_a_word(monkeypatch, caplog, wi
 
 def test_rendering_that_is_switched_off(monkeypatch):
     monkeypatch.setenv("MUJOCO_GL", "disable")
-    with pytest.raises(HardwareFailure, match="MUJOCO_GL=disable"):
+    with pytest.raises(
+        HardwareFailure, match="rendering is switched off by MUJOCO_GL=disable: unset it"
+    ) as caught:
         cameras.create_context(320, 240)
+    assert "apt-get" not in str(caught.value)
 
 
 def test_a_context_on_which_nothing_can_be_set_up_is_freed(monkeypatch):

@@ -5,7 +5,7 @@ import typer
 
 from naoserver.bodies.nao import H25
 from naoserver.errors import RobotError
-from naoserver_sim._command import app, check_cameras, parse_cameras, parse_speed
+from naoserver_sim._command import app, check_cameras, parse_arguments, parse_cameras, parse_speed
 from naoserver_sim.model import simulated_cameras
 from tests.support.commands import run_here
 from tests.support.models import HEAD
@@ -20,6 +20,16 @@ def test_speed(text, factor):
 def test_speed_that_is_none(text):
     with pytest.raises(typer.BadParameter, match="not a speed"):
         parse_speed(text)
+
+
+def test_arguments_of_a_xacro():
+    assert parse_arguments(["dof:=7", "at:=a:=b", "empty:="]) == {"dof": "7", "at": "a:=b", "empty": ""}
+
+
+@pytest.mark.parametrize("text", ["dof", "dof=7", ":=7", "7:=dof", "a b:=1", ""])
+def test_an_argument_that_is_none(text):
+    with pytest.raises(typer.BadParameter, match="write NAME:=VALUE, such as dof:=7"):
+        parse_arguments([text])
 
 
 def test_camera_setting():

@@ -10,7 +10,7 @@ from naoserver.capabilities import WalkVelocity
 from naoserver.errors import RobotError
 from naoserver.parts import Axis
 from naoserver_sim._own.tree import LARGEST_FILE
-from naoserver_sim.own_body import read_own_body, write_own_body
+from naoserver_sim.own_body import named_body, read_own_body, write_own_body
 from naoserver_sim.robot import SimulatedRobot
 from tests.support.cart import CART, CART_TOML
 from tests.support.places import ROOT
@@ -458,13 +458,78 @@ def test_a_joint_may_be_counted_the_other_way_round(written):
     assert (turned.lower, turned.upper) == (-1.0, 2.0)
 
 
-@pytest.mark.parametrize("name", ["/etc/arm.urdf", "../arm.urdf", "away/arm.urdf"])
+@pytest.mark.parametrize(
+    "name", ["/etc/arm.urdf", "../arm.urdf", "away/arm.urdf", r"a\u0000.urdf", "self/arm.urdf"]
+)
 def test_a_model_out_of_the_folder_of_its_file_is_not_read(written, tmp_path, name):
     (tmp_path / "away").symlink_to(tmp_path.parent)
+    (tmp_path / "self").symlink_to("self")
     with pytest.raises(
         RobotError, match=r"my_robot\.toml:1: model = '.*': it must be in the folder of this file"
     ):
         read_own_body(written(ARM, f'model = "{name}"\n'))
+
+
+@pytest.mark.parametrize("folder", ["/etc", "..", "../else", "meshes/../..", "away", r"a\u0000b"])
+def test_meshes_out_of_the_folder_of_its_file_are_not_read(written, tmp_path, folder):
+    (tmp_path / "away").symlink_to(tmp_path.parent)
+    text = f'model = "arm.urdf"\nmeshes = "{folder}"\n'
+    for given in (None, text):  # as the page reads what is in its dialog
+        path = written(ARM, text if given is None else ARM_TOML)
+        with pytest.raises(
+            RobotError, match=r"my_robot\.toml:2: meshes = '.*': it must be in the folder of this"
+        ):
+            read_own_body(path, given)
+
+
+@pytest.mark.parametrize(
+    ("model", "toml", "problem"),
+    [
+        (
+            ARM.replace('xyz="0 0 0.12"', 'xyz="0 0.12"'),
+            ARM_TOML,
+            "attribute 'xyz' does not have enough data",
+        ),
+        (ARM, ARM_TOML.replace('"elbow"', '"knee"'), "there is no joint 'knee'"),
+        (ARM, "gears = {}\n" + ARM_TOML, "gears come from the model"),
+        (
+            ARM.replace("</robot>", '<mujoco><compiler angle="grad"/></mujoco></robot>'),
+            None,
+            "invalid keyword",
+        ),
+    ],
+)
+def test_what_is_refused_is_refused_before_meshes_are_read(written, monkeypatch, model, toml, problem):
+    read = []
+    monkeypatch.setattr("naoserver_sim._own.meshes.read_mesh", lambda path: read.append(path))
+    path = written(model, toml or "")
+    (path.parent / "upper.dae").write_text("")
+    with pytest.raises(RobotError, match=problem):
+        read_own_body(path if toml else path.parent / "arm.urdf")
+    assert read == []
+
+
+SIZED = ARM.replace(
+    '<robot name="arm">', '<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+).replace('lower="-2"', 'lower="$(arg lowest)"')
+
+
+def test_arguments_of_a_xacro_are_kept_in_the_file_that_is_written(written, tmp_path):
+    written(SIZED, "")
+    write_own_body(tmp_path / "arm.urdf", tmp_path / "guessed.toml", arguments={"lowest": "-1.5"})
+    assert '[xacro]\nlowest = "-1.5"\n' in (tmp_path / "guessed.toml").read_text()
+    assert read_own_body(tmp_path / "guessed.toml").joint["elbow"].lower == -1.5
+    assert read_own_body(tmp_path / "guessed.toml", arguments={"lowest": "-1"}).joint["elbow"].lower == -1.0
+
+
+def test_arguments_of_what_is_no_xacro_are_refused(written, tmp_path):
+    for name in (
+        str(written(ARM, ARM_TOML)),
+        "H25",
+        str(ROOT / "visualhfsm/_commands/template_hardware/bust.toml"),
+    ):
+        with pytest.raises(RobotError, match="it has no xacro, so that it takes no arguments"):
+            named_body(name, arguments={"dof": "7"})
 
 
 def test_facts_are_written_and_served(written, tmp_path):

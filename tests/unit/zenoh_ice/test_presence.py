@@ -152,7 +152,7 @@ def test_a_realm_of_another_version_is_called_so(form: str, version: str | None,
     )
     assert not presence.servants("nao")
     announced.close()
-    assert "is --realm right?" in str(presence.explain_absence(HEAD))
+    assert "the realm has no servants: no robot is here" in str(presence.explain_absence(HEAD))
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Final, Union
 
 import msgspec
 
-from codegen.messages import Message
 from codegen.reasons import reason
 from visualhfsm._base.errors import EditError
 from zenoh_ice import typed
@@ -50,4 +49,4 @@ def decode_command(content: bytes | str | msgspec.Raw) -> Command:
     try:
         return _decode(content)
     except (msgspec.MsgspecError, UnicodeError) as error:
-        raise EditError(Message("Cannot understand the command"), reason(error)) from error
+        raise EditError("Cannot understand the command", reason(error)) from error

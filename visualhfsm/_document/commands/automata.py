@@ -43,11 +43,7 @@ class AddRoot(Command, frozen=True, kw_only=True):
 
     def apply(self, document: Document) -> Document:
         if any(automaton.father == NO_CHILD for automaton in document.automata):
-            raise EditError(
-                Message("Cannot add the root"),
-                Message("there is already one"),
-                Message("add automata below its states"),
-            )
+            raise EditError("Cannot add the root", "there is already one", "add automata below its states")
         new = Automaton(id=next(nodes.automaton_ids(document)))
         return replace(document, automata=(new, *document.automata))
 
@@ -83,12 +79,10 @@ class SetImport(AutomatonCommand, frozen=True, kw_only=True):
             return nodes.changed(automaton, imported=None)
         if automaton.father == NO_CHILD:
             why = Message("it is the root")
-            raise EditError(
-                Message("Cannot import this automaton"), why, Message("import into an automaton of a state")
-            )
+            raise EditError("Cannot import this automaton", why, "import into an automaton of a state")
         if automaton.states or automaton.transitions or automaton.inputs or automaton.outputs:
             why = Message("it has states, transitions, inputs or outputs")
-            raise EditError(Message("Cannot import this automaton"), why, Message("import into an empty one"))
+            raise EditError("Cannot import this automaton", why, "import into an empty one")
         file = nodes.checked(self.file, Message("the name of the file"))
         if automaton.imported is None:
             return nodes.changed(automaton, imported=Import(file=Text(file), automaton=self.source))

@@ -115,7 +115,7 @@ def only_text(command: Command, fields: Sequence[str]) -> str:
     """Return the typed field. Raises EditError when a command has none, or several."""
     if len(fields) != 1:
         raise EditError(
-            Message("Cannot merge what was typed"),
+            "Cannot merge what was typed",
             Message("{name} sets no piece of text", name=type(command).__name__),
         )
     return fields[0]

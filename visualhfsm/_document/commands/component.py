@@ -251,7 +251,7 @@ def _entry_of(entries: Entries, list_name: str, index: int) -> Any:  # noqa: ANN
     if index >= len(entries):
         why = Message("there are {count}", count=len(entries))
         what = Message("Cannot change {noun} {index}", noun=_LISTS[list_name].noun, index=index + 1)
-        raise EditError(what, why, Message("it may have been removed meanwhile"))
+        raise EditError(what, why, "it may have been removed meanwhile")
     return entries[index]
 
 

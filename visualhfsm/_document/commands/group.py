@@ -43,9 +43,7 @@ class GroupStates(Command, frozen=True, kw_only=True):
         source = nodes.find_automaton(document, self.automaton)
         chosen = [nodes.find_state(source, number) for number in dict.fromkeys(self.states)]
         if not chosen:
-            raise EditError(
-                Message("Cannot group"), Message("no state is selected"), Message("select states first")
-            )
+            raise EditError("Cannot group", "no state is selected", "select states first")
         nodes.require_room(document, 1, Message("Cannot group"))
         number = next(nodes.automaton_ids(document))
         group = State(
@@ -82,10 +80,7 @@ class GroupStates(Command, frozen=True, kw_only=True):
         return replace(document, automata=(*automata, child))
 
     def title(self, document: Document) -> Message:
-        return Message(
-            "Group {describe}",
-            describe=describe(nodes.find_automaton(document, self.automaton), self.states, ()),
-        )
+        return Message("Group {describe}", describe=describe(document, self.automaton, self.states))
 
 
 def _grouped(source: Automaton, group: State, inside: set[int]) -> Automaton:

@@ -55,8 +55,7 @@ class DeleteItems(Command, frozen=True, kw_only=True):
         return nodes.with_automaton(document, self.automaton, delete)
 
     def title(self, document: Document) -> Message:
-        automaton = nodes.find_automaton(document, self.automaton)
-        what = describe(automaton, self.states, self.transitions, self.annotations)
+        what = describe(document, self.automaton, self.states, self.transitions, self.annotations)
         return Message("Cut {what}", what=what) if self.cut else Message("Delete {what}", what=what)
 
 
@@ -80,8 +79,7 @@ class MoveItems(AutomatonCommand, frozen=True, kw_only=True):
         return moved(automaton, states, handles, annotations)
 
     def title(self, document: Document) -> Message:
-        automaton = nodes.find_automaton(document, self.automaton)
-        what = describe(automaton, self.states, self.transitions, self.annotations)
+        what = describe(document, self.automaton, self.states, self.transitions, self.annotations)
         return Message("Move {what}", what=what)
 
     @property
@@ -122,8 +120,7 @@ class AlignStates(AutomatonCommand, frozen=True, kw_only=True):
         return moved(automaton, _shifts(self.states, shifts, horizontal=horizontal), {})
 
     def title(self, document: Document) -> Message:
-        automaton = nodes.find_automaton(document, self.automaton)
-        what = describe(automaton, self.states, ())
+        what = describe(document, self.automaton, self.states)
         return Message("Align {what}: {side}", what=what, side=_SIDES[self.to])
 
 
@@ -146,8 +143,7 @@ class DistributeStates(AutomatonCommand, frozen=True, kw_only=True):
         return moved(automaton, _shifts(ids, shifts, horizontal=horizontal), {})
 
     def title(self, document: Document) -> Message:
-        automaton = nodes.find_automaton(document, self.automaton)
-        return Message("Distribute {what}", what=describe(automaton, self.states, ()))
+        return Message("Distribute {what}", what=describe(document, self.automaton, self.states))
 
 
 class ResetHandles(AutomatonCommand, frozen=True, kw_only=True):
@@ -160,8 +156,9 @@ class ResetHandles(AutomatonCommand, frozen=True, kw_only=True):
         return with_default_handles(automaton, ids)
 
     def title(self, document: Document) -> Message:
-        automaton = nodes.find_automaton(document, self.automaton)
-        return Message("Reset the handle of {what}", what=describe(automaton, (), self.transitions))
+        return Message(
+            "Reset the handle of {what}", what=describe(document, self.automaton, (), self.transitions)
+        )
 
 
 class Placement(msgspec.Struct, frozen=True, forbid_unknown_fields=True, rename="camel"):
@@ -194,8 +191,11 @@ class PlaceItems(Command, frozen=True, kw_only=True):
         return step_name(self.name)
 
 
-def describe(automaton: Automaton, states: Ids, transitions: Ids, annotations: Ids = ()) -> Message:
-    """Return a name for some states, transitions and annotations together."""
+def describe(
+    document: Document, number: int, states: Ids, transitions: Ids = (), annotations: Ids = ()
+) -> Message:
+    """Return a name for some states, transitions and annotations of an automaton together."""
+    automaton = nodes.find_automaton(document, number)
     if annotations:
         chosen = [nodes.find_annotation(automaton, number) for number in annotations]
         frames = [each for each in chosen if each.kind == "frame"]

@@ -47,9 +47,7 @@ class PasteStates(Command, frozen=True, kw_only=True):
         nodes.require_own_content(target, Message("Cannot paste into this automaton"))
         fragment = parse(self.content, Message("Cannot paste"))
         if not fragment.automata or not (fragment.automata[0].states or fragment.automata[0].annotations):
-            raise EditError(
-                Message("Cannot paste"), Message("it contains no states"), Message("copy states first")
-            )
+            raise EditError("Cannot paste", "it contains no states", "copy states first")
         top, *others = fragment.automata
         numbers = _numbers(document, others)
         shift = self._shift(target, top)
@@ -114,13 +112,13 @@ class AddReadyState(Command, frozen=True, kw_only=True):
         fragment = parse(self.content, what)
         top = fragment.root
         if top is None:
-            raise EditError(what, Message("it has no root automaton, or several"), Message("fix its file"))
+            raise EditError(what, "it has no root automaton, or several", "fix its file")
         if fragment.language != document.language:
             why = Message(
                 "its code is {language}, unlike that of this document",
                 language=fragment.language.text.strip()[:20] or "Python",
             )
-            raise EditError(what, why, Message("draw a state, and write its code"))
+            raise EditError(what, why, "draw a state, and write its code")
         _require_same_declarations(document, fragment, what)
         former = nodes.find_automaton(document, self.automaton)
         document = AddState(
@@ -171,9 +169,7 @@ class FillAutomaton(Command, frozen=True, kw_only=True):
     def apply(self, document: model.Document) -> model.Document:
         fragment = parse(self.content, Message("Cannot fill the automaton"))
         if not fragment.automata:
-            raise EditError(
-                Message("Cannot fill the automaton"), Message("the text contains none"), Message("write one")
-            )
+            raise EditError("Cannot fill the automaton", "the text contains none", "write one")
         target = nodes.find_automaton(document, self.automaton)
         document = without_automata(document, hanging(document, target, target.states))
         target = nodes.find_automaton(document, self.automaton)
@@ -264,7 +260,7 @@ def _numbers(document: model.Document, automata: list[model.Automaton]) -> dict[
     for automaton in automata:
         if automaton.id in numbers:
             why = Message("two automata in it have the number {automaton}", automaton=automaton.id)
-            raise EditError(what, why, Message("use `Repair numbers` in the document they come from"))
+            raise EditError(what, why, "use `Repair numbers` in the document they come from")
         numbers[automaton.id] = next(ids)
     return numbers
 

@@ -72,7 +72,7 @@ class SetText(Command, frozen=True, kw_only=True):
         step = _TITLES.get((kind, part))
         if step is None:
             why = Message("there is no code in the {part} of a {kind}", part=part or "whole", kind=kind)
-            raise EditError(Message("Cannot set the text"), why)
+            raise EditError("Cannot set the text", why)
         return step
 
     def _changed(self, automaton: Automaton) -> Automaton:
@@ -100,7 +100,7 @@ class SetText(Command, frozen=True, kw_only=True):
             )
         elif not place.name.strip():
             why, hint = Message("it has no name"), Message("name an input or output of the automaton below")
-            raise EditError(Message("Cannot set the text"), why, hint)
+            raise EditError("Cannot set the text", why, hint)
         else:
             name = nodes.checked(place.name, Message("the name"))
             made = (
@@ -128,10 +128,10 @@ class ReplaceText(Command, frozen=True, kw_only=True):
         found = list(self._found(document)) if self.text else []
         if not found:
             why = Message("no code has “{text}” in it", text=self.text[:_SHOWN])
-            raise EditError(Message("Cannot replace"), why, Message("search again"))
+            raise EditError("Cannot replace", why, "search again")
         if sum(count for *_, count in found) * len(self.by) > MAX_SIZE:
             why = Message("it would have more than {limit} MiB", limit=MAX_SIZE >> 20)
-            raise EditError(Message("Cannot replace that often"), why, Message("search for more letters"))
+            raise EditError("Cannot replace that often", why, "search for more letters")
         pattern = pattern_for(self.text, whole=self.whole)
         for place, lines, part, _ in found:
             lines[part] = [pattern.sub(lambda _: self.by, "\n".join(lines[part]))]
@@ -234,8 +234,8 @@ class CorrectName(Command, frozen=True, kw_only=True):
     def _changed(self) -> EditError:
         return EditError(
             Message("Cannot replace “{text}”", text=self.name[:_SHOWN]),
-            Message("it stands there no longer"),
-            Message("wait until the checks have run again"),
+            "it stands there no longer",
+            "wait until the checks have run again",
         )
 
 

@@ -40,7 +40,7 @@ class PassVariable(Command, frozen=True, kw_only=True):
         if any(self.name in piece.bound for piece in _code(analysis, target).sharing()):
             raise EditError(
                 Message("Cannot pass “{name}”", name=self.name),
-                Message("this automaton also assigns it, which the other would not see"),
+                "this automaton also assigns it, which the other would not see",
                 Message("write self.{name} in both", name=self.name),
             )
         given = _type(owner, self.name)
@@ -84,16 +84,10 @@ class HandUpVariable(Command, frozen=True, kw_only=True):
         variables = _code(analysis, target).variables
         if variables is not None and self.name in variables.bound:
             raise EditError(
-                what,
-                Message("this automaton's variables set it"),
-                Message("delete it there: an output has a default"),
+                what, "this automaton's variables set it", "delete it there: an output has a default"
             )
         if any(each.name == self.name for each in owner.automaton.inputs):
-            raise EditError(
-                what,
-                Message("it is an input of the automaton above"),
-                Message("give the output another name"),
-            )
+            raise EditError(what, "it is an input of the automaton above", "give the output another name")
         declared = Parameter(
             name=self.name,
             type=Text(_type(owner, self.name)),
@@ -173,8 +167,8 @@ class TakeDefault(Command, frozen=True, kw_only=True):
         if item is None:
             raise EditError(
                 Message("Cannot take the default of “{name}”", name=self.name[:30]),
-                Message("the variables do not set it to a literal in a separate line"),
-                Message("write the default, and delete the line yourself"),
+                "the variables do not set it to a literal in a separate line",
+                "write the default, and delete the line yourself",
             )
         kind, given = _TYPES.get(type(value), "object"), item.type.text.strip()
         fits = given in (kind, "object") or (given, kind) == ("float", "int")
@@ -306,7 +300,7 @@ def _code(analysis: Analysis, automaton: Automaton) -> AutomatonCode:
     for each in analysis.automata:
         if each.automaton is automaton:
             return each
-    raise EditError(Message("Cannot read the code"), Message("the document is not in Python"))
+    raise EditError("Cannot read the code", "the document is not in Python")
 
 
 def _owner(analysis: Analysis, id: int, name: str) -> AutomatonCode:
@@ -317,8 +311,8 @@ def _owner(analysis: Analysis, id: int, name: str) -> AutomatonCode:
             return code
     raise EditError(
         Message("Cannot find “{name}”", name=name),
-        Message("no automaton above has such a variable"),
-        Message("declare it there first"),
+        "no automaton above has such a variable",
+        "declare it there first",
     )
 
 
@@ -331,7 +325,7 @@ def _state_of(document: Document, automaton: Automaton, what: Message) -> State:
     """Return the state that owns an automaton. Raises EditError, which begins with `what`."""
     state = document.owner(automaton)
     if state is None:
-        raise EditError(what, Message("no state owns the automaton"))
+        raise EditError(what, "no state owns the automaton")
     return state
 
 

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import asyncio
 import math
+import struct
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import AsyncGenerator, Callable, Iterable
+from contextlib import suppress
 from itertools import islice
 from typing import Final
 
 import msgspec
 
-from interfaces.nao import SoundsPrx, SoundState, SpeechPrx, SpeechState, Tone
+from interfaces.nao import SoundSamples, SoundsPrx, SoundState, SpeechPrx, SpeechState, Tone
 from visualhfsm._monitor.realm.realm import Newest
-from zenoh_ice import Communicator
+from zenoh_ice import Communicator, Sample
 from zenoh_ice.text import printable
 
 _SPEECH: Final = "Speech"
@@ -23,6 +26,12 @@ _MOST_TONES: Final = 64
 _LOWEST, _HIGHEST = 50.0, 8000.0  # Hz
 _LONGEST_TONE: Final = 10.0
 """Seconds."""
+_MOST_BYTES: Final = 32_000
+"""Bytes of the largest block: those of a second."""
+_MOST_BLOCKS: Final = 16
+"""Blocks that wait for a slow page; further ones are lost."""
+_HEADER: Final = struct.Struct("<2d")
+"""Count and place, as a page reads numbers, before the samples of a block."""
 _WATCHED: Final = 1.0
 """Seconds between two looks within which what has begun began just now."""
 
@@ -62,6 +71,25 @@ def _sane(tones: Iterable[Tone]) -> tuple[tuple[float, float], ...]:
         if (tone.frequency == 0.0 or _LOWEST <= tone.frequency <= _HIGHEST)
         and 0.0 < tone.seconds <= _LONGEST_TONE
     )
+
+
+async def played_samples(communicator: Communicator) -> AsyncGenerator[bytes, None]:
+    """Yield the samples that the robot plays, block after block, each after its `_HEADER`."""
+    blocks: asyncio.Queue[bytes] = asyncio.Queue()
+    loop = asyncio.get_running_loop()
+
+    def take(sample: Sample[SoundSamples]) -> None:
+        now = sample.value
+        fits = 0 < len(now.samples) <= _MOST_BYTES and len(now.samples) % 2 == 0
+        if fits and blocks.qsize() < _MOST_BLOCKS:
+            block = _HEADER.pack(now.count, now.place) + now.samples
+            with suppress(RuntimeError):  # the loop was closed, and nobody waits any more
+                loop.call_soon_threadsafe(blocks.put_nowait, block)
+
+    sounds = SoundsPrx.uncheckedCast(communicator.stringToProxy(_SOUNDS))
+    with sounds.getSamples.subscribe(take, queue=_MOST_BLOCKS):
+        while True:
+            yield await blocks.get()
 
 
 class Begin:

@@ -8,7 +8,6 @@ body's contact shapes, and these by sticks from joint to joint. Lengths are in m
 from __future__ import annotations
 
 import base64
-import binascii
 import logging
 import math
 import struct
@@ -333,13 +332,9 @@ def _check_looks(looks: _Looks, links: Mapping[str, object]) -> None:
                 "there is no mesh {mesh}, of {count}", mesh=shape.mesh, count=len(looks.meshes)
             )
     for number, mesh in enumerate(looks.meshes):
-        try:
+        with VisualHfsmError.in_place_of(ValueError, "mesh {number} is not base64: {reason}", number=number):
             vertices = base64.b64decode(mesh.vertices, validate=True)
             packed = base64.b64decode(mesh.indices, validate=True)
-        except (binascii.Error, ValueError) as error:
-            raise VisualHfsmError.because(
-                "mesh {number} is not base64: {reason}", number=number, reason=reason(error)
-            ) from error
         if len(vertices) % 6 or len(packed) % 6:
             raise VisualHfsmError.because("mesh {number} does not consist of triangles", number=number)
         indices = struct.unpack(f"<{len(packed) // 2}H", packed)

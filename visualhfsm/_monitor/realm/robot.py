@@ -65,8 +65,8 @@ class RobotPresence(NamedTuple):
     """Measured robot seconds per second of wall time, in tenths."""
     has_balls: bool = False
     """Whether it has balls that can be moved."""
-    stopped: str = ""
-    """Why its emergency stop is latched; empty while it is not."""
+    stopped: str | None = None
+    """Why its emergency stop is latched; empty while it is not, None while that is not known."""
     title: str = ""
     """What a person calls it, as far as it is known."""
     postures: tuple[str, ...] = ()
@@ -178,11 +178,11 @@ class RobotMonitor:
             postures=described.postures if described else (),
         )
 
-    def stop_reason(self) -> str:
-        """Return why the robot's emergency stop is latched; empty while it is not, as far as is known."""
+    def stop_reason(self) -> str | None:
+        """Return why the robot's emergency stop is latched; empty while it is not, None if it is unknown."""
         safety = self._safety()
         if safety is None or not safety.value.stopped:
-            return ""
+            return None if safety is None else ""
         return printable(safety.value.reason)[:_LONGEST_REASON] or "emergency stop"
 
     def age(self) -> float:

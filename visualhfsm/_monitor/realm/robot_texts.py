@@ -42,6 +42,7 @@ _REFUSED: Final = (
     template("{joint} is not reached: {reason}; command other joints"),
     Message("the robot is not connected: it says nothing"),
     Message("the robot is not connected: it plays nothing"),
+    Message("this loudspeaker plays tones, not samples"),
     template("{joint} keeps the robot upright: use postures or motions, or make its legs limp"),
     template("{joint} is moved by the walk now: stop it first"),
     template("{joint} is moved by the way into a posture now: stop it first"),
@@ -81,6 +82,7 @@ _VALUES: Final = (
     Message("text is empty: there is nothing to hear"),
     template("text has {count} characters: at most {most} are said at a time"),
     template("{count} texts are already waiting to be said"),
+    template("samples have 2 bytes each, and at most {most} bytes wait"),
     template(
         "{camera} has no format {format}; it has {names}; JPEG needs Pillow where the server runs: pip "
         "install pillow"

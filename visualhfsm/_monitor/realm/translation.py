@@ -92,7 +92,7 @@ _ERRORS: Final = (
     ),
     template("the server of {servant} is offline; calls continue when it is back"),
     template("no servant {servant} in realm {realm}; there is {others}"),
-    template("no servant {servant} in realm {realm}; the realm has no servants: is --realm right?"),
+    template("no servant {servant} in realm {realm}; the realm has no servants: no robot is here"),
     template("{call} did not answer within {seconds} s"),
     template("{call}: the server restarted during the call"),
     template("{call}: the connection was lost during the call"),

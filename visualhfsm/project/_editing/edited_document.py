@@ -144,7 +144,7 @@ class UndoStack:
 
 
 def _refusal(what: Message, why: Message) -> EditError:
-    return EditError(what, why, Message("change something first"))
+    return EditError(what, why, "change something first")
 
 
 def _bound(document: Document, before: int, size: int) -> int:
@@ -361,7 +361,7 @@ class EditedDocument:
                     changes = [move() for _ in range(count)]
                     return replace(changes[-1], before=before)
         why = Message("the document was changed since the list was shown")
-        raise EditError(Message("Cannot go to this step"), why, Message("choose it in the list as it is now"))
+        raise EditError("Cannot go to this step", why, "choose it in the list as it is now")
 
     def cut(
         self, automaton: int, states: tuple[int, ...], annotations: tuple[int, ...] = ()
@@ -384,22 +384,20 @@ class EditedDocument:
         """
         target = self.path if path is None else path.absolute()
         if target is None:
-            raise EditError(
-                Message("Cannot save"), Message("the document has no file yet"), Message("use `Save as`")
-            )
+            raise EditError("Cannot save", "the document has no file yet", "use `Save as`")
         if target == self.path:
             self._may_save_over(target, overwrite=overwrite)
         elif target.exists() and not overwrite:
             raise EditError(
                 Message("Cannot save as {target}", target=target.name),
-                Message("the file exists"),
-                Message("confirm to overwrite it"),
+                "the file exists",
+                "confirm to overwrite it",
             )
         if target.suffix.lower() != ".xml":
             raise EditError(
                 Message("Cannot save as {target}", target=target.name),
-                Message("documents end with .xml"),
-                Message("choose such a name"),
+                "documents end with .xml",
+                "choose such a name",
             )
         content = self._content()
         self._version = write_file(target, content)
@@ -423,11 +421,7 @@ class EditedDocument:
         read.
         """
         if self.path is None:
-            raise EditError(
-                Message("Cannot compare with the file"),
-                Message("the document has no file yet"),
-                Message("save it first"),
-            )
+            raise EditError("Cannot compare with the file", "the document has no file yet", "save it first")
         if choice is Choice.MINE and not self.path.exists():
             self._version, self.saved, self._kept = None, None, None
             self._journal.begin()
@@ -458,8 +452,8 @@ class EditedDocument:
         if self.is_unsaved and not discard:
             raise EditError(
                 Message("Cannot close {name}", name=self.name),
-                Message("it has changes that are not saved"),
-                Message("save or discard them"),
+                "it has changes that are not saved",
+                "save or discard them",
             )
         self._journal.close()
 
@@ -471,22 +465,21 @@ class EditedDocument:
         if overwrite:
             return
         if self.dialect != NATIVE:
-            why = Message(
-                "it is in the format of {dialect}, and would be replaced by the current format",
-                dialect=self.dialect,
-            )
             raise OldFormatError(
                 Message("Cannot save {target}", target=target.name),
-                why,
-                Message("save it as another file, or replace it"),
+                Message(
+                    "it is in the format of {dialect}, and would be replaced by the current format",
+                    dialect=self.dialect,
+                ),
+                "save it as another file, or replace it",
             )
         if self.is_changed_outside():
             what = Message("Cannot save {target}", target=target.name)
             if target.exists():
                 why = Message("another program has changed it")
-                raise ChangedOutsideError(what, why, Message("merge both, take theirs, or keep yours"))
+                raise ChangedOutsideError(what, why, "merge both, take theirs, or keep yours")
             why = Message("another program has deleted it")
-            raise ChangedOutsideError(what, why, Message("write it again, or save it elsewhere"))
+            raise ChangedOutsideError(what, why, "write it again, or save it elsewhere")
 
     def _take(
         self, document: Document, name: Message, key: Hashable | None, *, merge: bool, size: int

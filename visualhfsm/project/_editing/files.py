@@ -52,7 +52,7 @@ def read_file(path: Path) -> tuple[bytes, FileVersion]:
         ) from error
     if len(content) > MAX_SIZE:
         why = Message("it is larger than {limit} MiB", limit=MAX_SIZE >> 20)
-        raise EditError(what, why, Message("a document is far smaller"))
+        raise EditError(what, why, "a document is far smaller")
     return content, FileVersion(status.st_mtime_ns, len(content), hashlib.sha256(content).hexdigest())
 
 
@@ -62,7 +62,7 @@ def make_folder(folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         what = Message("Cannot create the folder {parent}", parent=folder.name)
-        raise EditError(what, reason(error), Message("choose another name")) from error
+        raise EditError(what, reason(error), "choose another name") from error
 
 
 def write_file(path: Path, content: bytes) -> FileVersion:
@@ -81,7 +81,7 @@ def write_file(path: Path, content: bytes) -> FileVersion:
         target = Path(os.path.realpath(path))
         former = target.stat() if target.exists() else None
         if former is not None and not os.access(target, os.W_OK):
-            raise EditError(what, Message("the file is write-protected"), hint)
+            raise EditError(what, "the file is write-protected", hint)
         temporary = target.with_name(f".{secrets.token_hex(8)}.tmp")
         # Other users may not read it before it has the permissions of the former one.
         flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC

@@ -33,25 +33,17 @@ def extract(document: Document, automaton: int, path: Path | None, file: Path) -
     """
     what = Message("Cannot move the automaton to {file}", file=file.name)
     if path is None:
-        raise EditError(
-            what,
-            Message("the document has no file yet"),
-            Message("save it first: imports are relative to it"),
-        )
+        raise EditError(what, "the document has no file yet", "save it first: imports are relative to it")
     source = find_automaton(document, automaton)
     if source.father == NO_CHILD:
-        raise EditError(what, Message("it is the root"), Message("use `Save as`"))
+        raise EditError(what, "it is the root", "use `Save as`")
     if source.imported is not None:
-        raise EditError(what, Message("it is imported already"), Message("edit the file that it comes from"))
+        raise EditError(what, "it is imported already", "edit the file that it comes from")
     target = file.absolute()
     if not target.is_relative_to(path.absolute().parent) or ".." in file.parts:
-        raise EditError(
-            what,
-            Message("the file is not in the directory of the document"),
-            Message("choose one there or below"),
-        )
+        raise EditError(what, "the file is not in the directory of the document", "choose one there or below")
     if target.exists():
-        raise EditError(what, Message("the file exists"), Message("choose another name"))
+        raise EditError(what, "the file exists", "choose another name")
     parts = below(document, [source.id])
     top = replace(source, father=NO_CHILD)
     library = Document(
@@ -76,11 +68,7 @@ def inline(document: Document, automaton: int, path: Path | None) -> Command:
     """
     if path is None:
         what = Message("Cannot read {file_of}", file_of=_file_of(document, automaton))
-        raise EditError(
-            what,
-            Message("the document has no file yet"),
-            Message("save it first: imports are relative to it"),
-        )
+        raise EditError(what, "the document has no file yet", "save it first: imports are relative to it")
     content = imported_content(document, automaton, path)
     title = f"Inline {_file_of(document, automaton)}"
     return FillAutomaton(automaton=automaton, content=written(content), name=title)
@@ -97,7 +85,7 @@ def imported_content(document: Document, automaton: int, path: Path) -> Document
     lonely = Document(automata=(replace(stub, father=NO_CHILD),))
     resolved = resolve(lonely, path, diagnostics)
     if diagnostics.has_errors:
-        raise EditError(what, diagnostics.errors[0].message, Message("fix the file, or import another"))
+        raise EditError(what, diagnostics.errors[0].message, "fix the file, or import another")
     top, *others = resolved.automata
     return replace(resolved, automata=(with_functions(top, resolved.functions), *others), functions=())
 
@@ -116,7 +104,7 @@ def _file_of(document: Document, automaton: int) -> str:
     stub: Automaton = find_automaton(document, automaton)
     if stub.imported is None:
         what = Message("Cannot inline automaton {automaton}", automaton=automaton)
-        raise EditError(what, Message("it is not imported"), Message("it is in this document already"))
+        raise EditError(what, "it is not imported", "it is in this document already")
     return stub.imported.file.text.strip()[:60]
 
 

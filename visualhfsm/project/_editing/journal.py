@@ -25,6 +25,7 @@ import msgspec
 from codegen.messages import Message
 from codegen.reasons import reason
 from visualhfsm._base.errors import EditError
+from visualhfsm.project._editing.files import FileVersion
 from zenoh_ice import typed
 from zenoh_ice.application.directories import state_directory
 
@@ -74,7 +75,6 @@ Entry = Done | Undone | Redone | Saved
 
 _decode_header: Final = typed.json_decoder(Header)
 _decode_entry: Final = typed.json_decoder(Entry)
-_SAVED: Final = b'{"entry":"saved"'
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,27 +116,23 @@ class Journal:
         try:
             descriptor = os.open(file, os.O_RDWR | os.O_APPEND | os.O_CLOEXEC)
         except OSError as error:
-            raise EditError(what, reason(error), Message("it may have been recovered already")) from error
+            raise EditError(what, reason(error), "it may have been recovered already") from error
         try:
             if not _lock(descriptor):
-                raise EditError(
-                    what, Message("its document is open in another process"), Message("edit it there")
-                )
+                raise EditError(what, "its document is open in another process", "edit it there")
             if not os.fstat(descriptor).st_nlink:  # that process has just closed it
-                raise EditError(
-                    what, Message("it was removed"), Message("it may have been recovered already")
-                )
+                raise EditError(what, "it was removed", "it may have been recovered already")
             with _reader(descriptor) as stream:
                 first = stream.readline()
             try:
                 header = _decode_header(first)
             except msgspec.MsgspecError as error:
-                raise EditError(what, Message("it contains no document"), Message("remove it")) from error
+                raise EditError(what, "it contains no document", "remove it") from error
             if header.version != _VERSION:
                 raise EditError(
                     what,
                     Message("it is of version {version}", version=header.version),
-                    Message("open it with the release that wrote it"),
+                    "open it with the release that wrote it",
                 )
             # A line that was cut off by the crash is removed, so that the next one does not continue it.
             os.ftruncate(descriptor, _end_of_lines(descriptor))
@@ -241,7 +237,7 @@ class Journal:
 
 
 def find_abandoned(directory: Path) -> list[Abandoned]:
-    """Return the journals in a directory that no process has open, the latest first."""
+    """Return the journals that no process has open, the latest first; remove those of saved documents."""
     found: list[Abandoned] = []
     for file in directory.glob(f"*{_SUFFIX}"):
         try:
@@ -256,20 +252,33 @@ def find_abandoned(directory: Path) -> list[Abandoned]:
             except msgspec.MsgspecError:
                 _logger.warning("%s contains no document", file)
                 continue
-            path, name = None if header.path is None else Path(header.path), header.name
-            for saved in _saves(stream):
-                path = Path(saved.path)
-                name = path.stem
+            saved, is_changed = _last_save(header, stream)
+            path = None if saved.path is None else Path(saved.path)
+            if path is not None and not is_changed and FileVersion(0, -1, saved.digest).is_current(path):
+                file.unlink(missing_ok=True)
+                continue
+            name = header.name if path is None else path.stem
             found.append(Abandoned(file, path, name, os.fstat(descriptor).st_mtime))
     return sorted(found, key=lambda each: each.changed_at, reverse=True)
 
 
-def _saves(entries: Iterable[bytes]) -> Iterator[Saved]:
-    """Yield the entries that say where the document was saved; the last line may have been cut off."""
+def _last_save(header: Header, entries: Iterable[bytes]) -> tuple[Header | Saved, bool]:
+    """Return what was saved last, and whether the document may differ from it; nothing is replayed."""
+    saved: Header | Saved = header
+    away: int | None = 0  # steps since then; None when undoing them does not lead back
     for line in entries:
-        if line.startswith(_SAVED):
-            with suppress(msgspec.MsgspecError):
-                yield typed.from_json(line, Saved)
+        try:
+            entry = _decode_entry(line)
+        except msgspec.MsgspecError:  # the last line may have been cut off
+            return saved, True
+        match entry:
+            case Saved():
+                saved, away = entry, 0 if entry.content is None else None
+            case Done(merged=merged) if away is not None:
+                away = away + (not merged) if away > 0 or (away == 0 and not merged) else None
+            case Undone() | Redone() if away is not None:
+                away += 1 if isinstance(entry, Redone) else -1
+    return saved, away != 0
 
 
 def _lock(descriptor: int) -> bool:

@@ -27,9 +27,7 @@ def shelf_file(title: str) -> str:
     """Return the name of the file for a title on the shelf. Raises EditError when it has no letter."""
     stem = _NO_LETTERS.sub("_", title.strip()).strip("_").lower()
     if not stem:
-        raise EditError(
-            Message("Cannot put it on the shelf"), Message("it has no title"), Message("type a title")
-        )
+        raise EditError("Cannot put it on the shelf", "it has no title", "type a title")
     return f"{stem}.xml"
 
 
@@ -55,21 +53,17 @@ def shelf_document(
         diagnostics = Diagnostics()
         document = resolve(document, path, diagnostics)
         if diagnostics.has_errors:
-            raise EditError(what, diagnostics.errors[0].message, Message("fix the import first"))
+            raise EditError(what, diagnostics.errors[0].message, "fix the import first")
     source = find_automaton(document, automaton)
     numbers = {find_state(source, number).id for number in states}
     chosen = [each for each in source.states if each.id in numbers]
     if not chosen:
-        raise EditError(what, Message("no state is selected"), Message("select states first"))
+        raise EditError(what, "no state is selected", "select states first")
     top = _root(document, source, chosen)
     parts = [each for each in below(document, _children(top.states)) if each.id != top.id]
     foreign = [each for each in (top, *parts) if each.imported is not None]
     if foreign:
-        raise EditError(
-            what,
-            Message("the document has no file yet"),
-            Message("save it first: imports are relative to it"),
-        )
+        raise EditError(what, "the document has no file yet", "save it first: imports are relative to it")
     top = with_functions(replace(top, father=NO_CHILD), document.functions)
     alone = Document(automata=(top, *(replace(each, path=None) for each in parts)))
     code = written(alone)

@@ -55,7 +55,7 @@ def make_template(name: str, language: str = ENGLISH) -> tuple[str, Document]:
     document = None if path is None else read_document(path, Diagnostics())
     if path is None or document is None:
         raise EditError(
-            Message("Cannot create a document"),
+            "Cannot create a document",
             Message("there is no template {name}", name=name[:40]),
             Message("use {empty}", empty=EMPTY),
         )

@@ -263,3 +263,8 @@ def test_a_robot_that_is_lost_refuses_to_shine_to_speak_to_sound_and_to_move(nao
         ):
             with pytest.raises(CommandRefused, match="not connected"):
                 command()
+
+
+def test_a_loudspeaker_of_naoqi_plays_tones_alone(naoqi):
+    with naoqi.robot() as robot, pytest.raises(CommandRefused, match="plays tones, not samples"):
+        robot.loudspeaker.play_samples("song", b"12")

@@ -1,5 +1,7 @@
 """Pictures in NAOqi's sizes and colour spaces."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -7,7 +9,8 @@ pytest.importorskip("qi")
 
 from naoserver._naoqi_names import IMAGE_SIZES
 from naoserver.bodies.nao import H25
-from naoserver.qi._video import COLOR_SPACES, LAYERS, shrunk, source_size
+from naoserver.errors import InvalidCommand
+from naoserver.qi._video import COLOR_SPACES, LAYERS, ALVideoDevice, shrunk, source_size
 from naoserver.robot import Frame
 
 TOP = H25.cameras[0]
@@ -56,3 +59,33 @@ def test_a_pixel_of_a_small_picture_is_the_mean_of_those_it_stands_for():
     pixels[:2, 2:] = [[(10, 0, 0), (30, 0, 0)], [(50, 0, 0), (70, 0, 0)]]
     small = shrunk(Frame("Camera", 0.0, 4, 4, pixels), (2, 2))
     assert small[:, :, 0].tolist() == [[0, 40], [0, 0]]
+
+
+@pytest.mark.parametrize(("x", "y"), [(0.5, 0.5), (0.0, 0.0), (0.25, 0.9), (1.0, 0.3)])
+def test_angles_of_a_place_are_those_of_the_camera_s_lens(rig, x, y):
+    video, focal = rig.access.service(ALVideoDevice), TOP.focal_length(320)
+    # To the left and downwards, as ALMotion turns the head.
+    angles = [math.atan((160 - 320 * x) / focal), math.atan((240 * y - 120) / focal)]
+    assert video.getAngularPositionFromImagePosition(0, [x, y]) == pytest.approx(angles)
+    assert video.getImagePositionFromAngularPosition(0, angles) == pytest.approx([x, y])
+
+
+def test_a_size_in_the_middle_is_the_angle_between_its_edges(rig):
+    video = rig.access.service(ALVideoDevice)
+    left, top = video.getAngularPositionFromImagePosition(0, [0.4, 0.2])
+    size = video.getAngularSizeFromImageSize(0, [0.2, 0.6])
+    assert size == pytest.approx([2 * left, -2 * top])
+    assert video.getImageSizeFromAngularSize(0, size) == pytest.approx([0.2, 0.6])
+    whole = [video.getHorizontalAperture(0), video.getVerticalAperture(0)]
+    assert video.getAngularSizeFromImageSize(0, [1, 1]) == pytest.approx(whole)
+    info = video.getImageInfoFromAngularInfoWithResolution(0, [0.0, 0.0, *whole], 2)
+    assert info == pytest.approx([320, 240, 640, 480])
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [(2, [0.5, 0.5]), (0, [0.5]), (0, [0.5, 0.5, 0.5]), (0, 0.5), (0, [0.5, "x"]), (0, [math.nan, 0.5])],
+)
+def test_what_is_no_place_of_a_picture(rig, arguments):
+    with pytest.raises(InvalidCommand):
+        rig.access.service(ALVideoDevice).getAngularPositionFromImagePosition(*arguments)

@@ -1,6 +1,7 @@
 """The environments in which a simulated Nao learns: the check of Gymnasium, and the properties of each."""
 
 import math
+import re
 
 import gymnasium
 import mujoco
@@ -100,6 +101,17 @@ def test_an_action_that_is_too_large_is_clipped(make):
     observation, reward, *_ = environment.step(np.full(11, 1e30, np.float32))
     assert environment.observation_space.contains(observation)
     assert math.isfinite(reward)
+
+
+@pytest.mark.parametrize("name", ["Walk", "Reach", "StandUp"])
+def test_an_action_of_another_shape_is_refused(make, name):
+    environment = make(name, disable_env_checker=True)
+    environment.reset(seed=1)
+    action = still(environment)
+    for wrong in (action[None], action[:-1], np.float32(0.5), np.append(action, 0.0), action[:0]):
+        shape = re.escape(f"the action has the shape {np.shape(wrong)}, not {action.shape}")
+        with pytest.raises(ValueError, match=shape):
+            environment.step(wrong)
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf])

@@ -40,7 +40,7 @@ def simulated(body):
 @pytest.mark.parametrize(
     ("name", "groups"),
     [
-        ("arm", {"right_arm": 6}),
+        ("arm", {"right_arm": 5}),  # one finger follows the other
         ("humanoid", {"head": 2, "left_arm": 3, "right_arm": 3, "left_leg": 6, "right_leg": 6, "trunk": 1}),
         ("quadruped", {"left_leg": 6, "right_leg": 6}),
         ("carrier", {"wheels": 2}),

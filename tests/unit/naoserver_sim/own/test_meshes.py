@@ -1,5 +1,6 @@
 """Meshes are found in the folders of a model, and brought into a format of MuJoCo."""
 
+import os
 import re
 from pathlib import Path
 
@@ -12,6 +13,8 @@ from tests.support.meshes import cone, write_stl
 
 CUBE = """v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 0 1\nv 1 0 1\nv 0 1 1\nv 1 1 1
 f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n"""
+POINTER = b"version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 84284\n"
+KINDS = ("stl", "obj", "msh", "dae", "ply", "off", "glb")
 TRIANGLES = cone(0.1, 0.2, sides=6)
 
 
@@ -59,6 +62,7 @@ def test_a_mesh_is_found_in_the_packages_of_a_model(files, tmp_path, name, where
         ("../parts/meshes/a.stl", "parts/meshes/a.stl"),
         ("package://robot/meshes/a.stl", "urdf/meshes/a.stl"),
         ("package://ws/urdf/stl/a.stl", "urdf/stl/a.stl"),
+        ("../parts/deep/down/meshes/a.stl", "parts/deep/down/meshes/a.stl"),
     ],
 )
 def test_without_a_package_it_is_found_beside_the_model(tmp_path, name, where):
@@ -88,6 +92,77 @@ def test_a_link_to_elsewhere_is_not_followed(files, tmp_path):
     (files.model.parent / "a.stl").symlink_to(secret)
     with pytest.raises(MeshError, match="it lies outside the folder of the model"):
         files.find("a.stl", files.model)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "package://home/ana/private/a.stl",
+        "package://ana/private/a.stl",
+        "model://ana/private/a.stl",
+        "package://robots/../private/a.stl",
+        "package://ana/private/meshes/a.stl",
+        "../private/meshes/a.stl",
+        "package://ana/meshes/a.stl",
+        "../assets/a.stl",
+    ],
+)
+def test_a_model_in_a_home_folder_reads_no_other_of_its_folders(tmp_path, monkeypatch, name):
+    home = tmp_path / "home/ana"
+    for where in ("private/a.stl", "private/meshes/a.stl", "meshes/a.stl", "assets/a.stl"):
+        write_stl(home / where, TRIANGLES)
+    monkeypatch.setenv("HOME", str(home))
+    model = home / "robots/r.urdf"
+    model.parent.mkdir()
+    with pytest.raises(MeshError, match=r"it lies outside the folder of the model"):
+        Files(model, model.parent, packages_near(model)).find(name, model)
+
+
+@pytest.mark.parametrize(
+    ("name", "read"),
+    [
+        ("package://arm/meshes/v/a.stl", True),
+        ("package://arm/meshes_old/a.stl", True),
+        ("package://arm/parts/a.stl", False),
+        ("package://arm/parts/meshes/a.stl", False),
+        ("package://arm/meshes/../parts/a.stl", False),
+        ("package://arm/meshes/link/a.stl", False),
+        ("package://ws/parts/meshes/a.stl", False),
+        ("package://ws/arm/meshes/v/a.stl", False),
+        ("../../parts/a.stl", False),
+    ],
+)
+def test_of_a_folder_above_the_model_only_meshes_are_read(tmp_path, name, read):
+    model = tmp_path / "ws/arm/robots/one/arm.urdf"
+    model.parent.mkdir(parents=True)
+    for where in ("meshes/v/a.stl", "meshes_old/a.stl", "parts/a.stl", "parts/meshes/a.stl"):
+        place(tmp_path, f"arm/{where}")
+    (tmp_path / "ws/arm/meshes/link").symlink_to(tmp_path / "ws/arm/parts")
+    place(tmp_path, "parts/meshes/a.stl")
+    files = Files(model, model.parent, packages_near(model))
+    if read:
+        assert files.find(name, model).is_file()
+        return
+    with pytest.raises(MeshError, match=r"it lies outside the folder of the model"):
+        files.find(name, model)
+
+
+@pytest.mark.parametrize("top", ["thing", "other"])
+def test_a_package_may_be_laid_out_as_it_is_installed(tmp_path, top):
+    model = tmp_path / "ws" / top / "share/thing/robots/a/model.urdf"
+    model.parent.mkdir(parents=True)
+    (tmp_path / "ws" / top / "package.xml").write_text("<package><name>thing</name></package>")
+    path = place(tmp_path, f"{top}/share/thing/meshes/sub/c.stl")
+    files = Files(model, model.parent, packages_near(model))
+    assert files.find("package://thing/meshes/sub/c.stl", model) == path
+    place(tmp_path, "elsewhere/c.stl")
+    with pytest.raises(MeshError, match=r"it lies outside the folder of the model"):
+        files.find("package://thing/../../../elsewhere/c.stl", model)
+
+
+def test_a_pipe_is_no_package(tmp_path):
+    os.mkfifo(tmp_path / "package.xml")
+    assert packages_near(tmp_path / "r.urdf") == {}
 
 
 @pytest.mark.parametrize(
@@ -182,6 +257,7 @@ def test_the_unit_and_the_colors_of_a_collada_file_count(tmp_path):
         ("a.dae", b'<!DOCTYPE c [<!ENTITY e "x">]><COLLADA/>', "a document type"),
         ("a.ply", b"ply\nformat ascii 1.0\nelement vertex 999999999999\n", "it is broken"),
         ("a.glb", b"glTF" + bytes(20), "it is broken"),
+        *((f"a.{kind}", POINTER, "it is a pointer of Git LFS: run git lfs pull") for kind in KINDS),
         ("a.step", b"x", ".step is no format of meshes that is read"),
     ],
 )

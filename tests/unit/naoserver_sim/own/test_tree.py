@@ -74,6 +74,12 @@ def test_a_text_beyond_the_limits_is_refused_with_its_line(text, problem):
         parsed(text)
 
 
+def test_a_pointer_of_git_lfs_is_no_model(tmp_path):
+    (tmp_path / "r.urdf").write_text("version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 9\n")
+    with pytest.raises(RobotError, match=r"r\.urdf: it is a pointer of Git LFS: run git lfs pull"):
+        read_tree(tmp_path / "r.urdf")
+
+
 def test_a_file_that_is_not_there_is_refused(tmp_path):
     with pytest.raises(RobotError, match=r"r\.urdf: cannot be read: No such file"):
         read_tree(tmp_path / "r.urdf")

@@ -28,10 +28,10 @@ ROBOT = (
 
 @pytest.fixture
 def expand(tmp_path):
-    def written(text, name="r.urdf.xacro"):
+    def written(text, name="r.urdf.xacro", **arguments):
         path = tmp_path / name
         path.write_text(text)
-        return expanded(read_tree(path), path, {"arms": tmp_path})
+        return expanded(read_tree(path), path, {"arms": tmp_path}, arguments)
 
     return written
 
@@ -87,9 +87,60 @@ def test_what_cannot_be_expanded_is_refused_with_its_line(expand, expression, pr
 
 
 def test_an_expansion_that_does_not_end_is_ended(expand, monkeypatch):
-    monkeypatch.setattr("naoserver_sim._own.xacro._LONGEST", 0.5)
-    with pytest.raises(RobotError, match=r"r\.urdf\.xacro: xacro is not expanded within 0\.5 s"):
+    monkeypatch.setattr("naoserver_sim._own.xacro._LONGEST", 1)
+    with pytest.raises(
+        RobotError, match=r"r\.urdf\.xacro: xacro is not expanded within 1 s of the processor"
+    ):
         expand(evaluating("9 ** 9 ** 9"))
+
+
+def test_one_that_waits_is_ended_too(expand, tmp_path, monkeypatch):
+    monkeypatch.setattr("naoserver_sim._own.xacro._WALL", 0.5)
+    os.mkfifo(tmp_path / "arm.xacro")
+    with pytest.raises(RobotError, match=r"r\.urdf\.xacro: xacro is not expanded within 0\.5 s"):
+        expand(ROBOT.replace("INCLUDED", "arm.xacro"))
+
+
+SIZED = (
+    '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">\n<xacro:arg name="side" default="left"/>\n'
+    + link("$(arg side)_$(arg dof)")
+    + "</robot>"
+)
+
+
+def test_arguments_are_those_that_are_given(expand):
+    text = SIZED.replace(
+        "</robot>", '<xacro:if value="$(arg two)">' + link("$(arg size)") + "</xacro:if></robot>"
+    )
+    root, _ = expand(text, dof=7, side="b; c", two=True, size=0.5)
+    assert [each.name for each in root.within("link")] == ["b; c_7", "0.5"]
+
+
+def test_arguments_that_are_missing_are_said_with_how_to_give_them(expand):
+    given = (
+        r"Undefined substitution argument dof; an argument is given by --xacro dof:=VALUE, or in \[xacro\]"
+    )
+    with pytest.raises(RobotError, match=given):
+        expand(SIZED)
+
+
+def test_of_a_file_that_its_arguments_name_they_are_said(expand):
+    text = SIZED.replace("<link", '<xacro:include filename="$(arg side)/none.xacro"/><link')
+    with pytest.raises(
+        RobotError, match=r"No such file.*left/none\.xacro'; an argument is given by --xacro side:="
+    ):
+        expand(text)
+
+
+def test_a_file_without_xacro_takes_no_arguments(expand):
+    with pytest.raises(RobotError, match=r"r\.urdf: it has no xacro, so that it takes no arguments"):
+        expand(urdf(link("base")), "r.urdf", dof="7")
+
+
+def test_a_pointer_of_git_lfs_is_no_macro(expand, tmp_path):
+    (tmp_path / "arm.xacro").write_text("version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 9\n")
+    with pytest.raises(RobotError, match=r"arm\.xacro is a pointer of Git LFS: run git lfs pull"):
+        expand(ROBOT.replace("INCLUDED", "arm.xacro"))
 
 
 def test_files_elsewhere_are_not_read(expand, tmp_path):

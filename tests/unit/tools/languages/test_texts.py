@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import json
 import re
 import shutil
@@ -70,6 +71,20 @@ def texts_of(names: str | Sequence[str] | None) -> Sequence[str]:
 
 def ids(catalog: Catalog) -> set[Any]:
     return {message.id for message in catalog if message.id}
+
+
+def test_no_text_that_is_looked_up_is_put_together() -> None:
+    names = {"Message", "because", "template", "EditError", "ChangedOutsideError", "OldFormatError"}
+    paths = [path for folder in ("codegen", "visualhfsm") for path in (ROOT / folder).rglob("*.py")]
+    found = [
+        f"{path.relative_to(ROOT)}:{call.lineno}"
+        for path in paths
+        for call in ast.walk(ast.parse(path.read_bytes()))
+        if isinstance(call, ast.Call) and ast.unparse(call.func).rpartition(".")[2] in names
+        if any(isinstance(text, ast.JoinedStr | ast.BinOp) for text in call.args)
+    ]
+    assert len(paths) > 300
+    assert found == []
 
 
 @pytest.mark.slow

@@ -192,6 +192,24 @@ def test_code_that_fails_ends_a_trial_without_points(folder: Path) -> None:
 
 
 @pytest.mark.slow
+def test_the_state_whose_entry_fails_is_among_the_states_that_are_told(folder: Path) -> None:
+    states = state(1, "waiting", initial=True), state(2, "done", "1 / 0")
+    text = document(sub(1, 0, *states, transition(1, 1, 2, "500", type="time"), period="20"))
+    marks = grade(folder, text)
+    assert "ZeroDivisionError: division by zero, in state done" in marks.error
+    assert marks.did.endswith("`waiting` for 0.5 s, `done` for 0 s")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("replaced", ["len = lambda _: 0", "isinstance = lambda *_: True"])
+def test_code_that_replaces_what_is_built_in_is_told_so(folder: Path, replaced: str) -> None:
+    marks = grade(folder, waits(1300, f"import builtins\nbuiltins.{replaced}"))
+    assert marks.points == 0.0
+    assert "in state waiting" in marks.error
+    assert "are builtins replaced?" in marks.error
+
+
+@pytest.mark.slow
 def test_what_a_submission_writes_into_reasons_controls_no_terminal(folder: Path) -> None:
     (folder / "judge.py").write_text("def good(run):\n    return 0.5, run.calls()[0].text\n", "utf-8")
     speech = "<iceinterface><nameinterface>Speech</nameinterface><interface>Speech</interface></iceinterface>"

@@ -7,6 +7,7 @@ import io
 import re
 import subprocess
 from pathlib import Path
+from typing import Any
 
 import pytest
 from msgspec import structs
@@ -192,6 +193,25 @@ def test_two_series_are_compared_trial_by_trial(summary: Summary) -> None:
     assert (found.both, time.difference.count) == (24, 24)
 
 
+def test_a_mean_of_times_differs_by_no_more_than_the_limit_and_what_is_rare_is_named() -> None:
+    first = [structs.replace(outcome(n), success=True, time=1.0) for n in range(6)]
+    times = (1.0, 1.01, 1.02, 1.03, 1.04, 9.0)
+    second = [structs.replace(each, time=time) for each, time in zip(first, times, strict=True)]
+    found = Comparison(Summary(first, VARYING), Summary(second, VARYING), limit=9.5)
+    low, high = present(found.numbers["time"].difference.interval)
+    assert -0.1 < low < 0.1
+    assert (
+        high
+        < 9.5
+        < present(Comparison(Summary(first, ()), Summary(second, ())).numbers["time"].difference.interval)[1]
+    )
+    console = Console(file=io.StringIO(), width=140)
+    show_comparison(console, found, ("one", "other"))
+    text = console.file.getvalue()  # type: ignore[attr-defined]
+    assert "(one number is far from the others)" in text
+    assert "What happens in fewer than 39.3 % may be missing." in text  # 1 - 0.05 ** (1 / 6)
+
+
 def test_the_same_series_twice_differs_in_nothing(summary: Summary) -> None:
     found = Comparison(summary, summary)
     assert (found.chance, found.verdict) == (1.0, "none: the same trials succeed")
@@ -228,6 +248,50 @@ def test_a_narrow_terminal_shows_fewer_numbers_instead_of_parts_of_them(
     _, _, table = text[: text.index("How it fails")].partition("What it depends on")
     assert ("falls" in table) is shown
     assert "…" not in table
+
+
+def shown_of(summary: Summary) -> str:
+    """Return what the terminal shows of a series."""
+    console = Console(file=io.StringIO(), width=100)
+    show(console, summary, "walk")
+    return console.file.getvalue()  # type: ignore[attr-defined,no-any-return]
+
+
+def test_a_success_that_is_true_from_the_start_says_nothing(tmp_path: Path) -> None:
+    trials = [
+        structs.replace(outcome(n), success=True, reason="", time=0.0 if n < 6 else 1.0) for n in range(9)
+    ]
+    found = Summary(trials, VARYING)
+    words = "Success is true from the start in 6 of 9: that says nothing."
+    assert words in shown_of(found)
+    assert words in str(found)
+    view = view_of(Plan(document="walk.xml"), found, kept(tmp_path, 9))
+    assert (view.from_start, view.equal) == (6, False)
+
+
+def test_trials_that_fail_at_once_are_no_success_from_the_start() -> None:
+    found = Summary([structs.replace(outcome(n), success=False, time=0.0) for n in range(9)], VARYING)
+    assert found.warnings == []
+
+
+def test_equal_trials_say_as_much_as_one_and_none_is_the_worst(tmp_path: Path) -> None:
+    trials = [structs.replace(outcome(1), number=n, success=True, reason="") for n in range(1, 7)]
+    found = Summary(trials, VARYING)
+    text = shown_of(found)
+    assert "The 6 trials are equal: they say as much as one." in text
+    assert "The worst" not in text
+    assert [row.number for row in found.worst] == [1]
+    view = view_of(Plan(document="walk.xml"), found, kept(tmp_path, 9))
+    assert (view.equal, len(view.worst)) == (True, 1)
+
+
+@pytest.mark.parametrize("differs", [{"time": 3.5}, {"numbers": {"falls": 1.0}}, {"states": "search"}])
+def test_trials_of_which_one_differs_are_not_equal(differs: dict[str, Any]) -> None:
+    trials = [structs.replace(outcome(1), number=n) for n in range(1, 6)]
+    found = Summary([*trials, structs.replace(outcome(1), number=6, **differs)], VARYING)
+    assert not found.are_equal
+    assert not Summary([outcome(1)], VARYING).are_equal
+    assert "The worst: 1" in shown_of(Summary([outcome(1)], VARYING))
 
 
 def test_numbers_are_shown_when_all_succeed() -> None:

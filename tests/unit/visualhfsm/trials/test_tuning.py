@@ -5,14 +5,16 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterator
 from concurrent.futures import Future
+from importlib.metadata import version
 from pathlib import Path
 
 import msgspec
 import pytest
 
 from tests.support.documents import document, state, sub, transition
+from tests.support.present import present
 from visualhfsm.trials import Outcome, Plan, Spread, Success, TrialsError
-from visualhfsm.trials._outcomes import read_outcomes
+from visualhfsm.trials._outcomes import read_header, read_outcomes
 from visualhfsm.trials._series import LocalPool, Series
 from visualhfsm.trials._tuning import Tuning
 from visualhfsm.trials._worker import Task
@@ -128,6 +130,46 @@ def test_a_search_goes_on_where_it_was_stopped(plan: Plan, tmp_path: Path, pool:
     assert found == Tuning(plan, settings=8).search(tmp_path / "fresh", pool)
     assert 30 < before < len([*read_outcomes(tmp_path / "file")])
     assert Tuning(plan, settings=8).search(tmp_path / "file", NoPool()) == found
+
+
+def test_a_search_asks_for_the_same_settings_with_optuna_4_and_5(
+    plan: Plan, tmp_path: Path, pool: LocalPool
+) -> None:
+    # Optuna 4.9.0 and 5.0.0 were run; with their own defaults the last two are 0.7198 and 0.5422 in
+    # 4.9.0, 1.2192 and 2.8493 in 5.0.0.
+    both = {**plan.parameters, "weather": Spread(lowest=0.1, highest=1.0)}
+    plan = msgspec.structs.replace(plan, runs=1, parameters=both)
+    Tuning(plan, settings=16).search(tmp_path / "file", pool)
+    gains = {each.number: each.values["parameters.gain"] for each in read_outcomes(tmp_path / "file")}
+    assert [gains[number] for number in (2, 13, 14, 17)] == pytest.approx(
+        [-0.4979, -1.1195, 0.7198, 1.6641], abs=1e-4
+    )
+
+
+@pytest.mark.parametrize("package", ["optuna", "scipy"])
+def test_a_search_goes_on_only_with_the_versions_it_began_with(
+    plan: Plan, tmp_path: Path, pool: LocalPool, package: str
+) -> None:
+    file = tmp_path / "file"
+    Tuning(plan, settings=1).search(file, pool)
+    header = present(read_header(file))
+    assert header.versions[package] == version(package)
+    lines = file.read_bytes().splitlines(keepends=True)
+    other = msgspec.structs.replace(header, versions={**header.versions, package: "4.0.0"})
+    file.write_bytes(b"".join([msgspec.json.encode(other) + b"\n", *lines[1:]]))
+    with pytest.raises(TrialsError, match="another plan, document or version"):
+        Tuning(plan, settings=1).search(file, NoPool())
+
+
+def test_where_every_trial_fails_no_setting_is_best_and_it_says_why(
+    plan: Plan, tmp_path: Path, pool: LocalPool
+) -> None:
+    document = Path(plan.document)
+    document.write_text(SLOW.replace("worked += 0.1", "wrked += 0.1"), encoding="utf-8")
+    with pytest.raises(
+        TrialsError, match=r"no setting is best, as all trials fail, 32 of 32 so: .*wrked.* in working"
+    ):
+        Tuning(plan, settings=4).search(tmp_path / "file", pool)
 
 
 def test_another_number_may_be_the_cost(plan: Plan, tmp_path: Path, pool: LocalPool) -> None:

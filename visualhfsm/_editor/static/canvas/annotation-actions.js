@@ -54,7 +54,11 @@ export const annotationActions = [
     icon: "note",
     keys: ["N"],
     enabled: drawable,
-    run: ({canvas}) => holdKeys(async () => canvas.useTool((await editing()).NoteTool)),
+    run: ({canvas}) =>
+      holdKeys(async () => {
+        canvas.useTool((await editing()).NoteTool);
+        return canvas.tool;
+      }),
     hint: t("write why it is so"),
     help: t("New note"),
   },
@@ -67,8 +71,9 @@ export const annotationActions = [
     run: ({canvas}) =>
       holdKeys(async () => {
         const {FrameTool, frameSelection} = await editing();
-        if (page.states.size + page.annotations.size) await frameSelection(canvas);
-        else canvas.useTool(FrameTool);
+        if (page.states.size + page.annotations.size) return frameSelection(canvas);
+        canvas.useTool(FrameTool);
+        return canvas.tool;
       }),
     hint: t("group the selected states below a title; they move together"),
     help: t("New frame around the selection: its states move together"),

@@ -54,11 +54,11 @@ export class Annotating {
     return this.canvas.drawing.annotations.views.get(`a${id}`);
   }
 
-  /** Write on an annotation. @param {number} id */
+  /** Write on an annotation; returns its field, undefined if it was deleted. @param {number} id */
   async write(id) {
     this.commit();
     const view = this.#view(id);
-    if (!view) return;
+    if (!view) return undefined;
     const field = this.#field;
     const {text} = view.annotation;
     this.#written = {id, text};
@@ -72,6 +72,7 @@ export class Annotating {
     this.follow();
     field.focus({preventScroll: true});
     field.select();
+    return field;
   }
 
   /** Keep what was written. */

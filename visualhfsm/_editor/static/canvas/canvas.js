@@ -262,7 +262,7 @@ export class HfsmCanvas extends HTMLElement {
   /** Start to edit a name, or the text of an annotation, in place. @param {Kind} kind @param {number} id */
   async beginRename(kind, id) {
     if (this.readOnly) return;
-    if (kind === "annotation") await (await this.#annotating()).write(id);
+    if (kind === "annotation") await holdKeys(async () => (await this.#annotating()).write(id));
     else if (this.rename) this.rename.begin(kind, id);
     else await holdKeys(async () => (await this.#renaming()).begin(kind, id));
   }

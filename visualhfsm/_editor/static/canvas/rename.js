@@ -25,12 +25,12 @@ export class Rename {
     this.input.addEventListener("blur", () => this.commit());
   }
 
-  /** @param {"state" | "transition"} kind @param {number} id */
+  /** Edit a name; returns its field, undefined if it was deleted. @param {"state" | "transition"} kind @param {number} id */
   begin(kind, id) {
     const list = kind === "state" ? page.automaton?.states : page.automaton?.transitions;
     const item = list?.find((each) => each.id === id);
     this.commit();
-    if (!item) return;
+    if (!item) return undefined;
     this.#what = {kind, id, name: item.name};
     this.input.value = item.name;
     this.input.setAttribute("aria-label", kind === "state" ? t("Name of the state") : t("Name of the transition"));
@@ -40,6 +40,7 @@ export class Rename {
     this.follow();
     this.input.focus({preventScroll: true});
     this.input.select();
+    return this.input;
   }
 
   /** Keep the field at the name while the drawing moves. */

@@ -9,6 +9,7 @@ import {properties} from "../data/element.js";
 import {page} from "../data/page.js";
 import {store} from "../data/store.js";
 import {step} from "../data/commands.js";
+import {holdKeys} from "../kit/holding.js";
 import {messageOf} from "../kit/notices.js";
 import {required} from "../kit/required.js";
 import {t} from "../kit/texts.js";
@@ -102,8 +103,15 @@ export class CodeField extends LitElement {
     const {failed, ready} = this;
     if (failed) return html`<div class="failed" role="alert">${failed}</div>`;
     return html`<div class="editor"></div>
-      ${ready ? nothing : html`<pre aria-hidden="true">${this.text}</pre>`}`;
+      ${ready ? nothing : html`<pre aria-hidden="true" @click=${this.#await}>${this.text}</pre>`}`;
   }
+
+  /** After a click on code that has not loaded, keys wait for it. */
+  #await = () =>
+    holdKeys(async () => {
+      await this.focus();
+      return this.#editor ?? undefined;
+    });
 
   willUpdate() {
     this.#draft.take(this.tab, keyOf(this.place), this.text, this.#send(this.place));
@@ -143,6 +151,11 @@ export class CodeField extends LitElement {
   /** Type a text at the cursor. @param {string} text */
   insert(text) {
     this.#editor?.insert(text);
+  }
+
+  /** Press a key at the cursor. @param {import("../kit/holding.js").Key} key */
+  press(key) {
+    this.#editor?.press(key);
   }
 
   /** @param {Place} place @returns {import("./draft.js").Send} */

@@ -290,6 +290,14 @@ export class Editor {
       this.#view.dispatch({...state.replaceSelection(text), userEvent: "input.type", scrollIntoView: true});
   }
 
+  /** Press a key at the cursor. @param {import("../kit/holding.js").Key} pressed */
+  press(pressed) {
+    const {key, ctrlKey, altKey, metaKey} = pressed;
+    const more = {bubbles: true, cancelable: true, composed: true};
+    if (key.length === 1 && !(ctrlKey || altKey || metaKey)) this.insert(key);
+    else this.#view.contentDOM.dispatchEvent(new KeyboardEvent("keydown", {...pressed, ...more}));
+  }
+
   /** Release everything. */
   destroy() {
     this.#view.destroy();

@@ -66,11 +66,13 @@ function shown({tab, remarks}, name) {
   );
 }
 
+/** Open a new document; returns undefined when that was not possible. */
 export async function openNew(template = "empty") {
   const done = await ask("new", {template});
-  if (!done) return;
+  if (!done) return undefined;
   page.show(done.tab);
   page.dispatchEvent(new Event("focus-canvas"));
+  return true;
 }
 
 export async function openFile() {

@@ -1246,6 +1246,8 @@ export interface TrialsView {
   maps: PlaceMap[];
   ways: Way[];
   worst: Trial[];
+  fromStart: number;
+  equal: boolean;
   origin: Origin | null;
 }
 

@@ -45,6 +45,11 @@ class Started {
     return ALIVE.includes(this.of(tab)?.status);
   }
 
+  /** The names of the components that start or run. */
+  get names() {
+    return [...this.#started.values()].filter(({tab}) => this.isAlive(tab)).map(({component}) => component);
+  }
+
   /** This window stops the component of a tab, or all. @param {number} [tab] */
   stopHere(tab) {
     if (tab) this.#watched.delete(tab);
@@ -52,7 +57,9 @@ class Started {
   }
 
   /** How a run has ended, in a window that saw it: also who has stopped it, if not this window. @param {StartedPush} run */
-  endOf({tab, message, elsewhere}) {
+  endOf(run) {
+    const {tab, message, elsewhere} = run;
+    if (lacksRobot(run)) return t("it ended: no robot is here");
     return (this.#watched.has(tab) && elsewhere) || message;
   }
 
@@ -96,7 +103,7 @@ class Started {
       page.dispatchEvent(new CustomEvent("alert", {detail: `${outcome}.`})); // the second row shows it
       return;
     }
-    const why = outputLog.lastError(tab);
+    const why = lacksRobot(run) ? undefined : outputLog.lastError(tab);
     const text = `${outcome}${why === undefined ? "." : `: ${why}`}`;
     this.#notices.set(tab, notify(text, "error", undefined, {tab}));
   }
@@ -127,6 +134,10 @@ class Started {
     this.dismiss(tab);
   }
 }
+
+/** Whether a run could not begin because nothing is in its realm. @param {StartedPush} run */
+const lacksRobot = ({tab, exitCode}) =>
+  exitCode === 1 && Boolean(outputLog.lastError(tab)?.includes("the realm has no servants"));
 
 /** A message about a component, which begins with its name. @param {string} message @param {string} component */
 const subjected = (message, component) =>

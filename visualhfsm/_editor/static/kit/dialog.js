@@ -11,6 +11,7 @@
 
 import {html, nothing, render} from "lit";
 
+import {pressHeld} from "./holding.js";
 import {iconButton} from "./icons.js";
 import {laterStyles} from "./styles.js";
 import {t} from "./texts.js";
@@ -68,6 +69,7 @@ export function showDialog({title, content, footer, wide = false}) {
     const first = dialog.querySelector("[autofocus]");
     first?.focus();
     if (first instanceof HTMLInputElement) first.select(); // what is typed replaces a suggestion
+    pressHeld();
   });
 }
 

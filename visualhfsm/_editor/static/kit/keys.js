@@ -1,6 +1,6 @@
 /** Keys and their actions. The actions are defined in actions.js. */
 
-import {isHeld} from "./holding.js";
+import {holdKey, holdPasted, isText} from "./holding.js";
 import {actionOf, actions, perform} from "./registry.js";
 import {required} from "./required.js";
 import {t} from "./texts.js";
@@ -83,6 +83,9 @@ export const keyOf = (id) => spoken(required(actionOf(id).keys?.[0], `key of ${i
 /** A key in the words of the attribute `aria-keyshortcuts`. @param {string} key */
 export const ariaKey = (key) => key.replace("Ctrl", isMac && !MAC_CONTROL.has(key) ? "Meta" : "Control");
 
+/** Keys that edit a text, or move in it. */
+const EDITS = /(^|\+)(Arrow\w+|Home|End|Page\w+|Backspace|Delete|Enter|Tab|Escape)$/;
+
 /** Whether the Option key of a Mac types a character for programs or names, such as `@` or an accent. */
 const composes = (/** @type {KeyboardEvent} */ {altKey, key}) => altKey && /^(Dead|[!-@[-`{-~])$/.test(key);
 
@@ -122,11 +125,20 @@ export function listenForKeys(context) {
   const byKey = new Map();
   for (const action of actions.values())
     if (action.scope !== "code") for (const key of action.keys ?? []) byKey.set(key, action);
+  const hold = (/** @type {KeyboardEvent} */ event) => {
+    const key = written(event);
+    const action = byKey.get(key);
+    const isUrgent = action?.scope === "typing" && /F\d+$/.test(key); // what controls a run does not wait
+    const isOurs = action || isText(event) || EDITS.test(key); // the browser's own keys are left to it
+    if (isOurs && !isUrgent && !event.isComposing) holdKey(event, action?.id === "paste");
+  };
+  addEventListener("keydown", hold, {capture: true}); // before all others, such as tabs
+  addEventListener("paste", holdPasted, {capture: true});
   document.addEventListener("keydown", (event) => {
     const [target] = event.composedPath(); // includes elements in the shadow root of the code editor
     if (event.defaultPrevented || document.querySelector("dialog[open]")) return;
     const typing = isTyping(target);
-    if (typing ? composes(event) : isHeld(event)) return;
+    if (typing && composes(event)) return;
     const key = written(event);
     const action = byKey.get(key);
     const element = event.target instanceof Element ? event.target : document.body;

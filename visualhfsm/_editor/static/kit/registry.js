@@ -4,16 +4,17 @@
  * `actions.js` defines the actions. What they do may show their keys, so that it imports this table and not them.
  *
  * @typedef {{id: string, label: string, icon: string, keys?: string[], run: (context: Context) => unknown,
- *   enabled?: (context: Context) => boolean, checked?: (context: Context) => boolean, hint?: string,
+ *   opens?: boolean, enabled?: (context: Context) => boolean, checked?: (context: Context) => boolean, hint?: string,
  *   scope?: "canvas" | "code" | "drawing" | "page" | "typing", help?: string, words?: string}} Action The scope says where its keys
  *   hold: on the canvas, in code, which listens for them itself, also on the tools and the tree, anywhere but in fields, or everywhere. Without one, keys with
  *   Ctrl or Alt hold anywhere but in fields, and others, such as letters and Delete, on the drawing. `hint` says more than the label, `help` stands for both in the list of keys; `checked` says whether a switch
- *   is on. An action is also found by its `words`, which are not shown: what else people call it.
+ *   is on, and `opens` that it opens a dialog for what is typed next. An action is also found by its `words`, which are not shown: what else people call it.
  * @typedef {{app: import("../shell/app.js").HfsmApp, canvas: import("../canvas/canvas.js").HfsmCanvas,
  *   point?: {x: number, y: number}, pasted?: {text?: string, html?: string}}} Context `point` is where in the drawing a
  *   menu was opened, `pasted` what the system's clipboard has
  */
 
+import {holdKeys} from "./holding.js";
 import {required} from "./required.js";
 import {isForbidden} from "./viewing.js";
 import {containsWords, folded} from "./words.js";
@@ -40,7 +41,9 @@ export const isOffered = (id) => !isForbidden(actionOf(id));
 
 /** Perform an action, if it is possible now. @param {string} id @param {Context} context */
 export function perform(id, context) {
-  return isEnabled(id, context) ? actionOf(id).run(context) : undefined;
+  if (!isEnabled(id, context)) return undefined;
+  const {run, opens} = actionOf(id);
+  return opens ? holdKeys(async () => run(context)) : run(context);
 }
 
 /**

@@ -33,7 +33,7 @@ class CodePanel extends PageElement {
     if (place) this.revealed = this.#reveal(place);
   }
 
-  /** Resolves when the requested piece of code has the focus. */
+  /** Resolves when the requested piece of code has the focus, to undefined if it has not. @type {Promise<true | void>} */
   revealed = Promise.resolve();
 
   /** The state that was shown last. */
@@ -102,11 +102,12 @@ class CodePanel extends PageElement {
     const all = this.querySelectorAll("[data-part]");
     const fields = [...all].filter((each) => each.dataset.part === part);
     const field = fields.find((each) => (each.dataset.name ?? "") === (name ?? "")) ?? fields[0];
-    if (!field) return;
+    if (!field) return undefined;
     field.scrollIntoView({block: "nearest"});
     if ("goTo" in field && line) await field.goTo(line, column, {length, focus});
     else if ("selectValue" in field && selects) await field.selectValue();
     else if (focus) await field.focus();
+    return field.matches(":focus-within") || undefined;
   }
 }
 

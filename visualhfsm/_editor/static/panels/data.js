@@ -66,7 +66,7 @@ class DataPanel extends PageElement {
     if (place) this.revealed = this.#reveal(place);
   }
 
-  /** Resolves when the requested place has the focus. */
+  /** Resolves when the requested place has the focus, to undefined if it has not. @type {Promise<true | void>} */
   revealed = Promise.resolve();
 
   render() {
@@ -107,10 +107,10 @@ class DataPanel extends PageElement {
     const number = ++this.#wanted;
     this.requestUpdate();
     await this.updateComplete;
-    if (number !== this.#wanted) return;
+    if (number !== this.#wanted) return undefined;
     /** @type {HTMLElement | Entries | CodeField | null} */
     const section = this.querySelector(`[data-part="${part}"]`);
-    if (!section) return;
+    if (!section) return undefined;
     section.scrollIntoView({block: "start"});
     const {line, column, length, focus = true} = place;
     if ("reveal" in section) {
@@ -122,6 +122,7 @@ class DataPanel extends PageElement {
       const inner = section.querySelector("hfsm-text-field, hfsm-code-field");
       await ("goTo" in section ? section : (inner ?? section)).focus();
     }
+    return section.matches(":focus-within") || undefined;
   }
 }
 

@@ -11,6 +11,7 @@
 
 import {html, live, nothing} from "lit";
 import {apply} from "../data/commands.js";
+import {holdKeys} from "../kit/holding.js";
 import {iconButton} from "../kit/icons.js";
 import {firstPart, outgoing} from "../data/outline.js";
 import {page} from "../data/page.js";
@@ -96,8 +97,13 @@ export function transitionEditor(about) {
 function typeChoice(transition, fields, readonly) {
   /** @param {Commands["setTransitionType"]["type"]} type @param {HTMLElement} radio */
   const choose = async (type, radio) => {
-    const goesOn = radio.matches(":focus-visible"); // with the arrows, perhaps to the next type
-    if ((await apply("setTransitionType", {...fields, type})) && !goesOn) write(type);
+    const set = () => apply("setTransitionType", {...fields, type});
+    if (radio.matches(":focus-visible")) return set(); // with the arrows, perhaps to the next type
+    return holdKeys(async () => {
+      const done = await set();
+      if (done) write(type);
+      return done;
+    });
   };
   /** @param {Commands["setTransitionType"]["type"]} type */
   const write = (type) =>

@@ -1,10 +1,10 @@
 /**
- * What the robot says and plays, as tones and a voice of the browser, if somebody wants to hear it.
+ * What the robot says and plays, as tones, samples and a voice of the browser, if somebody wants to hear it.
  *
  * @typedef {object} Heard
  * @property {string} says the text that is being said; "" while none is
  * @property {string} sound the name of the sound that is played; "" while none is
- * @property {[number, number][]} tones of that sound, each in Hz (0 for a rest) and s
+ * @property {[number, number][]} tones of that sound, each in Hz (0 for a rest) and s; none of samples
  * @property {number} loudness of that sound, from 0 to 1
  * @property {[number, number]} counts how many texts and how many sounds were begun
  * @property {[number | null, number | null]} ages s since the text and the sound began; null where that is unknown
@@ -12,6 +12,7 @@
 
 import {browserStorage} from "../kit/storage.js";
 import {language} from "../kit/texts.js";
+import {SampledSound} from "./sampled-sound.js";
 
 const KEPT = "visualhfsm.sound";
 const LOUDEST = 0.25; // of what the browser can play: a tone is loud
@@ -35,15 +36,17 @@ export class Loudspeaker {
   #context;
   /** What plays now. @type {{gain: GainNode, tones: OscillatorNode[]} | undefined} */
   #playing;
+  #sampled = new SampledSound();
   /** Whether the browser says something for it. */
   #speaks = false;
 
   toggle() {
     this.on = !this.on;
     browserStorage.setItem(KEPT, this.on ? "on" : "off");
-    if (this.on)
+    if (this.on) {
       void this.#sounding().resume(); // browsers let a page be heard once somebody clicked
-    else this.#hush();
+      this.#sampled.resume();
+    } else this.#hush();
   }
 
   /** Play what has begun, and end what has ended. @param {Heard} heard */
@@ -51,25 +54,38 @@ export class Loudspeaker {
     const [texts, sounds] = this.#heard.counts;
     this.#heard = heard;
     if (!this.on) return;
+    if (this.#sampled.count <= this.#ended) this.#sampled.stop();
     if (!heard.sound || heard.counts[1] !== sounds) this.#stop();
     if (heard.sound && heard.counts[1] !== sounds) this.#play(heard);
     if (!heard.says || heard.counts[0] !== texts) this.#fallSilent();
     if (heard.says && heard.counts[0] !== texts && (heard.ages[0] ?? Infinity) < MISSED) this.#say(heard.says);
   }
 
+  /** Play samples of a sound, unless it has ended. @param {ArrayBuffer} block its count, the place of the samples, they */
+  hearSamples(block) {
+    const [count, place] = new Float64Array(block, 0, 2);
+    if (this.on && count > this.#ended) this.#sampled.play(count, place, new Int16Array(block, 16));
+  }
+
   close() {
     this.#hush();
+    this.#sampled.close();
     void this.#context?.close();
     this.#context = undefined;
+  }
+
+  /** The count of the newest sound that has ended. Samples of the next may arrive before what is said of it. */
+  get #ended() {
+    return this.#heard.counts[1] - (this.#heard.sound ? 1 : 0);
   }
 
   #sounding() {
     return (this.#context ??= new AudioContext());
   }
 
-  /** Play a sound, or the rest of one that others have heard so far. @param {Heard} heard */
+  /** Play the tones of a sound, or the rest of those that others have heard so far. @param {Heard} heard */
   #play({tones, loudness, ages: [, age]}) {
-    if (age === null) return;
+    if (age === null || !tones.length) return;
     const context = this.#sounding();
     void context.resume();
     const all = context.createGain();
@@ -110,6 +126,7 @@ export class Loudspeaker {
 
   #hush() {
     this.#stop();
+    this.#sampled.stop();
     this.#fallSilent();
   }
 }

@@ -65,6 +65,8 @@ export class RobotView extends MonitorElement {
     this.loudspeaker = new Loudspeaker();
     /** @type {ReturnType<typeof receiveFrames> | undefined} */
     this.frames = undefined;
+    /** The samples that the robot plays, while they are heard. @type {ReturnType<typeof receiveFrames> | undefined} */
+    this.samples = undefined;
     /** @type {RobotDrawing | undefined} */
     this.drawing = undefined;
     /** The present robot, by the hash of its description; "" while it is unknown. */
@@ -211,9 +213,23 @@ export class RobotView extends MonitorElement {
     this.#learn();
     this.#showPast();
     this.loudspeaker.hear(this.#heardNow);
+    this.#listen();
     if (!this.grabbing) return;
     this.grabbing.enabled = this.#mayTouch && store.online;
     this.grabbing.pushes = this.pushes;
+  }
+
+  /** Receive the samples that the present robot plays, while somebody wants to hear them. */
+  #listen() {
+    const wanted = this.loudspeaker.on && this.isConnected && !this.impossible && !monitor.recording;
+    if (wanted)
+      this.samples ??= receiveFrames("samples", {draw: (block) => this.loudspeaker.hearSamples(block), lost() {}});
+    else this.#listenNoMore();
+  }
+
+  #listenNoMore() {
+    this.samples?.close();
+    this.samples = undefined;
   }
 
   /** What was drawn is kept when it moves to another place of the page. */
@@ -225,6 +241,7 @@ export class RobotView extends MonitorElement {
 
   #end() {
     this.frames?.close();
+    this.#listenNoMore();
     this.grabbing?.close();
     this.loudspeaker.close();
     this.heard = silenced(this.heard);

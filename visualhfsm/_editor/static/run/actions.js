@@ -1,6 +1,5 @@
 /** The actions on the followed component; part of the table of all actions. */
 
-import {holdKeys} from "../kit/holding.js";
 import {page} from "../data/page.js";
 import {notify} from "../kit/notices.js";
 import {required} from "../kit/required.js";
@@ -141,6 +140,7 @@ export const monitorActions = [
     keys: ["Alt+Shift+F5"],
     scope: "typing",
     enabled: () => Boolean(page.document?.fields.parameters.length),
+    opens: true,
     run: runWith,
     hint: t("values for this run instead of the defaults"),
   },
@@ -150,11 +150,8 @@ export const monitorActions = [
     icon: "film",
     keys: ["Alt+R"],
     scope: "typing",
-    run: () =>
-      holdKeys(async () => {
-        const {openRecording} = await import("./documents.js");
-        openRecording(); // the keys are for its dialog
-      }),
+    opens: true,
+    run: async () => (await import("./documents.js")).openRecording(),
   },
   {
     id: "exportRun",
@@ -211,6 +208,7 @@ export const monitorActions = [
     keys: ["Alt+E"],
     scope: "typing",
     enabled: steers,
+    opens: true,
     run: async () => (await dialogs()).askEvent(),
   },
   {
@@ -304,6 +302,7 @@ export const monitorActions = [
     icon: "breakpointIf",
     keys: ["Shift+B"],
     enabled: breakable,
+    opens: true,
     run: async () => (await dialogs()).askCondition(page.shownAutomaton.id, kind(), theSelected()),
   },
   {

@@ -15,7 +15,7 @@ import {monitor} from "./monitor.js";
 export const STOP_KEY = "Ctrl+Shift+Space";
 
 const LATE = 3000; // ms: by then the components have ended, and a robot nearby has confirmed
-const LATEST = 15_000; // ms: then the server does not answer
+const LATEST = 15_000; // ms: then the server does not answer, though it may still do so
 
 /** What the errors of a stop are about: those of an earlier one go. */
 const STOP = "stop";
@@ -25,29 +25,75 @@ const report = (text) => notify(text, "error", undefined, {about: STOP});
 /** Those that STOP has not ended yet, each with what takes back the error that says so. @type {Map<string, () => void>} */
 const late = new Map();
 
-/** Stop by a connection for that alone, which a page may open even when it is locked out. @returns {Promise<Stopped>} */
-const stopAside = () =>
+/**
+ * Stop by a connection for that alone, which a page may open even when it is locked out.
+ *
+ * @param {() => void} heard called when the server has the request, and repeats the stop
+ * @returns {Promise<Stopped>}
+ */
+const stopAside = (heard) =>
   new Promise((resolve, reject) => {
     const socket = new WebSocket(socketAddress(`stop?language=${language}`));
-    const fail = () => reject(new Error(store.whyOffline));
+    socket.addEventListener("open", heard);
     socket.addEventListener("message", ({data}) => resolve(JSON.parse(data).ok));
-    socket.addEventListener("close", fail);
-    setTimeout(fail, LATEST);
+    socket.addEventListener("close", () => reject(new Error(store.whyOffline)));
   });
+
+const REPEATED = t(
+  "STOP is not confirmed yet, and repeated. If the robot moves, use its own button, or `nao stop` in a terminal.",
+);
+const SILENT = t(
+  "STOP is not confirmed yet: the editor does not answer, and is asked in a second way. If the robot moves, use its own button, or `nao stop` in a terminal.",
+);
+/** @param {string} reason */
+const unreached = (reason) =>
+  t("STOP did not reach the robot: {reason} Use its own button, or `nao stop` in a terminal.", {reason});
+
+/**
+ * Ask for a stop; in a second way, too, as soon as the first is silent or breaks.
+ *
+ * @param {(text: string) => void} say why there is no answer yet, in place of what was said before
+ * @returns {Promise<Stopped>} the first answer, however late it comes
+ */
+async function askForStop(say) {
+  let [isLate, isHeard] = [false, false];
+  const tell = () => isLate && say(isHeard ? REPEATED : SILENT);
+  /** @type {Promise<Stopped> | undefined} */
+  let second;
+  const aside = () =>
+    (second ??= stopAside(() => {
+      isHeard = true;
+      tell();
+    }));
+  const first = store.online ? store.request("emergencyStop").catch(aside) : aside();
+  const silence = new Promise((resolve) => setTimeout(resolve, LATE));
+  const latest = setTimeout(() => isHeard || say(unreached(t("The editor does not answer."))), LATEST);
+  try {
+    const answer = await Promise.race([first, silence]);
+    if (answer) return answer;
+    isLate = true;
+    tell();
+    return await Promise.race([first, aside().catch(() => first)]);
+  } finally {
+    clearTimeout(latest);
+  }
+}
 
 /** Stop the robot and all that runs, whatever is shown. */
 export async function stopRobot() {
   clearErrors(STOP);
   late.clear();
   started.stopHere();
-  const running = monitor.present;
-  let confirmed = () => {};
-  const isLate = t(
-    "STOP is not confirmed yet, and repeated. If the robot moves, use its own button, or `nao stop` in a terminal.",
-  );
-  const timer = setTimeout(() => (confirmed = report(isLate)), LATE);
+  const running = [...monitor.present, ...started.names];
+  let takeBack = () => {};
+  /** @param {string} text */
+  const say = (text) => {
+    takeBack();
+    takeBack = report(text);
+  };
   try {
-    const {stopped, failed} = await (store.online ? store.request("emergencyStop") : stopAside());
+    const {stopped, failed} = await askForStop(say);
+    takeBack();
     const problems = [];
     for (const [name, reason] of Object.entries(failed)) {
       const problem = `${name}: ${reason}`;
@@ -65,11 +111,7 @@ export async function stopRobot() {
       report(t("There was nothing to stop: no robot is here, and nothing runs."));
     if (problems.length) report(t("Not stopped. {problems}", {problems: problems.join("; ")}));
   } catch (error) {
-    const reason = messageOf(error);
-    report(t("STOP did not reach the robot: {reason} Use its own button, or `nao stop` in a terminal.", {reason}));
-  } finally {
-    clearTimeout(timer);
-    confirmed();
+    say(unreached(messageOf(error)));
   }
 }
 

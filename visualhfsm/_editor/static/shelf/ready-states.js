@@ -119,12 +119,13 @@ export async function drawReady(canvas, ready, {point, after} = {}) {
   await holdKeys(async () => {
     const done = await asked;
     const id = commands.selectAdded(done, "states");
-    if (id === undefined) return;
+    if (id === undefined) return undefined;
     page.dispatchEvent(new Event("reveal"));
     canvas.announce(t("{title} is drawn", {title: ready.title}));
     const [first] = ready.inputs;
     const edit = {kind: /** @type {const} */ ("state"), automaton: page.shownAutomaton.id, id, part: "argument"};
     if (first) page.edit({...edit, name: first.name, selects: true});
     else page.dispatchEvent(new Event("focus-canvas"));
+    return id;
   });
 }

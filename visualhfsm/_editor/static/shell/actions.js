@@ -63,8 +63,9 @@ addActions([
     run: ({app, canvas}) => {
       canvas.surface.focus({preventScroll: true});
       return holdKeys(async () => {
-        await (await files()).openNew();
+        const isOpen = await (await files()).openNew();
         await app.updateComplete; // the start page is gone
+        return isOpen;
       });
     },
   },
@@ -82,11 +83,8 @@ addActions([
     icon: "open",
     keys: ["Ctrl+O"],
     scope: "typing",
-    run: () =>
-      holdKeys(async () => {
-        const {openFile} = await files();
-        openFile(); // the keys are for its dialog
-      }),
+    opens: true,
+    run: async () => (await files()).openFile(),
   },
   {
     id: "save",
@@ -104,6 +102,7 @@ addActions([
     keys: ["Ctrl+Shift+S"],
     scope: "typing",
     enabled: hasDocument,
+    opens: true,
     run: async () => (await files()).saveAs(),
   },
   {
@@ -419,11 +418,8 @@ addActions([
     icon: "search",
     keys: ["Ctrl+K"],
     scope: "typing",
-    run: (context) =>
-      holdKeys(async () => {
-        const {showPalette} = await import("./palette.js");
-        showPalette(context);
-      }),
+    opens: true,
+    run: async (context) => (await import("./palette.js")).showPalette(context),
     hint: t("find one by its name"),
   },
   {

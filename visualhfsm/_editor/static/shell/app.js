@@ -187,14 +187,15 @@ export class HfsmApp extends PageElement {
   /** Show an element below the canvas; an empty tag closes it. @param {string} tag */
   async showBottom(tag, {focuses = true} = {}) {
     this.#wanted.bottom = tag;
-    return holdKeys(async () => {
+    const show = async () => {
       const element = tag ? await this.#load(tag) : undefined;
       if ((tag && !element) || this.#wanted.bottom !== tag) return undefined;
       this.bottom = tag;
       await this.updateComplete;
       if (focuses) element?.focusFirst?.();
       return element;
-    });
+    };
+    return tag && focuses ? holdKeys(show) : show();
   }
 
   /** Write the component; returns undefined when that was not possible. */
@@ -287,6 +288,7 @@ export class HfsmApp extends PageElement {
       this.requestUpdate();
       await this.updateComplete;
       await shelf?.search();
+      return shelf;
     });
   }
 
@@ -517,16 +519,17 @@ export class HfsmApp extends PageElement {
   }
 
   /**
-   * Show something in a panel, which takes the keys that are pressed until it is there.
+   * Show something in a panel, which takes the keys that are pressed until it is there, if it takes the focus.
    *
    * @param {string} tag
-   * @param {object} wanted
+   * @param {{place?: Place & At, section?: string}} wanted
    */
   #reveal(tag, wanted) {
-    return holdKeys(async () => {
+    const show = async () => {
       const panel = await this.showSide(tag);
-      if (panel) await Object.assign(panel, wanted).revealed;
-    });
+      return panel && Object.assign(panel, wanted).revealed;
+    };
+    return wanted.place?.focus === false ? show() : holdKeys(show);
   }
 
   /** Show a document at first, and another one when the shown one was closed. */

@@ -37,7 +37,7 @@ export async function settle(fields) {
   if (store.robot.stopped && !(await resetStop())) return false;
   if (!needsRobot(fields)) return true;
   if (isReadyFor(fields)) return true;
-  const {status} = store.robot;
+  const {status, started} = store.robot;
   if (["none", "lost", "stopping"].includes(status)) {
     const choice = chosen ?? (await choose());
     if (choice === "connect") {
@@ -49,6 +49,10 @@ export async function settle(fields) {
     chosen = choice;
     if (choice === "without") return true;
     return begin(simulate(simulationFor(fields)));
+  }
+  if (status === "starting" && started === "real") {
+    notify(t("The robot is being connected. Press Run when it is there and may move."));
+    return false;
   }
   if (status !== "present") return begin(Promise.resolve());
   if (isElsewhere(fields)) {
@@ -78,7 +82,7 @@ export function runSimulated(app) {
   return app.run();
 }
 
-/** Wait for the robot that was requested. @param {Promise<unknown>} request */
+/** Wait for the robot that was requested, which a former server may have left stopped. @param {Promise<unknown>} request */
 async function begin(request) {
   try {
     await request;
@@ -89,7 +93,7 @@ async function begin(request) {
   const came = await robotComes();
   if (!came && !store.robot.trouble)
     notify(t("The robot did not appear. Press Run again when it is there."), "error", undefined, {about: ROBOT});
-  return came;
+  return came && (!store.robot.stopped || resetStop());
 }
 
 const choose = () =>

@@ -41,7 +41,7 @@ export class HfsmTrials extends LitElement {
   render() {
     const {view} = this;
     if (!view) return html`<p class="empty">${t("There are no trials yet.")}</p>`;
-    const {share, planned, looks, histograms, dependences, maps, ways, worst, origin} = view;
+    const {share, planned, looks, histograms, dependences, maps, ways, worst, origin, equal, fromStart} = view;
     if (!share.trials)
       return html`<p class="empty" role="status">${t("None of {planned} trials has ended yet.", {planned})}</p>`;
     return html`
@@ -63,6 +63,8 @@ export class HfsmTrials extends LitElement {
               highest: percent(share.highest),
             })}
           </p>
+          ${fromStart ? html`<p><b>${t("Success is true from the start in {count} of {trials}: that says nothing.", {count: fromStart, trials: share.trials})}</b></p>` : nothing}
+          ${equal ? html`<p><b>${t("The {count} trials are equal: they say as much as one.", {count: share.trials})}</b></p>` : nothing}
           ${share.trials < SMALL ? html`<p class="muted">${t("Fewer than {count} trials say little.", {count: SMALL})}</p>` : nothing}
           ${
             looks.length > 1
@@ -79,7 +81,7 @@ export class HfsmTrials extends LitElement {
       ${maps.length ? this.#section(t("Where"), html`<div class="trials-plots">${maps.map((map) => this.#map(map))}</div>`) : nothing}
       ${dependences.length ? this.#section(t("What success depends on"), [html`<div class="trials-plots">${dependences.map(dependencePlot)}</div>`, chance(dependences)]) : nothing}
       ${histograms.length ? this.#section(t("Numbers"), [html`<div class="trials-plots">${histograms.map(histogramPlot)}</div>`, ofSuccess(share)]) : nothing}
-      ${worst.length ? this.#section(t("The worst trials"), this.#worst(worst)) : nothing}
+      ${worst.length ? this.#section(equal ? t("Each of them") : t("The worst trials"), this.#worst(worst)) : nothing}
       ${origin ? this.#section(t("How it was measured"), originTable(origin, looks)) : nothing}
     `;
   }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -433,6 +434,53 @@ session.undo()
 print("ready", flush=True)
 sys.stdin.read()
 """
+
+
+KILLED_AFTER_SAVES = """
+import os, signal, sys
+from pathlib import Path
+from visualhfsm._document.commands.states import RenameState
+from visualhfsm.project._editing.edited_document import EditedDocument
+
+def opened(name):
+    session = EditedDocument.open(folder / f"{name}.xml", journals=journals)
+    session.do(RenameState(automaton=1, state=1, name="a"))
+    session.do(RenameState(automaton=1, state=1, name="b"))
+    session.save()
+    return session
+
+folder, journals = map(Path, sys.argv[1:])
+kept = [opened(name) for name in ("saved", "again", "changed", "before", "branched", "outside", "deleted")]
+_, again, changed, before, branched, _, _ = kept
+for session in (before, branched, again):
+    session.undo()
+again.redo()
+for session in (changed, branched):
+    session.do(RenameState(automaton=1, state=1, name="c"))
+unchanged = EditedDocument.open(folder / "unchanged.xml", journals=journals)
+unchanged.do(RenameState(automaton=1, state=1, name="a"))
+unchanged.undo()
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_after_a_kill_only_what_differs_from_its_file_is_to_be_recovered(path: Path, tmp_path: Path) -> None:
+    folder, journals = tmp_path / "root", tmp_path / "journals"
+    folder.mkdir()
+    for name in ("saved", "again", "changed", "before", "branched", "outside", "deleted", "unchanged"):
+        shutil.copy(path, folder / f"{name}.xml")
+    command = [sys.executable, "-c", KILLED_AFTER_SAVES, str(folder), str(journals)]
+    killed = subprocess.run(command, env=child_environment([Path.cwd()]), check=False)
+    assert killed.returncode == -signal.SIGKILL
+    (folder / "outside.xml").write_bytes(path.read_bytes())
+    (folder / "deleted.xml").unlink()
+    found = {each.name: each.file for each in find_abandoned(journals)}
+    assert sorted(found) == ["before", "branched", "changed", "deleted", "outside"]
+    assert sorted(journals.iterdir()) == sorted(found.values())
+    for name, state in {"before": "wait", "branched": "c", "changed": "c"}.items():
+        recovered = EditedDocument.recover(found[name])
+        assert (recovered.dirty, recovered.document.automata[0].states[0].name) == (True, state)
+        recovered.close(discard=True)
 
 
 def test_a_killed_process_loses_nothing(path: Path, tmp_path: Path) -> None:
