@@ -17,6 +17,7 @@ from functools import partial
 from typing import Any, Final, NamedTuple, Self
 
 from cyclonedds import builtin
+from cyclonedds._clayer import ddspy_take, ddspy_write
 from cyclonedds.core import DDSException, InstanceState, ReadCondition, SampleState, ViewState, WaitSet
 from cyclonedds.domain import Domain, DomainParticipant
 from cyclonedds.idl import make_idl_struct
@@ -32,11 +33,6 @@ from naoserver.errors import RobotError
 from naoserver.jobs import Job, Periodic
 from zenoh_ice import WallClock
 from zenoh_ice.text import printable
-
-try:
-    from cyclonedds._clayer import ddspy_take, ddspy_write
-except ImportError:  # not the pinned version: bytes then take the package's way, ten times slower
-    ddspy_take = ddspy_write = None
 
 _logger = logging.getLogger(__name__)
 
@@ -99,8 +95,6 @@ class Writer:
         try:
             if not isinstance(message, bytes):
                 self._writer.write(message)
-            elif ddspy_write is None:
-                self._writer.write(self._writer.data_type.deserialize(_HEADER + message))
             elif (code := ddspy_write(self._writer._ref, _HEADER + message + bytes(-len(message) % 4))) < 0:
                 raise DDSException(code)
         except DDSException as error:
@@ -230,7 +224,13 @@ class Wire:
                     self._ending.wait(_PERIOD)
         finally:
             for client in set(self._programs.values()):
-                self._drop(client)
+                self._lose(client)
+
+    def _lose(self, client: str) -> None:
+        try:
+            self._drop(client)
+        except Exception:  # the others are dropped all the same
+            _logger.exception("%s could not end all of a program that is gone", self._name)
 
     def _take_turn(self) -> None:
         self._arrival.wait(duration(seconds=_PERIOD))
@@ -279,7 +279,7 @@ class Wire:
         }
         for handle in self._programs.keys() - present.keys():
             if (client := self._programs.pop(handle)) not in self._programs.values():
-                self._drop(client)
+                self._lose(client)
         for handle in present.keys() - self._programs.keys():
             reader, own = present[handle]
             if (writer := reader.get_matched_publication_data(own)) is not None:
@@ -288,7 +288,7 @@ class Wire:
 
 def _taken(topic: _Input) -> Iterator[tuple[Any, int]]:
     """Take some messages; yield each with the handle of its writer."""
-    if topic.raw and ddspy_take is not None:
+    if topic.raw:
         taken = ddspy_take(topic.reader._ref, _ANY, _AT_ONCE)
         for data, info in taken if isinstance(taken, list) else ():
             if info.valid_data and data[:2] == _HEADER[:2]:
@@ -303,5 +303,4 @@ def _taken(topic: _Input) -> Iterator[tuple[Any, int]]:
         if not taken:
             return
         if isinstance(taken[0], topic.kind):
-            message = taken[0].serialize(use_version_2=False)[4:] if topic.raw else taken[0]
-            yield message, taken[0].sample_info.publication_handle
+            yield taken[0], taken[0].sample_info.publication_handle

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from functools import partial
@@ -40,17 +40,16 @@ class _Followed:
     client: str
     deadline: float
     """In steady wall time."""
-    rest: nao.JointCommand | None = None
-    """What it held before, to which it goes back in the end; None for one that is damped then."""
+    rest: tuple[float, ...] = ()
+    """What it held before, to which it goes back in the end; empty for one that is damped then."""
     weight: float = 1.0
     damped: bool = False
     """Whether it is damped, or goes back."""
 
     def back(self, now: float) -> JointCommand:
         """Return the command on the way back at a wall time."""
-        left = clamp((self.deadline - now) / max(self.weight * RETURN_TIME, 1e-9), 0.0, 1.0)
-        assert self.rest is not None
-        return JointCommand._make((*_mixed(self.command[:5], astuple(self.rest), left), *self.command[5:]))
+        left = (self.deadline - now) / max(self.weight * RETURN_TIME, 1e-9)
+        return _mixed(self.command, self.rest, left)
 
 
 class GainGuard:
@@ -85,7 +84,7 @@ class GainGuard:
         }
         gears = {joint.name: facts.gears[joint.gear] for joint in facts.joints if joint.gear}
         own = {name: (min(of.stiffness, gains.kp), min(of.damping, gains.kd)) for name, of in gears.items()}
-        self._own = dict.fromkeys((joint.name for joint in facts.joints), (gains.kp, gains.kd)) | own
+        self.own: Final = dict.fromkeys((joint.name for joint in facts.joints), (gains.kp, gains.kd)) | own
         """The gains with which each joint holds by itself."""
         self._lock = threading.RLock()
         self._followed: dict[str, _Followed] = {}
@@ -107,13 +106,11 @@ class GainGuard:
             stops = self._body.gate.stops
             self._body.gate.require(client)
             reading, now = self._body.read(), self._events.wall_time()
+            safe = {joint: self._safe(joint, given, limited) for joint, given in commands.items()}
             weights = weights or {}
             rests = {joint: self._rest(joint, reading) for joint in weights}
-            commands = dict(commands)
-            for joint, rest in rests.items():
-                values = _mixed(astuple(commands[joint]), astuple(rest), weights[joint])
-                commands[joint] = nao.JointCommand(*values)
-            safe = {joint: self._safe(joint, given, limited) for joint, given in commands.items()}
+            for joint, weight in weights.items():
+                safe[joint] = _mixed(safe[joint], rests[joint], weight)
             self._admit(commands, reading, client)
             for joint, command in self._apart(safe, reading).items():
                 if command.position != safe[joint].position:
@@ -124,7 +121,7 @@ class GainGuard:
                 self._control.command_gains(safe)
                 deadline = now + self._options.gains_timeout
                 for joint, command in safe.items():
-                    by = rests.get(joint), weights.get(joint, 1.0)
+                    by = rests.get(joint, ()), weights.get(joint, 1.0)
                     self._followed[joint] = _Followed(command, client, deadline, *by)
             if self._body.gate.stops != stops:  # an emergency stop came in between, before the claim
                 for joint in safe:
@@ -252,9 +249,9 @@ class GainGuard:
     def _damp(self, joints: Iterable[str]) -> None:
         now, commands = self._events.wall_time(), {}
         for joint in joints:
-            each, (_, kd) = self._followed[joint], self._own[joint]
+            each, (_, kd) = self._followed[joint], self.own[joint]
             each.damped = True
-            if each.rest is not None:
+            if each.rest:
                 each.deadline = now + each.weight * RETURN_TIME
                 continue
             each.deadline = now + self._options.damping_time
@@ -262,18 +259,18 @@ class GainGuard:
         if commands:
             self._control.command_gains(commands)
 
-    def _rest(self, joint: str, reading: JointReading) -> nao.JointCommand:
-        """Return what a joint holds, or held before it followed commands by a weight."""
-        each = self._followed.get(joint)
-        held = reading.commands[self._body.index(joint)]
-        return each.rest if each and each.rest else nao.JointCommand(held, 0.0, 0.0, *self._own[joint])
+    def _rest(self, joint: str, reading: JointReading) -> tuple[float, ...]:
+        """Return what a joint holds, as strongly as it does, or held before it followed by a weight."""
+        each, (kp, kd), place = self._followed.get(joint), self.own[joint], self._body.index(joint)
+        held, stiffness = reading.commands[place], reading.stiffnesses[place]
+        return each.rest if each and each.rest else (held, 0.0, 0.0, stiffness * kp, stiffness * kd)
 
     def _end(self, joint: str) -> None:
         """Release a joint that was damped, which is held where it is, or that went back."""
         each, activity = self._followed[joint], _ACTIVITY.format(joint)
-        if each.rest is not None:
+        if each.rest:
             with suppress(RobotError):  # stopped, or held by a lease: it is held where it is
-                goal, speed = {joint: each.rest.position}, {joint: each.command.max_speed}
+                goal, speed = {joint: each.rest[0]}, {joint: each.command.max_speed}
                 self._body.move(goal, speed, activity=activity)
                 del self._followed[joint]
                 self._body.claims.release(activity)
@@ -292,6 +289,7 @@ class GainGuard:
             self._events.add(nao.Severity.Warning, self.name, f"{what} {few(joints)}: {why}", kind)
 
 
-def _mixed(first: Iterable[float], second: Iterable[float], weight: float) -> Iterator[float]:
-    """Yield a part `weight` of each of the first values, and the rest of the second ones."""
-    return (weight * one + (1.0 - weight) * two for one, two in zip(first, second, strict=True))
+def _mixed(command: JointCommand, rest: tuple[float, ...], weight: float) -> JointCommand:
+    """Return a part `weight` of the values of a command, and the rest of what was held before."""
+    values = (weight * one + (1.0 - weight) * two for one, two in zip(command, rest, strict=False))
+    return JointCommand._make((*values, *command[len(rest) :]))

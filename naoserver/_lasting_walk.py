@@ -61,7 +61,7 @@ class LastingWalk:
 
     def moves_for(self, client: str) -> bool:
         """Return whether it moves by the command of a client, which was the last one here."""
-        return self._newest == client and self.moving
+        return self.guard.moves_for(client) if self.active else self._newest == client and self.moving
 
     def go(
         self, velocity: WalkVelocity, client: str, limits: WalkVelocity | None = None, seconds: float = inf

@@ -20,6 +20,7 @@ import numpy as np
 
 from interfaces.nao import ActionStatus, JointCommand, Severity
 from naoserver._effector_paths import POSITION, Waypoints, curves_along
+from naoserver._gain_guard import GainGuard
 from naoserver._joint_paths import Path
 from naoserver._lasting_walk import LastingWalk
 from naoserver._motions.routes import MotionRoute
@@ -31,6 +32,7 @@ from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand, Jo
 from naoserver.kinematics import kinematics_of, matrix_of
 from naoserver.robot import Robot
 from zenoh_ice import typed
+from zenoh_ice.text import few
 
 _LONGEST: Final = 4096
 """Most characters of a parameter."""
@@ -49,6 +51,8 @@ _SILENCE: Final = 1.0
 P = TypeVar("P")
 Operation = Callable[[str, str], object]
 """What a call does, given its parameter and its client; its result is answered as text."""
+Command = Callable[[bytes, str], Mapping[str, JointCommand]]
+"""What a message commands, given its bytes and its client; what was limited."""
 
 
 class Refusal(Exception):
@@ -81,7 +85,7 @@ class _Waiting:
     parameter: str
     client: str
     stops: int
-    """How often the robot had been stopped before."""
+    """How often the robot, its walk and its motions had been stopped before."""
 
 
 class Programs:
@@ -131,12 +135,17 @@ class Programs:
                 return self.refused(self.codes.unavailable, str(error)), ""
             if error.activity == WALK:
                 self._walk.stop()
-            self._waiting[perform] = _Waiting(error.activity, parameter, client, stops)
+            self._waiting[perform] = _Waiting(error.activity, parameter, client, stops + self._stops)
             return 0, ""
         except RobotError as error:
             return self.refused(self.codes.failed, str(error)), ""
         self._waiting.pop(perform, None)
         return 0, "" if result is None else str(result)
+
+    @property
+    def _stops(self) -> int:
+        """How often the walk and motions were stopped, by whomever; the gate counts its stops itself."""
+        return self._walk.guard.stops + self.assembly.player.stops
 
     def _moves_by(self, activity: str, client: str) -> bool:
         """Return whether an activity goes on that a client began here: its walk, or its posture or motion."""
@@ -144,9 +153,12 @@ class Programs:
 
     def refused(self, code: int, message: str) -> int:
         """Report a refusal as an event; return its code."""
-        shown = f"answered a program with error {code}: {message}"
-        self.assembly.events.add(Severity.Warning, self._maker, shown, str(code))
+        self.warn(str(code), f"answered a program with error {code}: {message}")
         return code
+
+    def warn(self, kind: str, text: str) -> None:
+        """Report an event to the operator; those of one kind count as the same."""
+        self.assembly.events.add(Severity.Warning, self._maker, text, kind)
 
     def read(self, parameter: str, kind: type[P]) -> P:
         """Read a parameter in JSON. Raises Refusal."""
@@ -164,7 +176,6 @@ class Programs:
         """
         if not all(map(math.isfinite, astuple(velocity))) or not seconds > 0.0:
             raise Refusal(self.codes.wrong, "a velocity is finite, and lasts for more than 0 s")
-        self._waiting = {of: each for of, each in self._waiting.items() if each.activity != WALK}
         if velocity == STILL:  # everybody may stop it
             self._walk.stop()
         else:
@@ -175,9 +186,13 @@ class Programs:
         with self._lock:
             self._stop_silent()
             for perform, each in list(self._waiting.items()):
-                if self._walk.moving if each.activity == WALK else self._moves_by(each.activity, each.client):
-                    continue
-                if self._waiting.pop(perform, None) and self.assembly.gate.stops == each.stops:
+                walks = each.activity == WALK
+                stopped = each.stops != self.assembly.gate.stops + self._stops
+                stopped |= walks and self._walk.active  # another command of the walk
+                goes_on = self._walk.moving if walks else self._moves_by(each.activity, each.client)
+                if stopped or not goes_on:
+                    self._waiting.pop(perform, None)
+                if not (stopped or goes_on):
                     self._perform(perform, each.parameter, each.client)
             self._walk.renew()
 
@@ -193,12 +208,11 @@ class Programs:
         now = self.assembly.events.wall_time()
         for client, (since, newest) in self._sending.items():
             if newest - since >= _LEAST_TIME and now - newest >= _SILENCE:
-                self._sending[client] = now, now
                 self._forget(client)
                 if self._walk.active and self._walk.moves_for(client):
                     self._walk.stop()
-                    text = f"ended the walk: its program sent regularly, and nothing for {_SILENCE:g} s"
-                    self.assembly.events.add(Severity.Warning, self._maker, text, "silent")
+                    what = f"its program sent regularly, and nothing for {_SILENCE:g} s"
+                    self.warn("silent", f"ended the walk: {what}")
 
     def drop(self, client: str) -> None:
         """End what a lost client commanded."""
@@ -244,11 +258,8 @@ class Programs:
         stops = self.assembly.gate.stops
         self.assembly.gate.require(client)
         self.end_motion()
-        self._begin(posture, client, stops)
-
-    def _begin(self, posture: str, client: str, stops: int) -> None:
         if self._walk.moving:
-            self._waiting[self._go] = _Waiting(WALK, posture, client, stops)
+            self._waiting[self._go] = _Waiting(WALK, posture, client, stops + self._stops)
         else:
             self._postures.go(posture, 1.0, client)
 
@@ -263,12 +274,11 @@ class Programs:
 
     def stand(self, client: str) -> None:
         """Stand up; one that stands already, or stands up, begins nothing, so that it can walk at once."""
-        stops = self.assembly.gate.stops
         self.assembly.gate.require(client)
         self._waiting.pop(self._go, None)
         if not self.goal().startswith("Stand") and not self._walk.active:
             self._body.stiffen({joint.name: 1.0 for joint in self._body.joints}, _LIMP_TIME, client=client)
-            self._begin("Stand", client, stops)
+            self.go("Stand", client)
 
     def go_limp(self, client: str) -> None:
         """End what moves, and let every motor go limp: the robot falls."""
@@ -276,11 +286,22 @@ class Programs:
         self.end_motion()
         self._body.stiffen({joint.name: 0.0 for joint in self._body.joints}, _LIMP_TIME, client=client)
 
-    def follow(self, commands: Mapping[str, JointCommand], client: str) -> dict[str, JointCommand]:
-        """Let joints follow commands with gains; return those that were limited. Raises RobotError."""
-        if (gains := self.assembly.gains) is None:
+    @property
+    def gains(self) -> GainGuard:
+        """What lets joints follow commands with gains. Raises HardwareFailure when there is none."""
+        if self.assembly.gains is None:
             raise HardwareFailure("the motors of this robot take no gains by command")
-        return gains.command(commands, client)
+        return self.assembly.gains
+
+    def obey(self, what: str, command: Command, data: bytes, client: str) -> None:
+        """Obey a message by `command`; events say what is ignored, and what it returns as limited."""
+        try:
+            limited = command(data, client)
+        except RobotError as error:
+            self.warn(f"ignored {what}", f"ignored {what}: {error}")
+        else:
+            if limited:
+                self.warn(f"limited {what}", f"limited {what} to {few([*limited])}")
 
     def reach(self, effector: str, places: Sequence[Vector], seconds: float, client: str) -> None:
         """Lead an effector through places in m in the root's frame, at even times, as near as its joints can.
@@ -301,7 +322,9 @@ class Programs:
         self.assembly.paths.start(Path(f"the way of {effector}", frozenset(joints), client), curves)
 
     def play(self, motion: str, client: str) -> None:
-        """Begin a motion of the body. Raises KeyError when it has none of that name."""
+        """Begin a motion of the body, in place of no other one. Raises KeyError for one that it has not."""
         player = self.assembly.player
+        if player.busy:
+            raise JointTaken("", MOTION, "the robot is in another motion or posture now: stop that first")
         route = MotionRoute(player.body, player.motions[motion], player.motions.values())
         player.begin(MOTION, motion, route, client=client)

@@ -208,6 +208,8 @@ class WalkGuard:
         self._drives: dict[str, _Velocity] = {}
         self._ended: dict[str, float] = {}  # clients that have not let go, and when they last tried
         self._closed = False
+        self.stops = 0
+        """How often it was stopped."""
 
     def drive(
         self,
@@ -264,6 +266,7 @@ class WalkGuard:
     def stop(self) -> None:
         """End the walk; on both feet, if it has feet."""
         with self._lock:
+            self.stops += 1
             self._ended = {}
             self._command({})
 

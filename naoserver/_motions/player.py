@@ -94,6 +94,8 @@ class MotionPlayer:
         self._action: _Action | None = None
         self._progress: dict[str, ActionState] = {}
         self._closed = False
+        self.stops = 0
+        """How often an action was stopped, but not because another one began."""
 
     @property
     def motions(self) -> Mapping[str, Motion]:
@@ -148,6 +150,7 @@ class MotionPlayer:
             action = self._action
             if action is None or (kind and action.kind != kind):
                 return
+            self.stops += 1
             self._finish(ActionStatus.Stopped, message)
         self._hold(action.leg)
 
@@ -241,6 +244,7 @@ class MotionPlayer:
         """Stop without holding the joints: the next activity does."""
         with self._lock:
             if self._action is action:
+                self.stops += 1
                 self._finish(ActionStatus.Stopped, "its joints were stopped")
 
     def _finish(self, status: ActionStatus, message: str = "") -> None:

@@ -6,16 +6,17 @@ The types of cyclonedds would take ten times the time.
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from functools import partial
 from itertools import chain
 from typing import Final
 
-from interfaces.nao import Severity
-from naoserver._event_log import EventLog
+from interfaces.nao import JointCommand
+from naoserver._programs import Programs
 from naoserver.booster._loco import Loco
 from naoserver.capabilities import InertialReading
-from naoserver.errors import HardwareFailure, RobotError
-from naoserver.robot import LIMP, Robot
+from naoserver.errors import HardwareFailure
+from naoserver.robot import LIMP
 
 _COMMAND: Final = struct.Struct("<B3x6f")
 _MOTOR: Final = "B3x4fB3x3I"
@@ -28,20 +29,15 @@ _HAS_FALLEN: Final = 2
 class Joints:
     """Pack what programs read of a robot, and pass their commands of joints on."""
 
-    def __init__(self, robot: Robot, events: EventLog, loco: Loco) -> None:
-        self._robot = robot
-        self._events = events
+    def __init__(self, programs: Programs, loco: Loco) -> None:
+        self._robot = robot = programs.robot
         self._loco = loco
+        self.obey: Final = partial(programs.obey, "a program's command of joints", self._command)
         motors = f"I{_MOTOR * len(robot.joints)}"
         self._state = struct.Struct(f"<9f{motors}{motors}")
 
-    def obey(self, data: bytes, client: str) -> None:
-        """Let joints follow a command. The events say it when they may not."""
-        try:
-            self._loco.follow(self._motors(data), client)
-        except RobotError as error:
-            message = f"ignored a program's command of joints: {error}"
-            self._events.add(Severity.Warning, "Booster", message, "ignored")
+    def _command(self, data: bytes, client: str) -> Mapping[str, JointCommand]:
+        return self._loco.follow(self._motors(data), client)
 
     def state(self) -> bytes:
         """Return the inertial unit and the joints, which are both the parallel and the serial motors."""

@@ -146,10 +146,10 @@ class Loco:
             programs.assembly.gate.require(client)
             if CUSTOM in {mode, self._mode}:
                 programs.end_motion()
-            if mode != CUSTOM:
-                programs.stand(client)
             if mode == PREPARE:
                 programs.drive(STILL, math.inf, client)
+            if mode != CUSTOM:
+                programs.stand(client)
         self._mode = mode
 
     def _get_up(self, body: str, client: str) -> None:
@@ -248,23 +248,23 @@ class Loco:
         self._programs.assembly.gate.require(client)
         self._upper_body = self._programs.read(body, _Switch).start
 
-    def follow(self, motors: Iterable[tuple[float, ...]], client: str) -> None:
+    def follow(self, motors: Iterable[tuple[float, ...]], client: str) -> Mapping[str, JointCommand]:
         """Let joints, in their order, follow q, dq, tau, kp, kd; those of weight 0 keep what they do.
 
-        Raises RobotError when they may not.
+        Return what was limited. Raises RobotError when they may not.
         """
         commands = {
             joint.name: JointCommand(*values)
             for joint, (*values, weight) in zip(self._body.joints, motors, strict=False)
             if weight > 0.0
         }
+        if not commands:
+            return {}
+        self._programs.assembly.gate.require(client)
         legs = commands.keys() & set(self._programs.robot.body.groups.legs)
-        if commands:
-            self._programs.assembly.gate.require(client)
-        if commands and self._mode != CUSTOM and (legs or not self._upper_body):
+        if self._mode != CUSTOM and (legs or not self._upper_body):
             raise InvalidCommand("mode", f"joints are commanded in mode {CUSTOM}; this is {self._mode}")
-        if commands:
-            self._programs.follow(commands, client)
+        return self._programs.gains.command(commands, client)
 
     # -- where it is -------------------------------------------------------------------------------------
 

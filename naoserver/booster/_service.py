@@ -11,7 +11,6 @@ import msgspec
 from cyclonedds.qos import Policy, Qos
 from cyclonedds.util import duration
 
-from interfaces.nao import Severity
 from naoserver._dds import NEWEST, Wire, Writer
 from naoserver._programs import Programs, Refusal
 from naoserver.assembly import Assembly
@@ -41,11 +40,11 @@ def serve(robot: Robot, assembly: Assembly, url: str) -> Iterator[str]:
     """Serve a robot in a `with` block, which gets the URL. Raises RobotError for a domain it cannot join."""
     programs = Programs(robot, assembly, "Booster", CODES)
     loco = Loco(programs)
-    joints = Joints(robot, assembly.events, loco)
+    joints = Joints(programs, loco)
 
     def tell(topic: str, text: str, number: int) -> None:
         if topic != _SILENT:
-            assembly.events.add(Severity.Warning, "Booster", text, f"unserved {number}")
+            programs.warn(f"unserved {number}", text)
 
     with Wire(url, "Booster", programs.renew, programs.drop, programs.heard) as wire:
         wire.unserved = tell

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import partial
 from typing import Final
 
 from interfaces.nao import JointCommand
 from naoserver._programs import Programs
 from naoserver.bodies import find_body
 from naoserver.errors import HardwareFailure
-from naoserver.unitree._joints import motors_of, obeying, values_of
+from naoserver.unitree._joints import unpack
 
 _WEIGHT: Final = 29
 """The motor whose position is the weight."""
@@ -26,24 +27,20 @@ class Arms:
     """Pass commands of arms and waist on to the guard of gains, by their weight."""
 
     def __init__(self, programs: Programs) -> None:
-        self._gains = programs.assembly.gains
-        self.obey: Final = obeying(programs.assembly.events, "a command of rt/arm_sdk", self._follow)
-        body = programs.robot.body
+        self._programs = programs
+        self.obey: Final = partial(programs.obey, "a command of rt/arm_sdk", self._follow)
         self._joints = [joint.name for joint in find_body("G1").joints][_FIRST:]
-        gears = {joint.name: body.gears[joint.gear] for joint in body.joints if joint.gear}
-        self._least = {name: (gears[name].stiffness, gears[name].damping) for name in body.groups.trunk}
+        self._least = {name: programs.gains.own[name] for name in programs.robot.body.groups.trunk}
         """The least gains of the waist, in which the trunk would fold with those of the maker's examples."""
 
     def _follow(self, data: bytes, client: str) -> Mapping[str, JointCommand]:
         """Let arms and waist follow a command by its weight; return what was limited."""
-        motors = motors_of(values_of(data))
+        _values, motors = unpack(data)
         _mode, weight, *_ = motors[_WEIGHT]
         if not math.isfinite(weight):
             raise HardwareFailure("its weight, the position of motor 29, is not a number")
-        if self._gains is None:
-            raise HardwareFailure("the motors of this robot take no gains by command")
         if weight <= 0.0:  # everybody may let go
-            self._gains.let_go(client)
+            self._programs.gains.let_go(client)
             return {}
         commands, weights = {}, {}
         for name, motor in zip(self._joints, motors[_FIRST:_WEIGHT], strict=True):
@@ -51,4 +48,4 @@ class Arms:
             least_kp, least_kd = self._least.get(name, (kp, kd))
             commands[name] = JointCommand(position, velocity, torque, max(kp, least_kp), max(kd, least_kd))
             weights[name] = min(weight, 1.0) if torque or kp or kd else 0.0
-        return self._gains.command(commands, client, weights)
+        return self._programs.gains.command(commands, client, weights)

@@ -11,16 +11,16 @@ import math
 import struct
 import zlib
 from array import array
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from itertools import chain, count
 from typing import Final
 
-from interfaces.nao import JointCommand, Severity
-from naoserver._event_log import EventLog
+from interfaces.nao import JointCommand
 from naoserver._programs import Programs
 from naoserver.bodies import find_body
 from naoserver.capabilities import InertialReading
-from naoserver.errors import HardwareFailure, RobotError
+from naoserver.errors import HardwareFailure
 from naoserver.robot import LIMP, JointReading, Robot
 from zenoh_ice.text import few
 
@@ -68,34 +68,15 @@ def checksum(layout: bytes | bytearray) -> int:
     return int(f"{value:032b}"[::-1], 2)
 
 
-def values_of(data: bytes) -> tuple[float, ...]:
-    """Return the members of a command, one after the other. Raises HardwareFailure if it is none."""
+def unpack(data: bytes) -> tuple[tuple[float, ...], list[tuple[float, ...]]]:
+    """Return the members of a command, and mode, position, velocity, torque, kp and kd of each motor.
+
+    Raises HardwareFailure if it is none.
+    """
     if len(data) != _COMMAND.size:
         raise HardwareFailure(f"it has {len(data)} bytes, not {_COMMAND.size}")
-    return _COMMAND.unpack(data)
-
-
-def motors_of(values: Sequence[float]) -> list[Sequence[float]]:
-    """Return mode, position, velocity, torque, kp and kd of each motor, given the members of a command."""
-    return [values[at : at + 6] for at in range(2, 2 + 7 * _SLOTS, 7)]
-
-
-def obeying(
-    events: EventLog, what: str, command: Callable[[bytes, str], Mapping[str, JointCommand]]
-) -> Callable[[bytes, str], None]:
-    """Return what obeys messages of clients by `command`; the events say what it ignores or limits."""
-
-    def obey(data: bytes, client: str) -> None:
-        try:
-            limited = command(data, client)
-        except RobotError as error:
-            events.add(Severity.Warning, SOURCE, f"ignored {what}: {error}", f"ignored {what}")
-        else:
-            if limited:
-                text = f"limited {what} to {few([*limited])}"
-                events.add(Severity.Warning, SOURCE, text, f"limited {what}")
-
-    return obey
+    values = _COMMAND.unpack(data)
+    return values, [values[at : at + 6] for at in range(2, 2 + 7 * _SLOTS, 7)]
 
 
 class Joints:
@@ -111,8 +92,7 @@ class Joints:
         self._unit = InertialReading if robot.senses is None else robot.senses.inertial
         self._programs = programs
         self._robot = robot
-        self._events = programs.assembly.events
-        self.obey: Final = obeying(self._events, "a low command", self._command)
+        self.obey: Final = partial(programs.obey, "a low command", self._command)
         self._has_joints = has_joints
         self._names = [joint.name for joint in find_body("G1").joints]
         places = {joint.name: place for place, joint in enumerate(robot.joints)}
@@ -127,23 +107,23 @@ class Joints:
 
     def _command(self, data: bytes, client: str) -> Mapping[str, JointCommand]:
         """Let the motors whose mode is not 0 follow a command; return what was limited."""
-        values = values_of(data)
+        values, every_motor = unpack(data)
         if checksum(_COMMAND_IN_C.pack(*values[:-1])) != values[-1]:
             raise HardwareFailure("its checksum is wrong")
         if (machine := values[1]) != _MODE_MACHINE:
             what = f"its mode_machine is {machine}, and that of this robot {_MODE_MACHINE}"
             raise HardwareFailure(f"{what}: take it from rt/lowstate")
-        motors = dict(zip(self._names, motors_of(values), strict=False))
+        motors = dict(zip(self._names, every_motor, strict=False))
         off = [name for name, (mode, *_) in motors.items() if not mode]
         left = self._has_joints()
         if gains := [name for name in off if any(motors[name][3:])]:
             what = "left to the walk" if left else "off"
             text = f"motors with gains are {what}, as their mode is 0, not 1: {few(gains)}"
-            self._events.add(Severity.Warning, SOURCE, text, "mode")
+            self._programs.warn("mode", text)
         commands = {name: JointCommand(*motor[1:]) for name, motor in motors.items() if motor[0]}
         if not left:
             commands |= dict.fromkeys(off, _OFF)
-        limited = self._programs.follow(commands, client)
+        limited = self._programs.gains.command(commands, client)
         return {name: limited[name] for name in limited.keys() - set(off)}
 
     def state(self, ticks: Iterator[int] | None = None) -> bytes:

@@ -9,7 +9,6 @@ from contextlib import contextmanager
 from itertools import count
 from typing import Any, Final
 
-from interfaces.nao import Severity
 from naoserver._dds import NEWEST, Wire, Writer
 from naoserver._programs import Operation, Programs
 from naoserver.assembly import Assembly
@@ -51,7 +50,7 @@ def serve(robot: Robot, assembly: Assembly, url: str) -> Iterator[str]:
 
     def tell(topic: str, text: str, number: int) -> None:
         hint = f": use {_INSTEAD[topic]}" if topic in _INSTEAD else ""
-        assembly.events.add(Severity.Warning, SOURCE, text + hint, f"unserved {number}")
+        programs.warn(f"unserved {number}", text + hint)
 
     with Wire(url, SOURCE, programs.renew, programs.drop, programs.heard) as wire:
         wire.unserved = tell

@@ -108,11 +108,22 @@ def test_at_the_end_all_programs_are_dropped(ears):
     assert ears.lost == [ears.heard[0][1]]
 
 
-@pytest.mark.parametrize("fast", [True, False])
-def test_bytes_arrive_as_they_were_sent(ears, monkeypatch, fast):
-    if not fast:  # as with a package that has no such functions
-        monkeypatch.setattr(_dds, "ddspy_take", None)
-        monkeypatch.setattr(_dds, "ddspy_write", None)
+def test_all_programs_are_dropped_though_that_fails(ears, caplog):
+    def drop(client):
+        ears.lost.append(client)
+        raise ValueError("a test")
+
+    ears.wire._drop = drop
+    programs = [writer("calls", Identity) for _ in range(2)]
+    for each in programs:
+        each.write(Identity(1, 2))
+    until(lambda: len({client for _, client in ears.heard}) == 2)
+    ears.wire.__exit__(None, None, None)
+    assert len(set(ears.lost)) == 2
+    assert "could not end all of a program that is gone" in caplog.text
+
+
+def test_bytes_arrive_as_they_were_sent(ears):
     program = Writer(writer("raw", Status))
     assert program.wanted
     program.send(b"\x07\0\0\0")

@@ -33,7 +33,7 @@ class Rig:
         command = self.robot.command_gains
 
         def spied(commands):
-            self.sent = commands[JOINT][:5]
+            self.sent = commands[JOINT][:5] if JOINT in commands else self.sent
             command(commands)
 
         monkeypatch.setattr(self.robot, "command_gains", spied)
@@ -72,6 +72,24 @@ def test_a_joint_follows_by_the_weight_and_else_holds_as_it_did(rig, weight):
     assert rig.sent == rig.mixed(weight)
 
 
+def test_a_joint_that_was_limp_is_as_strong_as_its_weight(rig):
+    rig.body.stiffen({JOINT: 0.25}, 0.1)
+    rig.live(0.2)
+    rig.rest = (*rig.rest[:3], 0.25 * rig.rest[3], 0.25 * rig.rest[4])
+    rig.follow(0.1)
+    assert rig.sent == rig.mixed(0.1)
+
+
+def test_what_is_beyond_a_limit_counts_as_the_limit(rig):
+    facts = rig.body.facts(JOINT)
+    wild = JointCommand(position=99.0, velocity=0.0, torque=-1e30, kp=1e30, kd=-1.0)
+    assert rig.guard.command({JOINT: wild}, "ann", {JOINT: 0.1}).keys() == {JOINT}
+    gains = rig.robot.body.gains
+    limits = (facts.upper, 0.0, -facts.max_torque, gains.kp, 0.0)
+    pairs = zip(limits, rig.rest, strict=True)
+    assert rig.sent == pytest.approx([0.1 * one + 0.9 * two for one, two in pairs], abs=1e-6)
+
+
 def test_what_it_held_is_that_from_before_the_first_command(rig):
     for _ in range(20):
         rig.follow(1.0)
@@ -104,6 +122,13 @@ def test_events_say_that_it_lets_go(rig):
     rig.guard.drop_client("ann")
     newest = rig.assembly.events.snapshot()[0][-1]
     assert newest.message == f"let go of {JOINT}: the client that commanded it is gone"
+
+
+def test_events_say_damped_if_not_all_of_them_go_back(rig):
+    rig.follow(1.0)
+    rig.guard.command({"Right_Elbow_Pitch": GIVEN}, "ann")
+    rig.guard.drop_client("ann")
+    assert rig.assembly.events.snapshot()[0][-1].message.startswith(f"damped {JOINT}, Right_Elbow_Pitch:")
 
 
 def test_who_commands_again_meanwhile_goes_on(rig):

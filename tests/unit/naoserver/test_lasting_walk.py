@@ -113,3 +113,16 @@ def test_the_velocity_of_any_client_is_dropped(rig):
     rig.walk.drop()
     rig.advance(SECONDS)
     assert not rig.walk.active
+
+
+def test_the_last_steps_are_of_who_walked_last_here(rig, monkeypatch):
+    rig.walk.go(FORWARD, "Ada")
+    rig.walk.stop()
+    monkeypatch.setattr(LastingWalk, "moving", True)
+    assert [rig.walk.moves_for(client) for client in ("Ada", "Ben")] == [True, False]
+
+
+def test_a_walk_that_another_client_commands_is_its_own(rig):
+    rig.walk.go(FORWARD, "Ada")
+    rig.walk.guard.drive({"forward": 0.03}, "Ben")
+    assert [rig.walk.moves_for(client) for client in ("Ada", "Ben")] == [False, True]

@@ -7,10 +7,11 @@ import pytest
 
 from naoserver._lasting_walk import LastingWalk
 from naoserver._programs import Codes, Programs, Refusal
+from naoserver._walk import WALK
 from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
 from naoserver.capabilities import WalkVelocity
-from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
+from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand, JointTaken
 from naoserver.fake import FakeRobot
 from naoserver.kinematics import kinematics_of
 from naoserver.options import ServerOptions
@@ -112,6 +113,56 @@ def test_a_posture_waits_for_the_end_of_the_walk_unless_its_program_is_lost(rig,
     assert rig.programs.posture() == posture
 
 
+def test_a_stop_while_a_call_is_performed_leaves_nothing_that_waits(rig, monkeypatch):
+    begun = []
+
+    def perform(_parameter, client):
+        begun.append(client)
+        rig.assembly.gate.stop("a test")
+        rig.assembly.gate.reset()
+        raise JointTaken("Left_Knee_Pitch", WALK, "the walk has it")
+
+    with monkeypatch.context() as walking:
+        walking.setattr(LastingWalk, "moves_for", lambda _walk, _client: True)
+        assert rig.programs.answer({1: perform}, 1, "", "program") == (0, "")
+    rig.programs.renew()
+    assert begun == ["program"]
+
+
+@pytest.mark.parametrize(
+    "command",
+    [lambda rig: rig.assembly.walk.stop(), lambda rig: rig.assembly.walk.drive({"forward": 0.1}, "another")],
+    ids=["stopped", "another walk"],
+)
+def test_a_posture_that_waits_does_not_begin_after_its_walk_was(rig, monkeypatch, command):
+    with monkeypatch.context() as walking:
+        walking.setattr(LastingWalk, "moving", True)
+        rig.programs.go("Crouch", "program")
+        command(rig)
+        rig.programs.renew()
+    rig.assembly.walk.drive({"forward": 0.0}, "another")
+    rig.programs.renew()
+    assert not rig.assembly.player.busy
+
+
+def test_a_posture_waits_on_though_another_program_is_refused(rig, monkeypatch):
+    with monkeypatch.context() as walking:
+        walking.setattr(LastingWalk, "moving", True)
+        rig.programs.go("Crouch", "program")
+        rig.assembly.gate.acquire("program", "dance", 30.0)
+        with pytest.raises(CommandRefused):
+            rig.programs.drive(WalkVelocity(forward=0.1), 1.0, "another")
+    rig.programs.renew()
+    assert rig.programs.goal() == "Crouch"
+
+
+def test_the_end_of_all_motion_leaves_nothing_that_waits(rig, monkeypatch):
+    monkeypatch.setattr(LastingWalk, "moving", True)
+    rig.programs.go("Crouch", "program")
+    rig.programs.end_motion()
+    assert rig.programs.goal() == "StandInit"
+
+
 def test_to_stand_replaces_a_posture_that_waits_for_the_end_of_the_walk(rig, monkeypatch):
     with monkeypatch.context() as walking:
         walking.setattr(LastingWalk, "moving", True)
@@ -146,6 +197,30 @@ def test_a_program_that_sent_regularly_and_is_silent_walks_no_further(rig):
     )
 
 
+def test_a_pause_of_less_than_a_second_is_no_silence(rig):
+    rig.programs.drive(WalkVelocity(forward=0.1), math.inf, "program")
+    sends(rig, "program", seconds=2.5, period=0.1)
+    sends(rig, "another", seconds=0.7, period=0.1)
+    sends(rig, "program", seconds=0.1, period=0.1)
+    sends(rig, "another", seconds=20.0, period=0.1)
+    assert walks(rig)
+
+
+def test_a_program_that_is_lost_leaves_nothing(rig):
+    for number in range(100):
+        rig.programs.heard(f"program {number}")
+        rig.programs.drop(f"program {number}")
+    assert rig.programs._sending == {}
+
+
+def test_a_lost_program_renews_no_walk_of_a_behavior(rig):
+    rig.programs.drive(WalkVelocity(forward=0.1), math.inf, "program")
+    rig.assembly.walk.drive({"forward": 0.1}, "behavior")
+    rig.programs.drop("program")
+    sends(rig, "another", seconds=2.0, period=0.1)
+    assert not walks(rig)
+
+
 def test_what_waits_of_a_program_that_is_silent_does_not_begin(rig, monkeypatch):
     sends(rig, "program", seconds=2.5, period=0.1)
     with monkeypatch.context() as walking:
@@ -166,6 +241,15 @@ def test_a_program_that_does_not_send_regularly_walks_on(rig, client, seconds, p
     sends(rig, client, seconds, period)
     sends(rig, "somebody", seconds=10.0, period=0.1)
     assert walks(rig)
+
+
+def test_a_program_that_is_silent_ends_the_walk_of_no_behavior(rig):
+    rig.programs.drive(WalkVelocity(forward=0.1), 1.0, "program")
+    sends(rig, "program", seconds=2.5, period=0.1)
+    for _ in range(15):
+        rig.assembly.walk.drive({"forward": 0.1}, "behavior")
+        sends(rig, "behavior", seconds=0.1, period=0.1)
+        assert walks(rig)
 
 
 def test_a_program_that_is_silent_ends_the_walk_of_no_other(rig):
@@ -276,4 +360,4 @@ def test_a_robot_whose_motors_take_no_gains_says_so():
         robot, Assembly(robot, ServerOptions(), robot.clock), "maker", Codes(404, WRONG, 409, 500)
     )
     with pytest.raises(HardwareFailure, match=r"^the motors of this robot take no gains by command$"):
-        programs.follow({}, "program")
+        programs.gains  # noqa: B018

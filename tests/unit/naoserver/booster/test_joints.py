@@ -34,7 +34,7 @@ def rig():
 
 @pytest.fixture
 def joints(rig):
-    return Joints(rig.robot, rig.assembly.events, rig.loco)
+    return Joints(rig.programs, rig.loco)
 
 
 def test_motors_with_a_weight_follow(rig, joints):
@@ -52,6 +52,12 @@ def test_a_command_that_is_not_obeyed_is_an_event(rig, joints):
     assert (newest.source, newest.message[:38]) == ("Booster", "ignored a program's command of joints:")
     rig.advance(0.1)
     assert rig.angle("Left_Elbow_Pitch") == pytest.approx(0.0)
+
+
+def test_what_is_limited_is_an_event(rig, joints):
+    joints.obey(command({ELBOW: 99.0}), "program")
+    newest = rig.assembly.events.snapshot()[0][-1]
+    assert newest.message == "limited a program's command of joints to Left_Elbow_Pitch"
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,10 @@ from contextlib import suppress
 
 import pytest
 
+from interfaces.nao import ActionStatus
+from naoserver._lasting_walk import LastingWalk
 from naoserver._programs import Programs
+from naoserver._servants.moves import POSTURE
 from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
 from naoserver.booster import serve_as_booster
@@ -170,8 +173,13 @@ def test_a_mode_replaces_the_posture_of_the_last_one_and_a_move_waits_for_it(rig
         lambda rig: rig.mode(CUSTOM),
         lambda rig: (rig.assembly.gate.stop("a test"), rig.assembly.gate.reset()),
         lambda rig: rig.programs.drop("program"),
+        lambda rig: rig.assembly.player.stop(),
+        lambda rig: rig.assembly.body.hold(),
     ],
-    ids=["another move", "damping", "custom", "emergency stop", "end of its program"],
+    ids=[
+        *("another move", "damping", "custom", "emergency stop", "end of its program"),
+        *("stop of the posture", "hold of all joints"),
+    ],
 )
 def test_a_move_that_waits_for_a_posture_does_not_begin_after(rig, command):
     crouched(rig)
@@ -191,15 +199,58 @@ def test_the_newest_move_begins_after_the_posture(rig):
     assert rig.angle("Head_pitch") == pytest.approx(0.3, abs=1e-3)
 
 
-@pytest.mark.parametrize("operation", [HEAD_ON, MOVE])
+def test_what_waited_does_not_replace_a_later_call(rig):
+    crouched(rig)
+    rig.mode(WALKING)
+    rig.call(HEAD, {"pitch": 0.3, "yaw": 0.0})
+    while rig.assembly.player.busy:
+        rig.clock.advance(0.1)
+        rig.assembly.player.tick()
+    rig.call(HEAD, {"pitch": 0.1, "yaw": 0.0})
+    rig.advance(2.0)
+    assert rig.angle("Head_pitch") == pytest.approx(0.1, abs=1e-3)
+
+
+@pytest.mark.parametrize(("operation", "motion"), [(WAVE, "wave"), (SHOOT, "kick")])
+def test_a_motion_waits_for_the_posture(rig, operation, motion):
+    crouched(rig)
+    rig.mode(WALKING)
+    rig.advance(0.3)
+    assert rig.call(operation, {"hand_action": 0}) == 0
+    assert rig.assembly.player.progress(POSTURE).status is ActionStatus.Moving
+    rig.advance(3.0)
+    assert rig.assembly.player.progress(POSTURE).status is ActionStatus.Done
+    assert rig.loco._playing() == motion
+
+
+@pytest.mark.parametrize("operation", [HEAD_ON, MOVE, WAVE, SHOOT])
 def test_what_another_program_moves_is_refused(rig, operation):
     crouched(rig)
     rig.mode(WALKING)
-    body = {"vx": 0.1, "vy": 0.0, "vyaw": 0.0, "pitch_direction": 1, "yaw_direction": 0}
+    body = {"vx": 0.1, "vy": 0.0, "vyaw": 0.0, "pitch_direction": 1, "yaw_direction": 0, "hand_action": 0}
     assert rig.call(operation, body, client="another") == CONFLICT
     rig.advance(5.0)
     assert rig.programs.posture().startswith("Stand")
     assert rig.forward == 0.0
+
+
+def test_a_walk_that_is_no_programs_any_more_is_refused_and_goes_on(rig):
+    rig.move()
+    rig.advance(0.1)
+    rig.move(0.0)
+    rig.advance(3.0)
+    rig.assembly.walk.drive({"forward": 0.2}, "behavior")
+    assert rig.call(SHOOT) == CONFLICT
+    assert rig.forward == pytest.approx(0.2)
+
+
+def test_it_stands_up_in_the_mode_without_a_walk_after_the_last_steps(rig, monkeypatch):
+    crouched(rig)
+    with monkeypatch.context() as walking:
+        walking.setattr(LastingWalk, "moving", True)
+        rig.mode(PREPARE)
+    rig.advance(5.0)
+    assert rig.programs.posture().startswith("Stand")
 
 
 def test_a_mode_replaces_all_that_waits(rig):

@@ -91,6 +91,18 @@ def test_beside_the_walk(rig):
     assert rig.robot.walker.commanded().forward == pytest.approx(0.1)
 
 
+@pytest.mark.parametrize(("parameter", "posture"), [('{"data": 2}', "Crouch"), ('{"data": 4}', "Stand")])
+def test_each_posture_takes_them(rig, parameter, posture):
+    if posture == "Stand":
+        rig.programs.go("Crouch", "walker")
+        rig.live(5.0)
+    rig.live(0.5, rig.to(ELBOW))
+    assert rig.programs.answer(Loco(rig.programs).operations, 7101, parameter, "walker") == (0, "")
+    rig.live(5.0, rig.to(ELBOW))
+    assert rig.programs.posture() == posture
+    assert ELBOW in rig.moved()  # its program has them again
+
+
 def test_they_follow_by_the_weight(rig):
     rig.live(1.0, rig.to(ELBOW, weight=0.4))
     assert rig.moved() == {ELBOW: pytest.approx(0.2, abs=0.02)}
@@ -106,6 +118,11 @@ def test_a_motor_without_gains_holds_as_before(rig):
     own = rig.robot.body.gears["arm"]
     name = rig.robot.joints[SHOULDER].name
     assert rig.sent[name][:5] == pytest.approx((rig.before[SHOULDER], 0, 0, own.stiffness, own.damping))
+
+
+def test_a_motor_may_follow_a_torque_alone(rig):
+    rig.live(0.1, command(1.0, {ELBOW: (0.0, 0.0, 3.0, 0.0, 0.0)}))
+    assert rig.sent[rig.robot.joints[ELBOW].name][2:5] == (3.0, 0.0, 0.0)
 
 
 def test_the_waist_is_never_softer_than_its_own_servo(rig):
@@ -124,6 +141,12 @@ def test_in_the_end_they_go_back_within_a_second(rig, end):
     assert ELBOW in rig.moved()
     rig.live(1.5)
     assert rig.moved() == {}
+    assert not rig.assembly.moves_for("program")
+
+
+def test_weight_0_again_and_again_ends_it_within_a_second(rig):
+    rig.live(1.0, rig.to(ELBOW))
+    rig.live(1.3, command(0.0, {}))
     assert not rig.assembly.moves_for("program")
 
 

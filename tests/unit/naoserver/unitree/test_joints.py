@@ -14,6 +14,7 @@ from naoserver._programs import Programs
 from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
 from naoserver.capabilities import InertialReading, Odometry, WalkVelocity
+from naoserver.errors import JointTaken
 from naoserver.fake import FakeRobot
 from naoserver.kinematics import matrix_of
 from naoserver.options import SafetyOptions, ServerOptions
@@ -100,6 +101,14 @@ def test_while_the_walk_has_the_joints_a_motor_that_is_off_is_left_to_it(rig):
     assert rig.position(ELBOW) == before
     text = "motors with gains are left to the walk, as their mode is 0, not 1: left_elbow_joint"
     assert text in rig.events()
+
+
+def test_motors_that_are_left_to_the_walk_are_not_taken_from_it(rig):
+    rig.joints.obey(command({ELBOW: (0.2, 0, 0, 60, 2)}), "program")
+    names = [joint.name for joint in rig.robot.joints]
+    with pytest.raises(JointTaken):
+        rig.assembly.body.claims.check([names.pop(ELBOW)])
+    rig.assembly.body.claims.check(names)
 
 
 def test_a_motor_that_is_off_after_a_release_has_no_torque(rig, monkeypatch):

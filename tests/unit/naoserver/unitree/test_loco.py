@@ -169,6 +169,22 @@ def test_who_holds_the_lease_moves_it(rig):
     assert answers == [NOT_AVAILABLE] * 3
 
 
+def test_to_damp_ends_what_moves_even_if_it_may_not_crouch(rig):
+    rig.drive(seconds=100.0)
+    rig.assembly.gate.acquire("behavior", "dance", 30.0)
+    assert rig.call(STATE, DAMP) == NOT_AVAILABLE
+    assert rig.forward == 0.0
+
+
+def test_to_stand_ends_no_walk(rig):
+    rig.call(HEIGHT, '{"data": 0}')
+    rig.advance(5.0)
+    rig.drive(seconds=100.0)
+    assert rig.call(STATE, START) == 0
+    rig.advance(1.0)
+    assert rig.forward == pytest.approx(0.1)
+
+
 def test_it_walks_only_after_start(rig):
     assert rig.call(STATE, DAMP) == 0
     assert rig.drive() == NOT_AVAILABLE
