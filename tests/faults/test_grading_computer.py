@@ -91,7 +91,7 @@ FAULTS: Final = {
         walls="bwrap: Creating new namespace failed", word="/packages/compile.py look.xml",
     ),
     "no GL": Fault(
-        "the cameras are off: no GL library to render camera images with: install one with",
+        "the cameras are off: rendering is switched off by MUJOCO_GL=disable: unset it",
         environment={"MUJOCO_GL": "disable"}, simulated=True,
     ),
 }  # fmt: skip

@@ -42,7 +42,7 @@ _MOST_REQUESTS: Final = 200_000
 _MOST_RECEIVED: Final = 64 << 20
 """Bytes of all its messages in a trial: the judge remembers the calls."""
 _LONGEST_REASON: Final = 300
-_NO_MESSAGE: Final = "its code broke the program that runs it (are builtins replaced?), in {where}: {error}"
+_NO_MESSAGE: Final = "its process sent what is no message (are builtins replaced?), in {where}: {error}"
 
 M = TypeVar("M")
 

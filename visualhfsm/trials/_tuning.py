@@ -213,9 +213,12 @@ class _Runs:
         tried = [outcome for outcome in self._known.values() if outcome.number > self._runs]
         if not any(outcome.success for outcome in tried):
             way = Summary(tried, ()).ways[0]
-            words = "no setting is best, as all trials fail, {count} of {all} so: {reason} in {states}"
-            count = {"count": len(way.numbers), "all": len(tried)}
-            raise TrialsError.because(words, reason=way.reason, states=way.states, **count)
+            raise TrialsError.because(
+                "no setting is best, as all trials fail, {count} of {all} so: {reason} in {states}",
+                reason=way.reason,
+                states=way.states,
+                **{"count": len(way.numbers), "all": len(tried)},
+            )
 
     def outcomes(self, plans: Mapping[int, Plan], numbers: range) -> dict[tuple[int, int], Outcome] | None:
         """Return the outcomes of trials of some settings, by setting and number; None when it is to stop."""

@@ -215,8 +215,8 @@ export class HfsmApp extends PageElement {
   async run(options = [], {record = false, dryRun = false} = {}) {
     const {tab, document: shown} = page;
     if (!shown) return;
-    const {mayRun, startBeside} = await holdKeys(() => import("./beside.js"));
-    const may = await mayRun(tab, this.context, !options.length && !record && !dryRun);
+    const serves = !options.length && !record && !dryRun;
+    const may = await holdKeys(async () => (await import("./beside.js")).mayRun(tab, this.context, serves));
     if (!may || monitor.starting === tab) return;
     page.dispatchEvent(new Event("run")); // what helps to type would cover what runs
     if (!dryRun && !isReadyFor(shown.fields)) {
@@ -232,6 +232,7 @@ export class HfsmApp extends PageElement {
     this.#starting = tab;
     const body = dryRun ? chosenBody() : "";
     const request = {tab, arguments: [...options, ...planned.argumentsFor(tab)], record, dryRun, body};
+    const {startBeside} = await import("./beside.js");
     const answer = await monitor.start(tab, () => askBy("start", tab, () => startBeside(request)));
     if (answer === undefined && store.online) this.#showErrors();
     if (answer?.recording) (await import("../run/documents.js")).awaitRecording(tab, answer.recording);
