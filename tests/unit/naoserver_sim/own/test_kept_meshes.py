@@ -1,8 +1,10 @@
 """What is kept of meshes in the user's cache: found again, bounded, and never trusted."""
 
+import errno
 import hashlib
 import os
 import re
+from pathlib import Path
 
 import msgspec
 import pytest
@@ -90,6 +92,35 @@ def test_a_file_that_is_not_as_it_was_written_is_made_again(keep, made, cache, h
     assert not path.is_symlink()
 
 
+def test_a_folder_in_place_of_a_file_is_left_and_opens_nothing(keep, made, cache):
+    keep()
+    (path,) = cache.iterdir()
+    path.unlink()
+    path.mkdir()
+    before = os.listdir("/proc/self/fd")
+    assert [keep(), keep()] == ["text", "text"]
+    assert os.listdir("/proc/self/fd") == before
+    assert [made, path.is_dir(), len(list(cache.iterdir()))] == [[b"a"] * 3, True, 1]
+
+
+def test_what_can_only_be_read_is_found(keep, made, monkeypatch):
+    def refuse(path):
+        raise OSError(errno.EROFS, "Read-only file system", path)
+
+    keep()
+    monkeypatch.setattr(os, "utime", refuse)
+    assert [keep(), made] == ["text", [b"a"]]
+
+
+def test_nothing_is_left_of_what_a_full_disk_does_not_take(keep, made, cache, monkeypatch):
+    def refuse(self, target):
+        raise OSError(errno.ENOSPC, "No space left on device", str(target))
+
+    monkeypatch.setattr(Path, "replace", refuse)
+    assert [keep(), keep(), made] == ["text", "text", [b"a", b"a"]]
+    assert list(cache.iterdir()) == []
+
+
 @pytest.mark.parametrize("where", ["folder", "file", "link", "relative"])
 def test_a_cache_that_others_may_write_to_is_left_alone(keep, made, cache, monkeypatch, where):
     tmp_path = cache.parents[2]
@@ -121,6 +152,16 @@ def test_those_that_were_used_longest_ago_go_first(keep, made, cache, monkeypatc
     assert len(list(cache.iterdir())) == 2
     assert [keep(b"a"), keep(b"c"), keep(b"b")] == ["text"] * 3
     assert made == [b"a", b"b", b"c", b"b"]
+
+
+def test_a_folder_in_the_cache_does_not_keep_files_from_going(keep, cache, monkeypatch):
+    monkeypatch.setattr(kept_meshes, "MOST_KEPT", 32 + len("text"))
+    keep(b"a")
+    (cache / "folder").mkdir()
+    for path in cache.iterdir():
+        os.utime(path, (2, 2) if path.is_dir() else (1, 1))
+    keep(b"b")
+    assert len(list(cache.iterdir())) == 2
 
 
 def test_what_cannot_be_made_is_not_kept(cache):
