@@ -52,8 +52,8 @@ _ONCE: Final = {
     "joint": ("origin", "parent", "child", "axis", "limit", "dynamics", "mimic"),
 }
 """What an element has once: urdfdom takes the first, MuJoCo refuses a second."""
-_TURNED: Final = (1, 1)
-"""The version of URDF from which `quat_xyzw` counts; urdfdom ignores it in older ones."""
+_OLD: Final = ("", "1", "1.0")
+"""The versions of URDF in which urdfdom ignores `quat_xyzw`."""
 _NOT_KEPT: Final = ("acceleration", "deceleration", "jerk")
 """Limits of URDF 1.2, which a simulated joint has not."""
 _UPRIGHT: Final = 1e-6
@@ -135,10 +135,8 @@ def take_as_urdfdom(root: Element, notes: list[str]) -> None:
     if second:
         more = f", and {len(second) - 1} more such" if len(second) > 1 else ""
         notes.append(f"{second[0]}{more}: the first one counts")
-    version = re.match(r"(\d{1,3})\.(\d{1,3})", root.get("version"))
-    turned = version is not None and tuple(map(int, version.groups())) >= _TURNED
     for origin in (each for part in parts for each in part.all("origin") if each.get("quat_xyzw")):
-        if turned:
+        if root.get("version").strip() not in _OLD:
             _turn(origin)
         else:
             notes.append(f"{origin.at}: quat_xyzw is not read: it counts in URDFs of version 1.1 and newer")
@@ -159,7 +157,7 @@ def _turn(origin: Element) -> None:
         raise RobotError(
             f"{origin.at}: quat_xyzw of <origin> is {origin.get('quat_xyzw')[:60]!r}: write 4 numbers"
         )
-    turn = np.roll(quaternion, 1)
+    turn = np.roll(quaternion, 1) / (np.abs(quaternion).max() or 1.0)  # whose squares are numbers
     mujoco.mju_normalize4(turn)  # of no length: no turn, as in urdfdom
     matrix = np.zeros(9)
     mujoco.mju_quat2Mat(matrix, turn)
@@ -259,15 +257,17 @@ def _require_names(root: Element) -> None:
 
 def _keep_leaders(root: Element, notes: list[str]) -> None:
     """Let a joint move by itself that follows one that is not there, or does not move."""
-    moves = {joint.name: joint.get("type") in _MOVING for joint in root.within("joint")}
+    kinds = {joint.name: joint.get("type") for joint in root.within("joint")}
     for joint in root.within("joint"):
         for mimic in list(joint.within("mimic")):
             leader = mimic.get("joint")
-            if moves.get(leader) and leader != joint.name:
+            if kinds.get(leader) in _MOVING and leader != joint.name:
                 continue
             joint.children.remove(mimic)
-            why = f"joint {leader!r} is fixed" if leader in moves else f"there is no joint {leader!r}"
-            if moves[joint.name]:
+            why = (
+                f"joint {leader!r} is {kinds[leader]}" if leader in kinds else f"there is no joint {leader!r}"
+            )
+            if joint.get("type") in _MOVING:
                 why = "that is itself" if leader == joint.name else why
                 notes.append(f"{mimic.at}: joint {joint.name!r} moves by itself, not after {leader!r}: {why}")
 

@@ -70,6 +70,8 @@ def test_of_what_may_be_there_once_the_first_counts(read, old, new):
         ("0 0.7071068 0 0.7071068", (0.70710678, 0.0, 0.70710678, 0.0)),
         ("0 0 3 0", (0.0, 0.0, 0.0, 1.0)),  # of any length
         ("0 0 0 0", (1.0, 0.0, 0.0, 0.0)),
+        ("0 0 1e300 0", (0.0, 0.0, 0.0, 1.0)),
+        ("0 0 1e-30 0", (0.0, 0.0, 0.0, 1.0)),
         ("0.1 -0.2 0.3 0.9", (0.92338, 0.10260, -0.20520, 0.30779)),
         ("0.5 0.5 -0.5 0.5", (0.5, 0.5, 0.5, -0.5)),  # pitch 90 degrees
         ("0.5 -0.5 0.5 0.5", (0.5, 0.5, -0.5, 0.5)),
@@ -97,7 +99,14 @@ def test_a_quaternion_turns_shapes_inertias_and_sensors_too(read):
     assert model.sensors[0].pose == pytest.approx((0.0, 0.0, 0.1, 0.0, 0.0, math.pi / 2), abs=1e-6)
 
 
-@pytest.mark.parametrize("version", ["", "1.0"])
+@pytest.mark.parametrize("version", ["1.1", " 1.1", "1.2", "1.10", "2", "1.1.0"])
+def test_a_newer_urdf_has_quaternions(read, version):
+    model = read(BASE, ARM, SHOULDER.replace('rpy="0 0 0"', 'quat_xyzw="0 0 1 0"'), version=version)
+    assert model.compiled.body("arm").quat == pytest.approx((0.0, 0.0, 0.0, 1.0))
+    assert model.notes == ()
+
+
+@pytest.mark.parametrize("version", ["", "1.0", " 1.0 ", "1"])
 def test_an_old_urdf_has_no_quaternions(read, version):
     model = read(BASE, ARM, SHOULDER.replace('rpy="0 0 0"', 'quat_xyzw="0 1 0 1"'), version=version)
     assert model.compiled.body("arm").quat.tolist() == [1.0, 0.0, 0.0, 0.0]
@@ -158,13 +167,15 @@ def test_a_color_that_is_none_is_left_out(read, color):
         ("nobody", "there is no joint 'nobody'"),
         ("shoulder", "that is itself"),
         ("mount", "joint 'mount' is fixed"),
+        ("table", "joint 'table' is planar"),
     ],
 )
 def test_a_joint_without_a_leader_moves_by_itself(read, leader, why):
     follower = joint("shoulder", "base", "arm", f'<mimic joint="{leader}"/>')
-    model = read(BASE, ARM, link("hand"), follower, joint("mount", "arm", "hand", kind="fixed"))
+    others = joint("mount", "arm", "hand", kind="fixed"), joint("table", "arm", "plate", kind="planar")
+    model = read(BASE, ARM, link("hand"), link("plate"), follower, *others)
     assert model.compiled.neq == 0
-    note = f"r.urdf:7: joint 'shoulder' moves by itself, not after {leader!r}: {why}"
+    note = f"r.urdf:8: joint 'shoulder' moves by itself, not after {leader!r}: {why}"
     assert [each.endswith(note) for each in model.notes] == [True]
 
 
