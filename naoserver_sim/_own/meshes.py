@@ -124,6 +124,7 @@ class Files:
     """Whether no mesh is read: each is a block, to see what else is wrong with the model."""
     _read: dict[Path, tuple[str, MeshFile]] = field(default_factory=dict)
     _used: int = 0
+    _failed: int = 0
 
     def __post_init__(self) -> None:
         folder = self.model.parent.resolve()
@@ -174,6 +175,8 @@ class Files:
             self.assets[f"0{_BLOCK.ending}"] = _BLOCK.content
             return f"0{_BLOCK.ending}", _BLOCK
         try:
+            if self._failed >= _MOST_FILES:
+                raise MeshError(f"it comes after {_MOST_FILES} that cannot be used")
             path = self.find(name, source, folder)
             if path not in self._read:
                 self._add(path, name)
@@ -184,15 +187,13 @@ class Files:
                 )
             return self._read[path]
         except MeshError as problem:
+            self._failed += 1
             self.left_out[name] = str(problem)
             return None
 
     def _add(self, path: Path, name: str) -> None:
-        size = path.stat().st_size
         if len(self._read) == _MOST_FILES:
             raise MeshError(f"it is one of more than {_MOST_FILES} files")
-        if size > LARGEST_MESH:
-            raise MeshError(f"it is larger than {LARGEST_MESH >> 20} MB")
         mesh = read_mesh(path)
         asset = f"{len(self._read)}{mesh.ending}"
         self._read[path] = asset, mesh
@@ -203,9 +204,12 @@ def read_mesh(path: Path) -> MeshFile:
     """Return a mesh in a format that MuJoCo reads. Raises MeshError when it cannot be used."""
     ending = path.suffix.lower()
     try:
-        content = path.read_bytes()
+        with path.open("rb") as file:
+            content = file.read(LARGEST_MESH + 1)
     except OSError as problem:
         raise MeshError(f"it cannot be read: {problem.strerror}") from None
+    if len(content) > LARGEST_MESH:
+        raise MeshError(f"it is larger than {LARGEST_MESH >> 20} MB")
     if not content:
         raise MeshError("it is empty")
     if is_pointer(content):
@@ -266,8 +270,8 @@ def _unpacked(packed: bytes) -> MeshFile:
     return checked
 
 
-_BLOCK: Final = MeshFile(".stl", _written(np.eye(4, 3, -1)[[0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3]]))
-"""A tetrahedron."""
+_BLOCK: Final = MeshFile(".stl", _written(np.eye(4, 3, -1)[[0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3]] / 10.0))
+"""A tetrahedron with edges of 0.1 m."""
 
 
 def _by_trimesh(content: bytes, ending: str) -> MeshFile:

@@ -97,9 +97,9 @@ def test_a_folder_in_place_of_a_file_is_left_and_opens_nothing(keep, made, cache
     (path,) = cache.iterdir()
     path.unlink()
     path.mkdir()
-    before = os.listdir("/proc/self/fd")
+    before = len(list(Path("/proc/self/fd").iterdir()))
     assert [keep(), keep()] == ["text", "text"]
-    assert os.listdir("/proc/self/fd") == before
+    assert len(list(Path("/proc/self/fd").iterdir())) == before
     assert [made, path.is_dir(), len(list(cache.iterdir()))] == [[b"a"] * 3, True, 1]
 
 

@@ -187,6 +187,30 @@ def test_more_files_and_larger_ones_than_allowed_are_left_out(files, tmp_path, m
     assert files.left_out == {"b.stl": "it is one of more than 1 files"}
 
 
+def test_after_many_that_are_not_there_no_more_are_looked_for(files, tmp_path, monkeypatch):
+    monkeypatch.setattr(meshes, "_MOST_FILES", 2)
+    place(tmp_path, "arm_description/meshes/a.stl")
+    found = [files.mesh(name, files.model) for name in ("none.stl", "a.stl", "none.stl", "a.stl", "a.stl")]
+    assert [each is not None for each in found] == [False, True, False, False, False]
+    assert files.left_out["a.stl"] == "it comes after 2 that cannot be used"
+
+
+def test_a_file_that_is_too_large_is_not_read_whole(files, tmp_path, monkeypatch):
+    monkeypatch.setattr(meshes, "LARGEST_MESH", 1 << 20)
+    path = place(tmp_path, "arm_description/meshes/a.stl")
+    with path.open("ab") as file:
+        file.truncate(1 << 40)
+    assert files.mesh("a.stl", files.model) is None
+    assert files.left_out == {"a.stl": "it is larger than 1 MB"}
+
+
+def test_a_mesh_that_is_gone_when_it_is_read_is_left_out(files, tmp_path, monkeypatch):
+    gone = tmp_path / "ws/arm_description/meshes/a.stl"
+    monkeypatch.setattr(files, "find", lambda *_: gone)
+    assert files.mesh("a.stl", files.model) is None
+    assert files.left_out == {"a.stl": "it cannot be read: No such file or directory"}
+
+
 def test_a_mesh_counts_as_often_as_it_is_used(files, tmp_path, monkeypatch):
     monkeypatch.setattr(meshes, "_MOST_USED", 3000)
     place(tmp_path, "arm_description/meshes/a.stl")
