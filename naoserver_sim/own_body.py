@@ -165,9 +165,9 @@ def write_own_body(
         _said(found, description, say)
         text = toml_text(found.document, found.reasons, _HEAD.format(model=source.name, file=target.name))
     try:
-        target.write_text(text, "utf-8")
-    except OSError as problem:
-        raise RobotError(f"{target}: cannot be written: {problem.strerror}") from None
+        target.write_bytes(text.encode())
+    except (OSError, UnicodeEncodeError) as problem:  # a name that is no text
+        raise RobotError(f"{target}: cannot be written: {getattr(problem, 'strerror', problem)}") from None
 
 
 class _Description:

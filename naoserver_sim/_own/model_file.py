@@ -236,7 +236,10 @@ def read_model(
     elif arguments:
         raise RobotError(f"{path}: {NO_XACRO}")
     if check is not None and any(root.all("mesh", "include")):
-        check(_read(copy.deepcopy(root), Files(path, meshes, packages, bare=True), [], balance))
+        bare = copy.deepcopy(root)
+        for mesh in bare.all("mesh"):
+            mesh.attributes.pop("scale", None)  # it would make a block huge
+        check(_read(bare, Files(path, meshes, packages, bare=True), [], balance))
     return _read(root, Files(path, meshes, packages), notes, balance)
 
 
