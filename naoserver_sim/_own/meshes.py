@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib import metadata
 from pathlib import Path, PurePosixPath
-from typing import Any, Final, NamedTuple
+from typing import Annotated, Any, Final, NamedTuple
 
 import msgspec
 import numpy as np
@@ -52,12 +52,15 @@ class MeshError(Exception):
     """A mesh cannot be used: why, as the end of a sentence."""
 
 
+_Share = Annotated[float, msgspec.Meta(ge=0.0, le=1.0)]
+
+
 class MeshFile(NamedTuple):
     """A mesh in a format of MuJoCo; its color, if it has one, is red, green, blue and opacity."""
 
     ending: str
     content: bytes
-    color: tuple[float, ...] | None = None
+    color: tuple[_Share, _Share, _Share, _Share] | None = None
 
 
 def packages_near(model: Path) -> dict[str, Path]:
@@ -146,9 +149,8 @@ class Files:
         exact = [file.parent.joinpath(folder, *parts) for file in (self.model, source)]
         if scheme in ("package", "model") and parts:
             around = {up.name: up for up in reversed(self.model.resolve().parents[:_LEVELS])}
-            named = [around[parts[0]]] if parts[0] in around else []
-            found = [self.packages[parts[0]], *named] if parts[0] in self.packages else named
-            exact = [package.joinpath(*parts[1:]) for package in found] or exact
+            named = [of[parts[0]] for of in (self.packages, around) if parts[0] in of]
+            exact = [package.joinpath(*parts[1:]) for package in named] or exact
         elif scheme == "file":
             exact.append(Path("/", *parts))
         known = [part for part in (*PurePosixPath(folder).parts, *parts) if part not in ("/", "//", "..")]
@@ -262,12 +264,9 @@ def _unpacked(packed: bytes) -> MeshFile:
     """Return a mesh that was kept. Raises ValueError for what is none."""
     try:
         mesh = typed.from_msgpack(packed, MeshFile)
-        checked = MeshFile(".stl", _stl(mesh.content), mesh.color)
+        return MeshFile(".stl", _stl(mesh.content), mesh.color)
     except (msgspec.MsgspecError, MeshError) as problem:
         raise ValueError(str(problem)) from None
-    if mesh.color and not (len(mesh.color) == 4 and all(0.0 <= part <= 1.0 for part in mesh.color)):
-        raise ValueError("no color")
-    return checked
 
 
 _BLOCK: Final = MeshFile(".stl", _written(np.eye(4, 3, -1)[[0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3]] / 10.0))
@@ -295,11 +294,12 @@ def _by_trimesh(content: bytes, ending: str) -> MeshFile:
         raise MeshError(f"it is broken: {type(problem).__name__} {str(problem)[:100]}") from None
 
 
-def _color(parts: list[Any]) -> tuple[float, ...] | None:
+def _color(parts: list[Any]) -> tuple[float, float, float, float] | None:
     """Return the mean color of a mesh's parts, by their triangles; None if they have none."""
     colored = [part for part in parts if hasattr(getattr(part, "visual", None), "material")]
     if not colored:
         return None
     colors = [np.asarray(part.visual.material.main_color, np.float64) / 255.0 for part in colored]
     mean = np.average(colors, axis=0, weights=[len(part.faces) for part in colored])
-    return tuple(mean.round(4).tolist())
+    red, green, blue, opacity = mean.round(4).tolist()
+    return red, green, blue, opacity
