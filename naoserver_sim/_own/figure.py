@@ -68,10 +68,15 @@ def hull_of(mj: mujoco.MjModel, geom: int) -> Array:
     corners = mj.mesh_vert[mj.mesh_vertadr[mesh] + mj.mesh_graph[begin : begin + count]].astype(np.float64)
     if np.linalg.svd(corners - corners.mean(axis=0), compute_uv=False)[-1] < _THIN:
         return np.zeros((0, 3))
-    turn = np.zeros(9)
-    mujoco.mju_quat2Mat(turn, mj.geom_quat[geom])
-    placed: Array = corners @ turn.reshape(3, 3).T + mj.geom_pos[geom]
+    placed: Array = corners @ matrix_of(mj.geom_quat[geom]).T + mj.geom_pos[geom]
     return placed
+
+
+def matrix_of(quaternion: Array) -> Array:
+    """Return the rotation of a quaternion, w first, as a matrix."""
+    matrix = np.zeros(9)
+    mujoco.mju_quat2Mat(matrix, quaternion)
+    return matrix.reshape(3, 3)
 
 
 class Figure:

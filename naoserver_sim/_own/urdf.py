@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections import defaultdict
 from collections.abc import Iterator
 from typing import Final, Literal, NamedTuple
 
@@ -12,6 +13,7 @@ import numpy as np
 
 from naoserver.errors import RobotError
 from naoserver.parts import MOST_PARTS
+from naoserver_sim._own.figure import matrix_of
 from naoserver_sim._own.meshes import Files
 from naoserver_sim._own.tree import Element, number, numbers
 
@@ -56,8 +58,6 @@ _OLD: Final = ("", "1", "1.0")
 """The versions of URDF in which urdfdom ignores `quat_xyzw`."""
 _NOT_KEPT: Final = ("acceleration", "deceleration", "jerk")
 """Limits of URDF 1.2, which a simulated joint has not."""
-_UPRIGHT: Final = 1e-6
-"""Cosine of the pitch below which roll and yaw turn about one axis."""
 
 
 class Sensor(NamedTuple):
@@ -95,27 +95,23 @@ def actuated_in(root: Element) -> frozenset[str]:
 def sensors_in(root: Element) -> Iterator[Sensor]:
     """Yield the cameras and inertial units."""
     links = {link.name for link in root.within("link")}
+    nothing = Element("", {}, root.source, 0)
     for holder in root.children:
         for sensor in holder.all("sensor") if holder.tag in ("gazebo", "sensor", "link") else ():
-            parts = {part.tag: part for part in sensor.all()}
-            link = (
-                parts["parent"].get("link") if "parent" in parts else holder.get("reference") or holder.name
-            )
+            parts: dict[str, Element] = defaultdict(lambda: nothing)
+            parts |= {part.tag: part for part in sensor.all()}
+            link = parts["parent"].get("link") or holder.get("reference") or holder.name
             kind = sensor.get("type").lower()
             if link not in links or not ("imu" in kind or "camera" in kind or "camera" in parts):
                 continue
-            place = parts["pose"].text if "pose" in parts else ""
+            place = parts["pose"].text
             if "origin" in parts:
                 place = " ".join(parts["origin"].get(name, "0 0 0") for name in ("xyz", "rpy"))
             pose = tuple(number(word) or 0.0 for word in place.split())
             pose = pose if len(pose) == 6 and all(map(math.isfinite, pose)) else (0.0,) * 6
-            if "imu" in kind:
-                yield Sensor("imu", sensor.name, link, pose)
-                continue
-            angle = parts["image"].get("hfov") if "image" in parts else ""
-            angle = parts["horizontal_fov"].text if "horizontal_fov" in parts else angle
-            width = number(angle) or 0.0
-            yield Sensor("camera", sensor.name, link, pose, width if 0.0 < width < math.pi else None)
+            width = number(parts["horizontal_fov"].text or parts["image"].get("hfov")) or 0.0
+            angle = width if 0.0 < width < math.pi else None
+            yield Sensor("imu" if "imu" in kind else "camera", sensor.name, link, pose, angle)
 
 
 def take_as_urdfdom(root: Element, notes: list[str]) -> None:
@@ -159,13 +155,12 @@ def _turn(origin: Element) -> None:
         )
     turn = np.roll(quaternion, 1) / (np.abs(quaternion).max() or 1.0)  # whose squares are numbers
     mujoco.mju_normalize4(turn)  # of no length: no turn, as in urdfdom
-    matrix = np.zeros(9)
-    mujoco.mju_quat2Mat(matrix, turn)
-    level = math.hypot(matrix[0], matrix[3])
-    roll, yaw = math.atan2(matrix[7], matrix[8]), math.atan2(matrix[3], matrix[0])
-    if level < _UPRIGHT:  # roll and yaw turn about one axis
-        roll, yaw = math.atan2(-matrix[5], matrix[4]), 0.0
-    origin.attributes["rpy"] = f"{roll!r} {math.atan2(-matrix[6], level)!r} {yaw!r}"
+    x, y, z = matrix_of(turn).T
+    yaw = math.atan2(x[1], x[0])
+    sine, cosine = math.sin(yaw), math.cos(yaw)
+    # Of the turn without its yaw, which may be any where the x axis points up or down.
+    roll = math.atan2(sine * z[0] - cosine * z[1], cosine * y[1] - sine * y[0])
+    origin.attributes["rpy"] = f"{roll!r} {math.atan2(-x[2], math.hypot(x[0], x[1]))!r} {yaw!r}"
 
 
 def prepare(root: Element, files: Files, notes: list[str]) -> None:
