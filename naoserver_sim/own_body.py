@@ -94,21 +94,16 @@ def read_own_body(
     own = OwnFile() if is_json else parse_toml(text, OwnFile, str(path), RobotError)
     if arguments and not own.model:
         raise RobotError(f"{path}: {NO_XACRO}")
-    if is_json:
-        return read_body(text, str(path))
-    document = tomllib.loads(text)
     if not own.model:
-        return convert(document, Body, str(path), RobotError, text=text)
+        return read_body(text, str(path)) if is_json else parse_toml(text, Body, str(path), RobotError)
     for key, name in (("model", own.model), ("meshes", own.meshes)):
         with suppress(OSError, RuntimeError, ValueError):  # no name of a file, or a circle of links
             if (path.parent / name).resolve().is_relative_to(path.parent.resolve()):
                 continue
         at = place(str(path), text, key)
         raise RobotError(f"{at} = {name!r}: it must be in the folder of this file, or in one below it")
-
-    def described(model: ModelFile) -> _Description:
-        return _Description({"name": _name(path)} | document, model, str(path), text)
-
+    document = {"name": _name(path)} | tomllib.loads(text)
+    described = partial(_Description, document, source=str(path), text=text)
     model = read_model(
         path.parent / own.model,
         path.parent / own.meshes,

@@ -7,6 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import combinations
 from typing import Any, Final
 
 import mujoco
@@ -307,9 +308,7 @@ class _Guesser:
                 units.append((body, place, sensor.name))
         units += [(bodies[link], data.xpos[bodies[link]], link) for link in self._named(_UNIT)]
         for body, place, name in units:
-            root = body
-            while mj.body_parentid[root] and not mj.body_jntnum[root]:
-                root = int(mj.body_parentid[root])
+            root = int(mj.body_weldid[body] or mj.body_rootid[body])
             frame = self._parts.frames[root]
             if frame.link == self._parts.tables["links"][0]["name"]:
                 own = data.xmat[root].reshape(3, 3).T @ (place - data.xpos[root]) - frame.offset
@@ -378,13 +377,9 @@ class _Guesser:
             self._drive_forwards(wheel)
         radius, distance = left.radius, left.place[1] - right.place[1]
         speeds = {joint["name"]: joint["max_velocity"] for joint in self._parts.tables["joints"]}
-        speed = min(
-            self._found.document.get("joint", {})
-            .get(wheel.joint, {})
-            .get("max_velocity", speeds[wheel.joint])
-            for wheel in (left, right)
-        )
-        fastest = _USED * speed * radius
+        given = self._found.document.get("joint", {})
+        speeds |= {name: of["max_velocity"] for name, of in given.items() if "max_velocity" in of}
+        fastest = _USED * min(speeds[left.joint], speeds[right.joint]) * radius
         walk = {"kind": "wheels", "left": left.joint, "right": right.joint, "radius": round(radius, 5)}
         walk |= {"distance": round(distance, 5), "fastest": round(fastest, 4)}
         walk |= {"fastest_turn": round(2 * fastest / distance, 4)}
@@ -459,25 +454,21 @@ def guess_overlaps(found: Guesses, model: Parts, body: Body, where: str) -> None
     Raises RobotError, beginning with `where`, when more links overlap than MuJoCo has memory for.
     """
     mj = model.figure.mj
-    links = [shape.link for shape in body.shapes]
-    masks = {link: [0, 0] for link in links}
+    masks = {shape.link: [0, 0] for shape in body.shapes}
     for geom in model.figure.solid:
         mask = masks[model.frames[int(mj.geom_bodyid[geom])].link]
         mask[0] |= int(mj.geom_contype[geom])
         mask[1] |= int(mj.geom_conaffinity[geom])
     of = {body: frame.link for body, frame in model.frames.items()}
-    apart = {
-        _sorted(of.get(int(pair) >> 16, ""), of.get(int(pair) & 0xFFFF, "")) for pair in mj.exclude_signature
-    }
+    apart = {(of.get(int(pair) >> 16, ""), of.get(int(pair) & 0xFFFF, "")) for pair in mj.exclude_signature}
     names, near, are_neighbors = sorted(masks), set(), neighbors_of(body)
     said = model.figure.says_what_touches
-    for first, one in enumerate(names):
-        for other in names[first + 1 :]:
-            (types, affinities), (others, their) = masks[one], masks[other]
-            if are_neighbors(one, other):
-                near.add((one, other))
-            elif said and not (types & their or others & affinities):
-                apart.add((one, other))
+    for pair in combinations(names, 2):
+        (types, affinities), (others, their) = (masks[link] for link in pair)
+        if are_neighbors(*pair):
+            near.add(pair)
+        elif said and not (types & their or others & affinities):
+            apart.add(pair)
     mine = build_model(load_world("empty"), skin=False, body=body)
     data = mujoco.MjData(mine.mj)
     data.qpos[mine.robot.qpos] = [body.resting_angles[joint.name] for joint in mine.robot.joints]
@@ -486,10 +477,11 @@ def guess_overlaps(found: Guesses, model: Parts, body: Body, where: str) -> None
     except mujoco.FatalError:  # its memory for contacts is full
         raise RobotError(f"{where}: too many of its links are in one place: move them apart") from None
     for contact in data.contact:
-        first, second = (mine.mj.body(mine.mj.geom_bodyid[geom]).name for geom in contact.geom)
-        if contact.dist < -_OVERLAP and {first, second} <= masks.keys():
-            apart.add(_sorted(first, second))
-    pairs = sorted(pair for pair in apart if pair[0] != pair[1] and set(pair) <= masks.keys())
+        if contact.dist < -_OVERLAP:
+            first, second = (mine.mj.body(mine.mj.geom_bodyid[geom]).name for geom in contact.geom)
+            apart.add((first, second))
+    apart = {(min(pair), max(pair)) for pair in apart if len(set(pair) & masks.keys()) > 1}
+    pairs = sorted(apart)
     parted = near.union(pairs)
     far, said_far = (Counter(link for pair in each for link in pair) for each in (parted, pairs))
     alone = {link for link in names if far[link] == len(names) - 1 and said_far[link] >= _MANY}
@@ -497,7 +489,3 @@ def guess_overlaps(found: Guesses, model: Parts, body: Body, where: str) -> None
         found.add(sorted(alone), "they touch no other link in the model", "intangible")
     if rest := [list(pair) for pair in pairs if alone.isdisjoint(pair)]:
         found.add(rest, "kept apart in the model, or overlapping at rest", "overlapping")
-
-
-def _sorted(one: str, other: str) -> tuple[str, str]:
-    return (one, other) if one < other else (other, one)
