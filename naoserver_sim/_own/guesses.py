@@ -19,7 +19,7 @@ from naoserver_sim._body import neighbors_of
 from naoserver_sim._own.figure import GRAVITY, Array
 from naoserver_sim._own.limbs import Limb, Limbs, Wheel
 from naoserver_sim._own.model_file import ModelFile
-from naoserver_sim._own.parts import ASPECT, FIELD_OF_VIEW, FRICTION, SPEED, Parts
+from naoserver_sim._own.parts import FIELD_OF_VIEW, FRICTION, SPEED, Parts, View
 from naoserver_sim._support_polygon import convex_hull, room_within
 from naoserver_sim.model import build_model
 from naoserver_sim.world import load_world
@@ -74,14 +74,13 @@ class Guesses:
     def add(self, value: object, why: str, *path: str | int) -> None:
         """Put a value to a place in the file; a number is the place in a list."""
         at: Any = self.document
-        for key, following in zip(path, (*path[1:], None), strict=True):
-            if following is None:
-                if isinstance(key, int):
-                    at.append(value)
-                else:
-                    at[key] = value
-            else:
-                at = at.setdefault(key, [] if isinstance(following, int) else {})
+        *tables, last = path
+        if isinstance(last, int):
+            at.setdefault(tables[0], []).append(value)
+        else:
+            for key in tables:
+                at = at.setdefault(key, {})
+            at[last] = value
         self.reasons[path] = why
 
     def lines(self) -> Iterator[str]:
@@ -256,23 +255,20 @@ class _Guesser:
         """Take the cameras of the model, those on the head first; else links that are named so."""
         heads = {link for limb in self._limbs.of("head") for link in self._links_of(limb)}
         cameras = [
-            (
-                *(view.link, view.position, view.tilt, 2 * math.atan(ASPECT * math.tan(view.fovy / 2))),
-                f"camera {view.name!r} of the model",
-            )
+            (view, f"camera {view.name!r} of the model")
             for view in self._parts.views
             if math.hypot(*view.position) < self._limbs.size  # else it watches the robot
         ] or [
-            (link, (0.0, 0.0, 0.0), 0.0, FIELD_OF_VIEW, f"link {link!r} is named so")
+            (View(link, link, (0.0, 0.0, 0.0), 0.0, FIELD_OF_VIEW), f"link {link!r} is named so")
             for link in self._named(_CAMERA)
         ]
         carriers = {joint["child"]: joint["parent"] for joint in self._parts.tables["fixed_joints"]}
-        cameras.sort(key=lambda camera: camera[0] not in heads and carriers.get(camera[0]) not in heads)
-        for number, (link, position, tilt, width, why) in enumerate(cameras[:_MOST_CAMERAS]):
-            camera: dict[str, Any] = {"name": f"Camera{number + 1 if number else ''}", "link": link}
-            camera["position"] = _rounded(position)
-            camera |= {"tilt": round(tilt, 4)} if abs(tilt) > 1e-4 else {}
-            camera["horizontal_fov"] = round(min(width, 3.0), 4)
+        cameras.sort(key=lambda each: heads.isdisjoint((each[0].link, carriers.get(each[0].link))))
+        for number, (view, why) in enumerate(cameras[:_MOST_CAMERAS]):
+            camera: dict[str, Any] = {"name": f"Camera{number + 1 if number else ''}", "link": view.link}
+            camera["position"] = _rounded(view.position)
+            camera |= {"tilt": round(view.tilt, 4)} if abs(view.tilt) > 1e-4 else {}
+            camera["horizontal_fov"] = round(min(view.width, 3.0), 4)
             self._found.add(camera, why, "cameras", number)
         if (more := len(cameras) - _MOST_CAMERAS) > 0:
             self._found.doubts.append(f"{more} more cameras of the model are not served")

@@ -110,8 +110,8 @@ class Limbs:
                 many = f"{len(found)} limbs: " if len(found) > 1 else ""
                 yield group, joints, many + found[0].why
         taken = {name for limb in self.limbs if limb.kind not in ("wheel", "") for name in limb.joints}
-        wheels = tuple(each.joint for each in self.wheels if each.joint not in taken)
-        if wheels := tuple(name for name in wheels if name in self.driven):
+        free = self.driven - taken
+        if wheels := tuple(each.joint for each in self.wheels if each.joint in free):
             yield "wheels", wheels, "round, and on the floor"
 
     def _carrier(self, joint: int) -> int | None:

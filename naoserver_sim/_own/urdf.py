@@ -18,10 +18,10 @@ from naoserver_sim._own.meshes import Files
 from naoserver_sim._own.tree import Element, number, numbers
 
 _TYPES: Final = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
-_TENSOR: Final = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+TENSOR: Final = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 _NUMBERS: Final = {
     *("xyz", "rpy", "lower", "upper", "effort", "velocity", "damping", "friction", "multiplier", "offset"),
-    *("value", "size", "radius", "length", "scale", "rgba", *_TENSOR),
+    *("value", "size", "radius", "length", "scale", "rgba", *TENSOR),
 }
 """Attributes that have numbers."""
 _ENDS: Final = ("lower", "upper")
@@ -184,7 +184,7 @@ def prepare(root: Element, files: Files, notes: list[str]) -> None:
     )
     for inertial in root.within("link", "inertial"):
         tensor = next(inertial.within("inertia"), None) or inertial.add("inertia")
-        tensor.attributes = dict.fromkeys(_TENSOR, "0") | tensor.attributes
+        tensor.attributes = dict.fromkeys(TENSOR, "0") | tensor.attributes
     for material in root.all("material"):
         material.attributes.setdefault("name", f"material {material.line}")
         for color in [each for each in material.children if not _has(each, "rgba", 4)]:
