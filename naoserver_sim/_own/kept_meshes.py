@@ -61,7 +61,7 @@ def _folder() -> Path:
 def _content(path: Path) -> bytes:
     """Return what was written to a file. Raises OSError, and ValueError if it is not as it was written."""
     about = path.lstat()
-    if not stat.S_ISREG(about.st_mode) or about.st_uid != os.geteuid() or about.st_size > _LARGEST:
+    if not stat.S_ISREG(about.st_mode) or about.st_size > _LARGEST:
         raise ValueError(f"{path} is no file of ours")
     written = path.read_bytes()
     content = written[_DIGEST:]

@@ -51,6 +51,11 @@ def test_what_was_made_is_found_again(keep, made):
     assert made == [b"a", b"b"]
 
 
+def test_where_one_of_the_bytes_ends_and_the_next_begins_counts():
+    kept((b"ab", b"c"), lambda: b"one", bytes)
+    assert kept((b"a", b"bc"), lambda: b"two", bytes) == b"two"
+
+
 def test_only_the_user_may_read_what_is_kept(keep, cache):
     keep()
     assert [path.stat().st_mode & 0o777 for path in (cache, *cache.iterdir())] == [0o700, 0o600]
@@ -121,13 +126,16 @@ def test_nothing_is_left_of_what_a_full_disk_does_not_take(keep, made, cache, mo
     assert list(cache.iterdir()) == []
 
 
-@pytest.mark.parametrize("where", ["folder", "file", "link", "relative"])
+@pytest.mark.parametrize("where", ["folder", "group", "another", "file", "link", "relative"])
 def test_a_cache_that_others_may_write_to_is_left_alone(keep, made, cache, monkeypatch, where):
     tmp_path = cache.parents[2]
     cache.parent.mkdir(parents=True)
-    if where == "folder":
+    if where in ("folder", "group"):
         cache.mkdir()
-        cache.chmod(0o777)
+        cache.chmod(0o777 if where == "folder" else 0o770)
+    elif where == "another":
+        cache.mkdir(mode=0o700)
+        monkeypatch.setattr(os, "geteuid", lambda: cache.stat().st_uid + 1)
     elif where == "file":
         cache.write_text("")
     elif where == "link":
