@@ -244,12 +244,15 @@ def _read(root: Element, files: Files, notes: list[str], balance: bool | None) -
     """Return the model of a tree, which is changed, after notes on it."""
     if root.tag == "mujoco":
         mjcf.prepare(root, files, notes)
-        return _Reading(root, files, notes, balance).read()
-    speeds, actuated = urdf.speeds_of(root), urdf.actuated_in(root)
-    fixed, sensors = urdf.is_fixed(root), tuple(urdf.sensors_in(root))
-    urdf.prepare(root, files, notes)
-    model = _Reading(root, files, notes, balance).read()
-    return replace(model, kind="urdf", fixed=fixed, speeds=speeds, actuated=actuated, sensors=sensors)
+        model = _Reading(root, files, notes, balance).read()
+    else:
+        speeds, actuated = urdf.speeds_of(root), urdf.actuated_in(root)
+        fixed, sensors = urdf.is_fixed(root), tuple(urdf.sensors_in(root))
+        urdf.prepare(root, files, notes)
+        model = _Reading(root, files, notes, balance).read()
+        model = replace(model, kind="urdf", fixed=fixed, speeds=speeds, actuated=actuated, sensors=sensors)
+    where = str(files.model)
+    return replace(model, left_out=files.left_out, notes=tuple(notes), where=where, bare=files.bare)
 
 
 @dataclass
@@ -290,16 +293,7 @@ class _Reading:
                 compiled = self._compiled(spec)
         self.notes += [f"{self.path}: MuJoCo says: {' '.join(text.split())}" for text in set(texts)]
         fixed = not any(joint.type == mujoco.mjtJoint.mjJNT_FREE for joint in spec.joints)
-        return ModelFile(
-            spec,
-            left_out=self.files.left_out,
-            notes=tuple(self.notes),
-            lines=self.lines,
-            fixed=fixed,
-            compiled=compiled,
-            where=str(self.path),
-            bare=self.files.bare,
-        )
+        return ModelFile(spec, lines=self.lines, fixed=fixed, compiled=compiled)
 
     def _weighed(self, spec: mujoco.MjSpec) -> list[str]:
         """Repair masses and inertias, and return notes on it."""
