@@ -21,9 +21,9 @@ _TYPES: Final = ("revolute", "continuous", "prismatic", "fixed", "floating", "pl
 TENSOR: Final = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 _NUMBERS: Final = {
     *("xyz", "rpy", "lower", "upper", "effort", "velocity", "damping", "friction", "multiplier", "offset"),
-    *("value", "size", "radius", "length", "scale", "rgba", *TENSOR),
+    *("value", *TENSOR),
 }
-"""Attributes that have numbers."""
+"""Attributes that have numbers; shapes and colors are left out where they have others, as urdfdom does."""
 _ENDS: Final = ("lower", "upper")
 _SHAPES: Final = {
     "box": {"size": 3},
@@ -211,8 +211,6 @@ def _set_options(root: Element) -> str:
 
 def _require_numbers(root: Element) -> None:
     for element in root.all():
-        if element.tag == "color" or element.tag in _SHAPES:
-            continue  # left out where they have others, as urdfdom does
         for name in _NUMBERS & element.attributes.keys():
             if name == "value" and element.tag != "mass":
                 continue  # a word, as in <verbose value="Yes"/>
@@ -313,11 +311,9 @@ def _set_down(root: Element, link: Element, notes: list[str]) -> None:
     elif link.name == "world" and not (bare and below[0].get("type") == "fixed"):
         name = unused(MOUNT, root)
         notes.append(f"{link.at}: link 'world' is called {name!r}")
-        for attributes, key in [
-            (link.attributes, "name"),
-            *((_end(j, "parent").attributes, "link") for j in below),
-        ]:
-            attributes[key] = name
+        link.attributes["name"] = name
+        for joint in below:
+            _end(joint, "parent").attributes["link"] = name
 
 
 def unused(name: str, root: Element) -> str:
@@ -353,8 +349,7 @@ def _keep_shapes(root: Element, files: Files, folder: str, notes: list[str]) -> 
     for link in root.within("link"):
         for shape in [each for each in link.children if each.tag != "inertial"]:
             shape.attributes.clear()  # a name, which need not be the only one
-            solids = [each for geometry in shape.within("geometry") for each in geometry.children]
-            solid = next((each for each in solids if each.tag in _SHAPES), None)
+            solid = next((each for tag in _SHAPES for each in shape.within("geometry", tag)), None)
             fault = _fault(solid) if solid else f"it has none of {', '.join(_SHAPES)}"
             if fault:
                 notes.append(f"{shape.at}: a <{shape.tag}> of link {link.name!r} is left out: {fault}")
