@@ -133,8 +133,7 @@ class Files:
         folder = self.model.parent.resolve()
         home = _home(self.model) or folder
         inside = [up / "meshes" for up in (folder, home)]
-        near = [folder.parent / name for name in sorted(_BESIDE) if not _has_home(folder.parent)]
-        beside = [up for up in near if not up.is_symlink()]
+        beside = [folder.parent / name for name in sorted(_BESIDE) if not _has_home(folder.parent)]
         self._folders = list(dict.fromkeys((self.meshes.resolve(), folder, *inside, home, *beside)))
         self._allowed = [self.meshes.resolve(), folder, home, *beside, *self.packages.values()]
 

@@ -94,6 +94,28 @@ def test_a_link_to_elsewhere_is_not_followed(files, tmp_path):
         files.find("a.stl", files.model)
 
 
+def test_a_link_beside_the_model_is_not_followed(tmp_path):
+    place(tmp_path, "elsewhere/a.stl")
+    model = tmp_path / "ws/urdf/arm.urdf"
+    model.parent.mkdir(parents=True)
+    (tmp_path / "ws/meshes").symlink_to(tmp_path / "ws/elsewhere")
+    with pytest.raises(MeshError, match="it lies outside the folder of the model"):
+        Files(model, model.parent).find("../meshes/a.stl", model)
+
+
+def test_a_link_to_a_package_does_not_hide_it(tmp_path):
+    (tmp_path / "ws").mkdir()
+    (tmp_path / "ws/first").symlink_to(tmp_path / "ws/hand_description")  # listed before it, or the other is
+    model = tmp_path / "ws/arm/arm.urdf"
+    path = place(tmp_path, "hand_description/a.stl")
+    for package in (path.parent, model.parent):
+        package.mkdir(exist_ok=True)
+        (package / "package.xml").write_text("<package/>")
+    (path.parent / "package.xml").write_text("<package><name>hand</name></package>")
+    (tmp_path / "ws/second").symlink_to(tmp_path / "ws/hand_description")
+    assert Files(model, model.parent, packages_near(model)).find("package://hand/a.stl", model) == path
+
+
 @pytest.mark.parametrize(
     "name",
     [
