@@ -182,6 +182,12 @@ def test_a_package_may_be_laid_out_as_it_is_installed(tmp_path, top):
         files.find("package://thing/../../../elsewhere/c.stl", model)
 
 
+def test_a_package_that_says_no_name_has_that_of_its_folder(tmp_path):
+    (tmp_path / "arm").mkdir()
+    (tmp_path / "arm/package.xml").write_text("<package/>")
+    assert packages_near(tmp_path / "arm/r.urdf") == {"arm": tmp_path / "arm"}
+
+
 def test_a_pipe_is_no_package(tmp_path):
     os.mkfifo(tmp_path / "package.xml")
     assert packages_near(tmp_path / "r.urdf") == {}
