@@ -11,7 +11,7 @@ import pytest
 
 from naoserver_sim._own import kept_meshes, meshes
 from naoserver_sim._own.kept_meshes import kept
-from naoserver_sim._own.meshes import MeshFile, read_mesh
+from naoserver_sim._own.meshes import MeshError, MeshFile, read_mesh
 from tests.support.meshes import cone
 
 
@@ -199,6 +199,12 @@ def test_a_mesh_is_converted_once(red_cone, monkeypatch):
     monkeypatch.setattr(meshes, "_by_trimesh", lambda content, ending: pytest.fail("it is converted again"))
     assert read_mesh(red_cone) == first
     assert first.color is not None
+
+
+def test_what_is_kept_of_a_format_is_not_another_ones(red_cone):
+    read_mesh(red_cone)
+    with pytest.raises(MeshError, match="it is broken"):
+        read_mesh(red_cone.rename(red_cone.with_suffix(".ply")))
 
 
 def test_another_converter_makes_it_again(red_cone, cache, monkeypatch):

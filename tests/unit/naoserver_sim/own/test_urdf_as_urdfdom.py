@@ -64,6 +64,13 @@ def test_of_what_may_be_there_once_the_first_counts(read, old, new):
     assert ": a second <" in changed.notes[0]
 
 
+def test_of_two_shapes_of_other_kinds_the_first_counts(read):
+    both = '<geometry><sphere radius="0.07"/><box size="1 1 1"/></geometry>'
+    model = read(BASE, link("arm", f"<collision>{both}</collision>"), SHOULDER)
+    assert model.compiled.geom_size[1].tolist() == [0.07, 0.0, 0.0]
+    assert model.notes[0].endswith("r.urdf:3: a second <box> in one <geometry>: the first one counts")
+
+
 @pytest.mark.parametrize(
     ("quaternion", "turned"),
     [
