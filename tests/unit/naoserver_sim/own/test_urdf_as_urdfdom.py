@@ -11,6 +11,7 @@ import pytest
 from naoserver.errors import RobotError
 from naoserver_sim._own.model_file import read_model
 from naoserver_sim.appearance import color_of
+from tests.support.meshes import cone, write_stl
 from tests.support.robot_files import BOX, INERTIAL, joint, link
 
 BASE, ARM, SHOULDER = link("base"), link("arm"), joint("shoulder", "base", "arm")
@@ -184,6 +185,24 @@ def test_a_joint_without_a_leader_moves_by_itself(read, leader, why):
     assert model.compiled.neq == 0
     note = f"r.urdf:8: joint 'shoulder' moves by itself, not after {leader!r}: {why}"
     assert [each.endswith(note) for each in model.notes] == [True]
+
+
+def test_of_a_leader_of_what_does_not_move_nothing_is_said(read):
+    mount = joint("mount", "arm", "hand", '<mimic joint="nobody"/>', kind="fixed")
+    assert read(BASE, ARM, link("hand"), SHOULDER, mount).notes == ()
+
+
+def test_a_color_that_says_nothing_is_left_out_without_a_word(read):
+    seen = f'<visual>{CUBE}<material name="none"><color/></material></visual>'
+    model = read(BASE, link("arm", BOX + seen), SHOULDER)
+    assert (model.compiled.ngeom, model.notes) == (3, ())
+
+
+def test_a_mesh_may_be_mirrored_by_its_scale(read, tmp_path):
+    write_stl(tmp_path / "a.stl", cone(0.1, 0.2, sides=6))
+    mesh = '<visual><geometry><mesh filename="a.stl" scale="1 -1 1"/></geometry></visual>'
+    model = read(BASE, link("arm", BOX + mesh), SHOULDER)
+    assert (model.compiled.ngeom, model.notes, model.left_out) == (3, (), {})
 
 
 def test_an_axis_that_says_nothing_is_the_x_axis(read):
