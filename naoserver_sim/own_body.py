@@ -24,7 +24,6 @@ from __future__ import annotations
 
 import copy
 import logging
-import os
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
@@ -39,7 +38,7 @@ from naoserver.bodies import find_body, is_body_file
 from naoserver.body import LARGEST_DESCRIPTION, Body, read_body, write_body
 from naoserver.errors import RobotError
 from naoserver.looks.description import write_looks
-from naoserver_sim._own.guesses import Guesses, guess, guess_overlaps
+from naoserver_sim._own.guesses import Guesser, Guesses, guess_overlaps
 from naoserver_sim._own.looks import looks_in
 from naoserver_sim._own.model_file import ModelFile, read_model
 from naoserver_sim._own.parts import OwnFile, fit_name, parts_of
@@ -151,12 +150,12 @@ def write_own_body(
             f"{source}: a TOML file is written of a model alone: what {source.name} says is no guess"
         )
     else:
-        where = os.path.relpath(source.resolve(), target.parent.resolve())
-        if where.startswith(".."):
+        model, folder = source.resolve(), target.parent.resolve()
+        if not model.is_relative_to(folder):
             raise RobotError(
                 f"{target}: write it to the folder of {source.name}, or to one above: it names the model"
             )
-        found, description = _guessed(source, Path(where).as_posix(), arguments)
+        found, description = _guessed(source, model.relative_to(folder).as_posix(), arguments)
         _said(found, description, say)
         text = toml_text(found.document, found.reasons, _HEAD.format(model=source.name, file=target.name))
     try:
@@ -217,7 +216,7 @@ def _guessed(path: Path, name: str, arguments: Mapping[str, str]) -> tuple[Guess
     given = {"xacro": dict(arguments)} if arguments else {}
     found = Guesses({"model": name, "name": _name(path)} | given)
     parts = parts_in(model)
-    guess(model, parts, found)
+    Guesser(model, parts, found).guess()
     guess_overlaps(found, parts, _Description(found.document, model, model.where).body, model.where)
     return found, _Description(found.document, model, model.where)
 

@@ -100,13 +100,8 @@ class Guesses:
             yield f"{name}: {_short(values)} ({why})"
 
 
-def guess(model: ModelFile, parts: Parts, found: Guesses) -> None:
-    """Add what the parts of a model are for."""
-    _Guesser(model, parts, found).guess()
-
-
-class _Guesser:
-    """Guess table by table."""
+class Guesser:
+    """Guess what the parts of a model are for, table by table."""
 
     def __init__(self, model: ModelFile, parts: Parts, found: Guesses) -> None:
         self._model, self._parts, self._found = model, parts, found

@@ -128,6 +128,7 @@ def test_an_old_urdf_has_no_quaternions(read, version):
     [
         ('rpy="0 0 0" quat_xyzw="0 0 0 1"', r"r\.urdf:5: <origin> has both rpy and quat_xyzw: leave one"),
         ('quat_xyzw="0 0 1"', r"r\.urdf:5: quat_xyzw of <origin> is '0 0 1': write 4 numbers"),
+        ('quat_xyzw="0 0 0 1 0"', r"r\.urdf:5: quat_xyzw of <origin> is '0 0 0 1 0': write 4 numbers"),
         ('quat_xyzw="0 0 east 1"', r"r\.urdf:5: quat_xyzw of <origin> is '0 0 east 1': write numbers"),
         ('quat_xyzw="0 0 nan 1"', r"r\.urdf:5: quat_xyzw of <origin> is '0 0 nan 1': it must be finite"),
     ],
