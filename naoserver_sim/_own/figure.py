@@ -171,11 +171,6 @@ class Figure:
         points = self.points(*bodies)
         return bool(len(points)) and float(points[:, 2].min()) < self.box[0][2] + self.near
 
-    def axis(self, joint: int) -> Array:
-        """Return the axis of a joint, at rest."""
-        axis: Array = self.data.xaxis[joint]
-        return axis
-
     def load(self, joint: int) -> float:
         """Return the largest torque in N m, or force in N, by which gravity pulls what a joint carries."""
         bodies = self.moved(joint)

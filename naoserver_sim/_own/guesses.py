@@ -162,7 +162,7 @@ class Guesser:
         for joint in {self._parts.joints[limb.joints[0]] for limb in self._limbs.limbs}:
             way = 1.0
             if figure.slides(joint):
-                way = float(np.ptp(mj.jnt_range[joint]) * math.hypot(*figure.axis(joint)[:2]))
+                way = float(np.ptp(mj.jnt_range[joint]) * math.hypot(*figure.data.xaxis[joint][:2]))
             moves += way * figure.load(joint) / GRAVITY / float(masses.sum())
         if room < _STILL:
             return True, "its center of mass is not above its base"
@@ -201,12 +201,12 @@ class Guesser:
             for joint in (self._parts.joints[name] for name in limb.joints if name in self._driven):
                 bodies = figure.moved(joint)
                 points = figure.points(*bodies)
-                flat = abs(figure.axis(joint)[2]) < _FLAT and not figure.slides(joint)
+                flat = abs(figure.data.xaxis[joint][2]) < _FLAT and not figure.slides(joint)
                 if not flat or not len(points) or points[:, 2].min() > figure.box[0][2] + figure.near:
                     continue
                 masses = mj.body_mass[bodies]
                 arm = masses @ (figure.data.xipos[bodies] - figure.data.xanchor[joint])
-                up = float(np.sign(np.cross(figure.axis(joint), arm)[2])) or 1.0
+                up = float(np.sign(np.cross(figure.data.xaxis[joint], arm)[2])) or 1.0
                 low, high = mj.jnt_range[joint] if mj.jnt_limited[joint] else (-math.inf, math.inf)
                 at = int(mj.jnt_qposadr[joint])
                 angles[at] = min(max(angles[at] + up * _RAISED, low), high)
@@ -221,12 +221,12 @@ class Guesser:
             joints = [self._parts.joints[name] for name in limb.joints]
             bodies = figure.moved(joints[0])
             points = figure.points(*figure.moved(joints[-1]))
-            hips = [joint for joint in joints if abs(figure.axis(joint)[1]) > _ALONG]
+            hips = [joint for joint in joints if abs(figure.data.xaxis[joint][1]) > _ALONG]
             if not hips or not len(points) or not figure.stands(*bodies):
                 return False
             foot = points[points[:, 2] < points[:, 2].min() + _SOLE].mean(axis=0)
             ahead, _, up = foot - figure.data.xanchor[hips[0]]
-            turn = math.atan2(ahead, -up) * float(np.sign(figure.axis(hips[0])[1]))
+            turn = math.atan2(ahead, -up) * float(np.sign(figure.data.xaxis[hips[0]][1]))
             turned[mj.jnt_qposadr[hips[0]]] += turn
         if np.abs(turned - angles).max(initial=0.0) < _BESIDE:
             return False
@@ -238,7 +238,7 @@ class Guesser:
         axes: dict[str, Any] = {}
         for limb in self._limbs.of("head"):
             for name in limb.joints:
-                axis = self._figure.axis(self._parts.joints[name])
+                axis = self._figure.data.xaxis[self._parts.joints[name]]
                 for key, along in (("pan", axis[2]), ("tilt", axis[1])):
                     if abs(along) > _ALONG and key not in axes and name in self._driven:
                         axes[key] = name if along > 0 else {"joint": name, "sign": -1}

@@ -210,7 +210,7 @@ class Limbs:
         low, high = mj.jnt_range[joint]
         whole = not mj.jnt_limited[joint] or high - low > _WHOLE
         bodies = self.figure.moved(joint)
-        axis, anchor = figure.axis(joint), data.xanchor[joint]
+        axis, anchor = figure.data.xaxis[joint], data.xanchor[joint]
         level = math.hypot(axis[0], axis[1]) > _HORIZONTAL
         if figure.slides(joint) or not (whole and level and figure.stands(*bodies)):
             return None

@@ -510,6 +510,19 @@ def test_what_is_refused_is_refused_before_meshes_are_read(written, monkeypatch,
     assert read == []
 
 
+def test_meshes_of_included_files_are_not_read_before_either(written, monkeypatch):
+    read = []
+    monkeypatch.setattr("naoserver_sim._own.meshes.read_mesh", lambda path: read.append(path))
+    model = """<mujoco><include file="part.xml"/><worldbody><body name="a"><geom type="mesh" mesh="m"/>
+    <body name="b"><joint name="j"/><geom size="0.1"/></body></body></worldbody></mujoco>"""
+    path = written(model, 'model = "arm.xml"\nmounted = true\nhinges.Elbow.tilt = "knee"\n', "arm.xml")
+    (path.parent / "part.xml").write_text('<mujoco><asset><mesh name="m" file="m.stl"/></asset></mujoco>')
+    write_stl(path.parent / "m.stl", cone(0.1, 0.2, sides=6))
+    with pytest.raises(RobotError, match="there is no joint 'knee'"):
+        read_own_body(path)
+    assert read == []
+
+
 URDF_OF_MESHES = """<robot name="r">
 <link name="a"><collision><geometry><mesh filename="m.stl" scale="1000 1000 1000"/></geometry></collision></link>
 <link name="b"><collision><geometry><mesh filename="m.stl" scale="1000 1000 1000"/></geometry></collision></link>
