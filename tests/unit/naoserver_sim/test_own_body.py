@@ -543,6 +543,15 @@ def test_meshes_in_another_unit_have_the_masses_of_their_links(tmp_path, name, m
     )
 
 
+def test_a_torque_is_proposed_for_the_masses_that_meshes_give(tmp_path):
+    write_stl(tmp_path / "m.stl", cone(1e-4, 3e-4, sides=64))
+    (tmp_path / "r.urdf").write_text(URDF_OF_MESHES)
+    (tmp_path / "r.toml").write_text('model = "r.urdf"\nmounted = true\n')
+    # Twice that of 3.14 kg at 0.075 m.
+    with pytest.raises(RobotError, match=r"j = { max_torque = 4\.6 }"):
+        read_own_body(tmp_path / "r.toml")
+
+
 SIZED = ARM.replace(
     '<robot name="arm">', '<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro">'
 ).replace('lower="-2"', 'lower="$(arg lowest)"')
