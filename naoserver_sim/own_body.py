@@ -213,8 +213,7 @@ def _guessed(path: Path, name: str, arguments: Mapping[str, str]) -> tuple[Guess
     """Return the TOML file for which a model alone is taken, called `name` in it, and what that describes."""
     parts_in = partial(parts_of, own=OwnFile(model=name), mounted=False)
     model = read_model(path, path.parent, arguments=arguments, check=parts_in)
-    given = {"xacro": dict(arguments)} if arguments else {}
-    found = Guesses({"model": name, "name": _name(path)} | given)
+    found = Guesses({"model": name, "name": _name(path), "xacro": dict(arguments)})
     parts = parts_in(model)
     Guesser(model, parts, found).guess()
     guess_overlaps(found, parts, _Description(found.document, model, model.where).body, model.where)
