@@ -1,7 +1,7 @@
 """Keep what meshes were converted to, in the user's cache, so that their robot starts quickly the next time.
 
 A file's name is a hash of what was converted, and by what; its beginning is a hash of what follows. One that
-is damaged, or not of this user, is made again, and what is in one is checked like any mesh.
+is damaged is made again, and what is in one is checked like any mesh.
 """
 
 from __future__ import annotations
