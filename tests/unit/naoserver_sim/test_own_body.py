@@ -613,11 +613,11 @@ def test_what_cannot_be_written_is_refused(written, tmp_path, source, target, pr
     assert sorted(path.name for path in tmp_path.iterdir()) == ["arm.urdf", "deeper", "my_robot.toml"]
 
 
-def test_what_has_a_name_that_is_no_text_is_refused_and_overwrites_nothing(written, tmp_path):
-    target = written(ARM, "old")
-    model = (tmp_path / "arm.urdf").rename(tmp_path / "arm\udcff.urdf")
+def test_what_is_no_text_is_not_written_and_overwrites_nothing(written, tmp_path):
+    target = written(SIZED, "old")
     with pytest.raises(RobotError, match=r"my_robot\.toml: cannot be written: 'utf-8' codec"):
-        write_own_body(model, target, force=True)
+        arguments = {"lowest": "-1.5", "unused": "\udcff"}  # as Python reads an option that is not UTF-8
+        write_own_body(tmp_path / "arm.urdf", target, arguments=arguments, force=True)
     assert target.read_text() == "old"
 
 
