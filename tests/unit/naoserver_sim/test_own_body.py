@@ -615,8 +615,8 @@ def test_what_cannot_be_written_is_refused(written, tmp_path, source, target, pr
 
 def test_what_is_no_text_is_not_written_and_overwrites_nothing(written, tmp_path):
     target = written(SIZED, "old")
+    arguments = {"lowest": "-1.5", "unused": "\udcff"}  # as Python reads an option that is not UTF-8
     with pytest.raises(RobotError, match=r"my_robot\.toml: cannot be written: 'utf-8' codec"):
-        arguments = {"lowest": "-1.5", "unused": "\udcff"}  # as Python reads an option that is not UTF-8
         write_own_body(tmp_path / "arm.urdf", target, arguments=arguments, force=True)
     assert target.read_text() == "old"
 
