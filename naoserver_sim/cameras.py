@@ -79,11 +79,9 @@ def create_context(width: int, height: int) -> mujoco.GLContext:
 
 def _is_installed(backend: str) -> bool:
     for library in _LIBRARIES[backend]:
-        try:
+        with contextlib.suppress(OSError):
             ctypes.CDLL(library)
-        except OSError:
-            continue
-        return True
+            return True
     return False
 
 

@@ -24,7 +24,6 @@ from __future__ import annotations
 
 import copy
 import logging
-import os
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
@@ -39,7 +38,7 @@ from naoserver.bodies import find_body, is_body_file
 from naoserver.body import LARGEST_DESCRIPTION, Body, read_body, write_body
 from naoserver.errors import RobotError
 from naoserver.looks.description import write_looks
-from naoserver_sim._own.guesses import Guesses, guess, guess_overlaps
+from naoserver_sim._own.guesses import Guesser, Guesses, guess_overlaps
 from naoserver_sim._own.looks import looks_in
 from naoserver_sim._own.model_file import ModelFile, read_model
 from naoserver_sim._own.parts import OwnFile, fit_name, parts_of
@@ -94,21 +93,16 @@ def read_own_body(
     own = OwnFile() if is_json else parse_toml(text, OwnFile, str(path), RobotError)
     if arguments and not own.model:
         raise RobotError(f"{path}: {NO_XACRO}")
-    if is_json:
-        return read_body(text, str(path))
-    document = tomllib.loads(text)
     if not own.model:
-        return convert(document, Body, str(path), RobotError, text=text)
+        return read_body(text, str(path)) if is_json else parse_toml(text, Body, str(path), RobotError)
     for key, name in (("model", own.model), ("meshes", own.meshes)):
         with suppress(OSError, RuntimeError, ValueError):  # no name of a file, or a circle of links
             if (path.parent / name).resolve().is_relative_to(path.parent.resolve()):
                 continue
         at = place(str(path), text, key)
         raise RobotError(f"{at} = {name!r}: it must be in the folder of this file, or in one below it")
-
-    def described(model: ModelFile) -> _Description:
-        return _Description({"name": _name(path)} | document, model, str(path), text)
-
+    document = {"name": _name(path)} | tomllib.loads(text)
+    described = partial(_Description, document, source=str(path), text=text)
     model = read_model(
         path.parent / own.model,
         path.parent / own.meshes,
@@ -156,18 +150,18 @@ def write_own_body(
             f"{source}: a TOML file is written of a model alone: what {source.name} says is no guess"
         )
     else:
-        where = os.path.relpath(source.resolve(), target.parent.resolve())
-        if where.startswith(".."):
+        model, folder = source.resolve(), target.parent.resolve()
+        if not model.is_relative_to(folder):
             raise RobotError(
                 f"{target}: write it to the folder of {source.name}, or to one above: it names the model"
             )
-        found, description = _guessed(source, Path(where).as_posix(), arguments)
+        found, description = _guessed(source, model.relative_to(folder).as_posix(), arguments)
         _said(found, description, say)
         text = toml_text(found.document, found.reasons, _HEAD.format(model=source.name, file=target.name))
     try:
-        target.write_text(text, "utf-8")
-    except OSError as problem:
-        raise RobotError(f"{target}: cannot be written: {problem.strerror}") from None
+        target.write_bytes(text.encode())
+    except (OSError, UnicodeEncodeError) as problem:  # a name that is no text
+        raise RobotError(f"{target}: cannot be written: {getattr(problem, 'strerror', problem)}") from None
 
 
 class _Description:
@@ -219,10 +213,9 @@ def _guessed(path: Path, name: str, arguments: Mapping[str, str]) -> tuple[Guess
     """Return the TOML file for which a model alone is taken, called `name` in it, and what that describes."""
     parts_in = partial(parts_of, own=OwnFile(model=name), mounted=False)
     model = read_model(path, path.parent, arguments=arguments, check=parts_in)
-    given = {"xacro": dict(arguments)} if arguments else {}
-    found = Guesses({"model": name, "name": _name(path)} | given)
+    found = Guesses({"model": name, "name": _name(path), "xacro": dict(arguments)})
     parts = parts_in(model)
-    guess(model, parts, found)
+    Guesser(model, parts, found).guess()
     guess_overlaps(found, parts, _Description(found.document, model, model.where).body, model.where)
     return found, _Description(found.document, model, model.where)
 

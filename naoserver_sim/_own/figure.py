@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from functools import cached_property
 from typing import Final
 
@@ -69,10 +68,15 @@ def hull_of(mj: mujoco.MjModel, geom: int) -> Array:
     corners = mj.mesh_vert[mj.mesh_vertadr[mesh] + mj.mesh_graph[begin : begin + count]].astype(np.float64)
     if np.linalg.svd(corners - corners.mean(axis=0), compute_uv=False)[-1] < _THIN:
         return np.zeros((0, 3))
-    turn = np.zeros(9)
-    mujoco.mju_quat2Mat(turn, mj.geom_quat[geom])
-    placed: Array = corners @ turn.reshape(3, 3).T + mj.geom_pos[geom]
+    placed: Array = corners @ matrix_of(mj.geom_quat[geom]).T + mj.geom_pos[geom]
     return placed
+
+
+def matrix_of(quaternion: Array) -> Array:
+    """Return the rotation of a quaternion, w first, as a matrix."""
+    matrix = np.zeros(9)
+    mujoco.mju_quat2Mat(matrix, quaternion)
+    return matrix.reshape(3, 3)
 
 
 class Figure:
@@ -85,11 +89,10 @@ class Figure:
         if self.key is not None:
             self.data.qpos[:] = mj.key_qpos[self.key]
         else:
-            for joint in self.joints():
-                low, high = mj.jnt_range[joint]
-                if mj.jnt_limited[joint] and not low <= 0.0 <= high:
-                    bent = low + _BENT * (high - low) if low > 0.0 else high - _BENT * (high - low)
-                    self.data.qpos[mj.jnt_qposadr[joint]] = bent
+            low, high = mj.jnt_range.T
+            near, far = np.where(low > 0.0, (low, high), (high, low))
+            bent = (mj.jnt_limited != 0) & ((low > 0.0) | (high < 0.0))
+            self.data.qpos[mj.jnt_qposadr[bent]] = (near + _BENT * (far - near))[bent]
         mujoco.mj_kinematics(mj, self.data)
         mujoco.mj_comPos(mj, self.data)
         self.solid, self.says_what_touches = touching(mj)
@@ -99,23 +102,18 @@ class Figure:
         names = [self.mj.key(key).name.lower() for key in range(self.mj.nkey)]
         return next((names.index(name) for name in HOME if name in names), None)
 
-    def joints(self) -> Iterator[int]:
-        """Yield the hinges and slides."""
-        for joint in range(self.mj.njnt):
-            if int(self.mj.jnt_type[joint]) in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE):
-                yield joint
-
     @cached_property
-    def _carried(self) -> list[list[int]]:
-        """The bodies that each body carries, itself first."""
-        below: list[list[int]] = [[body] for body in range(self.mj.nbody)]
+    def _carried(self) -> list[int]:
+        """How many bodies each body carries, with itself."""
+        carried = [1] * self.mj.nbody
         for body in range(self.mj.nbody - 1, 0, -1):
-            below[int(self.mj.body_parentid[body])] += below[body]
-        return below
+            carried[self.mj.body_parentid[body]] += carried[body]
+        return carried
 
-    def moved(self, joint: int) -> list[int]:
-        """Return the bodies that a joint moves."""
-        return self._carried[int(self.mj.jnt_bodyid[joint])]
+    def moved(self, joint: int) -> range:
+        """Return the bodies that a joint moves: MuJoCo numbers a body before those that it carries."""
+        first = int(self.mj.jnt_bodyid[joint])
+        return range(first, first + self._carried[first])
 
     @cached_property
     def hulls(self) -> dict[int, Array]:
@@ -134,22 +132,12 @@ class Figure:
             found[geom] = surface @ turn.reshape(3, 3).T + place
         return found
 
-    @cached_property
-    def _points(self) -> list[Array]:
-        """The same, of each body."""
-        points: list[list[Array]] = [[np.zeros((0, 3))] for _ in range(self.mj.nbody)]
-        for geom, surface in self.surfaces.items():
-            points[int(self.mj.geom_bodyid[geom])].append(surface)
-        return [np.concatenate(each) for each in points]
-
     def _surface(self, geom: int) -> Array:
         """Return points on the surface of a geom in its frame in m."""
         kind = mujoco.mjtGeom(int(self.mj.geom_type[geom]))
         size: Array = self.mj.geom_size[geom]
         points: Array = _BALL * (size if kind == mujoco.mjtGeom.mjGEOM_ELLIPSOID else size[0])
-        if kind == mujoco.mjtGeom.mjGEOM_BOX:
-            points = _CORNERS * size
-        elif kind == mujoco.mjtGeom.mjGEOM_MESH:  # a flat one
+        if kind in (mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_MESH):  # a flat one
             points = _CORNERS * self.mj.geom_aabb[geom, 3:] + self.mj.geom_aabb[geom, :3]
         elif kind in (mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_CAPSULE):
             around = points if kind == mujoco.mjtGeom.mjGEOM_CAPSULE else _RIM * size[0]
@@ -158,7 +146,9 @@ class Figure:
 
     def points(self, *bodies: int) -> Array:
         """Return points in m on the surfaces of some bodies that touch things, shape (n, 3)."""
-        return np.concatenate([np.zeros((0, 3)), *(self._points[body] for body in bodies)])
+        own, wanted = self.mj.geom_bodyid, set(bodies)
+        of = [each for geom, each in self.surfaces.items() if int(own[geom]) in wanted]
+        return np.concatenate([np.zeros((0, 3)), *of])
 
     @cached_property
     def box(self) -> tuple[Array, Array]:
@@ -180,11 +170,6 @@ class Figure:
         """Return whether one of some bodies is on the floor."""
         points = self.points(*bodies)
         return bool(len(points)) and float(points[:, 2].min()) < self.box[0][2] + self.near
-
-    def axis(self, joint: int) -> Array:
-        """Return the axis of a joint, at rest."""
-        axis: Array = self.data.xaxis[joint]
-        return axis
 
     def load(self, joint: int) -> float:
         """Return the largest torque in N m, or force in N, by which gravity pulls what a joint carries."""

@@ -7,6 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import combinations
 from typing import Any, Final
 
 import mujoco
@@ -18,7 +19,7 @@ from naoserver_sim._body import neighbors_of
 from naoserver_sim._own.figure import GRAVITY, Array
 from naoserver_sim._own.limbs import Limb, Limbs, Wheel
 from naoserver_sim._own.model_file import ModelFile
-from naoserver_sim._own.parts import ASPECT, FIELD_OF_VIEW, FRICTION, SPEED, Parts
+from naoserver_sim._own.parts import FIELD_OF_VIEW, FRICTION, SPEED, Parts, View
 from naoserver_sim._support_polygon import convex_hull, room_within
 from naoserver_sim.model import build_model
 from naoserver_sim.world import load_world
@@ -73,14 +74,13 @@ class Guesses:
     def add(self, value: object, why: str, *path: str | int) -> None:
         """Put a value to a place in the file; a number is the place in a list."""
         at: Any = self.document
-        for key, following in zip(path, (*path[1:], None), strict=True):
-            if following is None:
-                if isinstance(key, int):
-                    at.append(value)
-                else:
-                    at[key] = value
-            else:
-                at = at.setdefault(key, [] if isinstance(following, int) else {})
+        *tables, last = path
+        if isinstance(last, int):
+            at.setdefault(tables[0], []).append(value)
+        else:
+            for key in tables:
+                at = at.setdefault(key, {})
+            at[last] = value
         self.reasons[path] = why
 
     def lines(self) -> Iterator[str]:
@@ -100,13 +100,8 @@ class Guesses:
             yield f"{name}: {_short(values)} ({why})"
 
 
-def guess(model: ModelFile, parts: Parts, found: Guesses) -> None:
-    """Add what the parts of a model are for."""
-    _Guesser(model, parts, found).guess()
-
-
-class _Guesser:
-    """Guess table by table."""
+class Guesser:
+    """Guess what the parts of a model are for, table by table."""
 
     def __init__(self, model: ModelFile, parts: Parts, found: Guesses) -> None:
         self._model, self._parts, self._found = model, parts, found
@@ -167,7 +162,7 @@ class _Guesser:
         for joint in {self._parts.joints[limb.joints[0]] for limb in self._limbs.limbs}:
             way = 1.0
             if figure.slides(joint):
-                way = float(np.ptp(mj.jnt_range[joint]) * math.hypot(*figure.axis(joint)[:2]))
+                way = float(np.ptp(mj.jnt_range[joint]) * math.hypot(*figure.data.xaxis[joint][:2]))
             moves += way * figure.load(joint) / GRAVITY / float(masses.sum())
         if room < _STILL:
             return True, "its center of mass is not above its base"
@@ -206,12 +201,12 @@ class _Guesser:
             for joint in (self._parts.joints[name] for name in limb.joints if name in self._driven):
                 bodies = figure.moved(joint)
                 points = figure.points(*bodies)
-                flat = abs(figure.axis(joint)[2]) < _FLAT and not figure.slides(joint)
+                flat = abs(figure.data.xaxis[joint][2]) < _FLAT and not figure.slides(joint)
                 if not flat or not len(points) or points[:, 2].min() > figure.box[0][2] + figure.near:
                     continue
                 masses = mj.body_mass[bodies]
                 arm = masses @ (figure.data.xipos[bodies] - figure.data.xanchor[joint])
-                up = float(np.sign(np.cross(figure.axis(joint), arm)[2])) or 1.0
+                up = float(np.sign(np.cross(figure.data.xaxis[joint], arm)[2])) or 1.0
                 low, high = mj.jnt_range[joint] if mj.jnt_limited[joint] else (-math.inf, math.inf)
                 at = int(mj.jnt_qposadr[joint])
                 angles[at] = min(max(angles[at] + up * _RAISED, low), high)
@@ -226,12 +221,12 @@ class _Guesser:
             joints = [self._parts.joints[name] for name in limb.joints]
             bodies = figure.moved(joints[0])
             points = figure.points(*figure.moved(joints[-1]))
-            hips = [joint for joint in joints if abs(figure.axis(joint)[1]) > _ALONG]
+            hips = [joint for joint in joints if abs(figure.data.xaxis[joint][1]) > _ALONG]
             if not hips or not len(points) or not figure.stands(*bodies):
                 return False
             foot = points[points[:, 2] < points[:, 2].min() + _SOLE].mean(axis=0)
             ahead, _, up = foot - figure.data.xanchor[hips[0]]
-            turn = math.atan2(ahead, -up) * float(np.sign(figure.axis(hips[0])[1]))
+            turn = math.atan2(ahead, -up) * float(np.sign(figure.data.xaxis[hips[0]][1]))
             turned[mj.jnt_qposadr[hips[0]]] += turn
         if np.abs(turned - angles).max(initial=0.0) < _BESIDE:
             return False
@@ -243,7 +238,7 @@ class _Guesser:
         axes: dict[str, Any] = {}
         for limb in self._limbs.of("head"):
             for name in limb.joints:
-                axis = self._figure.axis(self._parts.joints[name])
+                axis = self._figure.data.xaxis[self._parts.joints[name]]
                 for key, along in (("pan", axis[2]), ("tilt", axis[1])):
                     if abs(along) > _ALONG and key not in axes and name in self._driven:
                         axes[key] = name if along > 0 else {"joint": name, "sign": -1}
@@ -255,23 +250,20 @@ class _Guesser:
         """Take the cameras of the model, those on the head first; else links that are named so."""
         heads = {link for limb in self._limbs.of("head") for link in self._links_of(limb)}
         cameras = [
-            (
-                *(view.link, view.position, view.tilt, 2 * math.atan(ASPECT * math.tan(view.fovy / 2))),
-                f"camera {view.name!r} of the model",
-            )
+            (view, f"camera {view.name!r} of the model")
             for view in self._parts.views
             if math.hypot(*view.position) < self._limbs.size  # else it watches the robot
         ] or [
-            (link, (0.0, 0.0, 0.0), 0.0, FIELD_OF_VIEW, f"link {link!r} is named so")
+            (View(link, link, (0.0, 0.0, 0.0), 0.0, FIELD_OF_VIEW), f"link {link!r} is named so")
             for link in self._named(_CAMERA)
         ]
         carriers = {joint["child"]: joint["parent"] for joint in self._parts.tables["fixed_joints"]}
-        cameras.sort(key=lambda camera: camera[0] not in heads and carriers.get(camera[0]) not in heads)
-        for number, (link, position, tilt, width, why) in enumerate(cameras[:_MOST_CAMERAS]):
-            camera: dict[str, Any] = {"name": f"Camera{number + 1 if number else ''}", "link": link}
-            camera["position"] = _rounded(position)
-            camera |= {"tilt": round(tilt, 4)} if abs(tilt) > 1e-4 else {}
-            camera["horizontal_fov"] = round(min(width, 3.0), 4)
+        cameras.sort(key=lambda each: heads.isdisjoint((each[0].link, carriers.get(each[0].link))))
+        for number, (view, why) in enumerate(cameras[:_MOST_CAMERAS]):
+            camera: dict[str, Any] = {"name": f"Camera{number + 1 if number else ''}", "link": view.link}
+            camera["position"] = _rounded(view.position)
+            camera |= {"tilt": round(view.tilt, 4)} if abs(view.tilt) > 1e-4 else {}
+            camera["horizontal_fov"] = round(min(view.width, 3.0), 4)
             self._found.add(camera, why, "cameras", number)
         if (more := len(cameras) - _MOST_CAMERAS) > 0:
             self._found.doubts.append(f"{more} more cameras of the model are not served")
@@ -307,9 +299,7 @@ class _Guesser:
                 units.append((body, place, sensor.name))
         units += [(bodies[link], data.xpos[bodies[link]], link) for link in self._named(_UNIT)]
         for body, place, name in units:
-            root = body
-            while mj.body_parentid[root] and not mj.body_jntnum[root]:
-                root = int(mj.body_parentid[root])
+            root = int(mj.body_weldid[body] or mj.body_rootid[body])
             frame = self._parts.frames[root]
             if frame.link == self._parts.tables["links"][0]["name"]:
                 own = data.xmat[root].reshape(3, 3).T @ (place - data.xpos[root]) - frame.offset
@@ -378,13 +368,9 @@ class _Guesser:
             self._drive_forwards(wheel)
         radius, distance = left.radius, left.place[1] - right.place[1]
         speeds = {joint["name"]: joint["max_velocity"] for joint in self._parts.tables["joints"]}
-        speed = min(
-            self._found.document.get("joint", {})
-            .get(wheel.joint, {})
-            .get("max_velocity", speeds[wheel.joint])
-            for wheel in (left, right)
-        )
-        fastest = _USED * speed * radius
+        given = self._found.document.get("joint", {})
+        speeds |= {name: of["max_velocity"] for name, of in given.items() if "max_velocity" in of}
+        fastest = _USED * min(speeds[left.joint], speeds[right.joint]) * radius
         walk = {"kind": "wheels", "left": left.joint, "right": right.joint, "radius": round(radius, 5)}
         walk |= {"distance": round(distance, 5), "fastest": round(fastest, 4)}
         walk |= {"fastest_turn": round(2 * fastest / distance, 4)}
@@ -459,25 +445,21 @@ def guess_overlaps(found: Guesses, model: Parts, body: Body, where: str) -> None
     Raises RobotError, beginning with `where`, when more links overlap than MuJoCo has memory for.
     """
     mj = model.figure.mj
-    links = [shape.link for shape in body.shapes]
-    masks = {link: [0, 0] for link in links}
+    masks = {shape.link: [0, 0] for shape in body.shapes}
     for geom in model.figure.solid:
         mask = masks[model.frames[int(mj.geom_bodyid[geom])].link]
         mask[0] |= int(mj.geom_contype[geom])
         mask[1] |= int(mj.geom_conaffinity[geom])
     of = {body: frame.link for body, frame in model.frames.items()}
-    apart = {
-        _sorted(of.get(int(pair) >> 16, ""), of.get(int(pair) & 0xFFFF, "")) for pair in mj.exclude_signature
-    }
+    apart = {(of.get(int(pair) >> 16, ""), of.get(int(pair) & 0xFFFF, "")) for pair in mj.exclude_signature}
     names, near, are_neighbors = sorted(masks), set(), neighbors_of(body)
     said = model.figure.says_what_touches
-    for first, one in enumerate(names):
-        for other in names[first + 1 :]:
-            (types, affinities), (others, their) = masks[one], masks[other]
-            if are_neighbors(one, other):
-                near.add((one, other))
-            elif said and not (types & their or others & affinities):
-                apart.add((one, other))
+    for pair in combinations(names, 2):
+        (types, affinities), (others, their) = (masks[link] for link in pair)
+        if are_neighbors(*pair):
+            near.add(pair)
+        elif said and not (types & their or others & affinities):
+            apart.add(pair)
     mine = build_model(load_world("empty"), skin=False, body=body)
     data = mujoco.MjData(mine.mj)
     data.qpos[mine.robot.qpos] = [body.resting_angles[joint.name] for joint in mine.robot.joints]
@@ -486,10 +468,11 @@ def guess_overlaps(found: Guesses, model: Parts, body: Body, where: str) -> None
     except mujoco.FatalError:  # its memory for contacts is full
         raise RobotError(f"{where}: too many of its links are in one place: move them apart") from None
     for contact in data.contact:
-        first, second = (mine.mj.body(mine.mj.geom_bodyid[geom]).name for geom in contact.geom)
-        if contact.dist < -_OVERLAP and {first, second} <= masks.keys():
-            apart.add(_sorted(first, second))
-    pairs = sorted(pair for pair in apart if pair[0] != pair[1] and set(pair) <= masks.keys())
+        if contact.dist < -_OVERLAP:
+            first, second = (mine.mj.body(mine.mj.geom_bodyid[geom]).name for geom in contact.geom)
+            apart.add((first, second))
+    apart = {(min(pair), max(pair)) for pair in apart if len(set(pair) & masks.keys()) > 1}
+    pairs = sorted(apart)
     parted = near.union(pairs)
     far, said_far = (Counter(link for pair in each for link in pair) for each in (parted, pairs))
     alone = {link for link in names if far[link] == len(names) - 1 and said_far[link] >= _MANY}
@@ -497,7 +480,3 @@ def guess_overlaps(found: Guesses, model: Parts, body: Body, where: str) -> None
         found.add(sorted(alone), "they touch no other link in the model", "intangible")
     if rest := [list(pair) for pair in pairs if alone.isdisjoint(pair)]:
         found.add(rest, "kept apart in the model, or overlapping at rest", "overlapping")
-
-
-def _sorted(one: str, other: str) -> tuple[str, str]:
-    return (one, other) if one < other else (other, one)

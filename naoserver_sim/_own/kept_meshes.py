@@ -1,7 +1,7 @@
 """Keep what meshes were converted to, in the user's cache, so that their robot starts quickly the next time.
 
 A file's name is a hash of what was converted, and by what; its beginning is a hash of what follows. One that
-is damaged, or not of this user, is made again, and what is in one is checked like any mesh.
+is damaged is made again, and what is in one is checked like any mesh.
 """
 
 from __future__ import annotations
@@ -37,7 +37,8 @@ def kept(of: Iterable[bytes], make: Callable[[], bytes], read: Callable[[bytes],
         return read(make())
     with suppress(OSError, ValueError):
         found = read(_content(path))
-        os.utime(path)
+        with suppress(OSError):  # of a cache that can only be read
+            os.utime(path)
         return found
     content = make()
     with suppress(OSError):
@@ -59,13 +60,12 @@ def _folder() -> Path:
 
 def _content(path: Path) -> bytes:
     """Return what was written to a file. Raises OSError, and ValueError if it is not as it was written."""
-    descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
-    with os.fdopen(descriptor, "rb") as file:
-        about = os.fstat(descriptor)
-        if not stat.S_ISREG(about.st_mode) or about.st_uid != os.geteuid() or about.st_size > _LARGEST:
-            raise ValueError(f"{path} is no file of ours")
-        digest, content = file.read(_DIGEST), file.read(_LARGEST)
-    if hashlib.sha256(content).digest() != digest:
+    about = path.lstat()
+    if not stat.S_ISREG(about.st_mode) or about.st_size > _LARGEST:
+        raise ValueError(f"{path} is no file of ours")
+    written = path.read_bytes()
+    content = written[_DIGEST:]
+    if hashlib.sha256(content).digest() != written[:_DIGEST]:
         raise ValueError(f"{path} is damaged")
     return content
 
@@ -85,7 +85,7 @@ def _write(path: Path, content: bytes) -> None:
 def _remove_oldest(folder: Path) -> None:
     """Leave at most so many bytes as may be kept. Raises OSError."""
     used = 0
-    files = [(path.lstat(), path) for path in folder.iterdir()]
+    files = [(path.lstat(), path) for path in folder.iterdir() if not path.is_dir()]
     for about, path in sorted(files, key=lambda file: file[0].st_mtime, reverse=True):
         used += about.st_size
         if used > MOST_KEPT:

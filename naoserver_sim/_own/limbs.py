@@ -68,8 +68,6 @@ class Limb:
     kind: Kind
     side: Side
     why: str
-    end: int
-    """The body of the model that is farthest from the trunk."""
 
 
 class Limbs:
@@ -95,46 +93,37 @@ class Limbs:
         self.limbs: Final = [self._limb(chain) for chain in chains]
         if self._trunk:
             names = tuple(self._names[joint] for joint in self._trunk)
-            end = int(self._mj.jnt_bodyid[self._trunk[-1]])
-            self.limbs.append(Limb(names, "trunk", "", "limbs branch off it", end))
+            self.limbs.append(Limb(names, "trunk", "", "limbs branch off it"))
 
-    def of(self, kind: Kind, side: Side | None = None) -> list[Limb]:
-        """Return the limbs of a kind, and of a side."""
-        return [limb for limb in self.limbs if limb.kind == kind and side in (None, limb.side)]
+    def of(self, kind: str, side: str = "") -> list[Limb]:
+        """Return the limbs of a kind, and of a side, if one is given."""
+        return [limb for limb in self.limbs if limb.kind == kind and side in ("", limb.side)]
 
     def groups(self) -> Iterator[tuple[str, tuple[str, ...], str]]:
         """Yield the groups of a body: name, joints and reason; a joint that follows another is in none."""
         leading = self.driven - {pair["follower"] for pair in self._parts.tables["couplings"]}
         for group in ("head", "left_arm", "right_arm", "left_leg", "right_leg", "trunk"):
             side, _, kind = group.rpartition("_")
-            found = [each for each in self.limbs if (each.side, each.kind) == (side, kind)]
-            if kind in ("head", "trunk"):
-                found = [each for each in self.limbs if each.kind == kind]
+            found = self.of(kind, side)
             joints = tuple(name for limb in found for name in limb.joints if name in leading)
             if joints:
                 many = f"{len(found)} limbs: " if len(found) > 1 else ""
                 yield group, joints, many + found[0].why
         taken = {name for limb in self.limbs if limb.kind not in ("wheel", "") for name in limb.joints}
-        wheels = tuple(each.joint for each in self.wheels if each.joint not in taken)
-        if wheels := tuple(name for name in wheels if name in self.driven):
+        free = self.driven - taken
+        if wheels := tuple(each.joint for each in self.wheels if each.joint in free):
             yield "wheels", wheels, "round, and on the floor"
 
     def _carrier(self, joint: int) -> int | None:
         """Return the joint before one on the way from the root; None for a first one."""
-        mj, body = self._mj, int(self._mj.jnt_bodyid[joint])
-        before = [other for other in self._names if mj.jnt_bodyid[other] == body and other < joint]
-        while not before and mj.body_parentid[body]:
-            body = int(mj.body_parentid[body])
-            before = [other for other in self._names if mj.jnt_bodyid[other] == body]
+        body = int(self._mj.jnt_bodyid[joint])
+        before = (other for other in self._names if other < joint and body in self.figure.moved(other))
         return max(before, default=None)
 
     def _all(self, joint: int) -> list[int]:
         """Return a joint and all that follow it."""
-        found, waiting = [], [joint]
-        while waiting:
-            found.append(waiting.pop())
-            waiting += reversed(self._below.get(found[-1], []))
-        return found
+        own, moved = self._mj.jnt_bodyid, self.figure.moved(joint)
+        return [each for each in sorted(self._names) if each >= joint and int(own[each]) in moved]
 
     def _split(self, starts: Sequence[int]) -> Iterator[list[int]]:
         """Yield the chains of joints that begin at the trunk, whose own joints are those before its forks."""
@@ -183,7 +172,7 @@ class Limbs:
         if kind in ("arm", "leg") and not side:
             side, why = "right", f"{why}; it is on neither side"
         names = tuple(self._names[joint] for joint in joints)
-        return Limb(names, kind, side, why, int(self._mj.jnt_bodyid[joints[-1]]))
+        return Limb(names, kind, side, why)
 
     def _kind(self, joints: list[int]) -> tuple[Kind, str]:
         """Return what a limb is, and why."""
@@ -221,7 +210,7 @@ class Limbs:
         low, high = mj.jnt_range[joint]
         whole = not mj.jnt_limited[joint] or high - low > _WHOLE
         bodies = self.figure.moved(joint)
-        axis, anchor = figure.axis(joint), data.xanchor[joint]
+        axis, anchor = figure.data.xaxis[joint], data.xanchor[joint]
         level = math.hypot(axis[0], axis[1]) > _HORIZONTAL
         if figure.slides(joint) or not (whole and level and figure.stands(*bodies)):
             return None

@@ -9,13 +9,13 @@ from typing import Final, NamedTuple
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from naoserver.body import Body
 from naoserver.looks import Looks, Material, Mesh, SeenShape, Shapes, Skin
 from naoserver.looks.description import GREY, plain_looks, seen
 from naoserver.parts import MOST_PARTS, SHAPE_SIZES, Shape
 from naoserver_sim._body import KINDS
+from naoserver_sim._own.figure import Array
 from naoserver_sim.appearance import NO_COLOR, color_of
 
 MOST_TRIANGLES: Final = 40_000
@@ -40,7 +40,7 @@ class Frame(NamedTuple):
     """The link that a body of a model becomes."""
 
     link: str
-    offset: NDArray[np.float64]
+    offset: Array
     """Place of the link's frame in the body's in m."""
 
 
@@ -72,10 +72,9 @@ def looks_in(mj: mujoco.MjModel, frames: Mapping[int, Frame], body: Body) -> Loo
 
 def _shown(mj: mujoco.MjModel, body: int) -> list[int]:
     """Return the geoms of a body that are seen."""
-    first = int(mj.body_geomadr[body])
     solid = [
         geom
-        for geom in range(first, first + int(mj.body_geomnum[body]))
+        for geom in np.flatnonzero(mj.geom_bodyid == body).tolist()
         if color_of(mj, geom)[3] > 0.0 and (_kind(mj, geom) == _MESH or _kind(mj, geom) in KINDS)
     ]
     visible = [geom for geom in solid if mj.geom_group[geom] <= _SHOWN_GROUPS]

@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib import metadata
 from pathlib import Path, PurePosixPath
-from typing import Any, Final, NamedTuple
+from typing import Annotated, Any, Final, NamedTuple
 
 import msgspec
 import numpy as np
@@ -52,12 +52,15 @@ class MeshError(Exception):
     """A mesh cannot be used: why, as the end of a sentence."""
 
 
+_Share = Annotated[float, msgspec.Meta(ge=0.0, le=1.0)]
+
+
 class MeshFile(NamedTuple):
     """A mesh in a format of MuJoCo; its color, if it has one, is red, green, blue and opacity."""
 
     ending: str
     content: bytes
-    color: tuple[float, ...] | None = None
+    color: tuple[_Share, _Share, _Share, _Share] | None = None
 
 
 def packages_near(model: Path) -> dict[str, Path]:
@@ -124,13 +127,13 @@ class Files:
     """Whether no mesh is read: each is a block, to see what else is wrong with the model."""
     _read: dict[Path, tuple[str, MeshFile]] = field(default_factory=dict)
     _used: int = 0
+    _failed: int = 0
 
     def __post_init__(self) -> None:
         folder = self.model.parent.resolve()
         home = _home(self.model) or folder
         inside = [up / "meshes" for up in (folder, home)]
-        near = [folder.parent / name for name in sorted(_BESIDE) if not _has_home(folder.parent)]
-        beside = [up for up in near if not up.is_symlink()]
+        beside = [folder.parent / name for name in sorted(_BESIDE) if not _has_home(folder.parent)]
         self._folders = list(dict.fromkeys((self.meshes.resolve(), folder, *inside, home, *beside)))
         self._allowed = [self.meshes.resolve(), folder, home, *beside, *self.packages.values()]
 
@@ -145,9 +148,8 @@ class Files:
         exact = [file.parent.joinpath(folder, *parts) for file in (self.model, source)]
         if scheme in ("package", "model") and parts:
             around = {up.name: up for up in reversed(self.model.resolve().parents[:_LEVELS])}
-            named = [around[parts[0]]] if parts[0] in around else []
-            found = [self.packages[parts[0]], *named] if parts[0] in self.packages else named
-            exact = [package.joinpath(*parts[1:]) for package in found] or exact
+            named = [of[parts[0]] for of in (self.packages, around) if parts[0] in of]
+            exact = [package.joinpath(*parts[1:]) for package in named] or exact
         elif scheme == "file":
             exact.append(Path("/", *parts))
         known = [part for part in (*PurePosixPath(folder).parts, *parts) if part not in ("/", "//", "..")]
@@ -174,6 +176,8 @@ class Files:
             self.assets[f"0{_BLOCK.ending}"] = _BLOCK.content
             return f"0{_BLOCK.ending}", _BLOCK
         try:
+            if self._failed >= _MOST_FILES:
+                raise MeshError(f"it comes after {_MOST_FILES} that cannot be used")
             path = self.find(name, source, folder)
             if path not in self._read:
                 self._add(path, name)
@@ -184,15 +188,13 @@ class Files:
                 )
             return self._read[path]
         except MeshError as problem:
+            self._failed += 1
             self.left_out[name] = str(problem)
             return None
 
     def _add(self, path: Path, name: str) -> None:
-        size = path.stat().st_size
         if len(self._read) == _MOST_FILES:
             raise MeshError(f"it is one of more than {_MOST_FILES} files")
-        if size > LARGEST_MESH:
-            raise MeshError(f"it is larger than {LARGEST_MESH >> 20} MB")
         mesh = read_mesh(path)
         asset = f"{len(self._read)}{mesh.ending}"
         self._read[path] = asset, mesh
@@ -203,9 +205,12 @@ def read_mesh(path: Path) -> MeshFile:
     """Return a mesh in a format that MuJoCo reads. Raises MeshError when it cannot be used."""
     ending = path.suffix.lower()
     try:
-        content = path.read_bytes()
+        with path.open("rb") as file:
+            content = file.read(LARGEST_MESH + 1)
     except OSError as problem:
         raise MeshError(f"it cannot be read: {problem.strerror}") from None
+    if len(content) > LARGEST_MESH:
+        raise MeshError(f"it is larger than {LARGEST_MESH >> 20} MB")
     if not content:
         raise MeshError("it is empty")
     if is_pointer(content):
@@ -258,16 +263,13 @@ def _unpacked(packed: bytes) -> MeshFile:
     """Return a mesh that was kept. Raises ValueError for what is none."""
     try:
         mesh = typed.from_msgpack(packed, MeshFile)
-        checked = MeshFile(".stl", _stl(mesh.content), mesh.color)
+        return MeshFile(".stl", _stl(mesh.content), mesh.color)
     except (msgspec.MsgspecError, MeshError) as problem:
         raise ValueError(str(problem)) from None
-    if mesh.color and not (len(mesh.color) == 4 and all(0.0 <= part <= 1.0 for part in mesh.color)):
-        raise ValueError("no color")
-    return checked
 
 
-_BLOCK: Final = MeshFile(".stl", _written(np.eye(4, 3, -1)[[0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3]]))
-"""A tetrahedron."""
+_BLOCK: Final = MeshFile(".stl", _written(np.eye(4, 3, -1)[[0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3]] / 10.0))
+"""A tetrahedron with edges of 0.1 m."""
 
 
 def _by_trimesh(content: bytes, ending: str) -> MeshFile:
@@ -291,11 +293,12 @@ def _by_trimesh(content: bytes, ending: str) -> MeshFile:
         raise MeshError(f"it is broken: {type(problem).__name__} {str(problem)[:100]}") from None
 
 
-def _color(parts: list[Any]) -> tuple[float, ...] | None:
+def _color(parts: list[Any]) -> tuple[float, float, float, float] | None:
     """Return the mean color of a mesh's parts, by their triangles; None if they have none."""
     colored = [part for part in parts if hasattr(getattr(part, "visual", None), "material")]
     if not colored:
         return None
     colors = [np.asarray(part.visual.material.main_color, np.float64) / 255.0 for part in colored]
     mean = np.average(colors, axis=0, weights=[len(part.faces) for part in colored])
-    return tuple(mean.round(4).tolist())
+    red, green, blue, opacity = mean.round(4).tolist()
+    return red, green, blue, opacity

@@ -148,12 +148,12 @@ def choose_robot(spec: mujoco.MjSpec, root: Element, order: list[Element], notes
         return True
     robot = [main] if _floats(main) else [tree for tree in trees if joints[tree] and not _floats(tree)]
     if len(robot) > 1 or (main.joints and not _floats(main)):
-        _mount(root, [_element(tree, order) for tree in robot])
+        _mount(root, [element_of(tree, order) or root for tree in robot])
         return False
     for tree in trees:
         if tree is not main:
             what = "it moves by itself" if _floats(tree) else "no joint of the robot moves it"
-            at = _element(tree, order).at
+            at = (element_of(tree, order) or root).at
             notes.append(f"{at}: body {tree.name!r} beside the robot is left out: {what}")
             spec.delete(tree)
     return True
@@ -167,10 +167,6 @@ def element_of(part: mujoco.MjsElement, order: list[Element]) -> Element | None:
     """Return the element from which MuJoCo read a part, out of those in the `order` of their lines."""
     line = _INFO.search(part.info or "")
     return order[int(line[1]) - 1] if line else None
-
-
-def _element(body: mujoco.MjsBody, order: list[Element]) -> Element:
-    return element_of(body, order) or order[0]
 
 
 def _mount(root: Element, bodies: list[Element]) -> None:

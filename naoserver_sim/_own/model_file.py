@@ -17,18 +17,15 @@ from typing import Final, Literal
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from naoserver.errors import RobotError
 from naoserver.parts import MOST_POINTS
 from naoserver_sim._own import mjcf, urdf
-from naoserver_sim._own.figure import Figure
+from naoserver_sim._own.figure import Array, Figure
 from naoserver_sim._own.meshes import Files, packages_near
 from naoserver_sim._own.tree import Element, read_tree, write_tree
 from naoserver_sim._own.urdf import Sensor
 from naoserver_sim._own.xacro import NO_XACRO, Argument, expanded
-
-Array = NDArray[np.float64]
 
 LEAST_MASS: Final = 0.01
 """Mass in kg of a link that moves and of which nothing says a mass."""
@@ -236,7 +233,10 @@ def read_model(
     elif arguments:
         raise RobotError(f"{path}: {NO_XACRO}")
     if check is not None and any(root.all("mesh", "include")):
-        check(_read(copy.deepcopy(root), Files(path, meshes, packages, bare=True), [], balance))
+        bare = copy.deepcopy(root)
+        for mesh in bare.all("mesh"):
+            mesh.attributes.pop("scale", None)  # it would make a block huge
+        check(_read(bare, Files(path, meshes, packages, bare=True), [], balance))
     return _read(root, Files(path, meshes, packages), notes, balance)
 
 
@@ -255,59 +255,62 @@ def _read(root: Element, files: Files, notes: list[str], balance: bool | None) -
     return replace(model, left_out=files.left_out, notes=tuple(notes), where=where, bare=files.bare)
 
 
+@dataclass
 class _Reading:
     """What MuJoCo makes of a prepared tree, without what it refuses."""
 
-    def __init__(self, root: Element, files: Files, notes: list[str], balance: bool | None) -> None:
-        self._root = root
-        self._files = files
-        self._path = files.model
-        self._notes = notes
-        self._balance = balance
-        self._order: list[Element] = []
+    root: Element
+    files: Files
+    notes: list[str]
+    balance: bool | None
+    order: list[Element] = field(default_factory=list)
+    """The elements by their lines in what MuJoCo reads."""
+
+    def __post_init__(self) -> None:
+        self.path = self.files.model
         self.lines = {
             (element.tag.removeprefix("free"), element.name): element.line
-            for element in root.all("body", "joint", "freejoint", "link")
+            for element in self.root.all("body", "joint", "freejoint", "link")
             if element.name
         }
 
     def read(self) -> ModelFile:
         with _warnings() as texts:
             spec = self._parsed()
-            if self._root.tag == "mujoco":
-                while not mjcf.choose_robot(spec, self._root, self._order, self._notes):
+            if self.root.tag == "mujoco":
+                while not mjcf.choose_robot(spec, self.root, self.order, self.notes):
                     spec = self._parsed()
             for kind, parts in (("link", spec.bodies[1:]), ("joint", spec.joints)):
                 for number, part in enumerate(parts, 1):
                     part.name = part.name or f"{kind} {number}"
-            self._notes += mjcf.split_balls(spec, str(self._path))
-            self._notes += self._weighed(spec)
+            self.notes += mjcf.split_balls(spec, str(self.path))
+            self.notes += self._weighed(spec)
             for mesh in spec.meshes:
                 mesh.maxhullvert = MOST_POINTS
             compiled = self._compiled(spec)
             if more := self._weighed(spec):  # of links whose mass was that of a mesh that is left out
-                self._notes += more
+                self.notes += more
                 compiled = self._compiled(spec)
-        self._notes += [f"{self._path}: MuJoCo says: {' '.join(text.split())}" for text in set(texts)]
+        self.notes += [f"{self.path}: MuJoCo says: {' '.join(text.split())}" for text in set(texts)]
         fixed = not any(joint.type == mujoco.mjtJoint.mjJNT_FREE for joint in spec.joints)
         return ModelFile(spec, lines=self.lines, fixed=fixed, compiled=compiled)
 
     def _weighed(self, spec: mujoco.MjSpec) -> list[str]:
         """Repair masses and inertias, and return notes on it."""
-        return list(balance_inertias(spec, self._at, self._balance, free=self._root.tag == "robot"))
+        return list(balance_inertias(spec, self._at, self.balance, free=self.root.tag == "robot"))
 
     def _parsed(self) -> mujoco.MjSpec:
         """Return what MuJoCo reads of the tree, without the parts beside a robot that it refuses."""
         for _ in range(self._tries()):
-            text, self._order = write_tree(self._root)
+            text, self.order = write_tree(self.root)
             try:
-                return mujoco.MjSpec.from_string(text, assets=self._files.assets)
+                return mujoco.MjSpec.from_string(text, assets=self.files.assets)
             except _REFUSALS as problem:
                 why = str(problem).strip()
             place = _PLACE.search(why)
-            element = self._order[int(place[1]) - 1] if place else self._root
+            element = self.order[int(place[1]) - 1] if place else self.root
             why = " ".join(_PLACE.sub("", why).removeprefix("XML Error:").split())
-            sections = (each for each in self._root.children if each.tag in _SECTIONS)
+            sections = (each for each in self.root.children if each.tag in _SECTIONS)
             section = [each for each in sections if element in each.children]
             name = f" {element.name!r}" if element.name else ""
             if not section:
@@ -315,11 +318,11 @@ class _Reading:
                 found = f", which is {value[:60]!r}" if value else ""
                 raise RobotError(f"{element.at}: <{element.tag}>{name} cannot be read: {why}{found}")
             section[0].children.remove(element)
-            self._notes.append(f"{element.at}: <{element.tag}>{name} is left out: {why}")
-        raise RobotError(f"{self._path}: MuJoCo refuses {self._tries()} and more of its elements")
+            self.notes.append(f"{element.at}: <{element.tag}>{name} is left out: {why}")
+        raise RobotError(f"{self.path}: MuJoCo refuses {self._tries()} and more of its elements")
 
     def _tries(self) -> int:
-        return _MOST_READ // sum(1 for _ in self._root.all()) + 1
+        return _MOST_READ // sum(1 for _ in self.root.all()) + 1
 
     def _compiled(self, spec: mujoco.MjSpec) -> mujoco.MjModel:
         """Return the compiled model, without the parts beside a robot that MuJoCo refuses."""
@@ -334,26 +337,26 @@ class _Reading:
                 why = str(problem).strip()
             tag = _TAG.search(why)
             if why.startswith("Error: keyframe"):
-                self._notes.append(f"{self._path}: its keyframes are left out: they do not fit its joints")
+                self.notes.append(f"{self.path}: its keyframes are left out: they do not fit its joints")
                 for key in list(spec.keys):
                     spec.delete(key)
                 continue
             why = " ".join(_NAMED.sub("", why).removeprefix("Error:").split())
             if tag is None:
-                raise RobotError(f"{self._path}: MuJoCo refuses it: {why}")
+                raise RobotError(f"{self.path}: MuJoCo refuses it: {why}")
             of, part = parts[int(tag[1])]
             what = f"{places[int(tag[1])]}: {type(part).__name__[3:].lower()} {part.name!r}"
             if of == "bodies" and "mjMINVAL" in why:
-                self._notes.append(f"{what} has no mass: it is taken as a small ball")
+                self.notes.append(f"{what} has no mass: it is taken as a small ball")
                 bound(part, moves=True)
             elif of == "meshes":
                 self._without(spec, part, why)
             elif of in _BESIDE:
-                self._notes.append(f"{what} is left out: {why}")
+                self.notes.append(f"{what} is left out: {why}")
                 spec.delete(part)
             else:
                 raise RobotError(f"{what} is refused by MuJoCo: {why}: correct it there")
-        raise RobotError(f"{self._path}: MuJoCo refuses {self._tries()} and more of its parts")
+        raise RobotError(f"{self.path}: MuJoCo refuses {self._tries()} and more of its parts")
 
     def _without(self, spec: mujoco.MjSpec, mesh: mujoco.MjsMesh, why: str) -> None:
         """Take a mesh that MuJoCo refuses as a shell; one that already is leaves the model."""
@@ -361,16 +364,16 @@ class _Reading:
         if mesh.inertia != shell and "volume" in why:
             mesh.inertia = shell
             return
-        name = self._files.names.get(mesh.file, mesh.file or mesh.name)
-        self._files.left_out[name] = f"MuJoCo cannot use it: {why}"
+        name = self.files.names.get(mesh.file, mesh.file or mesh.name)
+        self.files.left_out[name] = f"MuJoCo cannot use it: {why}"
         for geom in [geom for geom in spec.geoms if geom.meshname == mesh.name]:
             spec.delete(geom)
         spec.delete(mesh)
 
     def _at(self, part: mujoco.MjsElement) -> str:
         """Return the file and, if it is known, the line of a part."""
-        element = mjcf.element_of(part, self._order)
-        return element.at if element else _place(self._path, self.lines, part.name, "link", "body", "joint")
+        element = mjcf.element_of(part, self.order)
+        return element.at if element else _place(self.path, self.lines, part.name, "link", "body", "joint")
 
 
 @contextmanager

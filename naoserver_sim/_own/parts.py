@@ -16,18 +16,15 @@ import msgspec
 import mujoco
 import numpy as np
 from msgspec import Struct
-from numpy.typing import NDArray
 
 from naoserver.errors import RobotError
 from naoserver.parts import MOST_PARTS, SHAPE_SIZES, Coupling, Gear
 from naoserver_sim._body import KINDS
 from naoserver_sim._own.couplings import Pull, couplings_of, gear_of, keep_in_range, loops_of
-from naoserver_sim._own.figure import Figure
+from naoserver_sim._own.figure import Array, Figure, matrix_of
 from naoserver_sim._own.looks import Frame
 from naoserver_sim._own.model_file import ModelFile
-from naoserver_sim._own.urdf import MOUNT
-
-Array = NDArray[np.float64]
+from naoserver_sim._own.urdf import MOUNT, TENSOR
 
 SPEED: Final = 3.0
 """Highest speed in rad/s or m/s of a joint of which neither the model nor the TOML file says it."""
@@ -37,7 +34,7 @@ _LARGEST: Final = 1e6
 """Largest number of a link or a joint, in m, kg, and so on."""
 _DIGITS: Final = 5
 """Digits behind the point, in m, of the corners of hulls: short enough for thousands of them."""
-ASPECT: Final = 4 / 3
+_ASPECT: Final = 4 / 3
 """Width of a picture by its height."""
 FIELD_OF_VIEW: Final = 1.0
 """Horizontal one in rad of a camera of which the model does not say it."""
@@ -102,8 +99,8 @@ class View:
     link: str
     position: tuple[float, float, float]
     tilt: float
-    fovy: float
-    """Vertical field of view in rad."""
+    width: float
+    """Horizontal field of view in rad."""
 
 
 @dataclass(frozen=True)
@@ -180,15 +177,14 @@ class _Reader:
 
     def _require_size(self, body: int) -> None:
         """Raise RobotError when a link, or one of its joints, is larger or heavier than any robot's."""
-        mj, first = self._mj, int(self._mj.body_geomadr[body])
-        geoms = slice(first, first + int(mj.body_geomnum[body]))
+        mj, geoms = self._mj, self._mj.geom_bodyid == body
         sizes: dict[str, Any] = {
             "mass": mj.body_mass[body],
             "inertia": mj.body_inertia[body],
             "place": [mj.body_pos[body], mj.body_ipos[body]],
             "shape": [mj.geom_size[geoms], mj.geom_pos[geoms]],
         }
-        for joint in _joints(mj, body):
+        for joint in np.flatnonzero(mj.jnt_bodyid == body).tolist():
             dof, name = int(mj.jnt_dofadr[joint]), mj.joint(joint).name
             bearings = (mj.dof_armature[dof], np.max(mj.dof_damping[dof]), mj.dof_frictionloss[dof])
             sizes[f"friction, damping or rotor of {name!r}"] = bearings
@@ -240,7 +236,7 @@ class _Reader:
         mount = not mj.body_mass[root] and mj.body(root).name.rstrip("_") == MOUNT
         if self._model.fixed and (mount or self._model.kind == "urdf"):
             self._parts.tables["mounted"] = True
-        if _matrix(mj.body_quat[root])[2, 2] > _LEVEL:
+        if matrix_of(mj.body_quat[root])[2, 2] > _LEVEL:
             return ""
         name = self._fit("link", "base")
         self._links.append({"name": name, "mass": 0.0})
@@ -255,7 +251,7 @@ class _Reader:
         origin = np.zeros(3) if free else mj.body_pos[body] - offset
         turn: list[float] = mj.body_quat[body].tolist()
         offset = np.zeros(3)
-        moved = range(0) if free else _joints(mj, body)
+        moved = [] if free else np.flatnonzero(mj.jnt_bodyid == body).tolist()
         for number, joint in enumerate(moved, 1):
             at, axis = mj.jnt_pos[joint].copy(), mj.jnt_axis[joint].copy()
             ref = float(mj.qpos0[mj.jnt_qposadr[joint]])
@@ -276,13 +272,9 @@ class _Reader:
         self._links.append(_link(mj, body, name, offset))
 
     def _fix(self, link: str, carrier: str, origin: Array, turn: list[float]) -> None:
-        joint: dict[str, Any] = {
-            "name": self._fit("joint", f"{link} mount"),
-            "parent": carrier,
-            "child": link,
-        }
-        joint |= {"origin": origin.tolist(), "turn": turn, "axis": [0, 0, 1]}
-        self._fixed.append(joint | {"max_velocity": 0.0, "max_torque": 0.0})
+        place = {"parent": carrier, "child": link, "origin": origin.tolist(), "turn": turn}
+        still = {"axis": [0, 0, 1], "max_velocity": 0.0, "max_torque": 0.0}
+        self._fixed.append({"name": self._fit("joint", f"{link} mount")} | place | still)
 
     def _fit(self, kind: str, name: str) -> str:
         """Return a name as a body may have it, which no other part of the kind has."""
@@ -383,21 +375,20 @@ class _Reader:
         for camera in range(mj.ncam):
             body = int(mj.cam_bodyid[camera])
             if body in frames and mj.cam_mode[camera] == mujoco.mjtCamLight.mjCAMLIGHT_FIXED:
-                right, up, back = _matrix(mj.cam_quat[camera]).T
+                right, up, back = matrix_of(mj.cam_quat[camera]).T
                 axes = np.stack((-back, -right, up), axis=1)
                 name, place = mj.cam(camera).name or f"camera {camera + 1}", mj.cam_pos[camera]
-                self._add_view(name, body, place, axes, math.radians(float(mj.cam_fovy[camera])))
+                width = 2 * math.atan(_ASPECT * math.tan(math.radians(mj.cam_fovy[camera]) / 2))
+                self._add_view(name, body, place, axes, width)
         bodies = {mj.body(body).name: body for body in frames}
         for sensor in self._model.sensors:
             if sensor.kind == "camera" and sensor.link in bodies:
                 turn = np.zeros(4)
                 mujoco.mju_euler2Quat(turn, np.array(sensor.pose[3:]), "XYZ")
-                width = sensor.horizontal_fov or FIELD_OF_VIEW
-                height = 2 * math.atan(math.tan(width / 2) / ASPECT)
-                place = np.array(sensor.pose[:3])
-                self._add_view(sensor.name, bodies[sensor.link], place, _matrix(turn), height)
+                place, width = np.array(sensor.pose[:3]), sensor.horizontal_fov or FIELD_OF_VIEW
+                self._add_view(sensor.name, bodies[sensor.link], place, matrix_of(turn), width)
 
-    def _add_view(self, name: str, body: int, place: Array, axes: Array, fovy: float) -> None:
+    def _add_view(self, name: str, body: int, place: Array, axes: Array, width: float) -> None:
         """Add a camera whose view, left and up are `axes`; if it looks aside, on a link that is turned so."""
         link, offset = self._parts.frames[body]
         position = place - offset
@@ -411,7 +402,7 @@ class _Reader:
             self._links.append({"name": view, "mass": 0.0})
             link, position, tilt = view, np.zeros(3), 0.0
         x, y, z = position.tolist()
-        self._parts.views.append(View(name, link, (x, y, z), tilt, fovy))
+        self._parts.views.append(View(name, link, (x, y, z), tilt, width))
 
     def _shape(self, geom: int) -> dict[str, Any]:
         """Return the contact shape of a geom: of a mesh its hull, or a box if it is flat."""
@@ -435,25 +426,12 @@ class _Reader:
         return shape if friction == FRICTION else shape | {"friction": max(friction, 1e-3)}
 
 
-def _joints(mj: mujoco.MjModel, body: int) -> range:
-    first = int(mj.body_jntadr[body])
-    return range(first, first + int(mj.body_jntnum[body]))
-
-
 def _link(mj: mujoco.MjModel, body: int, name: str, offset: Array) -> dict[str, Any]:
-    axes = _matrix(mj.body_iquat[body])
+    axes = matrix_of(mj.body_iquat[body])
     inertia = axes @ np.diag(mj.body_inertia[body]) @ axes.T
-    xx, yy, zz = np.diag(inertia).tolist()
-    tensor = {"ixx": xx, "iyy": yy, "izz": zz}
-    tensor |= {"ixy": float(inertia[0, 1]), "ixz": float(inertia[0, 2]), "iyz": float(inertia[1, 2])}
+    tensor = dict(zip(TENSOR, inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]].tolist(), strict=True))
     com = (mj.body_ipos[body] - offset).tolist()
     return {"name": name, "mass": float(mj.body_mass[body]), "com": com, "inertia": tensor}
-
-
-def _matrix(quaternion: Array) -> Array:
-    matrix = np.zeros(9)
-    mujoco.mju_quat2Mat(matrix, quaternion)
-    return matrix.reshape(3, 3)
 
 
 def _rotated(quaternion: list[float], vector: Array) -> Array:

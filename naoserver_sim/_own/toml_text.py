@@ -56,8 +56,6 @@ def _lines(
         header = ".".join(key(str(each)) for each in at if not isinstance(each, int))
         for number, each in enumerate(item if isinstance(item, list) else [item]):
             inner = (*at, number) if isinstance(item, list) else at
-            if not isinstance(each, Mapping):
-                continue
             nested = not isinstance(item, list) and all(_is_table(value, inner) for value in each.values())
             if not nested:
                 yield ""

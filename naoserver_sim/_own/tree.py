@@ -25,6 +25,7 @@ _TEXTS: Final = re.compile(
     r"name|class|childclass|link|joint\d?|body\d?|site\d?|geom\d?|mesh|material|file|filename|\w*name|target"
 )
 """Attributes whose values are names, even if they read as numbers."""
+_COMMENT: Final = re.compile(rb"<!--.*?(?:-->|\Z)", re.DOTALL)
 _WORD: Final = re.compile(r"\S+")
 _POINTER: Final = b"version https://git-lfs.github.com/spec/"
 """How a file begins whose content Git LFS has not fetched (git-lfs 3.7, docs/spec.md)."""
@@ -148,20 +149,14 @@ def parse_tree(content: bytes, path: Path, *, comments: bool = True) -> Element:
         # As MuJoCo's own reader, which reads no further than the root, and takes "--" in comments.
         if len(around) == 1 and top.children:
             return top.children[0]
-        if comments and (plain := _without_comments(content)) != content:
+        plain = _COMMENT.sub(lambda found: b"\n" * found[0].count(b"\n"), content)
+        if comments and plain != content:
             return parse_tree(plain, path, comments=False)
         why = expat.ErrorString(problem.code)
         raise RobotError(f"{path}:{problem.lineno}: not XML: {why}") from None
     except (LookupError, ValueError) as problem:  # the encoding that its first line names
         raise RobotError(f"{path}:1: not XML: {problem}") from None
     return top.children[0]
-
-
-def _without_comments(content: bytes) -> bytes:
-    """Return a text without its comments, but with their lines."""
-    first, *parts = content.split(b"<!--")
-    cut = (part.partition(b"-->") for part in parts)
-    return b"".join([first, *(b"\n" * comment.count(b"\n") + rest for comment, _, rest in cut)])
 
 
 def write_tree(root: Element) -> tuple[str, list[Element]]:

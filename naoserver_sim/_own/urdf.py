@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections import defaultdict
 from collections.abc import Iterator
 from typing import Final, Literal, NamedTuple
 
@@ -12,16 +13,17 @@ import numpy as np
 
 from naoserver.errors import RobotError
 from naoserver.parts import MOST_PARTS
+from naoserver_sim._own.figure import matrix_of
 from naoserver_sim._own.meshes import Files
 from naoserver_sim._own.tree import Element, number, numbers
 
 _TYPES: Final = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
-_TENSOR: Final = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+TENSOR: Final = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 _NUMBERS: Final = {
     *("xyz", "rpy", "lower", "upper", "effort", "velocity", "damping", "friction", "multiplier", "offset"),
-    *("value", "size", "radius", "length", "scale", "rgba", *_TENSOR),
+    *("value", *TENSOR),
 }
-"""Attributes that have numbers."""
+"""Attributes that have numbers; shapes and colors are left out where they have others, as urdfdom does."""
 _ENDS: Final = ("lower", "upper")
 _SHAPES: Final = {
     "box": {"size": 3},
@@ -52,12 +54,10 @@ _ONCE: Final = {
     "joint": ("origin", "parent", "child", "axis", "limit", "dynamics", "mimic"),
 }
 """What an element has once: urdfdom takes the first, MuJoCo refuses a second."""
-_TURNED: Final = (1, 1)
-"""The version of URDF from which `quat_xyzw` counts; urdfdom ignores it in older ones."""
+_OLD: Final = ("", "1", "1.0")
+"""The versions of URDF in which urdfdom ignores `quat_xyzw`."""
 _NOT_KEPT: Final = ("acceleration", "deceleration", "jerk")
 """Limits of URDF 1.2, which a simulated joint has not."""
-_UPRIGHT: Final = 1e-6
-"""Cosine of the pitch below which roll and yaw turn about one axis."""
 
 
 class Sensor(NamedTuple):
@@ -95,27 +95,23 @@ def actuated_in(root: Element) -> frozenset[str]:
 def sensors_in(root: Element) -> Iterator[Sensor]:
     """Yield the cameras and inertial units."""
     links = {link.name for link in root.within("link")}
+    nothing = Element("", {}, root.source, 0)
     for holder in root.children:
         for sensor in holder.all("sensor") if holder.tag in ("gazebo", "sensor", "link") else ():
-            parts = {part.tag: part for part in sensor.all()}
-            link = (
-                parts["parent"].get("link") if "parent" in parts else holder.get("reference") or holder.name
-            )
+            parts: dict[str, Element] = defaultdict(lambda: nothing)
+            parts |= {part.tag: part for part in sensor.all()}
+            link = parts["parent"].get("link") or holder.get("reference") or holder.name
             kind = sensor.get("type").lower()
             if link not in links or not ("imu" in kind or "camera" in kind or "camera" in parts):
                 continue
-            place = parts["pose"].text if "pose" in parts else ""
+            place = parts["pose"].text
             if "origin" in parts:
                 place = " ".join(parts["origin"].get(name, "0 0 0") for name in ("xyz", "rpy"))
             pose = tuple(number(word) or 0.0 for word in place.split())
             pose = pose if len(pose) == 6 and all(map(math.isfinite, pose)) else (0.0,) * 6
-            if "imu" in kind:
-                yield Sensor("imu", sensor.name, link, pose)
-                continue
-            angle = parts["image"].get("hfov") if "image" in parts else ""
-            angle = parts["horizontal_fov"].text if "horizontal_fov" in parts else angle
-            width = number(angle) or 0.0
-            yield Sensor("camera", sensor.name, link, pose, width if 0.0 < width < math.pi else None)
+            width = number(parts["horizontal_fov"].text or parts["image"].get("hfov")) or 0.0
+            angle = width if 0.0 < width < math.pi else None
+            yield Sensor("imu" if "imu" in kind else "camera", sensor.name, link, pose, angle)
 
 
 def take_as_urdfdom(root: Element, notes: list[str]) -> None:
@@ -135,10 +131,8 @@ def take_as_urdfdom(root: Element, notes: list[str]) -> None:
     if second:
         more = f", and {len(second) - 1} more such" if len(second) > 1 else ""
         notes.append(f"{second[0]}{more}: the first one counts")
-    version = re.match(r"(\d{1,3})\.(\d{1,3})", root.get("version"))
-    turned = version is not None and tuple(map(int, version.groups())) >= _TURNED
     for origin in (each for part in parts for each in part.all("origin") if each.get("quat_xyzw")):
-        if turned:
+        if root.get("version").strip() not in _OLD:
             _turn(origin)
         else:
             notes.append(f"{origin.at}: quat_xyzw is not read: it counts in URDFs of version 1.1 and newer")
@@ -159,15 +153,14 @@ def _turn(origin: Element) -> None:
         raise RobotError(
             f"{origin.at}: quat_xyzw of <origin> is {origin.get('quat_xyzw')[:60]!r}: write 4 numbers"
         )
-    turn = np.roll(quaternion, 1)
+    turn = np.roll(quaternion, 1) / (np.abs(quaternion).max() or 1.0)  # whose squares are numbers
     mujoco.mju_normalize4(turn)  # of no length: no turn, as in urdfdom
-    matrix = np.zeros(9)
-    mujoco.mju_quat2Mat(matrix, turn)
-    level = math.hypot(matrix[0], matrix[3])
-    roll, yaw = math.atan2(matrix[7], matrix[8]), math.atan2(matrix[3], matrix[0])
-    if level < _UPRIGHT:  # roll and yaw turn about one axis
-        roll, yaw = math.atan2(-matrix[5], matrix[4]), 0.0
-    origin.attributes["rpy"] = f"{roll!r} {math.atan2(-matrix[6], level)!r} {yaw!r}"
+    x, y, z = matrix_of(turn).T
+    yaw = math.atan2(x[1], x[0])
+    sine, cosine = math.sin(yaw), math.cos(yaw)
+    # Of the turn without its yaw, which may be any where the x axis points up or down.
+    roll = math.atan2(sine * z[0] - cosine * z[1], cosine * y[1] - sine * y[0])
+    origin.attributes["rpy"] = f"{roll!r} {math.atan2(-x[2], math.hypot(x[0], x[1]))!r} {yaw!r}"
 
 
 def prepare(root: Element, files: Files, notes: list[str]) -> None:
@@ -191,7 +184,7 @@ def prepare(root: Element, files: Files, notes: list[str]) -> None:
     )
     for inertial in root.within("link", "inertial"):
         tensor = next(inertial.within("inertia"), None) or inertial.add("inertia")
-        tensor.attributes = dict.fromkeys(_TENSOR, "0") | tensor.attributes
+        tensor.attributes = dict.fromkeys(TENSOR, "0") | tensor.attributes
     for material in root.all("material"):
         material.attributes.setdefault("name", f"material {material.line}")
         for color in [each for each in material.children if not _has(each, "rgba", 4)]:
@@ -218,8 +211,6 @@ def _set_options(root: Element) -> str:
 
 def _require_numbers(root: Element) -> None:
     for element in root.all():
-        if element.tag == "color" or element.tag in _SHAPES:
-            continue  # left out where they have others, as urdfdom does
         for name in _NUMBERS & element.attributes.keys():
             if name == "value" and element.tag != "mass":
                 continue  # a word, as in <verbose value="Yes"/>
@@ -259,15 +250,17 @@ def _require_names(root: Element) -> None:
 
 def _keep_leaders(root: Element, notes: list[str]) -> None:
     """Let a joint move by itself that follows one that is not there, or does not move."""
-    moves = {joint.name: joint.get("type") in _MOVING for joint in root.within("joint")}
+    kinds = {joint.name: joint.get("type") for joint in root.within("joint")}
     for joint in root.within("joint"):
         for mimic in list(joint.within("mimic")):
             leader = mimic.get("joint")
-            if moves.get(leader) and leader != joint.name:
+            if kinds.get(leader) in _MOVING and leader != joint.name:
                 continue
             joint.children.remove(mimic)
-            why = f"joint {leader!r} is fixed" if leader in moves else f"there is no joint {leader!r}"
-            if moves[joint.name]:
+            why = (
+                f"joint {leader!r} is {kinds[leader]}" if leader in kinds else f"there is no joint {leader!r}"
+            )
+            if joint.get("type") in _MOVING:
                 why = "that is itself" if leader == joint.name else why
                 notes.append(f"{mimic.at}: joint {joint.name!r} moves by itself, not after {leader!r}: {why}")
 
@@ -318,11 +311,9 @@ def _set_down(root: Element, link: Element, notes: list[str]) -> None:
     elif link.name == "world" and not (bare and below[0].get("type") == "fixed"):
         name = unused(MOUNT, root)
         notes.append(f"{link.at}: link 'world' is called {name!r}")
-        for attributes, key in [
-            (link.attributes, "name"),
-            *((_end(j, "parent").attributes, "link") for j in below),
-        ]:
-            attributes[key] = name
+        link.attributes["name"] = name
+        for joint in below:
+            _end(joint, "parent").attributes["link"] = name
 
 
 def unused(name: str, root: Element) -> str:
@@ -358,8 +349,7 @@ def _keep_shapes(root: Element, files: Files, folder: str, notes: list[str]) -> 
     for link in root.within("link"):
         for shape in [each for each in link.children if each.tag != "inertial"]:
             shape.attributes.clear()  # a name, which need not be the only one
-            solids = [each for geometry in shape.within("geometry") for each in geometry.children]
-            solid = next((each for each in solids if each.tag in _SHAPES), None)
+            solid = next((each for tag in _SHAPES for each in shape.within("geometry", tag)), None)
             fault = _fault(solid) if solid else f"it has none of {', '.join(_SHAPES)}"
             if fault:
                 notes.append(f"{shape.at}: a <{shape.tag}> of link {link.name!r} is left out: {fault}")

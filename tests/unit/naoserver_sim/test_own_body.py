@@ -13,6 +13,7 @@ from naoserver_sim._own.tree import LARGEST_FILE
 from naoserver_sim.own_body import named_body, read_own_body, write_own_body
 from naoserver_sim.robot import SimulatedRobot
 from tests.support.cart import CART, CART_TOML
+from tests.support.meshes import cone, write_stl
 from tests.support.places import ROOT
 from tests.support.present import present
 from zenoh_ice import VirtualClock
@@ -509,6 +510,48 @@ def test_what_is_refused_is_refused_before_meshes_are_read(written, monkeypatch,
     assert read == []
 
 
+def test_meshes_of_included_files_are_not_read_before_either(written, monkeypatch):
+    read = []
+    monkeypatch.setattr("naoserver_sim._own.meshes.read_mesh", lambda path: read.append(path))
+    model = """<mujoco><include file="part.xml"/><worldbody><body name="a"><geom type="mesh" mesh="m"/>
+    <body name="b"><joint name="j"/><geom size="0.1"/></body></body></worldbody></mujoco>"""
+    path = written(model, 'model = "arm.xml"\nmounted = true\nhinges.Elbow.tilt = "knee"\n', "arm.xml")
+    (path.parent / "part.xml").write_text('<mujoco><asset><mesh name="m" file="m.stl"/></asset></mujoco>')
+    write_stl(path.parent / "m.stl", cone(0.1, 0.2, sides=6))
+    with pytest.raises(RobotError, match="there is no joint 'knee'"):
+        read_own_body(path)
+    assert read == []
+
+
+URDF_OF_MESHES = """<robot name="r">
+<link name="a"><collision><geometry><mesh filename="m.stl" scale="1000 1000 1000"/></geometry></collision></link>
+<link name="b"><collision><geometry><mesh filename="m.stl" scale="1000 1000 1000"/></geometry></collision></link>
+<joint name="j" type="revolute"><parent link="a"/><child link="b"/><limit lower="-1" upper="1"/></joint></robot>"""
+MJCF_OF_MESHES = """<mujoco><default><mesh scale="1000 1000 1000"/></default>
+<asset><mesh name="m" file="m.stl"/></asset>
+<worldbody><body name="a"><freejoint/><geom type="mesh" mesh="m"/><body name="b"><joint name="j" range="-1 1"/>
+<geom type="mesh" mesh="m"/></body></body></worldbody></mujoco>"""
+
+
+@pytest.mark.parametrize(("name", "model"), [("r.urdf", URDF_OF_MESHES), ("r.xml", MJCF_OF_MESHES)])
+def test_meshes_in_another_unit_have_the_masses_of_their_links(tmp_path, name, model):
+    write_stl(tmp_path / "m.stl", cone(1e-4, 3e-4, sides=64))
+    (tmp_path / name).write_text(model)
+    # Two cones of 0.1 m by 0.3 m, of 1000 kg/m3.
+    assert read_own_body(tmp_path / name).mass == pytest.approx(
+        2 * 1000 * math.pi * 0.1**2 * 0.3 / 3, rel=0.01
+    )
+
+
+def test_a_torque_is_proposed_for_the_masses_that_meshes_give(tmp_path):
+    write_stl(tmp_path / "m.stl", cone(1e-4, 3e-4, sides=64))
+    (tmp_path / "r.urdf").write_text(URDF_OF_MESHES)
+    (tmp_path / "r.toml").write_text('model = "r.urdf"\nmounted = true\n')
+    # Twice that of 3.14 kg at 0.075 m.
+    with pytest.raises(RobotError, match=r"j = { max_torque = 4\.6 }"):
+        read_own_body(tmp_path / "r.toml")
+
+
 SIZED = ARM.replace(
     '<robot name="arm">', '<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro">'
 ).replace('lower="-2"', 'lower="$(arg lowest)"')
@@ -568,6 +611,14 @@ def test_what_cannot_be_written_is_refused(written, tmp_path, source, target, pr
     with pytest.raises(RobotError, match=problem):
         write_own_body(tmp_path / source, tmp_path / target)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["arm.urdf", "deeper", "my_robot.toml"]
+
+
+def test_what_is_no_text_is_not_written_and_overwrites_nothing(written, tmp_path):
+    target = written(SIZED, "old")
+    arguments = {"lowest": "-1.5", "unused": "\udcff"}  # as Python reads an option that is not UTF-8
+    with pytest.raises(RobotError, match=r"my_robot\.toml: cannot be written: 'utf-8' codec"):
+        write_own_body(tmp_path / "arm.urdf", target, arguments=arguments, force=True)
+    assert target.read_text() == "old"
 
 
 def test_a_robot_that_flies_apart_is_refused(written):

@@ -1,15 +1,17 @@
 """What is kept of meshes in the user's cache: found again, bounded, and never trusted."""
 
+import errno
 import hashlib
 import os
 import re
+from pathlib import Path
 
 import msgspec
 import pytest
 
 from naoserver_sim._own import kept_meshes, meshes
 from naoserver_sim._own.kept_meshes import kept
-from naoserver_sim._own.meshes import MeshFile, read_mesh
+from naoserver_sim._own.meshes import MeshError, MeshFile, read_mesh
 from tests.support.meshes import cone
 
 
@@ -47,6 +49,11 @@ def keep(made):
 def test_what_was_made_is_found_again(keep, made):
     assert [keep(b"a"), keep(b"b"), keep(b"a"), keep(b"b")] == ["text"] * 4
     assert made == [b"a", b"b"]
+
+
+def test_where_one_of_the_bytes_ends_and_the_next_begins_counts():
+    kept((b"ab", b"c"), lambda: b"one", bytes)
+    assert kept((b"a", b"bc"), lambda: b"two", bytes) == b"two"
 
 
 def test_only_the_user_may_read_what_is_kept(keep, cache):
@@ -90,13 +97,45 @@ def test_a_file_that_is_not_as_it_was_written_is_made_again(keep, made, cache, h
     assert not path.is_symlink()
 
 
-@pytest.mark.parametrize("where", ["folder", "file", "link", "relative"])
+def test_a_folder_in_place_of_a_file_is_left_and_opens_nothing(keep, made, cache):
+    keep()
+    (path,) = cache.iterdir()
+    path.unlink()
+    path.mkdir()
+    before = len(list(Path("/proc/self/fd").iterdir()))
+    assert [keep(), keep()] == ["text", "text"]
+    assert len(list(Path("/proc/self/fd").iterdir())) == before
+    assert [made, path.is_dir(), len(list(cache.iterdir()))] == [[b"a"] * 3, True, 1]
+
+
+def test_what_can_only_be_read_is_found(keep, made, monkeypatch):
+    def refuse(path):
+        raise OSError(errno.EROFS, "Read-only file system", path)
+
+    keep()
+    monkeypatch.setattr(os, "utime", refuse)
+    assert [keep(), made] == ["text", [b"a"]]
+
+
+def test_nothing_is_left_of_what_a_full_disk_does_not_take(keep, made, cache, monkeypatch):
+    def refuse(self, target):
+        raise OSError(errno.ENOSPC, "No space left on device", str(target))
+
+    monkeypatch.setattr(Path, "replace", refuse)
+    assert [keep(), keep(), made] == ["text", "text", [b"a", b"a"]]
+    assert list(cache.iterdir()) == []
+
+
+@pytest.mark.parametrize("where", ["folder", "group", "another", "file", "link", "relative"])
 def test_a_cache_that_others_may_write_to_is_left_alone(keep, made, cache, monkeypatch, where):
     tmp_path = cache.parents[2]
     cache.parent.mkdir(parents=True)
-    if where == "folder":
+    if where in ("folder", "group"):
         cache.mkdir()
-        cache.chmod(0o777)
+        cache.chmod(0o777 if where == "folder" else 0o770)
+    elif where == "another":
+        cache.mkdir(mode=0o700)
+        monkeypatch.setattr(os, "geteuid", lambda: cache.stat().st_uid + 1)
     elif where == "file":
         cache.write_text("")
     elif where == "link":
@@ -121,6 +160,16 @@ def test_those_that_were_used_longest_ago_go_first(keep, made, cache, monkeypatc
     assert len(list(cache.iterdir())) == 2
     assert [keep(b"a"), keep(b"c"), keep(b"b")] == ["text"] * 3
     assert made == [b"a", b"b", b"c", b"b"]
+
+
+def test_a_folder_in_the_cache_does_not_keep_files_from_going(keep, cache, monkeypatch):
+    monkeypatch.setattr(kept_meshes, "MOST_KEPT", 32 + len("text"))
+    keep(b"a")
+    (cache / "folder").mkdir()
+    for path in cache.iterdir():
+        os.utime(path, (2, 2) if path.is_dir() else (1, 1))
+    keep(b"b")
+    assert len(list(cache.iterdir())) == 2
 
 
 def test_what_cannot_be_made_is_not_kept(cache):
@@ -150,6 +199,12 @@ def test_a_mesh_is_converted_once(red_cone, monkeypatch):
     monkeypatch.setattr(meshes, "_by_trimesh", lambda content, ending: pytest.fail("it is converted again"))
     assert read_mesh(red_cone) == first
     assert first.color is not None
+
+
+def test_what_is_kept_of_a_format_is_not_another_ones(red_cone):
+    read_mesh(red_cone)
+    with pytest.raises(MeshError, match="it is broken"):
+        read_mesh(red_cone.rename(red_cone.with_suffix(".ply")))
 
 
 def test_another_converter_makes_it_again(red_cone, cache, monkeypatch):

@@ -94,6 +94,28 @@ def test_a_link_to_elsewhere_is_not_followed(files, tmp_path):
         files.find("a.stl", files.model)
 
 
+def test_a_link_beside_the_model_is_not_followed(tmp_path):
+    place(tmp_path, "elsewhere/a.stl")
+    model = tmp_path / "ws/urdf/arm.urdf"
+    model.parent.mkdir(parents=True)
+    (tmp_path / "ws/meshes").symlink_to(tmp_path / "ws/elsewhere")
+    with pytest.raises(MeshError, match="it lies outside the folder of the model"):
+        Files(model, model.parent).find("../meshes/a.stl", model)
+
+
+def test_a_link_to_a_package_does_not_hide_it(tmp_path):
+    (tmp_path / "ws").mkdir()
+    (tmp_path / "ws/first").symlink_to(tmp_path / "ws/hand_description")  # listed before it, or the other is
+    model = tmp_path / "ws/arm/arm.urdf"
+    path = place(tmp_path, "hand_description/a.stl")
+    for package in (path.parent, model.parent):
+        package.mkdir(exist_ok=True)
+        (package / "package.xml").write_text("<package/>")
+    (path.parent / "package.xml").write_text("<package><name>hand</name></package>")
+    (tmp_path / "ws/second").symlink_to(tmp_path / "ws/hand_description")
+    assert Files(model, model.parent, packages_near(model)).find("package://hand/a.stl", model) == path
+
+
 @pytest.mark.parametrize(
     "name",
     [
@@ -160,6 +182,12 @@ def test_a_package_may_be_laid_out_as_it_is_installed(tmp_path, top):
         files.find("package://thing/../../../elsewhere/c.stl", model)
 
 
+def test_a_package_that_says_no_name_has_that_of_its_folder(tmp_path):
+    (tmp_path / "arm").mkdir()
+    (tmp_path / "arm/package.xml").write_text("<package/>")
+    assert packages_near(tmp_path / "arm/r.urdf") == {"arm": tmp_path / "arm"}
+
+
 def test_a_pipe_is_no_package(tmp_path):
     os.mkfifo(tmp_path / "package.xml")
     assert packages_near(tmp_path / "r.urdf") == {}
@@ -185,6 +213,30 @@ def test_more_files_and_larger_ones_than_allowed_are_left_out(files, tmp_path, m
         place(tmp_path, f"arm_description/meshes/{name}.stl")
         files.mesh(f"{name}.stl", files.model)
     assert files.left_out == {"b.stl": "it is one of more than 1 files"}
+
+
+def test_after_many_that_are_not_there_no_more_are_looked_for(files, tmp_path, monkeypatch):
+    monkeypatch.setattr(meshes, "_MOST_FILES", 2)
+    place(tmp_path, "arm_description/meshes/a.stl")
+    found = [files.mesh(name, files.model) for name in ("none.stl", "a.stl", "none.stl", "a.stl", "a.stl")]
+    assert [each is not None for each in found] == [False, True, False, False, False]
+    assert files.left_out["a.stl"] == "it comes after 2 that cannot be used"
+
+
+def test_a_file_that_is_too_large_is_not_read_whole(files, tmp_path, monkeypatch):
+    monkeypatch.setattr(meshes, "LARGEST_MESH", 1 << 20)
+    path = place(tmp_path, "arm_description/meshes/a.stl")
+    with path.open("ab") as file:
+        file.truncate(1 << 40)
+    assert files.mesh("a.stl", files.model) is None
+    assert files.left_out == {"a.stl": "it is larger than 1 MB"}
+
+
+def test_a_mesh_that_is_gone_when_it_is_read_is_left_out(files, tmp_path, monkeypatch):
+    gone = tmp_path / "ws/arm_description/meshes/a.stl"
+    monkeypatch.setattr(files, "find", lambda *_: gone)
+    assert files.mesh("a.stl", files.model) is None
+    assert files.left_out == {"a.stl": "it cannot be read: No such file or directory"}
 
 
 def test_a_mesh_counts_as_often_as_it_is_used(files, tmp_path, monkeypatch):

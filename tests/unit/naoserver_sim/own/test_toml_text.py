@@ -44,6 +44,11 @@ def test_a_model_below_the_folder_of_the_file_is_named_from_there(tmp_path):
     assert read_own_body(tmp_path / "my_robot.toml").name == "robot"
 
 
+def test_a_model_may_have_a_name_that_begins_with_points(write):
+    _, target = write(CARRIER, "..robot.urdf")
+    assert read_own_body(target).mass > 0.0
+
+
 def test_each_guess_has_its_reason_beside_it(write):
     text = write(MODELS["arm"])[1].read_text()
     assert "mounted = true  # its base extends 0.058 m beyond its center of mass" in text

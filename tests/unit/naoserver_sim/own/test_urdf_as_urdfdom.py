@@ -11,6 +11,7 @@ import pytest
 from naoserver.errors import RobotError
 from naoserver_sim._own.model_file import read_model
 from naoserver_sim.appearance import color_of
+from tests.support.meshes import cone, write_stl
 from tests.support.robot_files import BOX, INERTIAL, joint, link
 
 BASE, ARM, SHOULDER = link("base"), link("arm"), joint("shoulder", "base", "arm")
@@ -64,12 +65,21 @@ def test_of_what_may_be_there_once_the_first_counts(read, old, new):
     assert ": a second <" in changed.notes[0]
 
 
+def test_of_two_shapes_of_other_kinds_the_first_counts(read):
+    both = '<geometry><sphere radius="0.07"/><box size="1 1 1"/></geometry>'
+    model = read(BASE, link("arm", f"<collision>{both}</collision>"), SHOULDER)
+    assert model.compiled.geom_size[1].tolist() == [0.07, 0.0, 0.0]
+    assert model.notes[0].endswith("r.urdf:3: a second <box> in one <geometry>: the first one counts")
+
+
 @pytest.mark.parametrize(
     ("quaternion", "turned"),
     [
         ("0 0.7071068 0 0.7071068", (0.70710678, 0.0, 0.70710678, 0.0)),
         ("0 0 3 0", (0.0, 0.0, 0.0, 1.0)),  # of any length
         ("0 0 0 0", (1.0, 0.0, 0.0, 0.0)),
+        ("0 0 1e300 0", (0.0, 0.0, 0.0, 1.0)),
+        ("0 0 1e-30 0", (0.0, 0.0, 0.0, 1.0)),
         ("0.1 -0.2 0.3 0.9", (0.92338, 0.10260, -0.20520, 0.30779)),
         ("0.5 0.5 -0.5 0.5", (0.5, 0.5, 0.5, -0.5)),  # pitch 90 degrees
         ("0.5 -0.5 0.5 0.5", (0.5, 0.5, -0.5, 0.5)),
@@ -97,7 +107,14 @@ def test_a_quaternion_turns_shapes_inertias_and_sensors_too(read):
     assert model.sensors[0].pose == pytest.approx((0.0, 0.0, 0.1, 0.0, 0.0, math.pi / 2), abs=1e-6)
 
 
-@pytest.mark.parametrize("version", ["", "1.0"])
+@pytest.mark.parametrize("version", ["1.1", " 1.1", "1.2", "1.10", "2", "1.1.0"])
+def test_a_newer_urdf_has_quaternions(read, version):
+    model = read(BASE, ARM, SHOULDER.replace('rpy="0 0 0"', 'quat_xyzw="0 0 1 0"'), version=version)
+    assert model.compiled.body("arm").quat == pytest.approx((0.0, 0.0, 0.0, 1.0))
+    assert model.notes == ()
+
+
+@pytest.mark.parametrize("version", ["", "1.0", " 1.0 ", "1"])
 def test_an_old_urdf_has_no_quaternions(read, version):
     model = read(BASE, ARM, SHOULDER.replace('rpy="0 0 0"', 'quat_xyzw="0 1 0 1"'), version=version)
     assert model.compiled.body("arm").quat.tolist() == [1.0, 0.0, 0.0, 0.0]
@@ -111,6 +128,7 @@ def test_an_old_urdf_has_no_quaternions(read, version):
     [
         ('rpy="0 0 0" quat_xyzw="0 0 0 1"', r"r\.urdf:5: <origin> has both rpy and quat_xyzw: leave one"),
         ('quat_xyzw="0 0 1"', r"r\.urdf:5: quat_xyzw of <origin> is '0 0 1': write 4 numbers"),
+        ('quat_xyzw="0 0 0 1 0"', r"r\.urdf:5: quat_xyzw of <origin> is '0 0 0 1 0': write 4 numbers"),
         ('quat_xyzw="0 0 east 1"', r"r\.urdf:5: quat_xyzw of <origin> is '0 0 east 1': write numbers"),
         ('quat_xyzw="0 0 nan 1"', r"r\.urdf:5: quat_xyzw of <origin> is '0 0 nan 1': it must be finite"),
     ],
@@ -158,14 +176,34 @@ def test_a_color_that_is_none_is_left_out(read, color):
         ("nobody", "there is no joint 'nobody'"),
         ("shoulder", "that is itself"),
         ("mount", "joint 'mount' is fixed"),
+        ("table", "joint 'table' is planar"),
     ],
 )
 def test_a_joint_without_a_leader_moves_by_itself(read, leader, why):
     follower = joint("shoulder", "base", "arm", f'<mimic joint="{leader}"/>')
-    model = read(BASE, ARM, link("hand"), follower, joint("mount", "arm", "hand", kind="fixed"))
+    others = joint("mount", "arm", "hand", kind="fixed"), joint("table", "arm", "plate", kind="planar")
+    model = read(BASE, ARM, link("hand"), link("plate"), follower, *others)
     assert model.compiled.neq == 0
-    note = f"r.urdf:7: joint 'shoulder' moves by itself, not after {leader!r}: {why}"
+    note = f"r.urdf:8: joint 'shoulder' moves by itself, not after {leader!r}: {why}"
     assert [each.endswith(note) for each in model.notes] == [True]
+
+
+def test_of_a_leader_of_what_does_not_move_nothing_is_said(read):
+    mount = joint("mount", "arm", "hand", '<mimic joint="nobody"/>', kind="fixed")
+    assert read(BASE, ARM, link("hand"), SHOULDER, mount).notes == ()
+
+
+def test_a_color_that_says_nothing_is_left_out_without_a_word(read):
+    seen = f'<visual>{CUBE}<material name="none"><color/></material></visual>'
+    model = read(BASE, link("arm", BOX + seen), SHOULDER)
+    assert (model.compiled.ngeom, model.notes) == (3, ())
+
+
+def test_a_mesh_may_be_mirrored_by_its_scale(read, tmp_path):
+    write_stl(tmp_path / "a.stl", cone(0.1, 0.2, sides=6))
+    mesh = '<visual><geometry><mesh filename="a.stl" scale="1 -1 1"/></geometry></visual>'
+    model = read(BASE, link("arm", BOX + mesh), SHOULDER)
+    assert (model.compiled.ngeom, model.notes, model.left_out) == (3, (), {})
 
 
 def test_an_axis_that_says_nothing_is_the_x_axis(read):

@@ -65,6 +65,11 @@ def test_a_prefix_that_a_launch_file_would_set_is_empty(expand):
     assert notes[0].endswith("r.urdf:2: ${ns} is defined nowhere: the names are read without it")
 
 
+def test_a_prefix_that_a_launch_file_would_set_is_no_argument(expand):
+    with pytest.raises(RobotError, match=r"r\.urdf:2: xacro cannot be expanded: name 'ns' is not defined"):
+        expand(urdf(link("${ns}base")), "r.urdf", ns="left_")
+
+
 def evaluating(expression):
     head = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">\n'
     return (
@@ -110,10 +115,11 @@ SIZED = (
 
 def test_arguments_are_those_that_are_given(expand):
     text = SIZED.replace(
-        "</robot>", '<xacro:if value="$(arg two)">' + link("$(arg size)") + "</xacro:if></robot>"
+        "</robot>",
+        '<xacro:if value="$(arg two)">' + link("$(arg size)") + link("$(arg two)") + "</xacro:if></robot>",
     )
     root, _ = expand(text, dof=7, side="b; c", two=True, size=0.5)
-    assert [each.name for each in root.within("link")] == ["b; c_7", "0.5"]
+    assert [each.name for each in root.within("link")] == ["b; c_7", "0.5", "true"]
 
 
 def test_arguments_that_are_missing_are_said_with_how_to_give_them(expand):
