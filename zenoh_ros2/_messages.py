@@ -222,7 +222,13 @@ class Types:
         """
         name = message.__msgtype__
         codec = self._codec_for(name, humble=humble)
-        made = message if self._exact(name)(message) else self._make(name, message, name)
+        if name not in self._checks:
+            self._checks[name] = exact(name, self._store)
+        try:
+            is_exact = self._checks[name](message)
+        except AttributeError:  # a field was deleted
+            is_exact = False
+        made = message if is_exact else self._make(name, message, name)
         try:
             codec.write(buffer, made, name)
         except MISFITS as error:
@@ -253,12 +259,6 @@ class Types:
             self._humble[name] = codec_of_humble(self._store.fielddefs, name) or self._codec
         return self._humble[name]
 
-    def _exact(self, name: str) -> Check:
-        if name not in self._checks:
-            cls, (_, fields) = self._store.types[name], self._store.fielddefs[name]
-            self._checks[name] = exact(cls, fields, self._exact)
-        return self._checks[name]
-
     def _make(self, name: str, given: object, path: str) -> Any:  # noqa: ANN401
         own = dict(self._store.fielddefs[name][1])
         if not isinstance(given, Mapping):
@@ -267,7 +267,7 @@ class Types:
                 raise MessageError(f"{path}: a {name} is expected, not {found}")
             cls = self._store.types[name]
             if type(given) is cls:  # also what was assigned by a name that no field has
-                given = {each: value for each, value in vars(given).items() if not hasattr(cls, each)}
+                given = {each: value for each, value in [*vars(given).items()] if not hasattr(cls, each)}
             else:
                 given = {each: getattr(given, each) for each in own if hasattr(given, each)}
         for field in given:
@@ -290,7 +290,10 @@ class Types:
         if node == Nodetype.NAME:
             return self._make(detail, given, path)
         element, count = detail
-        if isinstance(given, str | Mapping) or not isinstance(given, Sequence | np.ndarray | memoryview):
+        if isinstance(given, memoryview):
+            given = np.asarray(given)
+        is_sequence = isinstance(given, Sequence) and not isinstance(given, str)
+        if not is_sequence and not (isinstance(given, np.ndarray) and given.ndim):
             raise MessageError(f"{path}: a sequence is expected, not {type(given).__name__}")
         if (node == Nodetype.ARRAY and len(given) != count) or 0 < count < len(given):
             most = "exactly" if node == Nodetype.ARRAY else "at most"
@@ -422,9 +425,10 @@ def _scalar(detail: tuple[str, int], given: Any, path: str) -> object:  # noqa: 
     if isinstance(given, bool) or not isinstance(given, _REALS):
         raise MessageError(f"{path}: a number is expected, not {given!r:.60}")
     try:
+        number = float(given)
         if name == "float32":
-            struct.pack("<f", given)
-        return float(given)
+            struct.pack("<f", number)
+        return number
     except OverflowError as error:
         raise MessageError(f"{path}: {error}") from error
 
@@ -439,9 +443,10 @@ def _numbers(name: str, given: Any, path: str) -> np.ndarray[Any, Any]:  # noqa:
         if name in _INTEGERS and array.size and array.dtype != wanted and array.dtype.kind in "biu":
             least, most = _INTEGERS[name]
             fits = least <= array.min() and array.max() <= most
-        if fits and array.ndim == 1:
-            return np.ascontiguousarray(array, wanted)  # the codec takes no others
-    except (TypeError, ValueError, OverflowError):
+        if fits and array.ndim == 1 and not np.ma.is_masked(given):
+            with np.errstate(over="raise"):
+                return np.ascontiguousarray(array, wanted)  # the codec takes no others
+    except (TypeError, ValueError, ArithmeticError):
         pass
     raise MessageError(f"{path}: a sequence of {name} is expected, not {given!r:.60}")
 
