@@ -47,6 +47,12 @@ def data(text: str) -> object:
         # B.2.1 of the Recommendation: what is neither an object nor XML is a text whose spaces are normalized.
         ("\nthis  is \na text\n", "this is a text", ["N561"]),
         ("\n [1, 2\n", "[1, 2", ["N561"]),
+        ('["null", null]', ["null", None], []),
+        (")+(", ")+(", ["N561"]),
+        ("1)(2", "1)(2", ["N561"]),
+        ("x for x in y", "x for x in y", ["N561"]),
+        ("# nothing", "# nothing", ["N561"]),
+        ("\\", "\\", ["N561"]),
         ("  ", None, []),
         ("<book/>", None, ["W561"]),
     ],
@@ -148,6 +154,67 @@ def test_events_that_scxml_takes_in_another_order_are_reported(
     first: str, second: str, codes: list[str]
 ) -> None:
     assert reported(f'<state id="a"><onentry>{first}</onentry><onentry>{second}</onentry></state>') == codes
+
+
+@pytest.mark.parametrize(
+    ("elsewhere", "codes"),
+    [
+        ('<state id="b"><transition event="e" target="b"><send event="e"/></transition></state>', ["W562"]),
+        (
+            '<s:state xmlns:s="http://www.w3.org/2005/07/scxml"><s:onexit><s:send event="e"/></s:onexit></s:state>',
+            ["W562"],
+        ),
+        ('<state id="b"><onentry><send event="e" delay="1s"/></onentry></state>', ["W561"]),
+        ('<state id="b"><onentry><send event="e" type="http"/></onentry></state>', ["W561"]),
+        ('<state id="b"><onentry><send event="e" target="#_internal"/></onentry></state>', []),
+        ('<state id="b"><onentry><raise event="e"/></onentry></state>', []),
+    ],
+)
+def test_a_raised_event_is_reported_where_the_chart_also_sends_others(
+    elsewhere: str, codes: list[str]
+) -> None:
+    assert reported(f'<state id="a"><onentry><raise event="f"/></onentry></state>{elsewhere}') == codes
+
+
+def test_an_event_for_the_chart_itself_may_say_so() -> None:
+    of_scxml = "http://www.w3.org/TR/scxml/#SCXMLEventProcessor"
+    for type_ in ("scxml", of_scxml):
+        code = read(f'<state id="a"><onentry><send event="e" type="{type_}"/></onentry></state>')
+        assert code == 'self.send("e")'
+
+
+@pytest.mark.parametrize(
+    ("elements", "codes"),
+    [
+        ('<transition event="go" target="p"><raise event="x"/></transition>', ["W562"]),
+        ('<transition event="go" target="p"><if cond="1"><raise event="x.y"/></if></transition>', ["W562"]),
+        ('<onexit><raise event="x"/></onexit><transition event="go" target="p"/>', ["W562"]),
+        ('<transition event="go" target="p"><raise event="xy"/></transition>', []),
+        ('<transition event="go" target="p"><raise event="out"/></transition>', []),
+        ('<transition event="go" target="a"><raise event="x"/></transition>', []),
+    ],
+)
+def test_an_event_that_is_sent_before_the_automaton_that_waits_for_it_starts_is_reported(
+    elements: str, codes: list[str]
+) -> None:
+    inside = '<state id="p"><transition event="out" target="a"/><state id="b"><transition event="x" target="c"/></state>'
+    assert reported(f'<state id="a">{elements}</state>{inside}<state id="c"/></state>') == codes
+
+
+@pytest.mark.parametrize(("event", "codes"), [("x", ["W562"]), ("y", []), ("z", [])])
+def test_entry_code_is_not_heard_inside_its_state(event: str, codes: list[str]) -> None:
+    region = '<state id="r"><transition event="x" target="r"/><onentry><raise event="y"/></onentry></state>'
+    entry = f'<onentry><raise event="{event}"/></onentry><transition event="z" target="p"/>'
+    assert reported(f'<parallel id="p">{entry}{region}</parallel>') == codes
+
+
+@pytest.mark.parametrize(
+    "attribute", ['type="http"', 'targetexpr="x"', 'idlocation="x"', 'target="#_parent"']
+)
+def test_a_delayed_event_for_others_or_that_is_computed_is_no_timer(attribute: str) -> None:
+    entry = f'<onentry><send event="late" id="t" delay="1s" {attribute}/></onentry>'
+    exit_ = '<onexit><cancel sendid="t"/></onexit><transition event="late" target="a"/>'
+    assert reported(f'<state id="a">{entry}{exit_}</state>') == ["W561", "W561"]
 
 
 def test_an_event_without_delay_is_sent_at_once() -> None:
