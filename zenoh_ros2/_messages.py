@@ -439,8 +439,10 @@ def _numbers(name: str, given: Any, path: str) -> np.ndarray[Any, Any]:  # noqa:
         given = np.frombuffer(given, np.uint8)
     try:
         array = np.asarray(given)
-        fits = not array.size or np.can_cast(array.dtype, wanted, "same_kind")
-        if name in _INTEGERS and array.size and array.dtype != wanted and array.dtype.kind in "biu":
+        if not array.size:  # of whatever type
+            array = np.zeros(array.shape, wanted)
+        fits = np.can_cast(array.dtype, wanted, "same_kind")
+        if name in _INTEGERS and array.dtype != wanted and array.dtype.kind in "biu":
             least, most = _INTEGERS[name]
             fits = least <= array.min() and array.max() <= most
         if fits and array.ndim == 1 and not np.ma.is_masked(given):

@@ -217,6 +217,18 @@ def test_a_delayed_event_for_others_or_that_is_computed_is_no_timer(attribute: s
     assert reported(f'<state id="a">{entry}{exit_}</state>') == ["W561", "W561"]
 
 
+def test_a_state_may_have_several_timers() -> None:
+    inside = "".join(
+        f'<onentry><send event="{event}" id="{event}" delay="{event[1]}s"/></onentry><onexit><cancel sendid="{event}"/>'
+        f'</onexit><transition event="{event}" target="a"/>'
+        for event in ("t1", "t2")
+    )
+    document, found = import_(scxml(f'<state id="a">{inside}</state>', PYTHON))
+    assert document is not None
+    assert [each.trigger.text for each in document.automata[0].transitions] == ["1000", "2000"]
+    assert not len(found)
+
+
 def test_an_event_without_delay_is_sent_at_once() -> None:
     assert read('<state id="a"><onentry><send event="e" delay="0s"/></onentry></state>') == 'self.send("e")'
 
