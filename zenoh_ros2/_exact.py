@@ -17,7 +17,12 @@ Check = Callable[[Any], bool]
 
 ARRAYS: Final = {"byte": "int8", "bool": "bool_"}
 """Names of elements in NumPy that differ."""
-_SCALARS: Final = {"bool": "bool", "float32": "float", "float64": "float"}  # others are whole
+ZEROS: Final[dict[str, Any]] = {
+    "string": "",
+    "bool": False,
+    "float32": 0.0,
+    "float64": 0.0,
+}  # others are whole
 
 
 def exact(name: str, store: Typestore) -> Check:
@@ -45,7 +50,7 @@ def _of_value(value: str, kind: Any, store: Typestore, scope: dict[str, Any]) ->
     elif node == Nodetype.BASE and detail[0] == "string":
         yield "False" if detail[1] else f"type(text := {value}) is str and '\\0' not in text"
     elif node == Nodetype.BASE:
-        yield f"type({value}) is {_SCALARS.get(detail[0], 'int')}"
+        yield f"type({value}) is {type(ZEROS.get(detail[0], 0)).__name__}"
     else:
         element, count = detail
         least, most = count if node == Nodetype.ARRAY else 0, count or 1 << 32

@@ -25,7 +25,7 @@ from rosbags.typesys import Stores, TypesysError, get_types_from_msg, get_typest
 from zenoh_ice.text import encodable
 
 from ._codec import MISFITS, Codec, codec_of_humble, needed_by
-from ._exact import ARRAYS, Check, exact
+from ._exact import ARRAYS, ZEROS, Check, exact
 from .exceptions import DefinitionError, MessageError, TypeUnknownError
 
 Kind = Literal["msg", "srv", "action"]
@@ -225,15 +225,12 @@ class Types:
         if name not in self._checks:
             self._checks[name] = exact(name, self._store)
         try:
-            is_exact = self._checks[name](message)
-        except AttributeError:  # a field was deleted
-            is_exact = False
-        made = message if is_exact else self._make(name, message, name)
-        try:
-            codec.write(buffer, made, name)
-        except MISFITS as error:
-            self._make(name, message, name)  # its error names the field
-            raise MessageError(f"{name}: {error}") from error
+            if self._checks[name](message):
+                codec.write(buffer, message, name)
+                return
+        except MISFITS:  # also a field that was deleted
+            pass
+        codec.write(buffer, self._make(name, message, name), name)
 
     def largest(self, name: str) -> int:
         """Return the maximum bytes of a message: exactly, if each of its members has a fixed size."""
@@ -305,7 +302,7 @@ class Types:
     def _zero(self, kind: Any) -> Any:  # noqa: ANN401
         node, detail = kind
         if node == Nodetype.BASE:
-            return {"string": "", "bool": False, "float32": 0.0, "float64": 0.0}.get(detail[0], 0)
+            return ZEROS.get(detail[0], 0)
         if node == Nodetype.NAME:
             return self._make(detail, {}, detail)
         element, count = detail
@@ -403,32 +400,26 @@ def _written(kind: Any) -> str:  # noqa: ANN401
 
 def _scalar(detail: tuple[str, int], given: Any, path: str) -> object:  # noqa: ANN401
     name, limit = detail
+    least, most = _INTEGERS.get(name, (0, 0))
     if name == "string":
-        if not isinstance(given, str) or "\0" in given or (not given.isascii() and given != encodable(given)):
-            raise MessageError(
-                f"{path}: text in UTF-8 without zero characters is expected, not {given!r:.60}"
-            )
-        if limit and len(given.encode()) > limit:
-            raise MessageError(f"{path}: at most {limit} bytes are expected")
-        return given
-    if name == "bool":
-        if not isinstance(given, bool | np.bool_):
-            raise MessageError(f"{path}: True or False is expected, not {given!r:.60}")
-        return bool(given)
-    if name in _INTEGERS:
-        least, most = _INTEGERS[name]
-        if isinstance(given, bool) or not isinstance(given, int | np.integer) or not least <= given <= most:
-            raise MessageError(
-                f"{path}: a whole number from {least} to {most} is expected, not {given!r:.60}"
-            )
-        return int(given)
-    if isinstance(given, bool) or not isinstance(given, _REALS):
-        raise MessageError(f"{path}: a number is expected, not {given!r:.60}")
+        what, fits = "text in UTF-8 without zero characters", isinstance(given, str) and "\0" not in given
+        fits = fits and (given.isascii() or given == encodable(given))
+    elif name == "bool":
+        what, fits = "True or False", isinstance(given, bool | np.bool_)
+    elif name in _INTEGERS:
+        what, fits = f"a whole number from {least} to {most}", isinstance(given, int | np.integer)
+        fits = fits and not isinstance(given, bool) and least <= given <= most
+    else:
+        what, fits = "a number", isinstance(given, _REALS) and not isinstance(given, bool)
+    if not fits:
+        raise MessageError(f"{path}: {what} is expected, not {given!r:.60}")
+    if limit and len(given.encode()) > limit:
+        raise MessageError(f"{path}: at most {limit} bytes are expected")
     try:
-        number = float(given)
+        value = type(ZEROS.get(name, 0))(given)
         if name == "float32":
-            struct.pack("<f", number)
-        return number
+            struct.pack("<f", value)
+        return value
     except OverflowError as error:
         raise MessageError(f"{path}: {error}") from error
 

@@ -297,9 +297,8 @@ def is_name(text: str) -> bool:
 def _json(text: str) -> str:
     """Return JSON with words that Python does not have as Python, blank for any other text."""
     try:
-        found = repr(json.loads(text)) if _JSON_WORDS.search(text) else ""
-        return found and repr(ast.literal_eval(found))  # which inf and nan are not
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return _expression(repr(json.loads(text))) if _JSON_WORDS.search(text) else ""
+    except (ValueError, RecursionError):
         return ""
 
 

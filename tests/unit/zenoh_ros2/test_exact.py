@@ -87,7 +87,7 @@ def test_values_are_converted_whether_given_or_assigned(
         (STATE, "position", np.ma.masked_array([1.5, 2.5], [False, True]), r"position: a sequence of float64"),
         (STATE, "position", np.array(1.5), r"position: a sequence is expected, not ndarray"),
         (STATE, "name", np.array("a"), r"name: a sequence is expected, not ndarray"),
-        (STATE, "name", memoryview(array("h", [1])), r"name\[0\]: text"),
+        (STATE, "name", np.array([1], ">i2").data, r"name\[0\]: text"),
         (STATE, "name", ["a", "b\0"], r"JointState\.name\[1\]: text"),
         ("sensor_msgs/msg/CameraInfo", "k", np.array(1.5), r"k: a sequence is expected, not ndarray"),
         ("std_msgs/msg/Int8", "data", True, r"Int8\.data: a whole number"),

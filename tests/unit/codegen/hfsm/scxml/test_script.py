@@ -48,6 +48,7 @@ def data(text: str) -> object:
         ("\nthis  is \na text\n", "this is a text", ["N561"]),
         ("\n [1, 2\n", "[1, 2", ["N561"]),
         ('["null", null]', ["null", None], []),
+        ("[" * 300 + "null" + "]" * 300, "[" * 300 + "null" + "]" * 300, ["N561"]),
         (")+(", ")+(", ["N561"]),
         ("1)(2", "1)(2", ["N561"]),
         ("x for x in y", "x for x in y", ["N561"]),
@@ -178,8 +179,8 @@ def test_a_raised_event_is_reported_where_the_chart_also_sends_others(
 
 def test_an_event_for_the_chart_itself_may_say_so() -> None:
     of_scxml = "http://www.w3.org/TR/scxml/#SCXMLEventProcessor"
-    for type_ in ("scxml", of_scxml):
-        code = read(f'<state id="a"><onentry><send event="e" type="{type_}"/></onentry></state>')
+    for attribute in ('type="scxml"', f'type="{of_scxml}"', 'q:note="x" xmlns:q="urn:q"'):
+        code = read(f'<state id="a"><onentry><send event="e" {attribute}/></onentry></state>')
         assert code == 'self.send("e")'
 
 
