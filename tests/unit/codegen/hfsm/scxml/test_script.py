@@ -190,6 +190,7 @@ def test_an_event_for_the_chart_itself_may_say_so() -> None:
         ('<transition event="go" target="p"><raise event="x"/></transition>', ["W562"]),
         ('<transition event="go" target="p"><if cond="1"><raise event="x.y"/></if></transition>', ["W562"]),
         ('<onexit><raise event="x"/></onexit><transition event="go" target="p"/>', ["W562"]),
+        ('<transition event="go" target="p"><send event="x" delay="1s"/></transition>', ["W561"]),
         ('<transition event="go" target="p"><raise event="xy"/></transition>', []),
         ('<transition event="go" target="p"><raise event="out"/></transition>', []),
         ('<transition event="go" target="a"><raise event="x"/></transition>', []),
@@ -228,6 +229,10 @@ def test_a_state_may_have_several_timers() -> None:
     assert document is not None
     assert [each.trigger.text for each in document.automata[0].transitions] == ["1000", "2000"]
     assert not len(found)
+
+
+def test_elements_of_other_programs_may_have_any_attribute() -> None:
+    assert "W561" not in reported('<state id="a"><q:layout xmlns:q="urn:q" left="1"/></state>')
 
 
 def test_an_event_without_delay_is_sent_at_once() -> None:
