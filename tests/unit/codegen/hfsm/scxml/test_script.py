@@ -235,6 +235,15 @@ def test_elements_of_other_programs_may_have_any_attribute() -> None:
     assert "W561" not in reported('<state id="a"><q:layout xmlns:q="urn:q" left="1"/></state>')
 
 
+def test_a_timer_may_be_awaited_with_a_star() -> None:
+    entry = '<onentry><send event="late" id="t" delay="1s"/></onentry><onexit><cancel sendid="t"/></onexit>'
+    document, _ = import_(
+        scxml(f'<state id="a">{entry}<transition event="late.*" target="a"/></state>', PYTHON)
+    )
+    assert document is not None
+    assert [each.trigger.text for each in document.automata[0].transitions] == ["1000"]
+
+
 def test_an_event_without_delay_is_sent_at_once() -> None:
     assert read('<state id="a"><onentry><send event="e" delay="0s"/></onentry></state>') == 'self.send("e")'
 
