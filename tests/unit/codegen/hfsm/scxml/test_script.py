@@ -244,6 +244,13 @@ def test_a_timer_may_be_awaited_with_a_star() -> None:
     assert [each.trigger.text for each in document.automata[0].transitions] == ["1000"]
 
 
+def test_an_internal_transition_that_leaves_its_state_is_like_any_other() -> None:
+    assert (
+        reported('<state id="a"><transition type="internal" event="e" target="b"/></state><state id="b"/>')
+        == []
+    )
+
+
 def test_an_event_without_delay_is_sent_at_once() -> None:
     assert read('<state id="a"><onentry><send event="e" delay="0s"/></onentry></state>') == 'self.send("e")'
 
