@@ -6,50 +6,64 @@ assigned to a message is looked at before it is written: all but these values ar
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterator
 from typing import Any, Final
 
 import numpy as np
 from rosbags.interfaces import Nodetype
+from rosbags.typesys.store import Typestore
 
 Check = Callable[[Any], bool]
 
 ARRAYS: Final = {"byte": "int8", "bool": "bool_"}
 """Names of elements in NumPy that differ."""
-_SCALARS: Final[dict[str, type]] = {"bool": bool, "float32": float, "float64": float}  # others are whole
+ZEROS: Final[dict[str, Any]] = {
+    "string": "",
+    "bool": False,
+    "float32": 0.0,
+    "float64": 0.0,
+}  # others are whole
 
 
-def exact(cls: Any, fields: Iterable[tuple[str, Any]], of_message: Callable[[str], Check]) -> Check:  # noqa: ANN401
-    """Return a check of messages of a class; `of_message` returns that of messages in them, by name."""
-    checks = [(field, _of_value(kind, of_message)) for field, kind in fields]
+def exact(name: str, store: Typestore) -> Check:
+    """Return a check of messages of a store, by their name; it raises AttributeError for a missing field.
 
-    def check(message: Any) -> bool:  # noqa: ANN401
-        values = vars(message) if type(message) is cls else {}
-        return len(values) == len(cls.__match_args__) and all(fits(values.get(each)) for each, fits in checks)
-
+    It is compiled from the definition, as rosbags' codec is: else it would take longer than that.
+    """
+    scope: dict[str, Any] = {"ndarray": np.ndarray}
+    conditions = " and ".join(_of_value("message", (Nodetype.NAME, name), store, scope))
+    check: Check = eval(f"lambda message: {conditions}", scope)  # noqa: S307 - of names in definitions
     return check
 
 
-def _of_value(kind: Any, of_message: Callable[[str], Check]) -> Check:  # noqa: ANN401
+def _of_value(value: str, kind: Any, store: Typestore, scope: dict[str, Any]) -> Iterator[str]:  # noqa: ANN401
+    """Yield the conditions of a value, whose expression is given; the scope gets what they need."""
     node, detail = kind
+    number = len(scope)
     if node == Nodetype.NAME:
-        return of_message(detail)
-    if node == Nodetype.BASE:
-        name, limit = detail
-        if name == "string":
-            return lambda text: type(text) is str and "\0" not in text and not limit
-        wanted = _SCALARS.get(name, int)
-        return lambda value: type(value) is wanted
-    element, count = detail
-    least, most = count if node == Nodetype.ARRAY else 0, count or 1 << 32
-    if element[0] == Nodetype.BASE and element[1][0] != "string":
-        dtype = np.dtype(ARRAYS.get(element[1][0], element[1][0]))
-        return lambda a: (
-            type(a) is np.ndarray
-            and a.dtype == dtype
-            and a.ndim == 1
-            and a.flags.c_contiguous
-            and least <= len(a) <= most
-        )
-    fits = _of_value(element, of_message)
-    return lambda values: type(values) is list and least <= len(values) <= most and all(map(fits, values))
+        cls: Any = store.types[detail]
+        scope[f"class_{number}"] = cls
+        yield f"type(m{number} := {value}) is class_{number}"
+        yield f"len(m{number}.__dict__) == {len(cls.__match_args__)}"
+        for field, each in store.fielddefs[detail][1]:
+            yield from _of_value(f"m{number}.{field}", each, store, scope)
+    elif node == Nodetype.BASE and detail[0] == "string":
+        yield "False" if detail[1] else f"type(text := {value}) is str and '\\0' not in text"
+    elif node == Nodetype.BASE:
+        yield f"type({value}) is {type(ZEROS.get(detail[0], 0)).__name__}"
+    else:
+        element, count = detail
+        least, most = count if node == Nodetype.ARRAY else 0, count or 1 << 32
+        is_number = element[0] == Nodetype.BASE and element[1][0] != "string"
+        yield f"type(values := {value}) is {'ndarray' if is_number else 'list'}"
+        if is_number:
+            scope[f"dtype_{number}"] = np.dtype(ARRAYS.get(element[1][0], element[1][0]))
+            yield f"values.dtype == dtype_{number} and values.ndim == 1 and values.flags.c_contiguous"
+        elif element[0] == Nodetype.NAME:
+            scope[f"fits_{number}"] = exact(element[1], store)
+            yield f"all(map(fits_{number}, values))"
+        else:
+            yield (
+                "False" if element[1][1] else "{*map(type, values)} <= {str} and '\\0' not in ''.join(values)"
+            )
+        yield f"{least} <= len(values) <= {most}"

@@ -25,7 +25,7 @@ from rosbags.typesys import Stores, TypesysError, get_types_from_msg, get_typest
 from zenoh_ice.text import encodable
 
 from ._codec import MISFITS, Codec, codec_of_humble, needed_by
-from ._exact import ARRAYS, Check, exact
+from ._exact import ARRAYS, ZEROS, Check, exact
 from .exceptions import DefinitionError, MessageError, TypeUnknownError
 
 Kind = Literal["msg", "srv", "action"]
@@ -222,12 +222,15 @@ class Types:
         """
         name = message.__msgtype__
         codec = self._codec_for(name, humble=humble)
-        made = message if self._exact(name)(message) else self._make(name, message, name)
+        if name not in self._checks:
+            self._checks[name] = exact(name, self._store)
         try:
-            codec.write(buffer, made, name)
-        except MISFITS as error:
-            self._make(name, message, name)  # its error names the field
-            raise MessageError(f"{name}: {error}") from error
+            if self._checks[name](message):
+                codec.write(buffer, message, name)
+                return
+        except MISFITS:  # also a field that was deleted
+            pass
+        codec.write(buffer, self._make(name, message, name), name)
 
     def largest(self, name: str) -> int:
         """Return the maximum bytes of a message: exactly, if each of its members has a fixed size."""
@@ -253,12 +256,6 @@ class Types:
             self._humble[name] = codec_of_humble(self._store.fielddefs, name) or self._codec
         return self._humble[name]
 
-    def _exact(self, name: str) -> Check:
-        if name not in self._checks:
-            cls, (_, fields) = self._store.types[name], self._store.fielddefs[name]
-            self._checks[name] = exact(cls, fields, self._exact)
-        return self._checks[name]
-
     def _make(self, name: str, given: object, path: str) -> Any:  # noqa: ANN401
         own = dict(self._store.fielddefs[name][1])
         if not isinstance(given, Mapping):
@@ -267,7 +264,7 @@ class Types:
                 raise MessageError(f"{path}: a {name} is expected, not {found}")
             cls = self._store.types[name]
             if type(given) is cls:  # also what was assigned by a name that no field has
-                given = {each: value for each, value in vars(given).items() if not hasattr(cls, each)}
+                given = {each: value for each, value in [*vars(given).items()] if not hasattr(cls, each)}
             else:
                 given = {each: getattr(given, each) for each in own if hasattr(given, each)}
         for field in given:
@@ -290,7 +287,10 @@ class Types:
         if node == Nodetype.NAME:
             return self._make(detail, given, path)
         element, count = detail
-        if isinstance(given, str | Mapping) or not isinstance(given, Sequence | np.ndarray | memoryview):
+        if isinstance(given, memoryview):
+            given = np.asarray(given)
+        is_sequence = isinstance(given, Sequence) and not isinstance(given, str)
+        if not is_sequence and not (isinstance(given, np.ndarray) and given.ndim):
             raise MessageError(f"{path}: a sequence is expected, not {type(given).__name__}")
         if (node == Nodetype.ARRAY and len(given) != count) or 0 < count < len(given):
             most = "exactly" if node == Nodetype.ARRAY else "at most"
@@ -302,7 +302,7 @@ class Types:
     def _zero(self, kind: Any) -> Any:  # noqa: ANN401
         node, detail = kind
         if node == Nodetype.BASE:
-            return {"string": "", "bool": False, "float32": 0.0, "float64": 0.0}.get(detail[0], 0)
+            return ZEROS.get(detail[0], 0)
         if node == Nodetype.NAME:
             return self._make(detail, {}, detail)
         element, count = detail
@@ -400,31 +400,26 @@ def _written(kind: Any) -> str:  # noqa: ANN401
 
 def _scalar(detail: tuple[str, int], given: Any, path: str) -> object:  # noqa: ANN401
     name, limit = detail
+    least, most = _INTEGERS.get(name, (0, 0))
     if name == "string":
-        if not isinstance(given, str) or "\0" in given or (not given.isascii() and given != encodable(given)):
-            raise MessageError(
-                f"{path}: text in UTF-8 without zero characters is expected, not {given!r:.60}"
-            )
-        if limit and len(given.encode()) > limit:
-            raise MessageError(f"{path}: at most {limit} bytes are expected")
-        return given
-    if name == "bool":
-        if not isinstance(given, bool | np.bool_):
-            raise MessageError(f"{path}: True or False is expected, not {given!r:.60}")
-        return bool(given)
-    if name in _INTEGERS:
-        least, most = _INTEGERS[name]
-        if isinstance(given, bool) or not isinstance(given, int | np.integer) or not least <= given <= most:
-            raise MessageError(
-                f"{path}: a whole number from {least} to {most} is expected, not {given!r:.60}"
-            )
-        return int(given)
-    if isinstance(given, bool) or not isinstance(given, _REALS):
-        raise MessageError(f"{path}: a number is expected, not {given!r:.60}")
+        what, fits = "text in UTF-8 without zero characters", isinstance(given, str) and "\0" not in given
+        fits = fits and (given.isascii() or given == encodable(given))
+    elif name == "bool":
+        what, fits = "True or False", isinstance(given, bool | np.bool_)
+    elif name in _INTEGERS:
+        what, fits = f"a whole number from {least} to {most}", isinstance(given, int | np.integer)
+        fits = fits and not isinstance(given, bool) and least <= given <= most
+    else:
+        what, fits = "a number", isinstance(given, _REALS) and not isinstance(given, bool)
+    if not fits:
+        raise MessageError(f"{path}: {what} is expected, not {given!r:.60}")
+    if limit and len(given.encode()) > limit:
+        raise MessageError(f"{path}: at most {limit} bytes are expected")
     try:
+        value = type(ZEROS.get(name, 0))(given)
         if name == "float32":
-            struct.pack("<f", given)
-        return float(given)
+            struct.pack("<f", value)
+        return value
     except OverflowError as error:
         raise MessageError(f"{path}: {error}") from error
 
@@ -435,13 +430,16 @@ def _numbers(name: str, given: Any, path: str) -> np.ndarray[Any, Any]:  # noqa:
         given = np.frombuffer(given, np.uint8)
     try:
         array = np.asarray(given)
-        fits = not array.size or np.can_cast(array.dtype, wanted, "same_kind")
-        if name in _INTEGERS and array.size and array.dtype != wanted and array.dtype.kind in "biu":
+        if not array.size:  # of whatever type
+            array = np.zeros(array.shape, wanted)
+        fits = np.can_cast(array.dtype, wanted, "same_kind")
+        if name in _INTEGERS and array.dtype != wanted and array.dtype.kind in "biu":
             least, most = _INTEGERS[name]
             fits = least <= array.min() and array.max() <= most
-        if fits and array.ndim == 1:
-            return np.ascontiguousarray(array, wanted)  # the codec takes no others
-    except (TypeError, ValueError, OverflowError):
+        if fits and array.ndim == 1 and not np.ma.is_masked(given):
+            with np.errstate(over="raise"):
+                return np.ascontiguousarray(array, wanted)  # the codec takes no others
+    except (TypeError, ValueError, ArithmeticError):
         pass
     raise MessageError(f"{path}: a sequence of {name} is expected, not {given!r:.60}")
 

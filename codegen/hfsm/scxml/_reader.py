@@ -10,7 +10,7 @@ of one automaton, and an automaton that is entered starts in its initial state, 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final, NamedTuple
@@ -24,7 +24,16 @@ from ..document import NO_CHILD, REFUSED, Automaton, Document, Event, State, Tex
 from ..formats.reader import parse_document
 from ..formats.xml_tree import XmlElement, parse_xml
 from ..positions import on_circle
-from ._script import ScriptReader, decode_event, descendants, first_words, inside_all, is_name, take_timers
+from ._script import (
+    ScriptReader,
+    decode_event,
+    descendants,
+    first_words,
+    inside_all,
+    is_at_once,
+    is_name,
+    take_timers,
+)
 from ._writer import OWN_NAMESPACE, SCXML_NAMESPACE, write_scxml
 
 _HEAD: Final = 4096  # bytes in which the root of a file must start
@@ -155,7 +164,7 @@ class _Reader:
         self.diagnostics = Diagnostics()
         self._root = root
         self._path = path
-        self._script = ScriptReader(root.attributes.get("datamodel", ""), self.report)
+        self._script = ScriptReader(root, self.report)
         self._others: set[str] = set()
         """Names of elements of other programs that have been reported."""
         self._automata: list[_Automaton] = []
@@ -201,6 +210,7 @@ class _Reader:
             self._find_initial(automaton)
         for automaton in self._automata:
             for state in list(automaton.states):
+                self._check_heard(state, state.element.elements("onentry"))
                 for element in state.element.elements("transition"):
                     self._read_transition(state, element)
         automata = tuple(map(self._automaton, self._automata))
@@ -361,6 +371,7 @@ class _Reader:
             )
             self._report_difference(element, message)
         self._check_entered(goals, destination, element)
+        self._check_heard(destination, [element, *descendants(origin.element, "onexit")])
         code = self._script.code([element])
         if origin is not state:
             destination, event = self._leave(state, origin, destination, names[0], element)
@@ -459,6 +470,22 @@ class _Reader:
                     self._report_difference(element, message)
                 if each is not destination:
                     self._check_initial(each, element)
+
+    def _check_heard(self, state: _State, senders: Iterable[XmlElement]) -> None:
+        """Report what is sent before the automata inside a state, which wait for it, start."""
+        inside = [
+            each for child in state.element.elements(*_STATES) for each in descendants(child, "transition")
+        ]
+        words = {first_words(name) for each in inside for name in each.attributes.get("event", "").split()}
+        for element in (each for sender in senders for each in descendants(sender, "raise", "send")):
+            event = f"{element.attributes.get('event', '')}."
+            if is_at_once(element) and any(event.startswith(f"{each}.") for each in words):
+                message = Message(
+                    "`{event}` is sent before the automata in `{state}` start: they do not get it",
+                    event=event[:-1][:60],
+                    state=state.name[:60],
+                )
+                self._report_difference(element, message)
 
     # The document.
 

@@ -10,6 +10,7 @@ import warnings
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from decimal import Decimal
+from functools import cached_property
 from typing import Final
 
 from ...messages import Message
@@ -27,8 +28,9 @@ _ENCODED: Final = re.compile(r"_x([0-9A-F]{4,6})_")
 _TIME: Final = re.compile(r"([0-9]{1,12}(?:\.[0-9]{1,9})?|\.[0-9]{1,9})(m?s)")
 _MILLISECONDS: Final = {"ms": 1, "s": 1000}
 _SYSTEM_NAMES: Final = re.compile(r"\b(?:In(?=\()|_event\b|_sessionid\b|_name\b|_ioprocessors\b)")
-_SEND_ATTRIBUTES: Final = frozenset(("event", "target", "id", "namelist", "delay", "delayexpr"))
+_SEND_ATTRIBUTES: Final = frozenset(("event", "target", "type", "id", "namelist", "delay", "delayexpr"))
 _SELF_TARGETS: Final = ("", "#_internal", "#_scxml")
+_SELF_TYPES: Final = ("", "scxml", "http://www.w3.org/TR/scxml/#SCXMLEventProcessor")
 _JSON_WORDS: Final = re.compile(r"\b(?:true|false|null)\b")
 
 
@@ -89,18 +91,37 @@ def _delay(send: XmlElement) -> str:
     """Return the delay in ms of an event that is sent within the chart, blank for any other."""
     delay = send.attributes.get("delay") or send.attributes.get("delayexpr", "").strip(" '\"")
     match = _TIME.fullmatch(delay.strip())
-    if match is None or send.attributes.get("target", "") not in ("", "#_internal"):
+    if match is None or not _is_own(send):
         return ""
     return f"{(Decimal(match[1]) * _MILLISECONDS[match[2]]).normalize():f}"
+
+
+def is_at_once(element: XmlElement) -> bool:
+    """Return whether an element sends an event within the chart without delay."""
+    is_delayed = element.attributes.keys() & {"delay", "delayexpr"} and _delay(element) != "0"
+    return element.tag == "raise" or (element.tag == "send" and _is_own(element) and not is_delayed)
+
+
+def _is_own(send: XmlElement) -> bool:
+    """Return whether an event is for the chart itself, which is not computed."""
+    attributes = {name: value for name, value in send.attributes.items() if ":" not in name}
+    is_here = attributes.get("target", "") in _SELF_TARGETS and attributes.get("type", "") in _SELF_TYPES
+    return is_here and attributes.keys() <= _SEND_ATTRIBUTES
+
+
+def _waits_for_raised(element: XmlElement) -> bool:
+    return element.tag == "send" and is_at_once(element) and element.attributes.get("target") != "#_internal"
 
 
 class ScriptReader:
     """Reads the code of a file. That of another `datamodel` than Python is kept, and reported."""
 
-    def __init__(self, datamodel: str, report: Report) -> None:
+    def __init__(self, root: XmlElement, report: Report) -> None:
+        datamodel = root.attributes.get("datamodel", "")
         is_default = datamodel.lower() in ("", "null", "ecmascript", "javascript")
         self._is_python = datamodel.lower().startswith("python")
         self._name = _ECMASCRIPT if is_default else datamodel
+        self._root = root
         self._report = report
         self.language = ""
         """The language of the code read so far, blank for Python."""
@@ -146,16 +167,20 @@ class ScriptReader:
         text = "\n".join(self.lines(found))
         return Text(text, found[0].line, found[0].column) if text else Text()
 
+    @cached_property
+    def _sends(self) -> int:
+        return sum(map(_waits_for_raised, descendants(self._root, "send")))
+
     def _check_order(self, elements: Sequence[XmlElement]) -> None:
-        """Report events that SCXML handles before others that are sent earlier."""
-        sends = False
-        for element in (each for found in elements for each in (found, *descendants(found))):
-            is_raised = element.tag == "raise" or element.attributes.get("target") == "#_internal"
-            if is_raised and sends:
+        """Report raised events, unless all that is sent is sent after them: SCXML handles them before."""
+        later = 0
+        for element in reversed([each for found in elements for each in (found, *descendants(found))]):
+            if _waits_for_raised(element):
+                later += 1
+            elif is_at_once(element) and later < self._sends:
                 event = element.attributes.get("event", "")[:60]
                 message = Message("SCXML handles `{event}` before what is sent before it", event=event)
                 self._report(Code.SCXML_DIFFERENT_MEANING, element, message)
-            sends |= element.tag == "send" and not is_raised and _delay(element) in ("", "0")
 
     def lines(self, elements: Iterable[XmlElement]) -> Iterator[str]:
         """Yield the lines of Python for elements of executable content."""
@@ -188,7 +213,7 @@ class ScriptReader:
             message = Message("`{event}` is not imported: it is delayed, but no timer", event=event[:60])
             self._report_lost(element, message)
             return
-        is_plain = attributes.get("target", "") in _SELF_TARGETS and attributes.keys() <= _SEND_ATTRIBUTES
+        is_plain = _is_own(element)
         data = {name: self.expression(element, name) for name in attributes.get("namelist", "").split()}
         content = ""
         for item in element.elements():
@@ -272,7 +297,7 @@ def is_name(text: str) -> bool:
 def _json(text: str) -> str:
     """Return JSON with words that Python does not have as Python, blank for any other text."""
     try:
-        return repr(json.loads(text)) if _JSON_WORDS.search(text) else ""
+        return _expression(repr(json.loads(text))) if _JSON_WORDS.search(text) else ""
     except (ValueError, RecursionError):
         return ""
 
@@ -282,7 +307,10 @@ def _expression(text: str) -> str:
     try:
         with warnings.catch_warnings(action="ignore"):
             compile(f"({text}\n)", "", "eval")
+            inside = ast.parse(f"[{text}\n]", mode="eval").body  # not if it closes brackets itself
     except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return ""
+    if not isinstance(inside, ast.List) or not inside.elts:
         return ""
     match parse_piece(f"_ = 0, {text}, 0"):
         case ast.Module(body=[ast.Assign(value=ast.Tuple(elts=[_, _, _]))]):

@@ -47,6 +47,13 @@ def data(text: str) -> object:
         # B.2.1 of the Recommendation: what is neither an object nor XML is a text whose spaces are normalized.
         ("\nthis  is \na text\n", "this is a text", ["N561"]),
         ("\n [1, 2\n", "[1, 2", ["N561"]),
+        ('["null", null]', ["null", None], []),
+        ("[" * 300 + "null" + "]" * 300, "[" * 300 + "null" + "]" * 300, ["N561"]),
+        (")+(", ")+(", ["N561"]),
+        ("1)(2", "1)(2", ["N561"]),
+        ("x for x in y", "x for x in y", ["N561"]),
+        ("# nothing", "# nothing", ["N561"]),
+        ("\\", "\\", ["N561"]),
         ("  ", None, []),
         ("<book/>", None, ["W561"]),
     ],
@@ -148,6 +155,100 @@ def test_events_that_scxml_takes_in_another_order_are_reported(
     first: str, second: str, codes: list[str]
 ) -> None:
     assert reported(f'<state id="a"><onentry>{first}</onentry><onentry>{second}</onentry></state>') == codes
+
+
+@pytest.mark.parametrize(
+    ("elsewhere", "codes"),
+    [
+        ('<state id="b"><transition event="e" target="b"><send event="e"/></transition></state>', ["W562"]),
+        (
+            '<s:state xmlns:s="http://www.w3.org/2005/07/scxml"><s:onexit><s:send event="e"/></s:onexit></s:state>',
+            ["W562"],
+        ),
+        ('<state id="b"><onentry><send event="e" delay="1s"/></onentry></state>', ["W561"]),
+        ('<state id="b"><onentry><send event="e" type="http"/></onentry></state>', ["W561"]),
+        ('<state id="b"><onentry><send event="e" target="#_internal"/></onentry></state>', []),
+        ('<state id="b"><onentry><raise event="e"/></onentry></state>', []),
+    ],
+)
+def test_a_raised_event_is_reported_where_the_chart_also_sends_others(
+    elsewhere: str, codes: list[str]
+) -> None:
+    assert reported(f'<state id="a"><onentry><raise event="f"/></onentry></state>{elsewhere}') == codes
+
+
+def test_an_event_for_the_chart_itself_may_say_so() -> None:
+    of_scxml = "http://www.w3.org/TR/scxml/#SCXMLEventProcessor"
+    for attribute in ('type="scxml"', f'type="{of_scxml}"', 'q:note="x" xmlns:q="urn:q"'):
+        code = read(f'<state id="a"><onentry><send event="e" {attribute}/></onentry></state>')
+        assert code == 'self.send("e")'
+
+
+@pytest.mark.parametrize(
+    ("elements", "codes"),
+    [
+        ('<transition event="go" target="p"><raise event="x"/></transition>', ["W562"]),
+        ('<transition event="go" target="p"><if cond="1"><raise event="x.y"/></if></transition>', ["W562"]),
+        ('<onexit><raise event="x"/></onexit><transition event="go" target="p"/>', ["W562"]),
+        ('<transition event="go" target="p"><send event="x" delay="1s"/></transition>', ["W561"]),
+        ('<transition event="go" target="p"><raise event="xy"/></transition>', []),
+        ('<transition event="go" target="p"><raise event="out"/></transition>', []),
+        ('<transition event="go" target="a"><raise event="x"/></transition>', []),
+    ],
+)
+def test_an_event_that_is_sent_before_the_automaton_that_waits_for_it_starts_is_reported(
+    elements: str, codes: list[str]
+) -> None:
+    inside = '<state id="p"><transition event="out" target="a"/><state id="b"><transition event="x" target="c"/></state>'
+    assert reported(f'<state id="a">{elements}</state>{inside}<state id="c"/></state>') == codes
+
+
+@pytest.mark.parametrize(("event", "codes"), [("x", ["W562"]), ("y", []), ("z", [])])
+def test_entry_code_is_not_heard_inside_its_state(event: str, codes: list[str]) -> None:
+    region = '<state id="r"><transition event="x" target="r"/><onentry><raise event="y"/></onentry></state>'
+    entry = f'<onentry><raise event="{event}"/></onentry><transition event="z" target="p"/>'
+    assert reported(f'<parallel id="p">{entry}{region}</parallel>') == codes
+
+
+@pytest.mark.parametrize(
+    "attribute", ['type="http"', 'targetexpr="x"', 'idlocation="x"', 'target="#_parent"']
+)
+def test_a_delayed_event_for_others_or_that_is_computed_is_no_timer(attribute: str) -> None:
+    entry = f'<onentry><send event="late" id="t" delay="1s" {attribute}/></onentry>'
+    exit_ = '<onexit><cancel sendid="t"/></onexit><transition event="late" target="a"/>'
+    assert reported(f'<state id="a">{entry}{exit_}</state>') == ["W561", "W561"]
+
+
+def test_a_state_may_have_several_timers() -> None:
+    inside = "".join(
+        f'<onentry><send event="{event}" id="{event}" delay="{event[1]}s"/></onentry><onexit><cancel sendid="{event}"/>'
+        f'</onexit><transition event="{event}" target="a"/>'
+        for event in ("t1", "t2")
+    )
+    document, found = import_(scxml(f'<state id="a">{inside}</state>', PYTHON))
+    assert document is not None
+    assert [each.trigger.text for each in document.automata[0].transitions] == ["1000", "2000"]
+    assert not len(found)
+
+
+def test_elements_of_other_programs_may_have_any_attribute() -> None:
+    assert "W561" not in reported('<state id="a"><q:layout xmlns:q="urn:q" left="1"/></state>')
+
+
+def test_a_timer_may_be_awaited_with_a_star() -> None:
+    entry = '<onentry><send event="late" id="t" delay="1s"/></onentry><onexit><cancel sendid="t"/></onexit>'
+    document, _ = import_(
+        scxml(f'<state id="a">{entry}<transition event="late.*" target="a"/></state>', PYTHON)
+    )
+    assert document is not None
+    assert [each.trigger.text for each in document.automata[0].transitions] == ["1000"]
+
+
+def test_an_internal_transition_that_leaves_its_state_is_like_any_other() -> None:
+    assert (
+        reported('<state id="a"><transition type="internal" event="e" target="b"/></state><state id="b"/>')
+        == []
+    )
 
 
 def test_an_event_without_delay_is_sent_at_once() -> None:
