@@ -217,7 +217,8 @@ class _Runs:
                 "no setting is best, as all trials fail, {count} of {all} so: {reason} in {states}",
                 reason=way.reason,
                 states=way.states,
-                count=len(way.numbers), all=len(tried),
+                count=len(way.numbers),
+                all=len(tried),
             )
 
     def outcomes(self, plans: Mapping[int, Plan], numbers: range) -> dict[tuple[int, int], Outcome] | None:

@@ -177,8 +177,12 @@ def test_other_data_is_refused(data: object) -> None:
         Message.from_data(data)
 
 
-PASSED_ON = ("Message(template, **values)", "cls.because(template, reason=reason(error), **values)")
-"""Calls in `because` and `in_place_of`, whose own callers are looked at."""
+PASSED_ON = (
+    "Message(template, **values)",
+    "cls.because(template, reason=reason(error), **values)",
+    "Message(text)",
+)
+"""Calls in `because`, `in_place_of` and `EditError`, whose own callers are looked at, here or in the texts' tests."""
 
 
 @pytest.mark.slow
