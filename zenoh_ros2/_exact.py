@@ -45,8 +45,8 @@ def _of_value(value: str, kind: Any, store: Typestore, scope: dict[str, Any]) ->
         scope[f"class_{number}"] = cls
         yield f"type(m{number} := {value}) is class_{number}"
         yield f"len(m{number}.__dict__) == {len(cls.__match_args__)}"
-        for field, each in store.fielddefs[detail][1]:
-            yield from _of_value(f"m{number}.{field}", each, store, scope)
+        for attribute, (_, each) in zip(cls.__match_args__, store.fielddefs[detail][1], strict=False):
+            yield from _of_value(f"m{number}.{attribute}", each, store, scope)
     elif node == Nodetype.BASE and detail[0] == "string":
         yield "False" if detail[1] else f"type(text := {value}) is str and '\\0' not in text"
     elif node == Nodetype.BASE:

@@ -262,11 +262,13 @@ class Types:
             found = getattr(given, "__msgtype__", type(given).__name__)
             if found != name:
                 raise MessageError(f"{path}: a {name} is expected, not {found}")
-            cls = self._store.types[name]
+            cls: Any = self._store.types[name]
+            fields = dict(zip(cls.__match_args__, own, strict=False))  # `from` is the attribute `from_`
             if type(given) is cls:  # also what was assigned by a name that no field has
-                given = {each: value for each, value in [*vars(given).items()] if not hasattr(cls, each)}
+                found_values = [each for each in [*vars(given).items()] if not hasattr(cls, each[0])]
+                given = {fields.get(each, each): value for each, value in found_values}
             else:
-                given = {each: getattr(given, each) for each in own if hasattr(given, each)}
+                given = {fields[each]: getattr(given, each) for each in fields if hasattr(given, each)}
         for field in given:
             if field not in own:
                 near = difflib.get_close_matches(str(field), own, 1)

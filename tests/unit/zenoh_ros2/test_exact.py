@@ -144,6 +144,18 @@ def test_a_field_that_was_deleted_is_zero_and_one_in_its_place_is_named() -> Non
         jazzy().encode(state)
 
 
+def test_a_field_whose_name_is_a_word_of_python_is_written_whether_given_or_assigned() -> None:
+    types = Types("jazzy")
+    types.add("test_msgs/msg/Route", "float64 from\nfloat64[] class\n")
+    given = types.make("test_msgs/msg/Route", {"from": 1.5, "class": [2.5]})
+    assigned = types.make("test_msgs/msg/Route")
+    assigned.from_, assigned.class_ = 1.5, np.array([2.5], np.float32)
+    assert types.encode(assigned) == types.encode(given)
+    other = Types("jazzy")
+    other.add("test_msgs/msg/Route", "float64 from\nfloat64[] class\n")
+    assert other.encode(assigned) == types.encode(given)
+
+
 def test_what_is_no_field_of_a_message_in_another_is_named() -> None:
     state = jazzy().make(STATE)
     state.header.frame = "torso"
