@@ -190,6 +190,7 @@ class Newest(Generic[T]):
     def __init__(self, read: Callable[[], Sample[T] | None], oldest: float = math.inf) -> None:
         self._read = read
         self._oldest = oldest
+        self._since = -math.inf
         self.trouble = ""
         """Why the last sample does not fit."""
 
@@ -203,4 +204,9 @@ class Newest(Generic[T]):
             self.trouble = str(error)
             return None
         self.trouble = ""
-        return sample if sample is not None and sample.age <= self._oldest else None
+        oldest = min(self._oldest, time.monotonic() - self._since)
+        return sample if sample is not None and sample.age <= oldest else None
+
+    def forget(self) -> None:
+        """Return no sample from before: another server may appear."""
+        self._since = time.monotonic()

@@ -107,9 +107,11 @@ class RobotMonitor:
         if _BODY in self._communicator.identities():
             self._names.poll()
             self._limits.poll()
-        elif self._names.value is not None:
-            self._names.forget()  # another robot may appear
-            self._limits.forget()
+        else:
+            self._safety.forget()  # another robot may appear
+            if self._names.value is not None:
+                self._names.forget()
+                self._limits.forget()
 
     @property
     def described(self) -> DescribedRobot | None:

@@ -43,6 +43,7 @@ _REFUSED: Final = (
     Message("the robot is not connected: it says nothing"),
     Message("the robot is not connected: it plays nothing"),
     Message("this loudspeaker plays tones, not samples"),
+    Message("the robot would fall: its center of mass would leave its soles, or they the floor"),
     template("{joint} keeps the robot upright: use postures or motions, or make its legs limp"),
     template("{joint} is moved by the walk now: stop it first"),
     template("{joint} is moved by the way into a posture now: stop it first"),

@@ -133,7 +133,9 @@ def test_what_a_reload_could_not_keep_is_said_in_spanish() -> None:
 
 
 ERRORS = {"CommandRefused", "InvalidCommand", "InvalidValueException", "RouteError", "JointTaken", "LinkLost"}
-DOORS = ("naoserver/_joint_paths.py", *(f"naoserver/{each}" for each in ("booster", "qi", "ros2", "unitree")))
+DOORS = tuple(
+    f"naoserver/{each}" for each in ("_joint_paths.py", "_programs.py", "booster", "qi", "ros2", "unitree")
+)
 """Programs for other robots come through these, and read what their own robot says."""
 WORDS = {
     "{}; {}": ("the robot is held by Ana", "wait until the lease is given back"),
