@@ -20,6 +20,7 @@ from zenoh_ice.interface import Interface, Operation
 
 MOVES_NOTHING = {
     "::jderobot::Camera": "takes images; others may be watching when a component ends",
+    "::jderobot::ArDroneExtra": "no robot of ours has it; whether a drone should land is for its pilot",
     "::jderobot::Pose3D": "no robot of ours has it; saying where a robot is moves nothing",
     "::nao::Leds": "a light moves nothing, a fade ends by itself, and the last color shows how it ended",
     "::nao::Safety": "refuses commands, and stops the robot itself",
