@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -25,11 +26,15 @@ LOOKING = DOCUMENT.replace(
 )
 
 
+def settings_at(endpoint: str) -> Settings:
+    """Return the settings of an editor whose robot is to be at an endpoint."""
+    return Settings(realm="test-robot", connect=(endpoint,), clock="wall", timeout=CALL_LIMIT)
+
+
 @pytest.fixture
 def shown(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
-    settings = Settings(realm="test-robot", connect=(free_endpoint(),), clock="wall", timeout=CALL_LIMIT)
     with (
-        editor(tmp_path, make_parts=patient_parts(settings)) as running,
+        editor(tmp_path, make_parts=patient_parts(settings_at(free_endpoint()))) as running,
         editor_page(browser, running) as shown,
     ):
         yield shown
@@ -88,15 +93,21 @@ def test_run_asks_once_for_a_robot_and_for_the_reset_of_its_emergency_stop(shown
     expect(shown.page.get_by_role("button", name=comes)).to_be_visible()
 
 
-def test_a_run_without_its_robot_says_that_none_is_here(browser: Browser, tmp_path: Path) -> None:
-    path = tmp_path / "look.xml"
+@contextmanager
+def looking(browser: Browser, folder: Path, endpoint: str) -> Iterator[EditorPage]:
+    """Show an editor with a document that looks; its robot is to be at an endpoint."""
+    path = folder / "look.xml"
     path.write_text(LOOKING)
-    settings = Settings(realm="test-robot", connect=(free_endpoint(),), clock="wall", timeout=CALL_LIMIT)
     with (
-        editor(tmp_path, path, make_parts=patient_parts(settings)) as running,
+        editor(folder, path, make_parts=patient_parts(settings_at(endpoint))) as running,
         editor_page(browser, running) as shown,
     ):
         shown.page.locator(".state").first.wait_for()
+        yield shown
+
+
+def test_a_run_without_its_robot_says_that_none_is_here(browser: Browser, tmp_path: Path) -> None:
+    with looking(browser, tmp_path, free_endpoint()) as shown:
         shown.press("F5")
         shown.button("Run anyway").click()
         expect(shown.page.locator(".live-status")).to_have_text("Ended: no robot is here")
@@ -106,19 +117,12 @@ def test_a_run_without_its_robot_says_that_none_is_here(browser: Browser, tmp_pa
 def test_start_and_run_offers_to_reset_a_stop_that_was_kept_and_another_robot_is_free(
     browser: Browser, tmp_path: Path
 ) -> None:
-    path = tmp_path / "look.xml"
-    path.write_text(LOOKING)
     endpoint = free_endpoint()
-    settings = Settings(realm="test-robot", connect=(endpoint,), clock="wall", timeout=CALL_LIMIT)
-    latch = latch_of(settings.override(listen=(endpoint,)), body="H25")
+    latch = latch_of(settings_at(endpoint).override(listen=(endpoint,)), body="H25")
     assert isinstance(latch, Latch)
     with latch:
         latch.keep("smoke", None)
-    with (
-        editor(tmp_path, path, make_parts=patient_parts(settings)) as running,
-        editor_page(browser, running) as shown,
-    ):
-        shown.page.locator(".state").first.wait_for()
+    with looking(browser, tmp_path, endpoint) as shown:
         shown.press("F5")
         shown.button("Start and run").click()
         asked = shown.page.get_by_role("dialog", name="The robot is stopped")
