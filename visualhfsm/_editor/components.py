@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from codegen.messages import Message, joined
-from codegen.reasons import reason
 from visualhfsm._base.errors import SharedRobotError, VisualHfsmError
 from visualhfsm._document.serialization import written
 from visualhfsm._monitor.messages import Stopper
@@ -189,12 +188,8 @@ class Components:
 
     def _recordings(self) -> Path:
         folder = self._workspace.project.root.resolve(_RECORDINGS)
-        try:
+        with VisualHfsmError.in_place_of(OSError, "{folder} cannot be made: {reason}", folder=str(folder)):
             folder.mkdir(exist_ok=True)
-        except OSError as error:
-            raise VisualHfsmError.because(
-                "{folder} cannot be made: {reason}", folder=str(folder), reason=reason(error)
-            ) from error
         return folder
 
     # ---------------------------------------------------------------------------------------- following

@@ -285,14 +285,10 @@ class StartedComponent:
 
     async def _launch(self, command: Sequence[str]) -> None:
         self._words = LastWords()
-        try:
+        with VisualHfsmError.in_place_of(OSError, "the component cannot be started: {reason}"):
             kept = self._last_cycle = self._directory.file_for_last_cycle()
             environment = {**child_environment(), **self._environment, last_cycle.VARIABLE: str(kept)}
             await self._process.start(command, environment)
-        except OSError as error:
-            raise VisualHfsmError.because(
-                "the component cannot be started: {reason}", reason=reason(error)
-            ) from error
 
     def _end(self, code: int, stopped: bool) -> None:
         kept = last_cycle.read(self._last_cycle) if self._last_cycle else None

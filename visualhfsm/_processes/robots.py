@@ -20,7 +20,7 @@ from typing import Final, Literal
 import msgspec
 
 from codegen.messages import NO_MESSAGE, Message
-from codegen.reasons import known_text, reason
+from codegen.reasons import known_text
 from visualhfsm._base.environment import child_environment
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._base.watched_process import LineReports, Lines, WatchedProcess, describe_exit
@@ -296,13 +296,11 @@ class StartedRobot:
             self._report()
 
     async def _launch(self, process: WatchedProcess, command: Sequence[str]) -> None:
-        try:
-            environment = {**child_environment(), **self._settings.environment()}
+        environment = {**child_environment(), **self._settings.environment()}
+        with VisualHfsmError.in_place_of(
+            OSError, "{command} cannot be started: {reason}", command=command[3]
+        ):
             await process.start(command, {**environment, **messages.own_listener(self._sockets)})
-        except OSError as error:
-            raise VisualHfsmError.because(
-                "{command} cannot be started: {reason}", command=command[3], reason=reason(error)
-            ) from error
 
     def _take(self, written: Lines) -> None:
         _log(written)
