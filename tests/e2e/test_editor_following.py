@@ -121,6 +121,16 @@ def test_each_document_that_is_shown_shows_its_own_run(shown: EditorPage, root: 
     expect_running(shown, "patrol")
 
 
+def test_enter_that_comes_before_the_question_answers_it(shown: EditorPage) -> None:
+    run(shown)
+    shown.page.reload()
+    expect_running(shown)
+    asked = shown.held("**/shell/beside.js", lambda: shown.press("F5"))
+    shown.press("Enter")
+    asked.continue_()
+    expect(shown.page.locator(".notice", has_text="Reloaded.")).to_be_visible()
+
+
 def test_run_asks_before_it_ends_what_runs(shown: EditorPage) -> None:
     page = shown.page
     run(shown)

@@ -153,7 +153,9 @@ function pressIn(target, pressed) {
     return;
   }
   const goesOn = target.dispatchEvent(new KeyboardEvent("keydown", {...pressed, bubbles: true, cancelable: true}));
-  if (!goesOn || !takesText(target)) return;
+  if (!goesOn) return;
+  if (target instanceof HTMLButtonElement && isPlain && (key === "Enter" || key === " ")) target.click();
+  if (!takesText(target)) return;
   if (key === "Enter" && target instanceof HTMLTextAreaElement) write(target, "\n");
   else if (key === "Backspace" && isPlain) write(target, "", -1);
   else if (key === "Delete" && isPlain) write(target, "", 1);
