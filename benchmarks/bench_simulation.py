@@ -32,9 +32,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from interfaces.jderobot import CameraPrx
 from interfaces.nao import HealthPrx
 from naoserver.bodies import find_body
+from naoserver.bodies.capabilities import STILL, WalkVelocity
 from naoserver.bodies.nao import H25
 from naoserver.body import Body
-from naoserver.capabilities import STILL, WalkVelocity
 from naoserver_sim.learning import ENVIRONMENTS
 from naoserver_sim.model import build_model, standing
 from naoserver_sim.robot import SimulatedRobot

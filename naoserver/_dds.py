@@ -30,7 +30,7 @@ from cyclonedds.util import duration
 
 from naoserver._introduction import Introduction
 from naoserver.errors import RobotError
-from naoserver.jobs import Job, Periodic
+from naoserver.protocol.jobs import Job, Periodic
 from zenoh_ice import WallClock
 from zenoh_ice.text import printable
 

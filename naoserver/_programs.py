@@ -19,18 +19,18 @@ import msgspec
 import numpy as np
 
 from interfaces.nao import ActionStatus, JointCommand, Severity
-from naoserver._effector_paths import POSITION, Waypoints, curves_along
-from naoserver._gain_guard import GainGuard
-from naoserver._joint_paths import Path
-from naoserver._lasting_walk import LastingWalk
-from naoserver._motions.routes import MotionRoute
-from naoserver._servants.moves import MOTION, POSTURE
-from naoserver._walk import WALK
-from naoserver.assembly import Assembly
-from naoserver.capabilities import STILL, Vector, WalkVelocity
+from naoserver.bodies.capabilities import STILL, Vector, WalkVelocity
+from naoserver.bodies.kinematics import kinematics_of, matrix_of
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand, JointTaken, RobotError
-from naoserver.kinematics import kinematics_of, matrix_of
-from naoserver.robot import Robot
+from naoserver.moves.effector_paths import POSITION, Waypoints, curves_along
+from naoserver.moves.joint_paths import Path
+from naoserver.moves.routes import MotionRoute
+from naoserver.moves.walk import WALK
+from naoserver.protocol.robot import Robot
+from naoserver.safety.gain_guard import GainGuard
+from naoserver.serving.assembly import Assembly
+from naoserver.serving.lasting_walk import LastingWalk
+from naoserver.serving.moves import MOTION, POSTURE
 from zenoh_ice import typed
 from zenoh_ice.text import few
 

@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from naoserver.bodies import DEFAULT_BODY, find_body
+from naoserver.bodies.footsteps import Footsteps
+from naoserver.bodies.looks.description import looks_of, start_of
+from naoserver.bodies.parts import NO_TURN, CameraFacts, Coupling, JointFacts
 from naoserver.body import Body
 from naoserver.errors import RobotError
-from naoserver.footsteps import Footsteps
-from naoserver.looks.description import looks_of, start_of
-from naoserver.parts import NO_TURN, CameraFacts, Coupling, JointFacts
 from naoserver_sim._body import BASE, MOUNT, SIDES, add_body, possible, sole
 from naoserver_sim._footsteps.limbs import limbs_of
 from naoserver_sim._footsteps.posture import walking_stance

@@ -15,8 +15,8 @@ from naoserver.errors import RobotError
 from zenoh_ice.application import missing_package
 
 if TYPE_CHECKING:
-    from naoserver.assembly import Assembly
-    from naoserver.robot import Robot
+    from naoserver.protocol.robot import Robot
+    from naoserver.serving.assembly import Assembly
 
 __all__ = ["serve_as_booster"]
 

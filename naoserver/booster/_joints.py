@@ -13,10 +13,10 @@ from typing import Final
 
 from interfaces.nao import JointCommand
 from naoserver._programs import Programs
+from naoserver.bodies.capabilities import InertialReading
 from naoserver.booster._loco import Loco
-from naoserver.capabilities import InertialReading
 from naoserver.errors import HardwareFailure
-from naoserver.robot import LIMP
+from naoserver.protocol.robot import LIMP
 
 _COMMAND: Final = struct.Struct("<B3x6f")
 _MOTOR: Final = "B3x4fB3x3I"

@@ -13,10 +13,10 @@ from msgspec.structs import astuple
 
 from interfaces.nao import ActionStatus, JointCommand
 from naoserver._programs import Codes, Operation, Programs, Refusal
-from naoserver._servants.moves import MOTION
-from naoserver.capabilities import STILL, WalkVelocity
+from naoserver.bodies.capabilities import STILL, WalkVelocity
+from naoserver.bodies.parts import Axis
 from naoserver.errors import InvalidCommand
-from naoserver.parts import Axis
+from naoserver.serving.moves import MOTION
 
 BAD_REQUEST: Final = 400
 CONFLICT: Final = 409

@@ -13,12 +13,12 @@ from cyclonedds.util import duration
 
 from naoserver._dds import NEWEST, Wire, Writer
 from naoserver._programs import Programs, Refusal
-from naoserver.assembly import Assembly
 from naoserver.booster._joints import Joints
 from naoserver.booster._loco import CODES, Loco
 from naoserver.booster._types import FallDownState, LowCmd, LowState, Odometer, RpcReqMsg, RpcRespMsg
-from naoserver.jobs import JobThreads
-from naoserver.robot import Robot
+from naoserver.protocol.jobs import JobThreads
+from naoserver.protocol.robot import Robot
+from naoserver.serving.assembly import Assembly
 
 _LOW_PERIOD: Final = 0.002
 _PERIOD: Final = 0.02

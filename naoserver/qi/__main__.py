@@ -9,7 +9,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from naoserver.qi import serve_as_naoqi
-from naoserver.server import Disk
+from naoserver.serving.server import Disk
 from zenoh_ice.application import begin_loading
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
@@ -32,7 +32,7 @@ def serve_fake(
     Prints a line that begins with 'ready' as soon as it can be called. Ctrl-C ends it.
     """
     from naoserver.fake import FakeRobot
-    from naoserver.server import serve
+    from naoserver.serving.server import serve
     from zenoh_ice import Communicator, RobotClock, Settings
     from zenoh_ice.application.cli import report_ready, stop_on_signals
     from zenoh_ice.in_process import InProcessTransport

@@ -12,17 +12,17 @@ from typing import Any, Final, TypeVar
 import qi
 
 from interfaces.nao import ActionStatus
-from naoserver._joint_paths import PERIOD
-from naoserver._lasting_walk import LastingWalk
-from naoserver._walk import way_to
-from naoserver.assembly import Assembly
-from naoserver.capabilities import Odometry, Support, WalkVelocity
+from naoserver.bodies.capabilities import Odometry, Support, WalkVelocity
+from naoserver.bodies.kinematics import Matrix, kinematics_of, rotation
 from naoserver.errors import HardwareFailure, InvalidCommand
-from naoserver.kinematics import Matrix, kinematics_of, rotation
+from naoserver.moves.joint_paths import PERIOD
+from naoserver.moves.walk import way_to
+from naoserver.protocol.robot import Robot
 from naoserver.qi._arguments import JointNames, Operation, text
 from naoserver.qi._calls import Faults, failed
 from naoserver.qi._clients import MOTION, Belongings, Call, CallTable, Client, begins_any
-from naoserver.robot import Robot
+from naoserver.serving.assembly import Assembly
+from naoserver.serving.lasting_walk import LastingWalk
 
 _TORSO = 0
 _WORLD = 1

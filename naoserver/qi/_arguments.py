@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from typing import Any, Final
 
-from naoserver.body import Body
+from naoserver.bodies.body import Body
 from naoserver.errors import InvalidCommand
 
 _logger = logging.getLogger(__name__)

@@ -11,10 +11,9 @@ from pathlib import PurePosixPath
 from typing import Final
 
 from interfaces.nao import ActionStatus
-from naoserver._motions.motion_file import Motion
-from naoserver._motions.routes import MotionRoute
-from naoserver._servants.moves import MOTION
 from naoserver.errors import InvalidCommand
+from naoserver.moves.motion_file import Motion
+from naoserver.moves.routes import MotionRoute
 from naoserver.qi._access import Access, Service, delegated
 from naoserver.qi._animations import TAGS, AnimationRoute, find_animation, load_animations
 from naoserver.qi._arguments import (
@@ -30,6 +29,7 @@ from naoserver.qi._arguments import (
     within,
 )
 from naoserver.qi._clients import CHECK_PERIOD, Activity, Call, Client, begins, begins_any
+from naoserver.serving.moves import MOTION
 
 UNKNOWN: Final = "Unknown"
 _NAMES: Final[Mapping[str, tuple[str, str]]] = {

@@ -20,10 +20,10 @@ from typing import Any, Final, NamedTuple
 
 import qi
 
-from naoserver.capabilities import Senses, SonarReading
+from naoserver.bodies.capabilities import Senses, SonarReading
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand, RobotError
-from naoserver.expression import Hearing
 from naoserver.fake.robot import FakeSenses
+from naoserver.protocol.expression import Hearing
 from naoserver.qi._arguments import chosen, constant, listed, number, number_within, text, texts
 from naoserver.qi._clients import (
     CHECK_PERIOD,

@@ -9,10 +9,10 @@ from typing import Final
 
 import numpy as np
 
-from naoserver._effector_paths import EVERY_AXIS, LEGS, Waypoints, curves_along, reach_places
-from naoserver._joint_paths import Curve, check_times
+from naoserver.bodies.kinematics import Kinematics, Matrix, matrix_of
 from naoserver.errors import InvalidCommand
-from naoserver.kinematics import Kinematics, Matrix, matrix_of
+from naoserver.moves.effector_paths import EVERY_AXIS, LEGS, Waypoints, curves_along, reach_places
+from naoserver.moves.joint_paths import Curve, check_times
 from naoserver.qi._access import Access, Service
 from naoserver.qi._arguments import (
     Check,

@@ -12,9 +12,9 @@ from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import Final
 
-from naoserver._naoqi_names import LIGHT_GROUPS
-from naoserver.capabilities import Color, Lights
+from naoserver.bodies.capabilities import Color, Lights
 from naoserver.errors import InvalidCommand
+from naoserver.naoqi.names import LIGHT_GROUPS
 from naoserver.qi._access import Access, Service, needed
 from naoserver.qi._arguments import chosen, listed, number_within, text
 from naoserver.qi._clients import Call

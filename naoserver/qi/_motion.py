@@ -9,12 +9,12 @@ from functools import partial
 from operator import mul
 from typing import Final
 
-from naoserver._effector_paths import curves_on_feet
-from naoserver._joint_paths import PERIOD, Curve, Key, Path, check_times, smooth_curve
-from naoserver._naoqi_names import gait_limits
-from naoserver.capabilities import WalkVelocity
+from naoserver.bodies.capabilities import WalkVelocity
+from naoserver.bodies.kinematics import numbers_of
 from naoserver.errors import InvalidCommand
-from naoserver.kinematics import numbers_of
+from naoserver.moves.effector_paths import curves_on_feet
+from naoserver.moves.joint_paths import PERIOD, Curve, Key, Path, check_times, smooth_curve
+from naoserver.naoqi.names import gait_limits
 from naoserver.qi._access import ROBOT, Access, Service
 from naoserver.qi._arguments import (
     Check,

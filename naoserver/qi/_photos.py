@@ -6,8 +6,8 @@ import io
 from pathlib import Path, PurePosixPath
 from typing import Final
 
-from naoserver._naoqi_names import IMAGE_SIZES
 from naoserver.errors import InvalidCommand
+from naoserver.naoqi.names import IMAGE_SIZES
 from naoserver.qi._access import Access, Service
 from naoserver.qi._arguments import Check, Operation, chosen, kept, number_within, switch, text, within
 from naoserver.qi._clients import Call

@@ -8,17 +8,17 @@ from dataclasses import astuple
 from operator import attrgetter
 from typing import Any, Final
 
-from naoserver._naoqi_names import AXES, DEVICES, GRAVITY, JOINT_KEYS, touch_key
-from naoserver.body import Body
-from naoserver.capabilities import FootReading, SenseReading
+from naoserver.bodies.body import Body
+from naoserver.bodies.capabilities import FootReading, SenseReading
+from naoserver.bodies.parts import CORNERS, MotorHeat, Sole
 from naoserver.errors import InvalidCommand
-from naoserver.parts import CORNERS, MotorHeat, Sole
+from naoserver.naoqi.names import AXES, DEVICES, GRAVITY, JOINT_KEYS, touch_key
+from naoserver.protocol.robot import JointReading
 from naoserver.qi._access import Access, Service, needed
 from naoserver.qi._arguments import constant, text
 from naoserver.qi._behaviors import ALRobotPosture
 from naoserver.qi._calls import VERSION
 from naoserver.qi._leds import brightness_of_lamps
-from naoserver.robot import JointReading
 
 _MOST_SUBSCRIBERS: Final = 100
 """Of a client."""

@@ -21,11 +21,10 @@ import msgspec
 import qi
 
 import naoserver.qi
-from naoserver._lasting_walk import RENEWAL
-from naoserver._libqi import start_libqi
-from naoserver.assembly import Assembly
 from naoserver.errors import HardwareFailure
-from naoserver.jobs import JobThreads, Periodic
+from naoserver.naoqi.libqi import start_libqi
+from naoserver.protocol.jobs import JobThreads, Periodic
+from naoserver.protocol.robot import Robot
 from naoserver.qi._access import Access, Service
 from naoserver.qi._calls import Calls
 from naoserver.qi._clients import Client
@@ -36,7 +35,8 @@ from naoserver.qi._motion import ALMotion
 from naoserver.qi._tracker import ALTracker
 from naoserver.qi._vision import LOOKING, Detector
 from naoserver.qi._whole_body import WholeBody
-from naoserver.robot import Robot
+from naoserver.serving.assembly import Assembly
+from naoserver.serving.lasting_walk import RENEWAL
 from zenoh_ice import WallClock, typed
 
 _MODULES: Final = [

@@ -18,7 +18,7 @@ from typing import Final
 from tinytag import TinyTag, TinyTagException
 
 from naoserver.errors import InvalidCommand
-from naoserver.expression import HIGHEST_TONE, LONGEST_TONE, LOWEST_TONE, single_tone
+from naoserver.protocol.expression import HIGHEST_TONE, LONGEST_TONE, LOWEST_TONE, single_tone
 from naoserver.qi._access import Access, Service, delegated, needed
 from naoserver.qi._arguments import (
     chosen,

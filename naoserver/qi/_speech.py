@@ -11,9 +11,9 @@ from contextlib import contextmanager
 from itertools import count
 from typing import Final
 
-from naoserver.capabilities import Voice
+from naoserver.bodies.capabilities import Voice
 from naoserver.errors import InvalidCommand, RobotError
-from naoserver.expression import LONGEST_TEXT
+from naoserver.protocol.expression import LONGEST_TEXT
 from naoserver.qi._access import Access, Service, needed
 from naoserver.qi._animations import TAGS
 from naoserver.qi._arguments import (

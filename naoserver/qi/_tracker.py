@@ -11,7 +11,7 @@ from typing import ClassVar, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.capabilities import WalkVelocity
+from naoserver.bodies.capabilities import WalkVelocity
 from naoserver.errors import InvalidCommand, RobotError
 from naoserver.qi._access import Access, Service
 from naoserver.qi._arguments import (

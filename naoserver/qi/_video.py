@@ -12,14 +12,14 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver._naoqi_names import IMAGE_SIZES
-from naoserver._servants.camera import PIXEL_FORMATS
+from naoserver.bodies.parts import CameraFacts
 from naoserver.errors import InvalidCommand
-from naoserver.parts import CameraFacts
+from naoserver.naoqi.names import IMAGE_SIZES
+from naoserver.protocol.robot import Frame
 from naoserver.qi._access import Access, Service
 from naoserver.qi._arguments import kept, number, number_within, text, vector, within
 from naoserver.qi._clients import Belongings, Call
-from naoserver.robot import Frame
+from naoserver.serving.camera import PIXEL_FORMATS
 
 _logger = logging.getLogger(__name__)
 

@@ -14,9 +14,9 @@ from typing import Any, ClassVar, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from naoserver.bodies.kinematics import numbers_of
+from naoserver.bodies.parts import CameraFacts
 from naoserver.errors import HardwareFailure, RobotError
-from naoserver.kinematics import numbers_of
-from naoserver.parts import CameraFacts
 from naoserver.qi._access import Access
 from naoserver.qi._arguments import constant, kept, number, number_within, switch, text
 from naoserver.qi._clients import Call

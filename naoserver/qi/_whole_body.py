@@ -7,9 +7,9 @@ from typing import Final
 
 import numpy as np
 
-from naoserver._effector_paths import EVERY_AXIS, FIXED, LEGS, PLANE, POSITION, reach_places
-from naoserver.capabilities import Support
-from naoserver.kinematics import Matrix
+from naoserver.bodies.capabilities import Support
+from naoserver.bodies.kinematics import Matrix
+from naoserver.moves.effector_paths import EVERY_AXIS, FIXED, LEGS, PLANE, POSITION, reach_places
 from naoserver.qi._access import ROBOT, Access, Service
 from naoserver.qi._arguments import chosen, constant, number, one_of, switch, vector
 from naoserver.qi._clients import SERVER, Activity, Call, Client, begins

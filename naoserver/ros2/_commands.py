@@ -19,7 +19,7 @@ from msgspec.structs import replace
 
 from interfaces import nao
 from interfaces.jderobot import CameraDescription, CameraPrx, EncodersPrx, MotorsPrx
-from naoserver.body import Body
+from naoserver.bodies.body import Body
 from zenoh_ice import SystemException, UserException
 from zenoh_ros2 import (
     LARGEST_COMMAND,

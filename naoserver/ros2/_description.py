@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final, TypeVar
 
 from interfaces.nao import DescriptionPrx, JointsPrx
-from naoserver.body import Body, read_body
+from naoserver.bodies.body import Body, read_body
 from naoserver.errors import RobotError
 from zenoh_ice import Communicator, ObjectNotExistException, ObjectPrx
 

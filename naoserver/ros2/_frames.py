@@ -16,10 +16,10 @@ from typing import Final
 from xml.etree import ElementTree as ET
 
 from interfaces.jderobot import CameraDescription
-from naoserver.body import Body
-from naoserver.capabilities import Vector
-from naoserver.kinematics import angles_of, turned
-from naoserver.parts import NOWHERE, Camera, Coupling, Joint, Link, Shape, Sole
+from naoserver.bodies.body import Body
+from naoserver.bodies.capabilities import Vector
+from naoserver.bodies.kinematics import angles_of, turned
+from naoserver.bodies.parts import NOWHERE, Camera, Coupling, Joint, Link, Shape, Sole
 
 ODOM: Final = "odom"
 """The frame of the odometry: the place at which it began."""

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from interfaces import nao
 from interfaces.jderobot import CameraDescription, EncodersData, ImageData
-from naoserver.body import Body
-from naoserver.capabilities import Vector
-from naoserver.kinematics import Matrix, angles_of, kinematics_of, matrix_of, turned
-from naoserver.parts import NO_TURN, Joint, Quaternion
+from naoserver.bodies.body import Body
+from naoserver.bodies.capabilities import Vector
+from naoserver.bodies.kinematics import Matrix, angles_of, kinematics_of, matrix_of, turned
+from naoserver.bodies.parts import NO_TURN, Joint, Quaternion
 from zenoh_ros2 import Types
 
 from ._frames import FOOTPRINT, ODOM, ROOT, FixedFrame, fixed_frames, link_frames

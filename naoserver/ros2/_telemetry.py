@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple, TypeVar
 
 from interfaces import nao
 from interfaces.jderobot import CameraPrx, EncodersPrx, ImageData
-from naoserver.body import Body
+from naoserver.bodies.body import Body
 from zenoh_ice import Sample, Subscription
 from zenoh_ice.proxy import StreamedCall
 from zenoh_ros2 import LATCHED, Node, Publisher, QoS

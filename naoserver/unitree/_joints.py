@@ -19,9 +19,9 @@ from typing import Final
 from interfaces.nao import JointCommand
 from naoserver._programs import Programs
 from naoserver.bodies import find_body
-from naoserver.capabilities import InertialReading
+from naoserver.bodies.capabilities import InertialReading
 from naoserver.errors import HardwareFailure
-from naoserver.robot import LIMP, JointReading, Robot
+from naoserver.protocol.robot import LIMP, JointReading, Robot
 from zenoh_ice.text import few
 
 PERIOD: Final = 0.002

@@ -9,7 +9,7 @@ from typing import Final
 import msgspec
 
 from naoserver._programs import Codes, Operation, Programs, Refusal
-from naoserver.capabilities import STILL, WalkVelocity
+from naoserver.bodies.capabilities import STILL, WalkVelocity
 from naoserver.unitree._joints import fsm_mode
 
 NOT_IMPLEMENTED: Final = 3203

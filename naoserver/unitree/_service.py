@@ -11,10 +11,10 @@ from typing import Any, Final
 
 from naoserver._dds import NEWEST, Wire, Writer
 from naoserver._programs import Operation, Programs
-from naoserver.assembly import Assembly
-from naoserver.capabilities import BatteryReading
-from naoserver.jobs import Job, JobThreads
-from naoserver.robot import Robot
+from naoserver.bodies.capabilities import BatteryReading
+from naoserver.protocol.jobs import Job, JobThreads
+from naoserver.protocol.robot import Robot
+from naoserver.serving.assembly import Assembly
 from naoserver.unitree import _skills, _types
 from naoserver.unitree._arms import Arms
 from naoserver.unitree._joints import PERIOD, SOURCE, Joints

@@ -9,9 +9,9 @@ from typing import Annotated, Final
 import msgspec
 
 from naoserver._programs import Operation, Programs, Refusal
-from naoserver._servants.moves import MOTION
 from naoserver.errors import InvalidCommand
-from naoserver.expression import LONGEST_TEXT
+from naoserver.protocol.expression import LONGEST_TEXT
+from naoserver.serving.moves import MOTION
 from naoserver.unitree._loco import NOT_IMPLEMENTED, WRONG_PARAMETER, number
 from zenoh_ice.text import printable
 

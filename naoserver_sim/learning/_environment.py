@@ -12,8 +12,8 @@ from gymnasium.spaces import Box
 from numpy.typing import NDArray
 
 from naoserver.bodies import DEFAULT_BODY, find_body
+from naoserver.bodies.capabilities import SenseReading, Truth
 from naoserver.body import Body
-from naoserver.capabilities import SenseReading, Truth
 from naoserver.robot import JointReading
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world

@@ -10,9 +10,9 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from naoserver.bodies.capabilities import Truth
+from naoserver.bodies.kinematics import kinematics_of
 from naoserver.body import Body
-from naoserver.capabilities import Truth
-from naoserver.kinematics import kinematics_of
 from naoserver_sim.learning._environment import PERIOD, NaoEnvironment, three_numbers
 from naoserver_sim.robot import SimulatedRobot
 

@@ -12,13 +12,13 @@ from itertools import islice
 import psutil
 import pytest
 
-from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
 from naoserver.booster import serve_as_booster
 from naoserver.errors import InvalidCommand, RobotError
 from naoserver.fake import FakeRobot
-from naoserver.jobs import JobThreads
 from naoserver.options import ServerOptions
+from naoserver.protocol.jobs import JobThreads
+from naoserver.serving.assembly import Assembly
 from tests.support.dds import free_domain
 from tests.support.processes import REPOSITORY, ComponentProcess, module
 from tests.support.resets import check_that_a_reset_starts_nothing

@@ -6,9 +6,9 @@ import json
 
 import pytest
 
-from naoserver._servants.moves import MOTION
+from naoserver.bodies.kinematics import kinematics_of
 from naoserver.booster._loco import CODES, CUSTOM, DAMPING, WALKING, Loco
-from naoserver.kinematics import kinematics_of
+from naoserver.serving.moves import MOTION
 from tests.support.simulated_programs import SimulatedPrograms
 
 MODE, MOVE, WAVE, HAND, SHOOT = 2000, 2001, 2005, 2009, 2024

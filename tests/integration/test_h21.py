@@ -10,7 +10,7 @@ from hfsm_runtime import Automaton, Component, Proxy, State
 from interfaces.jderobot import CameraPrx, InvalidValueException, Pose3DMotorsPrx
 from interfaces.nao import ActionStatus, JointsPrx, ScenePrx, TouchPrx
 from naoserver.bodies.nao import H21, H25
-from naoserver.parts import Stance
+from naoserver.bodies.parts import Stance
 from naoserver_sim.model import build_model
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world

@@ -13,7 +13,7 @@ import pytest
 pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualhfsm[naoqi]'")
 
 from naoserver.hardware.connection import LinkLost
-from naoserver.naoqi._libqi import connect
+from naoserver.naoqi._libqi_link import connect
 from naoserver.naoqi._link import RobotAddress
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, RUN_LIMIT
 from tests.support.naoqi import call

@@ -9,10 +9,10 @@ pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualh
 
 from contextlib import closing
 
+from naoserver.bodies.capabilities import STILL, WalkVelocity
 from naoserver.bodies.nao import H25
-from naoserver.capabilities import STILL, WalkVelocity
 from naoserver.hardware.connection import CallFailed, CallTimeout, LinkLost
-from naoserver.naoqi._libqi import connect
+from naoserver.naoqi._libqi_link import connect
 from naoserver.naoqi._link import NAME, RobotAddress
 from naoserver.naoqi._robot import NaoqiRobot
 from tests.support.limits import CALL_LIMIT

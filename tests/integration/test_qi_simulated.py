@@ -7,8 +7,8 @@ import pytest
 pytest.importorskip("qi")
 
 from interfaces.nao import HealthPrx, JointsPrx, SafetyPrx, ScenePrx
-from naoserver._insistent import SILENCE
 from naoserver.bodies.nao import H21, H25
+from naoserver.safety._insistent import SILENCE
 from tests.support.naoqi import connected, eventually_near
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from zenoh_ice import initialize

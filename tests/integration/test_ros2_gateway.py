@@ -18,12 +18,12 @@ from PIL import Image
 
 from interfaces.jderobot import CameraPrx, EncodersPrx, MotorsPrx
 from interfaces.nao import ActionStatus, JointsPrx, MotionsPrx, SafetyPrx, SpeechPrx, WalkPrx
-from naoserver._motions.motion_file import load_motions
-from naoserver._motions.routes import MotionRoute
 from naoserver.bodies import find_body
 from naoserver.bodies.nao import H21, H25
 from naoserver.body import Body
 from naoserver.fake import FakeRobot
+from naoserver.moves.motion_file import load_motions
+from naoserver.moves.routes import MotionRoute
 from naoserver.options import SafetyOptions, ServerOptions
 from naoserver.robot import Robot as NaoRobot
 from naoserver.ros2._command import EXPECTED, app, serve

@@ -10,13 +10,13 @@ from itertools import islice, pairwise
 import psutil
 import pytest
 
-from naoserver import _insistent
-from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
 from naoserver.errors import InvalidCommand
 from naoserver.fake import FakeRobot
-from naoserver.jobs import JobThreads
 from naoserver.options import ServerOptions
+from naoserver.protocol.jobs import JobThreads
+from naoserver.safety import _insistent
+from naoserver.serving.assembly import Assembly
 from naoserver.unitree import serve_as_unitree
 from tests.support.dds import free_domain
 from tests.support.limits import FOREVER

@@ -12,12 +12,12 @@ import pytest
 from interfaces.jderobot import Pose3DMotorsData
 from naoserver.bodies import find_body
 from naoserver.bodies.nao import H21, H25
+from naoserver.bodies.parts import Axis, Steps
 from naoserver.body import Body
 from naoserver.fake import FakeRobot
 from naoserver.options import SafetyOptions, ServerOptions
-from naoserver.parts import Axis, Steps
 from naoserver.robot import Robot
-from naoserver.server import serve
+from naoserver.serving.server import serve
 from tests.support.limits import FOREVER
 from tests.support.present import present
 from tests.support.processes import free_endpoint

@@ -7,13 +7,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final
 
-from naoserver.assembly import Assembly
 from naoserver.fake import FakeRobot
 from naoserver.options import ServerOptions
 from naoserver.qi._access import Access
 from naoserver.qi._behaviors import ALRobotPosture
 from naoserver.qi._clients import SERVER, Activity, Call, Client, running
 from naoserver.qi._motion import ALMotion
+from naoserver.serving.assembly import Assembly
 from tests.support.limits import EVENT_LIMIT
 from tests.support.stepped_clock import SteppedClock
 from zenoh_ice import VirtualClock

@@ -10,7 +10,7 @@ from naoserver.fake import FakeRobot
 from naoserver.options import SafetyOptions, ServerOptions
 from naoserver.ros2._command import serve
 from naoserver.ros2._telemetry import Telemetry
-from naoserver.server import serve as serve_robot
+from naoserver.serving.server import serve as serve_robot
 from tests.support.limits import FOREVER
 from tests.support.robot_server import eventually
 from tests.support.security import Keys, routing

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from typing import Final
 
 from naoserver._programs import Codes, Programs
-from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
 from naoserver.options import ServerOptions
+from naoserver.serving.assembly import Assembly
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
 from zenoh_ice import VirtualClock

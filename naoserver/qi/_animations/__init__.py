@@ -1,6 +1,6 @@
 """Our own animations under names of NAOqi's: gestures of arms and head for a robot that stands.
 
-Each is a file of key frames below this folder, as `naoserver._motions.motion_file` reads it, and ends with
+Each is a file of key frames below this folder, as `naoserver.moves.motion_file` reads it, and ends with
 the way back to where its joints were. NAOqi numbers the variants of an animation; those without a file are
 played as one that has.
 """
@@ -15,10 +15,10 @@ from importlib import resources
 from types import MappingProxyType
 from typing import Final
 
-from naoserver._motions.motion_file import Key, Motion, MotionError, parse_motion
-from naoserver._motions.routes import MotionRoute, RouteError, Situation, stance_of
 from naoserver.bodies.nao import H25
-from naoserver.parts import Stance
+from naoserver.bodies.parts import Stance
+from naoserver.moves.motion_file import Key, Motion, MotionError, parse_motion
+from naoserver.moves.routes import MotionRoute, RouteError, Situation, stance_of
 from zenoh_ice.toml_file import read_text
 
 _BACK: Final = 1.5

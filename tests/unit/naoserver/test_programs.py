@@ -5,16 +5,16 @@ from typing import Literal
 
 import pytest
 
-from naoserver._lasting_walk import LastingWalk
 from naoserver._programs import Codes, Programs, Refusal
-from naoserver._walk import WALK
-from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
-from naoserver.capabilities import WalkVelocity
+from naoserver.bodies.capabilities import WalkVelocity
+from naoserver.bodies.kinematics import kinematics_of
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand, JointTaken
 from naoserver.fake import FakeRobot
-from naoserver.kinematics import kinematics_of
+from naoserver.moves.walk import WALK
 from naoserver.options import ServerOptions
+from naoserver.serving.assembly import Assembly
+from naoserver.serving.lasting_walk import LastingWalk
 from zenoh_ice import VirtualClock
 
 WRONG = 400

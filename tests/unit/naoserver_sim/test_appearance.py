@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from naoserver.bodies import BODY_NAMES, find_body
-from naoserver.looks import read_looks, skin_names
+from naoserver.bodies.looks import read_looks, skin_names
 from naoserver_sim._simulator import Snapshot
 from naoserver_sim.appearance import VISUAL_GROUP, Lamps
 from naoserver_sim.cameras import CameraRenderer

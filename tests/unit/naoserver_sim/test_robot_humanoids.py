@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from naoserver._motions.motion_file import Interpolation
 from naoserver.bodies import find_body
-from naoserver.parts import Axis
+from naoserver.bodies.parts import Axis
+from naoserver.moves.motion_file import Interpolation
 from naoserver_sim.model import build_model, standing
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world

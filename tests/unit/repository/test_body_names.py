@@ -29,7 +29,7 @@ COMMON: Final = frozenset({"base", "head"})
 """Names of links that every robot may use: a group of joints is a `head`, and what carries a model is its `base`."""
 
 SPELLED: Final = {
-    "naoserver/_motions/motion_file.py": "an example",
+    "naoserver/moves/motion_file.py": "an example",
     "naoserver_sim/learning/_environment.py": "the name of a part of an observation",
     "naoserver_sim/self_collision.py": "an example",
     "visualhfsm/_monitor/realm/nao_h25.json": "the body of recordings that describe none",
@@ -40,8 +40,8 @@ SPELLED: Final = {
 }
 """Files that name joints or links, and why they may."""
 NAMED: Final = {
-    "naoserver/_naoqi_names.py": "names of NAOqi",
-    "naoserver/body.py": "an example",
+    "naoserver/naoqi/names.py": "names of NAOqi",
+    "naoserver/bodies/body.py": "an example",
     "naoserver_sim/learning/_environment.py": "a Nao learns",
     "naoserver_sim/learning/_tasks.py": "a Nao learns",
     "naoserver_sim/robot.py": "the default",

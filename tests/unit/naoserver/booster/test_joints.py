@@ -8,9 +8,9 @@ import struct
 
 import pytest
 
+from naoserver.bodies.capabilities import InertialReading
 from naoserver.booster._joints import Joints
 from naoserver.booster._loco import CUSTOM, WALKING
-from naoserver.capabilities import InertialReading
 from naoserver.robot import LIMP, BodyState
 from tests.support.soak import repeated
 from tests.unit.naoserver.booster.test_loco import ELBOW, Rig

@@ -11,11 +11,10 @@ from contextlib import suppress
 import pytest
 
 from interfaces.nao import ActionStatus
-from naoserver._lasting_walk import LastingWalk
 from naoserver._programs import Programs
-from naoserver._servants.moves import POSTURE
-from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
+from naoserver.bodies.capabilities import WalkVelocity
+from naoserver.bodies.kinematics import kinematics_of
 from naoserver.booster import serve_as_booster
 from naoserver.booster._loco import (
     BAD_REQUEST,
@@ -29,11 +28,12 @@ from naoserver.booster._loco import (
     WALKING,
     Loco,
 )
-from naoserver.capabilities import WalkVelocity
 from naoserver.errors import CommandRefused, InvalidCommand, RobotError
 from naoserver.fake import FakeRobot
-from naoserver.kinematics import kinematics_of
 from naoserver.options import ServerOptions
+from naoserver.serving.assembly import Assembly
+from naoserver.serving.lasting_walk import LastingWalk
+from naoserver.serving.moves import POSTURE
 from tests.support.gates import clients_that_ask
 from zenoh_ice import VirtualClock
 

@@ -4,7 +4,7 @@ import pytest
 
 pytest.importorskip("qi")
 
-from naoserver.capabilities import BatteryReading, FootReading, InertialReading
+from naoserver.bodies.capabilities import BatteryReading, FootReading, InertialReading
 from naoserver.errors import InvalidCommand
 from naoserver.qi._memory import ALAutonomousLife
 

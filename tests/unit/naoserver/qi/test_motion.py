@@ -7,8 +7,8 @@ from msgspec.structs import replace
 
 pytest.importorskip("qi")
 
+from naoserver.bodies.capabilities import STILL
 from naoserver.bodies.nao import H25
-from naoserver.capabilities import STILL
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
 from naoserver.fake import FakeRobot
 from naoserver.qi._behaviors import ALBehaviorManager

@@ -7,9 +7,9 @@ import pytest
 
 pytest.importorskip("qi")
 
-from naoserver.capabilities import InertialReading
+from naoserver.bodies.capabilities import InertialReading
+from naoserver.bodies.kinematics import angles_of
 from naoserver.errors import InvalidCommand
-from naoserver.kinematics import angles_of
 
 TORSO, WORLD, ROBOT = 0, 1, 2
 

@@ -6,8 +6,8 @@ import pytest
 
 pytest.importorskip("qi")
 
+from naoserver.bodies.capabilities import FootReading, SonarReading
 from naoserver.bodies.nao import H25
-from naoserver.capabilities import FootReading, SonarReading
 from naoserver.errors import InvalidCommand
 from naoserver.fake import FakeRobot
 from naoserver.qi._leds import LAMPS, ALLeds

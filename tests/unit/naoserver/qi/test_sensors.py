@@ -4,8 +4,8 @@ import pytest
 
 pytest.importorskip("qi")
 
+from naoserver.bodies.capabilities import SonarReading
 from naoserver.bodies.nao import H21, H25
-from naoserver.capabilities import SonarReading
 from naoserver.errors import HardwareFailure
 from naoserver.fake import FakeRobot
 from naoserver.qi._sensors import ALRobotModel, ALSonar, ALSystem, ALTouch

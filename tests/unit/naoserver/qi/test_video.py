@@ -7,9 +7,9 @@ import pytest
 
 pytest.importorskip("qi")
 
-from naoserver._naoqi_names import IMAGE_SIZES
 from naoserver.bodies.nao import H25
 from naoserver.errors import InvalidCommand
+from naoserver.naoqi.names import IMAGE_SIZES
 from naoserver.qi._video import COLOR_SPACES, LAYERS, ALVideoDevice, shrunk, source_size
 from naoserver.robot import Frame
 

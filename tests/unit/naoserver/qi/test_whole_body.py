@@ -6,7 +6,7 @@ import pytest
 
 pytest.importorskip("qi")
 
-from naoserver.capabilities import Support
+from naoserver.bodies.capabilities import Support
 from naoserver.errors import InvalidCommand
 from naoserver.qi._clients import Client, running
 from naoserver.qi._effectors import EffectorMotion

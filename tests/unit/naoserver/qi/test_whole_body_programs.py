@@ -13,7 +13,7 @@ import pytest
 
 pytest.importorskip("qi")
 
-from naoserver.kinematics import matrix_of
+from naoserver.bodies.kinematics import matrix_of
 from naoserver.qi._effectors import EffectorMotion
 from naoserver.qi._whole_body import WholeBody
 from naoserver_sim.robot import SimulatedRobot

@@ -5,13 +5,13 @@ import json
 import pytest
 
 from interfaces.nao import Description, InertialUnitPrx, PosturesPrx, SonarPrx
-from naoserver.assembly import Assembly
 from naoserver.bodies import BODY_NAMES, find_body
 from naoserver.body import write_body
 from naoserver.fake import FakeRobot
 from naoserver.options import ServerOptions
 from naoserver.ros2._description import DescribedRobot, GatewayError
-from naoserver.server import serve
+from naoserver.serving.assembly import Assembly
+from naoserver.serving.server import serve
 from tests.support.bodies import CART
 from zenoh_ice import Communicator, Settings, VirtualClock
 from zenoh_ice.in_process import InProcessTransport

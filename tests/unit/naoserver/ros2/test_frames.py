@@ -3,8 +3,8 @@
 import pytest
 
 from naoserver.bodies import BODY_NAMES, find_body
+from naoserver.bodies.parts import Camera, Groups, Joint, Link, Sole, TouchSensor
 from naoserver.body import Body
-from naoserver.parts import Camera, Groups, Joint, Link, Sole, TouchSensor
 from naoserver.ros2._frames import ODOM, ROOT, fixed_frames, link_frames
 from tests.support.bodies import ARM, CART, GIANT
 

@@ -22,9 +22,9 @@ from interfaces.nao import (
     Vector3,
 )
 from naoserver.bodies import BODY_NAMES, find_body
+from naoserver.bodies.kinematics import angles_of, kinematics_of, matrix_of
+from naoserver.bodies.parts import Joint, Link
 from naoserver.body import Body
-from naoserver.kinematics import angles_of, kinematics_of, matrix_of
-from naoserver.parts import Joint, Link
 from naoserver.ros2 import _messages as messages
 from naoserver.ros2._frames import link_frames
 from naoserver.ros2._messages import BodyFrames, Stamps

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from naoserver.bodies import BODY_NAMES, find_body
+from naoserver.bodies.kinematics import kinematics_of, matrix_of, rotation
+from naoserver.bodies.parts import Joint, Link, Shape
 from naoserver.body import Body
-from naoserver.kinematics import kinematics_of, matrix_of, rotation
-from naoserver.parts import Joint, Link, Shape
 from naoserver.ros2._frames import ROOT, link_frames, urdf
 from tests.support.bodies import ARM, CART, GIANT
 from tests.support.linkage import LINKAGE

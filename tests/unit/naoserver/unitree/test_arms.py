@@ -9,10 +9,10 @@ from collections.abc import Sequence
 import pytest
 
 from naoserver._programs import Programs
-from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
 from naoserver.fake import FakeRobot
 from naoserver.options import SafetyOptions, ServerOptions
+from naoserver.serving.assembly import Assembly
 from naoserver.unitree._arms import Arms
 from naoserver.unitree._loco import CODES, Loco
 from tests.support.gates import clients_that_ask

@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 
 from naoserver._programs import Programs
-from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
-from naoserver.capabilities import InertialReading, Odometry, WalkVelocity
+from naoserver.bodies.capabilities import InertialReading, Odometry, WalkVelocity
+from naoserver.bodies.kinematics import matrix_of
 from naoserver.errors import JointTaken
 from naoserver.fake import FakeRobot
-from naoserver.kinematics import matrix_of
 from naoserver.options import SafetyOptions, ServerOptions
 from naoserver.robot import LIMP
+from naoserver.serving.assembly import Assembly
 from naoserver.unitree import _joints
 from naoserver.unitree._joints import Joints, checksum
 from naoserver.unitree._loco import CODES

@@ -9,13 +9,13 @@ import sys
 import pytest
 
 from naoserver._programs import Programs
-from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
-from naoserver.capabilities import WalkVelocity
+from naoserver.bodies.capabilities import WalkVelocity
 from naoserver.errors import RobotError
 from naoserver.fake import FakeRobot
 from naoserver.options import ServerOptions
 from naoserver.robot import BodyState
+from naoserver.serving.assembly import Assembly
 from naoserver.unitree import serve_as_unitree
 from naoserver.unitree._loco import (
     CODES,

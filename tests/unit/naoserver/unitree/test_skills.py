@@ -7,11 +7,11 @@ import json
 import pytest
 
 from naoserver._programs import Programs
-from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
-from naoserver.expression import LONGEST_TEXT, SOUNDS
 from naoserver.fake import FakeRobot
 from naoserver.options import ServerOptions
+from naoserver.protocol.expression import LONGEST_TEXT, SOUNDS
+from naoserver.serving.assembly import Assembly
 from naoserver.unitree import _skills
 from naoserver.unitree._loco import CODES, NOT_AVAILABLE, NOT_IMPLEMENTED, WRONG_PARAMETER
 from naoserver.unitree._skills import NO_ACTION, Streams

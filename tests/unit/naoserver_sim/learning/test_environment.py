@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from naoserver._motions.motion_file import load_motions
 from naoserver.bodies import find_body
+from naoserver.bodies.capabilities import WalkVelocity
 from naoserver.bodies.nao import H25
-from naoserver.capabilities import WalkVelocity
+from naoserver.moves.motion_file import load_motions
 from naoserver_sim.learning import ENVIRONMENTS
 from naoserver_sim.learning._environment import PERIOD
 from naoserver_sim.learning._tasks import arm_of, hand_at, motors_of, part_of_height
