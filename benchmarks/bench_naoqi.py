@@ -34,9 +34,9 @@ from naoserver.hardware.connection import CallLink, call
 from naoserver.naoqi._libqi_link import connect
 from naoserver.naoqi._link import RobotAddress
 from naoserver.options import ServerOptions
-from naoserver.qi import serve_as_naoqi
 from naoserver.serving.assembly import Assembly
 from tests.support.processes import ComponentProcess, free_endpoint, module
+from visualhfsm_naoqi_programs import serve_as_naoqi
 from zenoh_ice import Communicator, ObjectPrx, WallClock, initialize
 
 P = TypeVar("P", bound=ObjectPrx)

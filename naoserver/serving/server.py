@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager
-from importlib.metadata import entry_points
 from pathlib import Path
-from typing import Annotated, Final, Protocol, cast
+from typing import Annotated, Final, Protocol
 
 import typer
 
@@ -17,7 +16,7 @@ from naoserver.protocol.jobs import JobThreads
 from naoserver.protocol.robot import Robot
 from naoserver.safety.latch import Latch
 from naoserver.serving.assembly import Assembly
-from zenoh_ice import BusyException, Communicator, ObjectAdapter, SystemException, WallClock
+from zenoh_ice import BusyException, Communicator, ObjectAdapter, SystemException, WallClock, plugins
 
 _CAP = (
     "Cap every joint's speed at a fraction of its full speed."
@@ -89,7 +88,6 @@ def problem_of(communicator: Communicator, assembly: Assembly) -> str:
     return ""
 
 
-_GROUP: Final = "naoserver.entrances"
 _DISK: Final = "With --qi: the folder that stands for the robot's disk, where its sounds are."
 
 Disk = Annotated[Path | None, typer.Option(metavar="DIR", help=_DISK, exists=True, file_okay=False)]
@@ -107,7 +105,11 @@ class Entrance(Protocol):
 
 def find_entrance(name: str) -> Entrance:
     """Return the entrance of a name, such as `qi`; raises RobotError if no installed package provides it."""
-    for point in entry_points(group=_GROUP, name=name):
-        return cast("Entrance", point.load())
-    message = f"no installed package serves robots as {name!r}: install visualhfsm again"
-    raise RobotError(message)
+    try:
+        entrance: Entrance | None = plugins.find("naoserver.entrances", name)
+    except plugins.PluginError as error:
+        raise RobotError(str(error)) from error
+    if entrance is None:
+        message = f"no installed package serves robots as {name!r}: install visualhfsm again"
+        raise RobotError(message)
+    return entrance

@@ -26,7 +26,9 @@ from zenoh_ice.settings import Settings
 
 @pytest.fixture(scope="module")
 def process():
-    with ComponentProcess(module("naoserver.qi", "--qi", "tcp://127.0.0.1:0", "--faults")) as process:
+    with ComponentProcess(
+        module("visualhfsm_naoqi_programs", "--qi", "tcp://127.0.0.1:0", "--faults")
+    ) as process:
         yield process
 
 

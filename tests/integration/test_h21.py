@@ -93,7 +93,7 @@ def test_it_gets_up():
 
 @pytest.mark.parametrize(("name", "moved"), [("Walk", 11), ("Reach", 4), ("StandUp", 21)])
 def test_it_learns_with_the_joints_that_it_has(name, moved):
-    with gymnasium.make(f"naoserver_sim.learning:Nao/{name}-v0", body="H21") as environment:
+    with gymnasium.make(f"visualhfsm_learning:Nao/{name}-v0", body="H21") as environment:
         assert environment.action_space.shape == (moved,)
         observation, _ = environment.reset(seed=1)
         assert observation.shape == environment.observation_space.shape

@@ -45,7 +45,7 @@ def certificate(tmp_path_factory):
 @pytest.fixture(scope="module")
 def port():
     """The port of a robot that talks without TLS: libqi for Python cannot listen with it."""
-    with ComponentProcess(module("naoserver.qi", "--qi", "tcp://127.0.0.1:0")) as process:
+    with ComponentProcess(module("visualhfsm_naoqi_programs", "--qi", "tcp://127.0.0.1:0")) as process:
         yield int(process.wait_for(r"^ready: \S+:(\d+)")[1])
 
 

@@ -26,7 +26,9 @@ SUBSCRIBERS = "ALVideoDevice.getSubscribers"
 
 @pytest.fixture(scope="module")
 def address():
-    with ComponentProcess(module("naoserver.qi", "--qi", "tcp://127.0.0.1:0", "--faults")) as process:
+    with ComponentProcess(
+        module("visualhfsm_naoqi_programs", "--qi", "tcp://127.0.0.1:0", "--faults")
+    ) as process:
         yield RobotAddress.parse(process.wait_for(r"^ready: (\S+)")[1])
 
 

@@ -70,7 +70,7 @@ def simulated(body: Body = H25) -> Iterator[Robot]:
 @contextmanager
 def fake_as_naoqi(body: Body = H25, speed: float = 1.0) -> Iterator[str]:
     """Serve the robot without physics as NAOqi does; yield its URL."""
-    from naoserver.qi import serve_as_naoqi
+    from visualhfsm_naoqi_programs import serve_as_naoqi
 
     behind = FakeRobot(clock_at(speed), body=body)
     with (

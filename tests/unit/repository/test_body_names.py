@@ -18,7 +18,7 @@ SUFFIXES: Final = frozenset({".html", ".js", ".json", ".py", ".toml", ".xml"})
 FREE: Final = (
     "naoserver/bodies",  # descriptions, motions and looks of each body
     "naoserver/naoqi",  # NAOqi runs on Naos only, and its names are theirs
-    "naoserver/qi",
+    "plugins/visualhfsm_naoqi_programs",
 )
 """Folders in which bodies have names."""
 WORD: Final = re.compile(r"\w+")
@@ -30,7 +30,7 @@ COMMON: Final = frozenset({"base", "head"})
 
 SPELLED: Final = {
     "naoserver/moves/motion_file.py": "an example",
-    "naoserver_sim/learning/_environment.py": "the name of a part of an observation",
+    "plugins/visualhfsm_learning/_environment.py": "the name of a part of an observation",
     "naoserver_sim/self_collision.py": "an example",
     "visualhfsm/_monitor/realm/nao_h25.json": "the body of recordings that describe none",
     "visualhfsm/_monitor/realm/run_log.py": "an example",
@@ -42,8 +42,8 @@ SPELLED: Final = {
 NAMED: Final = {
     "naoserver/naoqi/names.py": "names of NAOqi",
     "naoserver/bodies/body.py": "an example",
-    "naoserver_sim/learning/_environment.py": "a Nao learns",
-    "naoserver_sim/learning/_tasks.py": "a Nao learns",
+    "plugins/visualhfsm_learning/_environment.py": "a Nao learns",
+    "plugins/visualhfsm_learning/_tasks.py": "a Nao learns",
     "naoserver_sim/robot.py": "the default",
     "visualhfsm/_monitor/realm/nao_h25.json": "that body",
     "visualhfsm/testing/_plugin.py": "an example",

@@ -32,7 +32,7 @@ TESTED_BY: Final = {
     "naoserver/soccer_field/_panorama.py": "unit/naoserver/soccer_field/test_localization.py",
     "visualhfsm/_monitor/recorder.py": "integration/test_live_recordings.py",
     "zenoh_ice/messenger.py": "integration/test_nao_stop.py",
-    "zenoh_ros2/_endpoint.py": "unit/zenoh_ros2/test_topics.py",
+    "plugins/zenoh_ros2/_endpoint.py": "unit/zenoh_ros2/test_topics.py",
 }
 """Modules whose tests have other names, each with the file in tests/ that checks it most."""
 

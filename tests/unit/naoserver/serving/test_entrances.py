@@ -4,16 +4,16 @@ from importlib.metadata import EntryPoint
 import pytest
 
 from naoserver.bodies import find_body
-from naoserver.booster import serve_as_booster
 from naoserver.errors import RobotError
 from naoserver.fake import FakeRobot
 from naoserver.options import ServerOptions
-from naoserver.qi import serve_as_naoqi
 from naoserver.serving.assembly import Assembly
 from naoserver.serving.server import find_entrance
-from naoserver.unitree import serve_as_unitree
 from tests.support.bodies import CART
 from tests.support.places import ROOT
+from visualhfsm_makers.booster import serve_as_booster
+from visualhfsm_makers.unitree import serve_as_unitree
+from visualhfsm_naoqi_programs import serve_as_naoqi
 from zenoh_ice import VirtualClock
 
 
