@@ -1,4 +1,4 @@
-"""What other packages add to a seam: found as entry points of installed distributions, loaded when first needed.
+"""What other packages add to a seam: entry points of installed distributions, loaded when first needed.
 
 ARCHITECTURE.md lists the seams; the package that asks has the protocol of what it gets.
 """
@@ -50,4 +50,5 @@ def _loaded(point: EntryPoint) -> Any | None:  # noqa: ANN401
 
 def _failure(point: EntryPoint, error: Exception) -> str:
     owner = point.dist.name if point.dist else "a package"
-    return f"the plug-in {point.name} of {owner} ({point.value}) cannot be loaded: {error or type(error).__name__}"
+    why = str(error) or type(error).__name__
+    return f"the plug-in {point.name} of {owner} ({point.value}) cannot be loaded: {why}"

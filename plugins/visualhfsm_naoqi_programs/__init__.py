@@ -2,7 +2,8 @@
 
 Besides the servants, it is another interface to implementations of `naoserver.robot.Robot`: the simulated
 robot (`naoserver-sim --qi`) and the fake one (`python -m visualhfsm_naoqi_programs`), which replaces a real
-robot in the tests of `naoserver.naoqi`. Commands pass the same guards as those of servants, never straight to the robot.
+robot in the tests of `naoserver.naoqi`. Commands pass the same guards as those of servants, never straight to
+the robot.
 
 Where versions of NAOqi differ, it behaves as 2.8 on a NAO6. docs/how-to/virtual-nao.md lists the services.
 """
