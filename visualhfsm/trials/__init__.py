@@ -1,7 +1,8 @@
 """Run a behavior many times in virtual time, and say how often it succeeds, and what that depends on.
 
 A plan says what varies from trial to trial (`_plan.py`); `_series.py` runs its trials, in processes of this
-computer or where plug-ins run them (`_runners.py`), and `_summary.py` has what they say. See docs/how-to/trials.md.
+computer or where plug-ins run them (`_runners.py`), and `_summary.py` has what they say. See
+docs/how-to/trials.md.
 """
 
 from __future__ import annotations

@@ -23,7 +23,7 @@ from tests.support.processes import REPOSITORY, ComponentProcess, module
 from tests.support.resets import check_that_a_reset_starts_nothing
 from tests.support.soak import repeated
 from tests.support.waiting import until
-from visualhfsm_makers.booster import serve_as_booster
+from visualhfsm_makers import BOOSTER
 from zenoh_ice import WallClock
 
 pytest.importorskip("cyclonedds", reason="the extra booster is not installed")
@@ -49,7 +49,7 @@ def t1():
     assembly = Assembly(robot, ServerOptions(), clock)
     watchdog, *_ = assembly.jobs
     try:
-        with JobThreads([watchdog]), serve_as_booster(robot, assembly, f"dds:{DOMAIN}"):
+        with JobThreads([watchdog]), BOOSTER(robot, assembly, f"dds:{DOMAIN}"):
             yield robot, assembly
     finally:
         assembly.close()
@@ -213,7 +213,7 @@ def test_hostile_messages_move_nothing_and_take_no_memory():
 
 def test_a_domain_that_is_none():
     with pytest.raises(RobotError, match="dds:233 is no domain of DDS"), t1() as (robot, assembly):
-        serve_as_booster(robot, assembly, "dds:233").__enter__()
+        BOOSTER(robot, assembly, "dds:233").__enter__()
 
 
 @NO_SDK

@@ -23,7 +23,7 @@ from tests.support.processes import ComponentProcess, module
 from tests.support.resets import check_that_a_reset_starts_nothing
 from tests.support.soak import repeated
 from tests.support.waiting import until
-from visualhfsm_makers.unitree import serve_as_unitree
+from visualhfsm_makers import UNITREE
 from zenoh_ice import WallClock
 
 pytest.importorskip("cyclonedds", reason="the extra unitree is not installed")
@@ -50,7 +50,7 @@ def g1():
     assembly = Assembly(robot, ServerOptions(), clock)
     watchdog, *_ = assembly.jobs
     try:
-        with JobThreads([watchdog]), serve_as_unitree(robot, assembly, f"dds:{DOMAIN}"):
+        with JobThreads([watchdog]), UNITREE(robot, assembly, f"dds:{DOMAIN}"):
             yield robot, assembly
     finally:
         assembly.close()
