@@ -44,7 +44,7 @@ class Maker:
             robot.body, self._family, f"--{self._name} serves a {self._name.capitalize()} {self._family}"
         )
         try:
-            service = import_module(f"visualhfsm_makers.{self._name}._service")
+            service = import_module(f"visualhfsm_makers._{self._name}._service")
         except ModuleNotFoundError as error:
             raise RobotError(missing_package(error, self._name)) from None
         served: AbstractContextManager[str] = service.serve(robot, assembly, url)

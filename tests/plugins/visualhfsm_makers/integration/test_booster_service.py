@@ -31,7 +31,7 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 
 from tests.support.booster import CUSTOM, ELBOW, MOVE, Program, low_command
-from visualhfsm_makers.booster import _types
+from visualhfsm_makers._booster import _types
 
 DOMAIN = free_domain()
 LONG = "600"

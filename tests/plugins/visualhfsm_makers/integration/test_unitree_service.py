@@ -33,7 +33,7 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 
 from tests.support.unitree import CONTINUOUS, ELBOW, Program, Wiretap, arm_command, low_command
-from visualhfsm_makers.unitree import _types
+from visualhfsm_makers._unitree import _types
 
 DOMAIN = free_domain()
 GROWTH = 32 << 20

@@ -22,8 +22,7 @@ from naoserver.serving.lasting_walk import LastingWalk
 from naoserver.serving.moves import POSTURE
 from tests.support.gates import clients_that_ask
 from visualhfsm_makers import BOOSTER
-from visualhfsm_makers._programs import Programs
-from visualhfsm_makers.booster._loco import (
+from visualhfsm_makers._booster._loco import (
     BAD_REQUEST,
     CODES,
     CONFLICT,
@@ -35,6 +34,7 @@ from visualhfsm_makers.booster._loco import (
     WALKING,
     Loco,
 )
+from visualhfsm_makers._programs import Programs
 from zenoh_ice import VirtualClock
 
 MODE, MOVE, HEAD, WAVE, HEAD_ON, GET_UP, GET_MODE, STATUS, INFO, SHOOT = (
@@ -546,7 +546,7 @@ def test_without_the_package_it_names_the_extra(rig, monkeypatch):
     for name in [
         name
         for name in sys.modules
-        if name.startswith(("visualhfsm_makers.booster._", "visualhfsm_makers._dds"))
+        if name.startswith(("visualhfsm_makers._booster._", "visualhfsm_makers._dds"))
     ]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "cyclonedds", None)

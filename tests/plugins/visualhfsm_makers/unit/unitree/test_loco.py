@@ -18,7 +18,7 @@ from naoserver.serving.assembly import Assembly
 from tests.support.gates import clients_that_ask
 from visualhfsm_makers import UNITREE
 from visualhfsm_makers._programs import Programs
-from visualhfsm_makers.unitree._loco import (
+from visualhfsm_makers._unitree._loco import (
     CODES,
     NO_STATE,
     NO_TASK,
@@ -370,7 +370,7 @@ def test_mutated_calls_are_answered_and_keep_the_walk_within_its_limits(rig):
 
 
 def test_without_the_package_it_names_the_extra(rig, monkeypatch):
-    for module in ("visualhfsm_makers.unitree._service", "visualhfsm_makers._dds"):
+    for module in ("visualhfsm_makers._unitree._service", "visualhfsm_makers._dds"):
         monkeypatch.delitem(sys.modules, module, raising=False)
     monkeypatch.setitem(sys.modules, "cyclonedds", None)
     monkeypatch.delitem(sys.modules, "cyclonedds.core", raising=False)
