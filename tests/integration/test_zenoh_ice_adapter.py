@@ -23,7 +23,7 @@ from zenoh_ice import (
     Current,
     ObjectNotExistException,
 )
-from zenoh_ice.limits import LIMITS, Limits
+from zenoh_ice.threads.limits import LIMITS, Limits
 
 MakeCommunicator = Callable[..., Communicator]
 

@@ -11,7 +11,7 @@ import pytest
 from tests.support.calculator import CalculatorPrx
 from tests.support.limits import EVENT_LIMIT, FOREVER, START_LIMIT
 from zenoh_ice import Communicator, Publisher, SystemException
-from zenoh_ice._zenoh.transport import ZenohTransport
+from zenoh_ice.routes._transport import ZenohTransport
 
 __all__ = ["at_once", "call_until_it_works", "links", "listened", "until"]
 

@@ -14,7 +14,7 @@ from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._monitor.realm.pictures import Pictures, encode_jpeg, require_pillow
 from visualhfsm._monitor.realm.realm import has_interface
 from zenoh_ice import Communicator, Sample, UserException, ZenohIceError
-from zenoh_ice.text import printable
+from zenoh_ice.data.text import printable
 
 KEPT_APART: Final = 1.0
 """Seconds between two images that are kept of a camera that no window shows."""

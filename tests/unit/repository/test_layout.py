@@ -31,7 +31,7 @@ TESTED_BY: Final = {
     "naoserver/naoqi/libqi.py": "integration/test_qi_service.py",
     "naoserver/soccer_field/_panorama.py": "unit/naoserver/soccer_field/test_localization.py",
     "visualhfsm/_monitor/recorder.py": "integration/test_live_recordings.py",
-    "zenoh_ice/messenger.py": "integration/test_nao_stop.py",
+    "zenoh_ice/carriers/zenoh/messenger.py": "integration/test_nao_stop.py",
     "plugins/zenoh_ros2/_endpoint.py": "unit/zenoh_ros2/test_topics.py",
 }
 """Modules whose tests have other names, each with the file in tests/ that checks it most."""
