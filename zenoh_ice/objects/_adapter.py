@@ -10,8 +10,8 @@ from typing import Final
 
 from zenoh_ice.data import exceptions
 from zenoh_ice.data.keys import Target, check_name
-from zenoh_ice.objects._home import Home
 from zenoh_ice.objects._servant import Object, ServedObject
+from zenoh_ice.objects.home import Home
 from zenoh_ice.objects.proxy import ObjectPrx
 
 

@@ -38,7 +38,7 @@ from zenoh_ice.data.wire import (
     read_attachment,
     unknown_exception,
 )
-from zenoh_ice.objects._home import Home
+from zenoh_ice.objects.home import Home
 from zenoh_ice.objects.proxy import ObjectPrx
 from zenoh_ice.objects.streams import Publisher
 from zenoh_ice.threads.pool import Job, Kind

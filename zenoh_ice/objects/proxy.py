@@ -55,7 +55,7 @@ from zenoh_ice.data.keys import Target
 from zenoh_ice.data.reflection import Schema, describe_difference, parse_schema
 from zenoh_ice.data.values import Reference
 from zenoh_ice.data.wire import decode_error
-from zenoh_ice.objects._home import Home
+from zenoh_ice.objects.home import Home
 from zenoh_ice.objects.streams import Sample, Samples, StreamReader, Subscription
 from zenoh_ice.transport import Caller, NoAnswer, Outcome
 
