@@ -36,7 +36,7 @@ def serve_fake(
     from naoserver.serving.server import serve
     from zenoh_ice import Communicator, RobotClock, Settings
     from zenoh_ice.application.cli import report_ready, stop_on_signals
-    from zenoh_ice.in_process import InProcessTransport
+    from zenoh_ice.routes.in_process import InProcessTransport
 
     clock = RobotClock(0.0, speed, simulated=True, silence=math.inf)
     with (

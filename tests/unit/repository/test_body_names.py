@@ -36,7 +36,7 @@ SPELLED: Final = {
     "visualhfsm/_monitor/realm/run_log.py": "an example",
     "visualhfsm/_commands/template/tests/test_blinker.py": "a user's test, for the default body",
     "visualhfsm/_commands/template_hardware/bust.toml": "a user's robot",
-    "zenoh_ice/exceptions.py": "an example",
+    "zenoh_ice/data/exceptions.py": "an example",
 }
 """Files that name joints or links, and why they may."""
 NAMED: Final = {
