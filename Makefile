@@ -109,7 +109,7 @@ check-page: tests/page/node_modules/.stamp
 node-modules: node
 	@if command -v npm >/dev/null; then \
 		$(MAKE) --no-print-directory tests/hub/node_modules/.stamp tests/page/node_modules/.stamp; \
-	else echo "Node.js is not installed: the tests of catalogs and those with a JupyterHub are skipped"; fi
+	else echo "Node.js is not installed: tests of catalogs, with axe and with a JupyterHub are skipped"; fi
 
 tests/%/node_modules/.stamp: tests/%/package-lock.json
 	npm ci --silent --prefix tests/$*
