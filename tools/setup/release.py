@@ -82,6 +82,8 @@ def check_contents(sdist: Path, wheel: Path) -> None:
     with zipfile.ZipFile(wheel) as archive:
         parts = (name.partition("/") for name in tracked)
         wanted = [f"{places[folder]}/{name}" for folder, _, name in parts if folder in places]
+        licences = f"visualhfsm-{PROJECT['project']['version']}.dist-info/licenses"
+        wanted += [f"{licences}/{name}" for name in PROJECT["project"]["license-files"]]
         missing(set(archive.namelist()), wanted)
 
 
