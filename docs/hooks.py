@@ -62,10 +62,11 @@ _LINK: Final = re.compile(r"(!?)\[([^\]]*)\]\(([^)#\s]+)(#[^)]*)?\)")
 
 
 def on_config(config: MkDocsConfig) -> MkDocsConfig:
-    """List the decisions in the navigation, in their order."""
-    decisions = [
+    """List the decisions in the navigation below their index, in their order."""
+    decisions: list[str | dict[str, str]] = ["decisions/README.md"]
+    decisions += [
         {page.read_text("utf-8").split("\n", 1)[0].removeprefix("# "): f"decisions/{page.name}"}
-        for page in sorted((ROOT / "docs" / "decisions").glob("*.md"))
+        for page in sorted((ROOT / "docs" / "decisions").glob("0*.md"))
     ]
     for section in config.nav or []:
         if "Explanation" in section:
