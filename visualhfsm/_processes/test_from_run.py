@@ -146,7 +146,7 @@ class _Script:
         self.lines: list[str] = []
         self.left_out: list[str] = []
         self.changes = 0
-        """How many changes of state are expected."""
+        """The number of changes of state that are expected."""
         self._document = document
         self._outside = {event.name.strip() for event in document.events}
         self._forced = [each for each in interventions if each.action == "forceTransition"]
