@@ -222,7 +222,7 @@ def exceptions() -> str:
         for node in found:
             base = next((name for name in map(ast.unparse, node.bases) if name in names), "")
             below.setdefault(base, []).append(node)
-        parts.append("\n".join([f"### {package}\n", *_tree(below, "", 0)]))
+        parts.append("\n".join([f"### {Path(package).name}\n", *_tree(below, "", 0)]))
     return "\n\n".join(parts)
 
 
