@@ -140,7 +140,7 @@ def _value_of(text: str) -> Any:  # noqa: ANN401 - whatever a parameter may be
 
 
 class _Script:
-    """The body of a test that does to a document what was done to a run, and expects what that did."""
+    """The body of a test that repeats what was done to a run, and expects the same effects."""
 
     def __init__(self, document: Document, interventions: Sequence[Intervention]) -> None:
         self.lines: list[str] = []
