@@ -15,8 +15,8 @@ from visualhfsm_classes._errors import GradingError
 from visualhfsm_classes._exercise import Criterion, Exercise
 from visualhfsm_classes._judged_run import JudgedRun
 from visualhfsm_classes._words import figure, say
-from zenoh_ice import typed
-from zenoh_ice.text import encodable, printable
+from zenoh_ice.data import typed
+from zenoh_ice.data.text import encodable, printable
 
 _SLACK: Final = 1e-9
 """s by which a time in binary may be beyond its limit."""
@@ -37,7 +37,7 @@ class Verdict(Struct, frozen=True):
     """Of the points, from 0 to 1."""
     words: str
     failed: bool = False
-    """Whether its judge failed: a fault of the exercise."""
+    """True if its judge failed: a fault of the exercise."""
 
 
 def judge(run: JudgedRun, criterion: Criterion, exercise: Exercise, language: str) -> Verdict:

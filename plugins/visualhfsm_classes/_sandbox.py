@@ -22,9 +22,9 @@ from visualhfsm_classes._errors import ComputerFailed, ComputerTooBusy
 from visualhfsm_classes._process import CodeProcess
 from visualhfsm_classes._walls import Walls
 from visualhfsm_classes.contained import protocol
-from zenoh_ice import exceptions, typed
-from zenoh_ice.exceptions import SystemException
-from zenoh_ice.text import printable
+from zenoh_ice.data import exceptions, typed
+from zenoh_ice.data.exceptions import SystemException
+from zenoh_ice.data.text import printable
 
 _MEBIBYTE: Final = 1 << 20
 _END_LIMIT: Final = 5.0
@@ -57,7 +57,7 @@ class Allowance:
     begin: float = 30.0
     """The same in which its modules load and its variables get their values."""
     delay: float = 12.0
-    """How many times as long each may take by the wall, on a busy computer."""
+    """The factor by which each may take longer by the wall, on a busy computer."""
     sleep: float = 120.0
     """Seconds of the trial that one piece of code may wait."""
     memory: int = 2048
@@ -107,7 +107,7 @@ class Sandbox:
     def __init__(self, walls: Walls, allowance: Allowance) -> None:
         self.broken = ""
         self.too_busy = False
-        """Whether it cannot go on because the computer had no time for it."""
+        """True if it cannot go on because the computer had no time for it."""
         self.serve: Callable[[Any], protocol.Message] = _nobody
         self._allowance: Final = allowance
         self._encoder: Final = msgspec.msgpack.Encoder()

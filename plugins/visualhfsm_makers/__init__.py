@@ -7,49 +7,64 @@ what is served.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from importlib import import_module
-from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Annotated, Any, Final
+
+import typer
 
 from naoserver.bodies import require_family
 from naoserver.errors import RobotError
+from naoserver.robot import Robot
+from naoserver.serving.assembly import Assembly
+from naoserver.serving.entrances import Entrance
 from zenoh_ice.application import missing_package
 
-if TYPE_CHECKING:
-    from naoserver.protocol.robot import Robot
-    from naoserver.serving.assembly import Assembly
+__all__ = ["BOOSTER", "UNITREE"]
 
-__all__ = ["BOOSTER", "UNITREE", "Maker"]
+_DOMAIN: Final = "With --unitree or --booster: the domain of DDS; real robots are in 0."
 
 
-class Maker:
-    """A maker as an entrance of a robot server: the option of its name serves its robot, of a `family`."""
+def _entrance_of(maker: str, family: str, *, help: str, example: tuple[str, str]) -> Entrance:
+    """Return the entrance for programs of a maker, which serves the maker's robot, of a family."""
+    programs = maker.capitalize()
 
-    def __init__(self, name: str, family: str) -> None:
-        self._name: Final = name
-        self._family: Final = family
+    def serve(robot: Robot, assembly: Assembly, options: Mapping[str, Any]) -> AbstractContextManager[str]:
+        """Serve a started robot in a domain of DDS, on loopback alone; the end stops what programs drove.
 
-    def __call__(
-        self, robot: Robot, assembly: Assembly, url: str, *, disk: Path | None = None
-    ) -> AbstractContextManager[str]:
-        """Serve a started robot through the guards of `assembly` at `url`, dds:DOMAIN, on loopback alone.
-
-        Use it in a `with` block that ends before the assembly is closed; it gets the URL. Its end stops what
-        programs drove. `disk` is of no use to it. Raises RobotError for a robot of another family, for a
-        domain that cannot be joined, or when the package cyclonedds is missing.
+        Raises RobotError for a robot of another family, for a domain that cannot be joined, or when the
+        package cyclonedds is missing.
         """
-        del disk
-        require_family(
-            robot.body, self._family, f"--{self._name} serves a {self._name.capitalize()} {self._family}"
-        )
+        require_family(robot.body, family, f"--{maker} serves a {programs} {family}")
         try:
-            service = import_module(f"visualhfsm_makers._{self._name}._service")
+            service = import_module(f"visualhfsm_makers._{maker}._service")
         except ModuleNotFoundError as error:
-            raise RobotError(missing_package(error, self._name)) from None
-        served: AbstractContextManager[str] = service.serve(robot, assembly, url)
+            raise RobotError(missing_package(error, maker)) from None
+        served: AbstractContextManager[str] = service.serve(robot, assembly, f"dds:{options['dds_domain']}")
         return served
 
+    return Entrance(
+        programs=programs,
+        options={
+            maker: (Annotated[bool, typer.Option(f"--{maker}", help=help)], False),
+            "dds_domain": (Annotated[int, typer.Option(min=0, max=232, help=_DOMAIN)], 1),
+        },
+        serve=serve,
+        example=example,
+        apart={"dds_domain": lambda domain, number: domain + number},
+    )
 
-UNITREE: Final = Maker("unitree", "G1")
-BOOSTER: Final = Maker("booster", "T1")
+
+UNITREE: Final = _entrance_of(
+    "unitree",
+    "G1",
+    help="Serve a G1 over DDS on loopback too, for its maker's programs.",
+    example=("naoserver-sim --body G1 --unitree", "its maker's programs drive it too"),
+)
+BOOSTER: Final = _entrance_of(
+    "booster",
+    "T1",
+    help="Serve a T1 over DDS on loopback too, for programs that use B1LocoClient.",
+    example=("naoserver-sim --body T1 --booster", "programs written for B1LocoClient drive it too"),
+)

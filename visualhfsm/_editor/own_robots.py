@@ -27,9 +27,9 @@ from visualhfsm._monitor.realm.description import describe
 from visualhfsm._processes.bodies import FOLDER
 from visualhfsm.project._editing.files import make_folder, read_file, write_file
 from visualhfsm.project._root import BODY_SUFFIX, Root
-from zenoh_ice import typed
 from zenoh_ice.application.child import ChildProcess
-from zenoh_ice.text import printable
+from zenoh_ice.data import typed
+from zenoh_ice.data.text import printable
 
 _NAME: Final = re.compile(r"\w[\w .\-]{0,59}")
 _NOT_OF_NAMES: Final = re.compile(r"[^\w\-]+")
@@ -55,7 +55,7 @@ class OwnRobot(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_d
     problem: Message = NO_MESSAGE
     line: int = 0
     robot: msgspec.Raw | None = None
-    """JSON for `static/monitor/robot-drawing.js`."""
+    """JSON for `static/robot3d/robot-drawing.js`."""
 
 
 class OwnRobots:

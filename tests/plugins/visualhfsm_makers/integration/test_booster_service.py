@@ -49,7 +49,7 @@ def t1():
     assembly = Assembly(robot, ServerOptions(), clock)
     watchdog, *_ = assembly.jobs
     try:
-        with JobThreads([watchdog]), BOOSTER(robot, assembly, f"dds:{DOMAIN}"):
+        with JobThreads([watchdog]), BOOSTER.serve(robot, assembly, {"dds_domain": DOMAIN}):
             yield robot, assembly
     finally:
         assembly.close()
@@ -213,7 +213,7 @@ def test_hostile_messages_move_nothing_and_take_no_memory():
 
 def test_a_domain_that_is_none():
     with pytest.raises(RobotError, match="dds:233 is no domain of DDS"), t1() as (robot, assembly):
-        BOOSTER(robot, assembly, "dds:233").__enter__()
+        BOOSTER.serve(robot, assembly, {"dds_domain": 233}).__enter__()
 
 
 @NO_SDK

@@ -50,7 +50,7 @@ def g1():
     assembly = Assembly(robot, ServerOptions(), clock)
     watchdog, *_ = assembly.jobs
     try:
-        with JobThreads([watchdog]), UNITREE(robot, assembly, f"dds:{DOMAIN}"):
+        with JobThreads([watchdog]), UNITREE.serve(robot, assembly, {"dds_domain": DOMAIN}):
             yield robot, assembly
     finally:
         assembly.close()

@@ -553,7 +553,7 @@ def test_without_the_package_it_names_the_extra(rig, monkeypatch):
     for name in [name for name in sys.modules if name.startswith("cyclonedds.")]:
         monkeypatch.delitem(sys.modules, name)
     with pytest.raises(RobotError, match=r"not installed; type: pip install 'visualhfsm\[booster\]'"):
-        BOOSTER(rig.robot, rig.assembly, "dds:1")
+        BOOSTER.serve(rig.robot, rig.assembly, {"dds_domain": 1})
 
 
 def test_no_other_robot_than_a_t1_is_served():
@@ -561,7 +561,7 @@ def test_no_other_robot_than_a_t1_is_served():
     robot = FakeRobot(clock, body=find_body("G1"))
     assembly = Assembly(robot, ServerOptions(), clock)
     with pytest.raises(RobotError, match="--booster serves a Booster T1; this robot is a Unitree G1"):
-        BOOSTER(robot, assembly, "dds:1")
+        BOOSTER.serve(robot, assembly, {"dds_domain": 1})
 
 
 def posture(x: float, y: float, z: float) -> dict[str, object]:
