@@ -314,7 +314,7 @@ class Followers:
     def _publisher(self, component: str) -> Callable[[News], None]:
         def publish(news: News) -> None:
             if (recorder := self._recorders.get(component)) is not None:
-                recorder.take(news)
+                recorder.record(news)
             match news:
                 case LiveSnapshot():
                     self._publish(messages.Snapshot(component=component, value=translate_snapshot(news)))
