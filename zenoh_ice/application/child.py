@@ -149,9 +149,9 @@ class ChildProcess:
         try:
             for descriptor in (1, 2):
                 self._receive(descriptor, b"")
-            self._report_end(code, self._stopped)
         finally:
             self._is_running = False
+        self._report_end(code, self._stopped)
         return code
 
 
