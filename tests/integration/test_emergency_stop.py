@@ -35,7 +35,7 @@ from visualhfsm._monitor.messages import PartLimits
 from visualhfsm._monitor.stopping import StopReport
 from zenoh_ice import Communicator, initialize
 from zenoh_ice.application.emergency_stop import SAFETY, begin_stop
-from zenoh_ice.session import open_session
+from zenoh_ice.carriers.zenoh.session import open_session
 
 RECORDED = json.loads(Path("tests/data/emergency_stop/messages.json").read_text())
 MESSAGE = RECORDED["message"]

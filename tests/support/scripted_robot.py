@@ -11,8 +11,8 @@ import zenoh
 
 from tests.support.limits import CALL_LIMIT
 from zenoh_ice import Settings
-from zenoh_ice._wire import ERROR_ENCODING
-from zenoh_ice.session import open_session
+from zenoh_ice.carriers.zenoh.session import open_session
+from zenoh_ice.data.wire import ERROR_ENCODING
 
 __all__ = ["STOPPED", "Answer", "ScriptedRobot", "error", "joints", "listening", "state"]
 

@@ -12,7 +12,7 @@ from operator import itemgetter
 from typing import Final, Literal
 
 from codegen.messages import Message
-from zenoh_ice.text import signal_name
+from zenoh_ice.data.text import signal_name
 
 Stream = Literal["out", "err"]
 

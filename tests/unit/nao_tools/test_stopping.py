@@ -16,7 +16,7 @@ from tests.support.processes import free_endpoint
 from tests.support.scripted_robot import ScriptedRobot, error, joints, listening, state
 from tests.support.waiting import at_once, until
 from zenoh_ice import Settings
-from zenoh_ice.exceptions import EndpointInUseException
+from zenoh_ice.data.exceptions import EndpointInUseException
 
 LIMITS = StopLimits(answer=CALL_LIMIT, state=CALL_LIMIT, standstill=FOREVER)
 
