@@ -59,7 +59,7 @@ class Witness(Protocol):
     def begin(self, behavior: Behavior, values: Values) -> None:
         """See it before its first cycle, with the values that were drawn."""
 
-    def look(self, behavior: Behavior) -> None:
+    def observe(self, behavior: Behavior) -> None:
         """See it ten times a second."""
 
     def end(self, outcome: Outcome) -> None:
@@ -116,7 +116,7 @@ def _watched(trial: _Trial, witness: Witness | None) -> Outcome:
     if witness is None:
         return trial.run()
     witness.begin(trial.behavior, trial.values)
-    trial.watchers.append(lambda: witness.look(trial.behavior))
+    trial.watchers.append(lambda: witness.observe(trial.behavior))
     outcome = trial.run()
     witness.end(outcome)
     return outcome
