@@ -113,7 +113,9 @@ def test_a_robot_that_no_command_reaches_has_not_stopped(endpoint: str, robot: S
 
 
 @at_once
-@pytest.mark.parametrize("answer", [(True, b"\xc1"), error("no such joint"), (True, b"\x90")])
+@pytest.mark.parametrize(
+    "answer", [(True, b"\xc1"), (True, b"\x90"), error("no such joint"), (False, joints(1.5)[1])]
+)
 def test_a_robot_whose_answer_says_nothing_of_its_joints_counts_as_still(
     endpoint: str, robot: ScriptedRobot, answer: tuple[bool, bytes]
 ) -> None:
