@@ -137,10 +137,6 @@ class _TabTrials:
         target = folder / f"{Path(self._tried.document).stem}-trial-{number}-{version[:6]}.mcap"
         order = msgspec.structs.replace(self._tried, action="record", number=number, recording=str(target))
 
-        def receive(report: Report) -> None:
-            if report.error:
-                self._report(error=report.error)
-
         def ended(error: str) -> None:
             self._recorder = None
             if error or not target.is_file():  # it failed, or was stopped
@@ -149,7 +145,7 @@ class _TabTrials:
                 self._report(recording=None, recorded=number, file=name(target))
 
         self._report(recording=number, recorded=None, error="")
-        self._recorder = await self._carry_out(order, receive, ended)
+        self._recorder = await self._carry_out(order, lambda _: None, ended)
 
     async def close(self) -> None:
         """End what runs, and remove the files."""
@@ -164,9 +160,6 @@ class _TabTrials:
         self._known = None
 
         def receive(report: Report) -> None:
-            if report.error:
-                self._report(error=report.error)
-                return
             if report.plan is not UNSET:
                 self._report(plan=report.plan)
             if report.view is not UNSET:
@@ -185,7 +178,7 @@ class _TabTrials:
     async def _carry_out(
         self, order: Order, receive: Callable[[Report], object], ended: Callable[[str], object]
     ) -> ReportingProcess[Report]:
-        """Start the process of an order; `receive` gets its reports, `ended` why it failed, or nothing.
+        """Start the process of an order; `receive` gets its reports but errors, `ended` why it failed, if it did.
 
         Raises VisualHfsmError.
         """
@@ -194,7 +187,10 @@ class _TabTrials:
         def reported(report: Report) -> None:
             nonlocal failed
             failed = report.error
-            receive(report)
+            if failed:
+                self._report(error=failed)
+            else:
+                receive(report)
 
         def over(code: int, stopped: bool) -> None:
             error = failed
