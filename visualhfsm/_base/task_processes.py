@@ -45,7 +45,7 @@ class TaskProcesses(Generic[Result]):
         self._of_thread: dict[int, LineProcess] = {}
         """By the number of the thread; one that has ended leaves its process to the next of its number."""
         self._files: TemporaryDirectory[str] | None = None
-        """What they unpack and write: one that is killed removes nothing."""
+        """The folder into which they unpack and write: a process that is killed removes nothing."""
         self.closed = False
 
     def ask(self, task: object, patience: float) -> Result:
