@@ -178,7 +178,7 @@ class _TabTrials:
     async def _carry_out(
         self, order: Order, receive: Callable[[Report], object], ended: Callable[[str], object]
     ) -> ReportingProcess[Report]:
-        """Start the process of an order; `receive` gets its reports but errors, `ended` why it failed, if it did.
+        """Start the process of an order; `receive` gets its reports without errors, `ended` why it failed.
 
         Raises VisualHfsmError.
         """

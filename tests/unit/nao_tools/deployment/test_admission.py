@@ -92,6 +92,9 @@ class TestPassingOn:
     ) -> None:
         with holding(endpoint, admission.most_silent + 1, b"") as connections:
             assert ended(connections[0])
+            connections[1].setblocking(False)
+            with pytest.raises(BlockingIOError):  # before its time is over, too
+                connections[1].recv(1)
             connections[-1].sendall(RECORD)
             server, _ = inner.accept()
             server.close()
@@ -116,10 +119,15 @@ class TestPassingOn:
             )
         )
 
-    def test_what_is_not_tls_is_ended_at_once(self, endpoint: str, admission: Admission) -> None:
+    def test_what_is_not_tls_is_ended_and_not_passed_on(
+        self, endpoint: str, inner: socket.socket, admission: Admission
+    ) -> None:
         with holding(endpoint, 1, b"GET / HTTP/1.1\r\n\r\n") as (connection,):
             assert ended(connection)
         until(lambda: not admission.clients)
+        inner.setblocking(False)
+        with pytest.raises(BlockingIOError):
+            inner.accept()
 
     def test_a_place_that_is_none_has_no_origin(self, admission: Admission) -> None:
         assert admission.origin(1) == ""
