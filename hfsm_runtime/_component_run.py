@@ -144,7 +144,7 @@ class ComponentRun:
         The line is in the form of `locate`. Both are 0 and empty for a cycle that is not longer than 2 s and
         ten periods, or whose code sleeps by `self.sleep`, which ends when it must.
         """
-        seconds = time.perf_counter() - actor.began_wall
+        seconds = time.perf_counter() - actor.cycle.began_wall
         if not actor.in_cycle or seconds < max(self._limits.hangs, _HANGS_PERIODS * actor.automaton.period):
             return 0.0, ""
         frame = self._frame(actor)

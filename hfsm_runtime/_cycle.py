@@ -9,6 +9,7 @@ from typing import Final, Protocol
 
 from greenlet import GreenletExit
 
+from ._actor import phase_after_entry_code
 from ._automaton import REQUIRED, Arguments, Automaton, Event, State, Transition
 from ._code import current_code
 from ._variables import convert, functions_of
@@ -21,7 +22,7 @@ class CycleEnded(Exception):
     """Raised by a supervisor to skip the rest of a cycle; it is no error."""
 
 
-# To find a member of an enumeration takes longer than all else that a cycle does with it.
+# As in `_actor`.
 _ENTERED: Final = Phase.ENTERED
 _BEGUN: Final = Phase.BEGUN
 _SETTLED: Final = Phase.SETTLED
@@ -78,7 +79,8 @@ def run_cycle(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> Non
     """
     if not tree.begin_cycle(actor):
         return
-    began = actor.began = supervisor.now()
+    cycle = actor.cycle
+    began = cycle.began = supervisor.now()
     for cycle_began in tree.observers.cycle_began:
         cycle_began(actor, now)
     try:
@@ -92,13 +94,13 @@ def run_cycle(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> Non
     finally:
         if actor.phase is _ENTERED:  # a state that is current has begun, whatever ended the cycle
             tree.enter(actor, _settled(actor, now, supervisor))
-        actor.cycles += 1
-        actor.last_cycle = time.perf_counter() - actor.began_wall
-        actor.longest_cycle = max(actor.longest_cycle, actor.last_cycle)
+        cycle.count += 1
+        cycle.last = time.perf_counter() - cycle.began_wall
+        cycle.longest = max(cycle.longest, cycle.last)
         lasted = supervisor.now() - began
-        actor.overruns += lasted > actor.automaton.interval
-        actor.last_slot = now
-        actor.began = None
+        cycle.overruns += lasted > actor.automaton.interval
+        cycle.last_slot = now
+        cycle.began = None
         tree.decide(actor, now + lasted)
         for cycle_ended in tree.observers.cycle_ended:
             cycle_ended(actor, now)
@@ -107,27 +109,27 @@ def run_cycle(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> Non
 
 def _run_steps(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> None:
     if actor.phase is _PAUSED_AT_CODE:
-        tree.settle(actor)
+        tree.reach(actor, _SETTLED)
     else:
-        if actor.unset:
-            actor.unset = False
+        if actor.outputs.unset:
+            actor.outputs.unset = False
             _set_outputs(actor.automaton)
         if actor.phase < _BEGUN:
             _enter(tree, actor, now, supervisor)
         _take_results(tree, actor, supervisor)
         if actor.phase is not _SETTLED and actor.on_duty:
             is_new = actor.phase is _BEGUN
-            tree.settle(actor)
+            tree.reach(actor, _SETTLED)
             if is_new and _pauses(tree, actor, None):
-                tree.suspend(actor, code_first=False)
+                tree.reach(actor, Phase.PAUSED)
                 return
         if not actor.current.final:
             transition = _first_that_holds(tree, actor, now, supervisor)
             if transition is not None and _fire(tree, actor, transition, now, supervisor):
-                tree.settle(actor)
+                tree.reach(actor, _SETTLED)
                 _take_results(tree, actor, supervisor)
                 if _pauses(tree, actor, transition):
-                    tree.suspend(actor, code_first=True)
+                    tree.reach(actor, _PAUSED_AT_CODE)
                     return
     runs_on = actor.on_duty
     if runs_on and not actor.current.final and actor.current.code is not None:
@@ -264,9 +266,9 @@ def _enter(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> None:
         return
     if actor.phase in (Phase.OWES_ENTRY, Phase.ENTERING):
         if state.entry is not None:  # a reload may have taken it away
-            tree.begin_entry_code(actor)
+            tree.reach(actor, Phase.ENTERING)
             _call(tree, actor, state.entry, supervisor)
-        tree.end_entry_code(actor)
+        tree.reach(actor, phase_after_entry_code(state))
     arguments = state.arguments
     if actor.phase is Phase.OWES_ARGUMENTS and arguments is not None:
         _call(tree, actor, lambda: hand_over(state, arguments()), supervisor)
@@ -276,8 +278,8 @@ def _enter(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> None:
 def _settled(actor: Actor, now: int, supervisor: Supervisor) -> int:
     """Return the time from which the timers of a state count, now that its entry is complete."""
     ended = supervisor.now()
-    assert actor.began is not None
-    return now if ended - actor.began < actor.automaton.interval else ended
+    assert actor.cycle.began is not None
+    return now if ended - actor.cycle.began < actor.automaton.interval else ended
 
 
 def _left_for_good(actor: Actor) -> list[tuple[Actor, State]]:
@@ -326,7 +328,7 @@ def _take_results(tree: Tree, actor: Actor, supervisor: Supervisor) -> None:
     """Take the outputs of the automata below the current state into variables."""
     results = actor.current.results
     if results is not None and actor.awake:
-        outputs = tree.take(actor)
+        outputs = tree.outputs_below(actor)
         _call(tree, actor, lambda: results(outputs), supervisor)
 
 

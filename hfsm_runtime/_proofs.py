@@ -233,7 +233,7 @@ class _Properties(Observer):
 
     def fired(self, actor: Actor, transition: Transition, at: int) -> None:  # noqa: ARG002
         """Note that it fires later than it might have."""
-        self._is_late |= at > max(actor.last_slot, actor.activated) + actor.automaton.interval
+        self._is_late |= at > max(actor.cycle.last_slot, actor.active_since or 0) + actor.automaton.interval
 
     def cycle_ended(self, actor: Actor, at: int) -> None:
         """Look after a change; not after an entry that was cut short."""
@@ -247,7 +247,7 @@ class _Properties(Observer):
         if self._ended.is_set():
             return
         with self._tree.lock:
-            self._is_late |= any(each.overruns for each in self._tree.actors)
+            self._is_late |= any(each.cycle.overruns for each in self._tree.actors)
             self._next_look = math.inf
             for each in self._properties:
                 if not (self._is_late and each.is_timed):

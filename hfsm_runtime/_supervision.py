@@ -192,7 +192,7 @@ class Supervision(Observer):
         self._log_seldom(actor, location, f"{_place(actor)}: {message}{place}", error)
         is_late = isinstance(error, HardwareFailedException) and self._may_be_late(actor)
         if isinstance(error, HardwareFailedException):
-            self._hardware_failures[actor] = self._failures_before(actor) + 1, actor.cycles
+            self._hardware_failures[actor] = self._failures_before(actor) + 1, actor.cycle.count
         if self.on_error is OnError.STOP:
             if is_late:
                 raise CycleEnded from error
@@ -229,7 +229,7 @@ class Supervision(Observer):
 
     def succeeded(self, actor: Actor) -> None:
         """End the outages that a completed cycle has recovered from."""
-        if self._hardware_failures and self._hardware_failures.get(actor, (0, -1))[1] != actor.cycles:
+        if self._hardware_failures and self._hardware_failures.get(actor, (0, -1))[1] != actor.cycle.count:
             self._hardware_failures.pop(actor, None)
         if self._refused:
             with self._lock:
@@ -295,7 +295,7 @@ class Supervision(Observer):
     def _failures_before(self, actor: Actor) -> int:
         """Return in how many cycles in a row, before this one, hardware failed."""
         failures, cycle = self._hardware_failures.get(actor, (0, -1))
-        return failures - (cycle == actor.cycles)
+        return failures - (cycle == actor.cycle.count)
 
     def _wait(self, outage: _Outage, actor: Actor, location: str, message: str, what: str) -> None:
         with self._lock:

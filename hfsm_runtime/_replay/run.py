@@ -348,7 +348,7 @@ class Replay(Observer):
             code = Code(context, partial(self.virtual.run_cycle, actor, at))
             code.actor = actor
             self._run_code(code)
-            actor.next_slot = max(actor.next_slot, slot_after(at, actor.automaton.interval))
+            actor.cycle.next_slot = max(actor.cycle.next_slot, slot_after(at, actor.automaton.interval))
 
     def _end_cycle(self, context: str) -> None:
         """Let a cycle end that takes longer in the replay than in the recording."""
@@ -414,10 +414,10 @@ class Replay(Observer):
         tree = self.virtual.tree
         while self._started and not self._ended and not tree.held and self.answers.fatal is None:
             due = [
-                (actor.next_slot, index, actor)
+                (actor.cycle.next_slot, index, actor)
                 for index, actor in enumerate(tree.actors)
                 if actor.active
-                and actor.next_slot < now
+                and actor.cycle.next_slot < now
                 and not actor.finished
                 and not actor.in_cycle
                 and self._is_unrecorded(actor)

@@ -24,9 +24,9 @@ from .._code import Code, current_code, rest
 from .._component_run import ComponentRun
 from .._cycle import run_cycle
 from .._limits import LIMITS, RuntimeLimits
-from .._order import patience, turn_of
 from .._supervision import Refusal
 from .._timeline import Timeline, slot_after, slot_at
+from .._turns import patience, turn_of
 from ..component import Component
 from ..errors import ComponentStoppedError, CycleCutError, OnError, OnRefused
 from ..observer import Observer
@@ -352,7 +352,7 @@ class VirtualRun(ComponentRun):
             following = slot_after(now, actor.automaton.interval)
             if actor in self.cycles:
                 return
-            if self.cycles and actor.active and not actor.finished and actor.next_slot <= now:
+            if self.cycles and actor.active and not actor.finished and actor.cycle.next_slot <= now:
                 at = turn_of(actor, now, now)
             if isinstance(at, int):
                 try:
@@ -360,7 +360,7 @@ class VirtualRun(ComponentRun):
                 finally:
                     following = self._next(actor, due, at)
             else:
-                following = (now if at.began is None else at.began) + patience(actor, at)
+                following = (now if at.cycle.began is None else at.cycle.began) + patience(actor, at)
                 self._followers.add(actor)
         finally:  # Ctrl-C in a notebook, or a task that fails, must not end the cycles of an automaton
             with self.tree.lock:
@@ -381,7 +381,7 @@ class VirtualRun(ComponentRun):
         with self.tree.lock:
             self._due[:] = [
                 (
-                    min(due, actor.next_slot)
+                    min(due, actor.cycle.next_slot)
                     if actor.active and not actor.finished and actor not in self.cycles
                     else due,
                     index,
@@ -395,9 +395,9 @@ class VirtualRun(ComponentRun):
     def _next(self, actor: Actor, due: int, at: int) -> int:
         """Return when an automaton is due again; at once if a pause came before its cycle."""
         held = self.tree.held and actor.active and not actor.finished and actor not in self.cycles
-        if held and actor.last_slot < at:
+        if held and actor.cycle.last_slot < at:
             return due
-        return max(actor.next_slot, slot_after(at, actor.automaton.interval))
+        return max(actor.cycle.next_slot, slot_after(at, actor.automaton.interval))
 
     def _schedule(self, now: int) -> None:
         """Let the next cycle of each automaton be the first after a time."""

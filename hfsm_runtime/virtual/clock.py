@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import heapq
-import itertools
 import math
 import threading
 import time
@@ -40,9 +39,7 @@ class TaskClock(VirtualClock):
 
     def __init__(self) -> None:
         super().__init__()
-        self._tasks: list[tuple[int, int, Callable[[], None]]] = []
         self._asleep: list[tuple[int, int, Code]] = []
-        self._numbers = itertools.count()
 
     @property
     def moment(self) -> int:
@@ -56,7 +53,7 @@ class TaskClock(VirtualClock):
 
     def call_at(self, when: float, task: Callable[[], None]) -> None:
         """Run a task once at a time in s, or at the next advance if that time has passed."""
-        heapq.heappush(self._tasks, (round(when * _NANOSECONDS), next(self._numbers), task))
+        heapq.heappush(self._agenda, (round(when * _NANOSECONDS), True, next(self._numbers), task))
 
     def advance(self, seconds: float) -> None:
         """Move the time forward by a duration in s, and run the tasks that fall due, the end included.
@@ -71,17 +68,15 @@ class TaskClock(VirtualClock):
                 self.rest_until(end)
             return
         while True:
-            task = self._tasks[0][0] if self._tasks else NEVER
-            if task <= min(end, self.next_wake):
-                when, _, run = heapq.heappop(self._tasks)
-                self._move_to(when)
-                run()  # which may advance the time, even beyond the end
+            due = self._agenda[0][0] if self._agenda else NEVER
+            if due <= min(end, self.next_wake):
+                self._call_next()  # which may advance the time, even beyond the end
             elif self.next_wake < end:
-                self._move_to(self._asleep[0][0])
+                self._pass(self.next_wake)
                 self.wake_due()
             else:
                 break
-        self._move_to(end)
+        self._pass(end)
 
     def rest_until(self, when: int) -> None:
         """Let other code run until a time in ns, or until `wake`; called by a `Code`."""
@@ -119,9 +114,8 @@ class TaskClock(VirtualClock):
             now = self._now
             if now >= end:
                 return False
-            following = min(now + _POLL_PERIOD, end)
-            if self._tasks:
-                following = min(following, max(now, self._tasks[0][0]))
+            tasks = (due for due, is_task, _, _ in self._agenda if is_task)
+            following = min(now + _POLL_PERIOD, end, max(now, min(tasks, default=NEVER)))
             if self._asleep and self._asleep[0][0] > now:
                 following = min(following, self._asleep[0][0])
             if current_code() is not None:
@@ -234,15 +228,14 @@ class PacedClock(TaskClock):
             self.advance(min(_POLL_PERIOD, end - now) / _NANOSECONDS)
         return True
 
-    def _move_to(self, end: int) -> None:
-        while self._now < end:
-            following = (
-                end if self._moving else min(end, self._now + round(MOVE_PERIOD * self._speed * _NANOSECONDS))
-            )
+    def _pass(self, when: int) -> None:
+        while self._now < when:
+            step = when - self._now if self._moving else round(MOVE_PERIOD * self._speed * _NANOSECONDS)
+            following = min(when, self._now + step)
             with self._changed:
                 while (left := self._left(following)) > 0:
                     self._changed.wait(min(left, _CHECK_PERIOD))
-            super()._move_to(following)
+            super()._pass(following)
 
     def _left(self, when: int) -> float:
         """Return the wall seconds until it may be a time of this clock, infinite in a pause."""

@@ -159,24 +159,24 @@ def test_an_event_that_nothing_waits_for_makes_way_for_the_next_one() -> None:
 # -- activations -----------------------------------------------------------------------------------------
 
 
-def go(tree: Tree, run: Actor, transition: Transition) -> None:
+def go(tree: Tree, run: Actor, transition: Transition, now: int = 0) -> None:
     """Run a cycle of an automaton that fires a transition."""
     assert tree.begin_cycle(run)
-    assert tree.leave(run, 0)
-    assert tree.change(run, transition, 0)
-    tree.enter(run, 0)
+    assert tree.leave(run, now)
+    assert tree.change(run, transition, now)
+    tree.enter(run, now)
     tree.end_cycle(run)
 
 
-def test_activations_are_counted() -> None:
+def test_an_automaton_is_active_since_it_was_last_a_ghost() -> None:
     tree = nested()
     tree.start(0)
     back, there = tree.root.automaton.transitions
-    counted = [tree.actors[1].activations]
-    for transition in (there, back, there):
-        go(tree, tree.root, transition)
-        counted.append(tree.actors[1].activations)
-    assert counted == [0, 1, 1, 2]
+    since = [tree.actors[1].active_since]
+    for now, transition in enumerate((there, back, there), 1):
+        go(tree, tree.root, transition, now)
+        since.append(tree.actors[1].active_since)
+    assert since == [None, 1, None, 3]
 
 
 def test_an_automaton_that_restarts_has_made_no_transition() -> None:
@@ -225,10 +225,9 @@ def test_an_automaton_that_moves_below_one_that_resumes_goes_on_as_it_was() -> N
         go(tree, tree.root, transition)
     run = tree.actor(4)
     assert run is not None
-    before = run.activations
     with tree.lock:
-        tree.replace(version(3, three=(moved,)).actors, 0)
-    assert (run.active, run.activations) == (True, before)
+        tree.replace(version(3, three=(moved,)).actors, 1)
+    assert run.active_since == 0
 
 
 # -- cycles ----------------------------------------------------------------------------------------------
@@ -243,7 +242,7 @@ PERIOD = 100_000_000
 def test_the_next_cycle_is_the_first_one_after_a_time(until: int, slot: int) -> None:
     tree = started()
     tree.decide(tree.root, until)
-    assert tree.root.next_slot == slot * PERIOD
+    assert tree.root.cycle.next_slot == slot * PERIOD
 
 
 @pytest.mark.parametrize(("old", "new", "slot"), [(1.0, 0.1, 3), (0.1, 1.0, 10), (0.1, 0.1, 5)])
@@ -253,10 +252,10 @@ def test_a_new_period_counts_at_once(old: float, new: float, slot: int) -> None:
 
     tree = version(old)
     tree.start(0)
-    tree.root.next_slot = 5 * PERIOD
+    tree.root.cycle.next_slot = 5 * PERIOD
     with tree.lock:
         tree.replace(version(new).actors, 5 * PERIOD // 2)
-    assert tree.root.next_slot == slot * PERIOD
+    assert tree.root.cycle.next_slot == slot * PERIOD
 
 
 # -- the end ---------------------------------------------------------------------------------------------

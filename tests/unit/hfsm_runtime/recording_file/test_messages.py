@@ -414,7 +414,7 @@ def test_a_step_of_all_leaves_nothing_to_do_for_those_that_it_makes_ghosts(tmp_p
         runtime = RecordedRuntime(written, WallClock(), recorder)
         runtime.start()
         try:
-            until(lambda: runtime.actor(2).cycles > 0)
+            until(lambda: runtime.actor(2).cycle.count > 0)
             runtime.pause()
             until(lambda: not runtime.in_cycle)
             runtime.force(1, root.transitions[0].id)
