@@ -36,7 +36,7 @@ class ChangeKind(StrEnum):
 
 
 class Phase(IntEnum):
-    """How far an automaton has come in its current state; only `Tree` moves it on.
+    """The stages of an automaton in its current state; four functions of `Tree` move it on.
 
     A ghost keeps its phase, and goes on from there when it is active again.
     """
@@ -63,7 +63,7 @@ class Phase(IntEnum):
 
 
 class CycleStatus(Enum):
-    """Whether an automaton is in a cycle."""
+    """The cycle of an automaton at a moment, if it is in one."""
 
     NONE = auto()
     RUNNING = auto()
@@ -165,7 +165,7 @@ class Actor:
     children: dict[int, tuple[Actor, ...]] = field(default_factory=dict)
     """The automata below it, by the id of the state that owns them."""
 
-    # Where it is.
+    # The place in it.
     current: State = field(init=False)
     """The state; before it has entered any, the one that it enters first."""
     phase: Phase = Phase.UNUSED
@@ -181,7 +181,7 @@ class Actor:
     guards: dict[int, tuple[bool, int]] = field(default_factory=dict)
     """The last value of each guard out of the current state, and the time of its cycle."""
 
-    # What clients ask for.
+    # Requests of clients.
     forced: Transition | None = None
     """A transition that fires in the next cycle, whatever its guard says."""
     stepping: bool = False

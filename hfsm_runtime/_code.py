@@ -10,7 +10,7 @@ from weakref import ref
 from greenlet import getcurrent, greenlet
 
 _END_ATTEMPTS: Final = 3
-"""How often code is asked to end; code that refuses is left where it waits."""
+"""Requests to end; code that refuses them all is left where it waits."""
 
 
 class Code:
@@ -27,7 +27,7 @@ class Code:
         self.actor: Any = None
         """The automaton whose cycle it is, if it is one."""
         self.want: Any = None
-        """What the code waits for; None while it runs, and after its end."""
+        """The thing that the code waits for; None while it runs, and after its end."""
         self._greenlet: Final[Any] = greenlet(lambda _none: function())
         self._greenlet.code = ref(self)  # the garbage collector does not look into what waits
         self._greenlet.gr_context = variables

@@ -29,11 +29,11 @@ _SETTLED: Final = Phase.SETTLED
 _PAUSED_AT_CODE: Final = Phase.PAUSED_AT_CODE
 
 _ENDS_OF_CYCLES: Final = CycleEnded, CycleCutError, ComponentStoppedError
-"""What ends a cycle and not the component."""
+"""Exceptions that end a cycle and not the component."""
 
 
 class Supervisor(Protocol):
-    """What a cycle needs from its environment."""
+    """The environment of a cycle."""
 
     hand_over: float
     """The longest wait in s of wall time for the cycles below a state that is left."""
@@ -41,7 +41,7 @@ class Supervisor(Protocol):
     def now(self) -> int:
         """Return the component time in ns."""
 
-    def refused(self, actor: Actor, error: Exception) -> bool:
+    def heard(self, actor: Actor, error: Exception) -> bool:
         """Return whether a state hears, as an event, that a servant refused what user code asked for."""
 
     def failed(self, actor: Actor, error: Exception) -> None:
@@ -311,7 +311,7 @@ def _call(tree: Tree, actor: Actor, code: Callable[[], object], supervisor: Supe
     try:
         return code()
     except Exception as error:  # noqa: BLE001 - user code may raise anything; the supervisor reports it
-        if supervisor.refused(actor, error):
+        if supervisor.heard(actor, error):
             return None
         for code_failed in tree.observers.code_failed:
             code_failed(actor, error)

@@ -263,7 +263,7 @@ class Runtime(ComponentRun, Observer):
 
     def _wake(self) -> None:
         """Wake every thread to check for changes, such as the end of a pause."""
-        self._alarm.look()
+        self._alarm.recheck()
         for worker in self._workers.values():
             worker.wake.set()
 
@@ -324,7 +324,7 @@ class Alarm:
         if first:
             self._news.set()
 
-    def look(self) -> None:
+    def recheck(self) -> None:
         """Check the time again: it has stood still, or was far from the next alarm."""
         self._news.set()
 

@@ -21,7 +21,7 @@ from ._actor import Actor
 from ._timeline import slot_at
 
 _LEAST_WAIT: Final = 100_000_000
-"""How long to wait in ns at least, however short the periods are: a busy machine may interrupt a cycle."""
+"""The least wait in ns, however short the periods are: a busy machine may interrupt a cycle."""
 
 
 def turn_of(actor: Actor, now: int, latest: int) -> int | Actor:

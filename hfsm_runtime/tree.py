@@ -98,7 +98,7 @@ class Tree:
                         self._drop(actor, DropReason.OVERFLOW, now)
                     actor.events.waiting.append(event)
 
-    def refuse(self, actor: Actor, why: str) -> bool:
+    def send_refusal(self, actor: Actor, why: str) -> bool:
         """Let the nearest state that waits for `REFUSED`, from an automaton up, hear it before other events.
 
         Returns false when none waits for it, and in a cycle that has outlived its activation.

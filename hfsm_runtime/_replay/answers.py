@@ -42,7 +42,7 @@ class Answers:
         """Why the replay cannot continue."""
         self.guesses_in_cycle = 0
         self.turns = 0
-        """How often code was let run, or asked for something: while code hangs, it stays the same."""
+        """Number of times that code was let run, or asked for something: code that hangs adds none."""
         self._script = script
 
     @property
@@ -55,7 +55,7 @@ class Answers:
         """Return the component time in ns at which the replay is."""
         return self._script.time if self.own_time is None else self.own_time
 
-    def take(self, want: Want, arguments: bytes | None = None, *, park: bool = True) -> Record | None:
+    def fetch(self, want: Want, arguments: bytes | None = None, *, park: bool = True) -> Record | None:
         """Return the recorded answer to a request of code, or None if there is none.
 
         With `park` it may wait until the replay has reached the answer.
@@ -89,7 +89,7 @@ class Answers:
     ) -> Any:  # noqa: ANN401
         """Return a reading: the recorded one, or one that follows from the time."""
         want = Want(kind)
-        record = self.take(want)
+        record = self.fetch(want)
         if record is not None:
             assert isinstance(record.message, Reading)
             value = record.message.value

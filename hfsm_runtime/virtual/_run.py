@@ -37,7 +37,7 @@ _SECOND: Final = 1_000_000_000
 _RETRY_DELAY: Final = 1.0
 """s of the clock from a refused command until the automata try again."""
 _REPORTED: Final = 3
-"""How often the sleeps of one cycle report that it is to end; code that goes on nevertheless has to wait."""
+"""Reports of the sleeps of one cycle that it is to end; code that goes on nevertheless has to wait."""
 _RELUCTANT: Final = 10_000_000
 """ns that it waits for each time."""
 
@@ -81,9 +81,9 @@ class _Cycles(Code):
         self._rests = True
         self.actor: Actor = actor
         self.asleep = False
-        """Whether it is in `self.sleep`, which ends when the cycle has to."""
+        """True in `self.sleep`, which ends when the cycle has to."""
         self.reports = 0
-        """How often its sleeps have reported that the cycle is to end."""
+        """Number of times that its sleeps have reported that the cycle is to end."""
 
     def begin(self, at: int) -> None:
         """Let a cycle run, which belongs to a component time in ns, until it sleeps or ends."""
@@ -178,7 +178,7 @@ class VirtualRun(ComponentRun):
         self._on_end = on_end or (lambda: None)
         self._commands_accepted = commands_accepted
         self._retry_at: float | None = None
-        """When the automata try again after a refused command, by the clock."""
+        """The time of the clock at which the automata try again after a refused command."""
         self.running: Actor | None = None
         """The automaton whose cycle runs, or has ended the component."""
         self.cycles: dict[Actor, _Cycles] = {}
@@ -188,8 +188,8 @@ class VirtualRun(ComponentRun):
         self._followers: set[Actor] = set()
         """The automata that wait for another one's cycle, which sleeps."""
         self._driver = threading.get_ident()
-        self._to_look = False
-        """Whether code that sleeps may have to end its cycle."""
+        self._woken = False
+        """Set when code that sleeps may have to end its cycle."""
         super().__init__(
             component,
             clock or TaskClock(),
@@ -258,8 +258,8 @@ class VirtualRun(ComponentRun):
         end = self.component_time.now() + round(seconds * _SECOND)
         had_ended = self.ended.is_set()
         while not self.ended.is_set():
-            if self._to_look:
-                self.look()
+            if self._woken:
+                self.end_sleeps()
             if self.refusal is not None:
                 end -= self._sit_out(end - self.component_time.now())
                 self._task_clock.wake_due()
@@ -274,7 +274,7 @@ class VirtualRun(ComponentRun):
                 break
             self._move_to(moment)
             if due <= moment:
-                self._take_turn()
+                self._run_next()
             else:
                 self._task_clock.advance(0.0)
                 self._task_clock.wake_due()
@@ -289,16 +289,16 @@ class VirtualRun(ComponentRun):
         """Run one cycle of an automaton, which belongs to a component time in ns; a ghost runs none."""
         run_cycle(self.tree, actor, at, self._supervision)
 
-    def look(self) -> None:
+    def end_sleeps(self) -> None:
         """Let the cycles that have to end, and sleep by `self.sleep`, go on: their sleep ends."""
-        self._to_look = False
+        self._woken = False
         for cycle in tuple(self.cycles.values()):
             if cycle.asleep and (self.ended.is_set() or not self.tree.may_go_on(cycle.actor)):
                 self._task_clock.wake(cycle)
 
     def let_end(self, actors: set[Actor], timeout: float) -> list[Actor]:
         """Let the running cycles of some automata end, for at most `timeout` s; return those that do not."""
-        self.look()
+        self.end_sleeps()
         self._task_clock.wait_for(lambda: actors.isdisjoint(self.cycles), timeout)
         return [actor for actor in self.tree.actors if actor in actors and actor in self.cycles]
 
@@ -339,7 +339,7 @@ class VirtualRun(ComponentRun):
             return NEVER
         return self.component_time.now() + max(0, wake - self._task_clock.moment)
 
-    def _take_turn(self) -> None:
+    def _run_next(self) -> None:
         """Run the next cycle that is scheduled, unless the automaton has to wait."""
         with self.tree.lock:
             schedule = self._due
@@ -458,7 +458,7 @@ class VirtualRun(ComponentRun):
                 cycle.asleep = False
 
     def _wake(self) -> None:
-        self._to_look = True
+        self._woken = True
 
     def _move_to(self, when: int) -> None:
         """Advance the time to `when`; tasks of the clock may advance it further."""
@@ -466,8 +466,8 @@ class VirtualRun(ComponentRun):
         if left > 0:
             self.clock.advance(left / _SECOND)
 
-    def _refused(self, refusal: Refusal) -> None:
-        super()._refused(refusal)
+    def _pause_after(self, refusal: Refusal) -> None:
+        super()._pause_after(refusal)
         self._retry_at = None
 
     def _sit_out(self, longest: int) -> int:

@@ -30,7 +30,7 @@ class Supervisor:
     def now(self) -> int:
         return self.time
 
-    def refused(self, run: Actor, error: Exception) -> bool:
+    def heard(self, run: Actor, error: Exception) -> bool:
         return False
 
     def failed(self, run: Actor, error: Exception) -> None:
