@@ -41,7 +41,7 @@ COMMANDS: Final = {
     "codegen": "codegen.command",
     "naoserver-sim": "naoserver_sim._command",
     "naoserver-naoqi": "naoserver.naoqi._command",
-    "naoserver-ros2": "naoserver.ros2._command",
+    "naoserver-ros2": "visualhfsm_ros2.gateway._command",
     "ballmover": "ballmover._cli",
     "nao": "nao_tools._command",
 }
@@ -296,7 +296,7 @@ def naoqi() -> str:
 
 
 def _naoqi_operations() -> str:
-    from naoserver.qi import _service as service
+    from visualhfsm_naoqi_programs import _service as service
 
     rows = []
     for name in sorted({*service.SERVICES, *service.REFUSED}):

@@ -15,7 +15,7 @@ from typing import Any, Final
 
 import mujoco
 
-from naoserver import parts
+from naoserver.bodies import parts
 from naoserver.body import Body
 from naoserver.errors import RobotError
 

@@ -17,14 +17,14 @@ from typing import Annotated, Final
 
 import typer
 
-from naoserver.assembly import Assembly
 from naoserver.bodies import BODY_NAMES, DEFAULT_BODY, is_body_file
+from naoserver.bodies.parts import CameraFacts
 from naoserver.errors import RobotError
-from naoserver.latch import latch_of
 from naoserver.options import CameraOptions, ServerOptions, capped
-from naoserver.parts import CameraFacts
 from naoserver.robot import Robot
-from naoserver.server import Disk, JointSpeed, ResumeAfterReset, find_entrance, problem_of, serve
+from naoserver.safety.latch import latch_of
+from naoserver.serving.assembly import Assembly
+from naoserver.serving.server import Disk, JointSpeed, ResumeAfterReset, find_entrance, problem_of, serve
 from naoserver_sim.own_body import named_body, write_own_body
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import DEFAULT_WORLD, bundled_worlds, load_world

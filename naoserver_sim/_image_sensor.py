@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.parts import CameraFacts
+from naoserver.bodies.parts import CameraFacts
 
 Picture = NDArray[np.uint8]
 

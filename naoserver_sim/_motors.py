@@ -10,8 +10,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.capabilities import JointCommand
-from naoserver.parts import MotorHeat, Play
+from naoserver.bodies.capabilities import JointCommand
+from naoserver.bodies.parts import MotorHeat, Play
 
 Array = NDArray[np.float64]
 

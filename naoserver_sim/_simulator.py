@@ -14,8 +14,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from naoserver.bodies.parts import MotorHeat
 from naoserver.errors import RobotError
-from naoserver.parts import MotorHeat
 from naoserver_sim._motors import Array, Gears, Motors, SetpointController
 
 _log = logging.getLogger(__name__)

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.capabilities import STILL, InertialReading, Odometry, WalkVelocity
+from naoserver.bodies.capabilities import STILL, InertialReading, Odometry, WalkVelocity
 from naoserver.errors import InvalidCommand
 from naoserver_sim._motors import Array, SetpointController
 from naoserver_sim._simulator import Simulator
@@ -101,7 +101,7 @@ class Headway:
 class Way(ABC):
     """A walk, or a drive: moves at the newest commanded velocity, until it is 0 or something ends the motion.
 
-    Implements `naoserver.capabilities.Walker`, whose methods may be called from any thread; all others are
+    Implements `capabilities.Walker`, whose methods may be called from any thread; all others are
     for the thread of the physics only. `does` is the verb in errors.
     """
 

@@ -9,9 +9,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.capabilities import STILL, Odometry, WalkVelocity
+from naoserver.bodies.capabilities import STILL, Odometry, WalkVelocity
+from naoserver.bodies.parts import Wheels
 from naoserver.errors import InvalidCommand
-from naoserver.parts import Wheels
 from naoserver_sim._senses.record import SensorRecord
 from naoserver_sim._simulator import Simulator
 from naoserver_sim._way import TILT, Way, limp

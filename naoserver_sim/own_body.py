@@ -35,9 +35,9 @@ import msgspec
 import numpy as np
 
 from naoserver.bodies import find_body, is_body_file
+from naoserver.bodies.looks.description import write_looks
 from naoserver.body import LARGEST_DESCRIPTION, Body, read_body, write_body
 from naoserver.errors import RobotError
-from naoserver.looks.description import write_looks
 from naoserver_sim._own.guesses import Guesser, Guesses, guess_overlaps
 from naoserver_sim._own.looks import looks_in
 from naoserver_sim._own.model_file import ModelFile, read_model

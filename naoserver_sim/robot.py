@@ -12,14 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from naoserver.bodies import DEFAULT_BODY, find_body
+from naoserver.bodies.capabilities import JointCommand, OwnPostures
+from naoserver.bodies.footsteps import Footsteps
+from naoserver.bodies.looks.description import write_looks
+from naoserver.bodies.parts import Steps, Wheels
 from naoserver.body import Body
-from naoserver.capabilities import JointCommand, OwnPostures
 from naoserver.errors import RobotError
-from naoserver.expression import FadingLights, TimedSounds, TimedVoice
-from naoserver.footsteps import Footsteps
-from naoserver.jobs import ControlLoop
-from naoserver.looks.description import write_looks
-from naoserver.parts import Steps, Wheels
+from naoserver.protocol.expression import FadingLights, TimedSounds, TimedVoice
+from naoserver.protocol.jobs import ControlLoop
 from naoserver.robot import BodyState, Frame, JointReading
 from naoserver_sim._balance import SimulatedBalancer
 from naoserver_sim._footsteps.estimator import BodySensors
@@ -36,7 +36,8 @@ from naoserver_sim._way import Way
 from naoserver_sim._wheels import DifferentialDrive
 from naoserver_sim.appearance import Lamps
 from naoserver_sim.cameras import CameraLimits, CameraRenderer, put_cameras
-from naoserver_sim.model import DeviceIndex, Model, build_standing
+from naoserver_sim.model import DeviceIndex, Model
+from naoserver_sim.standing import build_standing
 from naoserver_sim.world import DEFAULT_WORLD, World, load_world, scattered
 from zenoh_ice import Clock, VirtualClock
 

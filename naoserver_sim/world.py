@@ -16,8 +16,8 @@ import msgspec
 import numpy as np
 from msgspec import Meta, Struct
 
+from naoserver.bodies.parts import JointFacts
 from naoserver.errors import RobotError
-from naoserver.parts import JointFacts
 from naoserver.soccer_field.model import Field, Share, Size
 from zenoh_ice.toml_file import parse_toml, read_text
 

@@ -86,7 +86,9 @@ def recording(component: Component, path: Path, *, with_images: bool = False) ->
             stack.enter_context(recorded_proxies(component, recorder))
             stack.enter_context(InterceptedTime(recorder.ask).shown_to(type(component)))
             if ros_of(component):
-                from .ros import recorded_ros  # only components that use ROS need its libraries
+                from visualhfsm_ros2._recording import (
+                    recorded_ros,  # only components that use ROS need its libraries
+                )
 
                 stack.enter_context(recorded_ros(component, recorder.ask))
             yield recorder

@@ -167,7 +167,9 @@ class Replay(Observer):
                     setattr(component, name, value)
         self._transport.connect(component)
         if ros_of(component):
-            from .._recording.ros import replayed_ros  # only components that use ROS need its libraries
+            from visualhfsm_ros2._recording import (
+                replayed_ros,  # only components that use ROS need its libraries
+            )
 
             replayed_ros(component, self.answers.ask, self._differs)
         self._stack.enter_context(InterceptedTime(self.answers.ask).shown_to(type(component)))

@@ -80,7 +80,7 @@ _OTHER_PROCESSOR: Final = "use another computer; give a virtual machine the proc
 _WALLS_PROGRAM: Final = """\
 import sys
 try:
-    from visualhfsm.grading import SandboxUnavailable, check_walls
+    from visualhfsm_classes import SandboxUnavailable, check_walls
 except ModuleNotFoundError as error:
     sys.exit(f"missing {error.name}")
 except Exception as error:

@@ -16,7 +16,7 @@ from typing import Final
 
 from msgspec import Struct
 
-from naoserver.body import Body, read_body
+from naoserver.bodies.body import Body, read_body
 from naoserver.errors import RobotError
 from zenoh_ice import typed
 from zenoh_ice.toml_file import parse_toml, read_text

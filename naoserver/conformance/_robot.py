@@ -15,13 +15,13 @@ from uuid import uuid4
 
 import pytest
 
-from naoserver.assembly import Assembly
-from naoserver.body import Body
+from naoserver.bodies.body import Body
+from naoserver.bodies.parts import Joint
 from naoserver.errors import InvalidCommand
 from naoserver.options import ServerOptions
-from naoserver.parts import Joint
-from naoserver.robot import JointReading, Robot
-from naoserver.server import serve
+from naoserver.protocol.robot import JointReading, Robot
+from naoserver.serving.assembly import Assembly
+from naoserver.serving.server import serve
 from zenoh_ice import Communicator, ObjectPrx, initialize
 
 LIMIT: Final = 20.0

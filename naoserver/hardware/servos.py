@@ -8,15 +8,15 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Final, Protocol
 
-from naoserver import capabilities
-from naoserver.body import Body
+from naoserver.bodies import capabilities
+from naoserver.bodies.body import Body
+from naoserver.bodies.looks.description import write_looks
+from naoserver.bodies.parts import JointFacts
 from naoserver.errors import HardwareFailure, RobotError
 from naoserver.hardware.connection import Connection, HardwareLimits, Link, LinkLost, Reporter
 from naoserver.hardware.lifecycle import End, Lifecycle, Start
-from naoserver.jobs import ControlLoop
-from naoserver.looks.description import write_looks
-from naoserver.parts import JointFacts
-from naoserver.robot import LIMP, BodyState, Frame, JointDevice, JointFault, JointReading
+from naoserver.protocol.jobs import ControlLoop
+from naoserver.protocol.robot import LIMP, BodyState, Frame, JointDevice, JointFault, JointReading
 from zenoh_ice import Clock, WallClock
 
 SERVO_LIMITS: Final = HardwareLimits(silence=0.5)

@@ -12,11 +12,11 @@ from naoserver.bodies.nao import H25, require_nao
 from naoserver.hardware.dead_man import DeadMansSwitch
 from naoserver.hardware.serving import SERVER_DEFAULTS, serve_hardware
 from naoserver.naoqi._dead_man import SWITCH
-from naoserver.naoqi._libqi import connect
+from naoserver.naoqi._libqi_link import connect
 from naoserver.naoqi._link import AddressError, RobotAddress
 from naoserver.naoqi._robot import End, Life, LifecycleOptions, NaoqiRobot, Start
 from naoserver.options import ServerOptions, capped
-from naoserver.server import JointSpeed, ResumeAfterReset
+from naoserver.serving.server import JointSpeed, ResumeAfterReset
 from zenoh_ice.application.cli import with_settings
 from zenoh_ice.settings import Settings
 

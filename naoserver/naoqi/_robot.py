@@ -11,17 +11,17 @@ from functools import partial
 from typing import Final
 
 from interfaces.nao import Severity
+from naoserver.bodies.body import Body
+from naoserver.bodies.looks.description import write_looks
 from naoserver.bodies.nao import H25
-from naoserver.body import Body
+from naoserver.bodies.parts import CameraFacts
 from naoserver.hardware.background import BackgroundCalls
 from naoserver.hardware.connection import CallFailed, CallLink, Connection, HardwareLimits, Reporter, call
 from naoserver.hardware.lifecycle import Lifecycle
-from naoserver.looks.description import write_looks
 from naoserver.naoqi._cameras import NaoqiCameras
 from naoserver.naoqi._expression import NaoqiLights, NaoqiLoudspeaker, NaoqiVoice
 from naoserver.naoqi._moves import NaoqiJoints, NaoqiPostures, NaoqiWalker
 from naoserver.naoqi._state import NaoqiSenses, NaoqiState
-from naoserver.parts import CameraFacts
 from zenoh_ice import Clock, WallClock
 
 _logger = logging.getLogger(__name__)

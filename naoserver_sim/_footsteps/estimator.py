@@ -20,8 +20,8 @@ from typing import Final
 import mujoco
 import numpy as np
 
-from naoserver.capabilities import InertialReading
-from naoserver.footsteps import GRAVITY, Footsteps
+from naoserver.bodies.capabilities import InertialReading
+from naoserver.bodies.footsteps import GRAVITY, Footsteps
 from naoserver_sim._footsteps.limbs import LEFT, RIGHT, Array, Limbs, quaternion
 from naoserver_sim._senses.record import encoded
 from naoserver_sim._simulator import Simulator

@@ -14,7 +14,7 @@ from typing import Final
 import mujoco
 import numpy as np
 
-from naoserver.footsteps import Footsteps
+from naoserver.bodies.footsteps import Footsteps
 from naoserver_sim._footsteps.estimator import FEET, Estimator
 from naoserver_sim._footsteps.limbs import LEFT, RIGHT, Array, Limbs, inclination, quaternion
 from naoserver_sim._footsteps.posture import Posture, Target

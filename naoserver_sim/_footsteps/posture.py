@@ -15,7 +15,7 @@ from typing import Final
 import mujoco
 import numpy as np
 
-from naoserver.footsteps import Footsteps
+from naoserver.bodies.footsteps import Footsteps
 from naoserver_sim._footsteps.estimator import Estimator
 from naoserver_sim._footsteps.limbs import Array, Limbs, quaternion
 

@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 from enum import Enum, auto
 from typing import Final
 
-from naoserver.capabilities import STILL, WalkVelocity
-from naoserver.footsteps import Footsteps
+from naoserver.bodies.capabilities import STILL, WalkVelocity
+from naoserver.bodies.footsteps import Footsteps
 from naoserver_sim._footsteps.limbs import LEFT, RIGHT
 from naoserver_sim._way import nearer
 

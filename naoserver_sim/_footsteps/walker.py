@@ -10,8 +10,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.capabilities import STILL, Odometry
-from naoserver.footsteps import Footsteps
+from naoserver.bodies.capabilities import STILL, Odometry
+from naoserver.bodies.footsteps import Footsteps
 from naoserver_sim._footsteps.estimator import BodySensors, Estimator, Loads
 from naoserver_sim._footsteps.limbs import LEFT, RIGHT, Array, Limbs
 from naoserver_sim._footsteps.motion import PlannedMotion, SupportTorques

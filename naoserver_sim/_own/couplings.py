@@ -14,8 +14,8 @@ from typing import Any, Final, NamedTuple
 import mujoco
 import numpy as np
 
+from naoserver.bodies.parts import Coupling
 from naoserver.errors import RobotError
-from naoserver.parts import Coupling
 from naoserver_sim._own.figure import Figure
 from naoserver_sim._own.looks import Frame
 from naoserver_sim._own.model_file import ModelFile

@@ -18,8 +18,8 @@ from typing import Final, Literal
 import mujoco
 import numpy as np
 
+from naoserver.bodies.parts import MOST_POINTS
 from naoserver.errors import RobotError
-from naoserver.parts import MOST_POINTS
 from naoserver_sim._own import mjcf, urdf
 from naoserver_sim._own.figure import Array, Figure
 from naoserver_sim._own.meshes import Files, packages_near

@@ -17,8 +17,8 @@ import mujoco
 import numpy as np
 from msgspec import Struct
 
+from naoserver.bodies.parts import MOST_PARTS, SHAPE_SIZES, Coupling, Gear
 from naoserver.errors import RobotError
-from naoserver.parts import MOST_PARTS, SHAPE_SIZES, Coupling, Gear
 from naoserver_sim._body import KINDS
 from naoserver_sim._own.couplings import Pull, couplings_of, gear_of, keep_in_range, loops_of
 from naoserver_sim._own.figure import Array, Figure, matrix_of

@@ -11,8 +11,8 @@ from typing import Final, Literal, NamedTuple
 import mujoco
 import numpy as np
 
+from naoserver.bodies.parts import MOST_PARTS
 from naoserver.errors import RobotError
-from naoserver.parts import MOST_PARTS
 from naoserver_sim._own.figure import matrix_of
 from naoserver_sim._own.meshes import Files
 from naoserver_sim._own.tree import Element, number, numbers

@@ -12,10 +12,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from naoserver.bodies.capabilities import FootReading, InertialReading
+from naoserver.bodies.footsteps import Footsteps
+from naoserver.bodies.parts import Sole
 from naoserver.body import Body
-from naoserver.capabilities import FootReading, InertialReading
-from naoserver.footsteps import Footsteps
-from naoserver.parts import Sole
 from naoserver_sim._body import SIDES
 
 Array = NDArray[np.float64]

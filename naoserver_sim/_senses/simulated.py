@@ -17,11 +17,11 @@ from typing import Final
 import mujoco
 import numpy as np
 
+from naoserver.bodies.capabilities import BatteryReading, InertialReading, SenseReading, SonarReading
+from naoserver.bodies.kinematics import matrix_of
+from naoserver.bodies.parts import Battery, FallRules, Sonar
 from naoserver.body import Body
-from naoserver.capabilities import BatteryReading, InertialReading, SenseReading, SonarReading
 from naoserver.errors import InvalidCommand
-from naoserver.kinematics import matrix_of
-from naoserver.parts import Battery, FallRules, Sonar
 from naoserver_sim._motors import AMBIENT, Array
 from naoserver_sim._senses.record import Sample, SenseNoise, SensorRecord
 from naoserver_sim._simulator import Simulator
@@ -249,7 +249,7 @@ _FALLS_EVERY: Final = 2
 class SimulatedSenses:
     """Simulate the senses of a body, of those that it has.
 
-    Implements `naoserver.capabilities.Senses`. `noise` has the imperfections of the senses, with numbers
+    Implements `capabilities.Senses`. `noise` has the imperfections of the senses, with numbers
     from `random`: the same seed gives the same numbers at the same ticks.
     """
 

@@ -12,7 +12,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import Final
 
-from naoserver.capabilities import WalkVelocity
+from naoserver.bodies.capabilities import WalkVelocity
 from naoserver_sim._way import nearer
 
 LEFT: Final = 0

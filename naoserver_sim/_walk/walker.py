@@ -10,8 +10,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from naoserver.bodies.capabilities import STILL, Odometry, WalkVelocity
 from naoserver.body import Body
-from naoserver.capabilities import STILL, Odometry, WalkVelocity
 from naoserver_sim._senses.record import SensorRecord
 from naoserver_sim._simulator import Simulator
 from naoserver_sim._walk.gait import AT_REST, LEFT, RIGHT, FootOffset, Gait

@@ -22,15 +22,15 @@ from tests.support.watching import recorded
 from visualhfsm._document.serialization import parse
 from visualhfsm._drawing.page import drawing_page
 from visualhfsm._monitor.run_page import Run, write_run_page
-from visualhfsm.grading._exercise import read_exercise
-from visualhfsm.grading._marks import Earned, Marks
-from visualhfsm.grading._page import write_index, write_page
-from visualhfsm.grading._submissions import Submission
 from visualhfsm.trials import Outcome, Plan, Spread
 from visualhfsm.trials._outcomes import Header, Record, StateChange
 from visualhfsm.trials._page import trials_page
 from visualhfsm.trials._summary import summarize
 from visualhfsm.trials._view import view_of
+from visualhfsm_classes._exercise import read_exercise
+from visualhfsm_classes._marks import Earned, Marks
+from visualhfsm_classes._page import write_index, write_page
+from visualhfsm_classes._submissions import Submission
 
 FOUND = """async () => {
   const rules = {"label-content-name-mismatch": {enabled: true}};

@@ -11,7 +11,7 @@ import pytest
 from msgspec.structs import replace
 
 from hfsm_runtime.virtual import BehaviorFailed
-from naoserver.capabilities import WalkVelocity
+from naoserver.bodies.capabilities import WalkVelocity
 from naoserver.soccer_field.model import Field
 from naoserver_sim.world import Start, load_world
 from tests.support.present import present

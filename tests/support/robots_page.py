@@ -66,7 +66,7 @@ def _surveyed_through_naoqi() -> dict[str, str]:
     from naoserver.naoqi._robot import NaoqiRobot
     from tests.support.naoqi import connect_patiently
 
-    with ComponentProcess(module("naoserver.qi", "--qi", "tcp://127.0.0.1:0")) as naoqi:
+    with ComponentProcess(module("visualhfsm_naoqi_programs", "--qi", "tcp://127.0.0.1:0")) as naoqi:
         address = RobotAddress.parse(naoqi.wait_for(r"^ready: (\S+)")[1], "", "")
         return _surveyed(NaoqiRobot(lambda _: connect_patiently(address)))
 

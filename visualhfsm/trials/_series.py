@@ -15,9 +15,9 @@ from typing import Final, NamedTuple, Protocol
 import msgspec
 
 from codegen.reasons import reason
+from visualhfsm_cluster._cluster import Cluster
 
 from ._archive import Archive, make_archive
-from ._cluster import Cluster
 from ._errors import TrialsError
 from ._outcomes import Header, Outcome, Record, versions
 from ._plan import Plan

@@ -14,7 +14,7 @@ import pytest
 from msgspec.structs import replace
 
 from hfsm_runtime.loading import load_module
-from naoserver.capabilities import Truth
+from naoserver.bodies.capabilities import Truth
 from naoserver_sim.world import Start, load_world
 from tests.support.soak import cases
 from visualhfsm.testing import Behavior, MakeBehavior

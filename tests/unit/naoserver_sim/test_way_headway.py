@@ -8,7 +8,7 @@ from hfsm_runtime import Automaton, Component, Proxy, State
 from interfaces.jderobot import MotorsPrx
 from interfaces.nao import ActionStatus, HealthPrx, PosturesPrx, WalkPrx
 from naoserver.bodies import find_body
-from naoserver.capabilities import STILL, Odometry, WalkVelocity
+from naoserver.bodies.capabilities import STILL, Odometry, WalkVelocity
 from naoserver_sim._way import Headway
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world

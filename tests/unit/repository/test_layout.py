@@ -27,12 +27,12 @@ TESTED_BY: Final = {
     "nao_tools/_call.py": "integration/test_nao_command.py",
     "nao_tools/_listing.py": "integration/test_nao_command.py",
     "nao_tools/_status.py": "integration/test_nao_command.py",
-    "naoserver/_body_checks.py": "unit/naoserver/test_bodies_facts.py",
-    "naoserver/_libqi.py": "integration/test_qi_service.py",
+    "naoserver/bodies/_checks.py": "unit/naoserver/test_bodies_facts.py",
+    "naoserver/naoqi/libqi.py": "integration/test_qi_service.py",
     "naoserver/soccer_field/_panorama.py": "unit/naoserver/soccer_field/test_localization.py",
     "visualhfsm/_monitor/recorder.py": "integration/test_live_recordings.py",
     "zenoh_ice/messenger.py": "integration/test_nao_stop.py",
-    "zenoh_ros2/_endpoint.py": "unit/zenoh_ros2/test_topics.py",
+    "plugins/zenoh_ros2/_endpoint.py": "unit/zenoh_ros2/test_topics.py",
 }
 """Modules whose tests have other names, each with the file in tests/ that checks it most."""
 

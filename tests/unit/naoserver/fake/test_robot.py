@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from naoserver.bodies.kinematics import matrix_of
+from naoserver.bodies.parts import Axis
 from naoserver.errors import HardwareFailure
 from naoserver.fake import FakeRobot
 from naoserver.fake.robot import LAG, Ball, project
-from naoserver.kinematics import matrix_of
-from naoserver.parts import Axis
 from naoserver.robot import Robot
 from tests.support.bodies import ARM, CART
 from tests.support.linkage import LINKAGE

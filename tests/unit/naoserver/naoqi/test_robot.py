@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import pytest
 
-from naoserver.assembly import Assembly
 from naoserver.errors import HardwareFailure
 from naoserver.hardware.connection import CallFailed
 from naoserver.naoqi._robot import End, Life, LifecycleOptions, NaoqiRobot, Start
 from naoserver.options import ServerOptions
+from naoserver.serving.assembly import Assembly
 from tests.support.scripted_naoqi import HASTY, ScriptedNaoqi
 
 WAKE, REST, STIFFEN = "ALMotion.wakeUp", "ALMotion.rest", "ALMotion.stiffnessInterpolation"

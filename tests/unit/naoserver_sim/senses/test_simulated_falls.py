@@ -4,8 +4,8 @@ import math
 
 import pytest
 
+from naoserver.bodies.capabilities import WalkVelocity
 from naoserver.bodies.nao import H25
-from naoserver.capabilities import WalkVelocity
 from naoserver_sim._senses.simulated import FALLING_TILT, FallManager
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world

@@ -6,8 +6,8 @@ import json
 from importlib import resources
 
 from naoserver.bodies import DEFAULT_BODY, find_body
+from naoserver.bodies.looks.description import write_looks
 from naoserver.body import write_body
-from naoserver.looks.description import write_looks
 
 
 def test_the_geometry_is_current() -> None:
