@@ -11,10 +11,21 @@ from collections import OrderedDict, deque
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
-from enum import Enum, IntEnum, StrEnum, auto
+from enum import StrEnum
 from typing import Any, Final
 
 from ._automaton import REQUIRED, Automaton, Event, State, Transition
+from ._phases import (
+    BEGUN,
+    FINISHED,
+    IDLE,
+    OUTLIVED,
+    OWES_ARGUMENTS,
+    OWES_ENTRY,
+    UNUSED,
+    CycleStatus,
+    Phase,
+)
 from .errors import DefinitionError, EventError
 
 CAPACITY: Final = 64
@@ -33,51 +44,6 @@ class ChangeKind(StrEnum):
     """It resumes in the state that it remembered."""
     FINISHED = "finished"
     """It is in a final state, and runs no more cycles."""
-
-
-class Phase(IntEnum):
-    """The stages of an automaton in its current state; four functions of `Tree` move it on.
-
-    A ghost keeps its phase, and goes on from there when it is active again.
-    """
-
-    UNUSED = 0
-    """It has never been active, and entered no state yet."""
-    OWES_ENTRY = 1
-    """The entry code of the state is to run."""
-    ENTERING = 2
-    """The entry code has begun; if it does not run to its end, it is to run again, from its beginning."""
-    OWES_ARGUMENTS = 3
-    """The entry code has run to its end; the inputs of the automata below are to be set."""
-    ENTERED = 4
-    """The entry is complete. No cycle of an active automaton ends so: the state begins."""
-    BEGUN = 5
-    """The timers count, and the automata below are awake; no observer has been asked whether to pause."""
-    SETTLED = 6
-    PAUSED = 7
-    """The next cycle continues the last one at the transitions, with the same events."""
-    PAUSED_AT_CODE = 8
-    """The next cycle continues the last one at the code of the state."""
-    FINISHED = 9
-    """The state is final, and no more cycles run."""
-
-
-class CycleStatus(Enum):
-    """The cycle of an automaton at a moment, if it is in one."""
-
-    NONE = auto()
-    RUNNING = auto()
-    STEP = auto()
-    """It runs although the tree is held."""
-    OUTLIVED = auto()
-    """It runs no more code and changes nothing: the automaton was a ghost meanwhile, and is active again."""
-
-
-# To find a member of an enumeration takes longer than all else that is done with it.
-_FINISHED: Final = Phase.FINISHED
-_BEGUN: Final = Phase.BEGUN
-_NONE: Final = CycleStatus.NONE
-_OUTLIVED: Final = CycleStatus.OUTLIVED
 
 
 class DropReason(StrEnum):
@@ -127,7 +93,7 @@ class Outputs:
 class CycleNotes:
     """The cycles of an automaton: the one that runs, when the next one comes, and how long they took."""
 
-    status: CycleStatus = CycleStatus.NONE
+    status: CycleStatus = IDLE
     began: int | None = None
     """The time at which the running one really began, which may be later than the time it belongs to."""
     began_wall: float = 0.0
@@ -168,7 +134,7 @@ class Actor:
     # The place in it.
     current: State = field(init=False)
     """The state; before it has entered any, the one that it enters first."""
-    phase: Phase = Phase.UNUSED
+    phase: Phase = UNUSED
     active_since: int | None = None
     """The time since which all ancestors are in the states that own the chain to here; None for a ghost."""
     entered: int = 0
@@ -207,27 +173,27 @@ class Actor:
     @property
     def in_cycle(self) -> bool:
         """Whether a cycle of it runs."""
-        return self.cycle.status is not _NONE
+        return self.cycle.status is not IDLE
 
     @property
     def owed(self) -> bool:
         """Whether the entry code of the current state, or its arguments, have not run to their end yet."""
-        return Phase.OWES_ENTRY <= self.phase <= Phase.OWES_ARGUMENTS
+        return OWES_ENTRY <= self.phase <= OWES_ARGUMENTS
 
     @property
     def finished(self) -> bool:
         """Whether it has reached a final state."""
-        return self.phase is _FINISHED
+        return self.phase is FINISHED
 
     @property
     def on_duty(self) -> bool:
         """Whether the running cycle is still to run code: not when it has outlived its activation."""
-        return self.active_since is not None and self.cycle.status is not _OUTLIVED
+        return self.active_since is not None and self.cycle.status is not OUTLIVED
 
     @property
     def awake(self) -> bool:
         """Whether the automata below the current state are active."""
-        return self.active_since is not None and self.phase >= _BEGUN and not self.current.final
+        return self.active_since is not None and self.phase >= BEGUN and not self.current.final
 
     @property
     def below(self) -> tuple[Actor, ...]:
@@ -304,18 +270,6 @@ def grow(root: Automaton) -> tuple[Actor, ...]:
         if declared.default is REQUIRED:
             raise DefinitionError(f"nothing sets the input {declared.name!r} of the root: give it a default")
     return actors
-
-
-def first_phase(state: State) -> Phase:
-    """Return the phase in which an automaton enters a state."""
-    if state.entry is not None:
-        return Phase.OWES_ENTRY
-    return phase_after_entry_code(state)
-
-
-def phase_after_entry_code(state: State) -> Phase:
-    """Return the phase of an automaton whose entry code has run to its end, or that has none."""
-    return Phase.ENTERED if state.arguments is None or state.final else Phase.OWES_ARGUMENTS
 
 
 def _grow(automaton: Automaton, parent: Actor | None, owner: State | None) -> Iterator[Actor]:

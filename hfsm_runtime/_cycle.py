@@ -9,24 +9,28 @@ from typing import Final, Protocol
 
 from greenlet import GreenletExit
 
-from ._actor import phase_after_entry_code
+from ._actor import Actor
 from ._automaton import REQUIRED, Arguments, Automaton, Event, State, Transition
-from ._code import current_code
+from ._phases import (
+    BEGUN,
+    ENTERED,
+    ENTERING,
+    OWES_ARGUMENTS,
+    PAUSED,
+    PAUSED_AT_CODE,
+    SETTLED,
+    after_entry_code,
+)
 from ._variables import convert, functions_of
+from .coroutine import current_coroutine
 from .errors import ArgumentError, ComponentStoppedError, CycleCutError, ValueTypeError
 from .source_map import PLACE, place_of_assignment
-from .tree import Actor, Phase, Tree
+from .tree import Tree
 
 
 class CycleEnded(Exception):
     """Raised by a supervisor to skip the rest of a cycle; it is no error."""
 
-
-# As in `_actor`.
-_ENTERED: Final = Phase.ENTERED
-_BEGUN: Final = Phase.BEGUN
-_SETTLED: Final = Phase.SETTLED
-_PAUSED_AT_CODE: Final = Phase.PAUSED_AT_CODE
 
 _ENDS_OF_CYCLES: Final = CycleEnded, CycleCutError, ComponentStoppedError
 """Exceptions that end a cycle and not the component."""
@@ -92,7 +96,7 @@ def run_cycle(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> Non
         _report_end(actor, error, supervisor)  # before the cycle ends, so that no other one begins
         raise
     finally:
-        if actor.phase is _ENTERED:  # a state that is current has begun, whatever ended the cycle
+        if actor.phase is ENTERED:  # a state that is current has begun, whatever ended the cycle
             tree.enter(actor, _settled(actor, now, supervisor))
         cycle.count += 1
         cycle.last = time.perf_counter() - cycle.began_wall
@@ -108,28 +112,28 @@ def run_cycle(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> Non
 
 
 def _run_steps(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> None:
-    if actor.phase is _PAUSED_AT_CODE:
-        tree.reach(actor, _SETTLED)
+    if actor.phase is PAUSED_AT_CODE:
+        tree.reach(actor, SETTLED)
     else:
         if actor.outputs.unset:
             actor.outputs.unset = False
             _set_outputs(actor.automaton)
-        if actor.phase < _BEGUN:
+        if actor.phase < BEGUN:
             _enter(tree, actor, now, supervisor)
         _take_results(tree, actor, supervisor)
-        if actor.phase is not _SETTLED and actor.on_duty:
-            is_new = actor.phase is _BEGUN
-            tree.reach(actor, _SETTLED)
+        if actor.phase is not SETTLED and actor.on_duty:
+            is_new = actor.phase is BEGUN
+            tree.reach(actor, SETTLED)
             if is_new and _pauses(tree, actor, None):
-                tree.reach(actor, Phase.PAUSED)
+                tree.reach(actor, PAUSED)
                 return
         if not actor.current.final:
             transition = _first_that_holds(tree, actor, now, supervisor)
             if transition is not None and _fire(tree, actor, transition, now, supervisor):
-                tree.reach(actor, _SETTLED)
+                tree.reach(actor, SETTLED)
                 _take_results(tree, actor, supervisor)
                 if _pauses(tree, actor, transition):
-                    tree.reach(actor, _PAUSED_AT_CODE)
+                    tree.reach(actor, PAUSED_AT_CODE)
                     return
     runs_on = actor.on_duty
     if runs_on and not actor.current.final and actor.current.code is not None:
@@ -246,7 +250,7 @@ def _run_exit_code(tree: Tree, actor: Actor, supervisor: Supervisor) -> None:
 
 def _report_end(actor: Actor, end: BaseException, supervisor: Supervisor) -> None:
     """Report what ends the component; in virtual time Ctrl-C does not, and neither does who drops it."""
-    is_of_driver = isinstance(end, KeyboardInterrupt | GreenletExit) and current_code() is not None
+    is_of_driver = isinstance(end, KeyboardInterrupt | GreenletExit) and current_coroutine() is not None
     if not (isinstance(end, _ENDS_OF_CYCLES) or is_of_driver):
         supervisor.crashed(actor, end)
 
@@ -264,13 +268,13 @@ def _enter(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> None:
     state = actor.current
     if not actor.on_duty:
         return
-    if actor.phase in (Phase.OWES_ENTRY, Phase.ENTERING):
+    if actor.phase <= ENTERING:
         if state.entry is not None:  # a reload may have taken it away
-            tree.reach(actor, Phase.ENTERING)
+            tree.reach(actor, ENTERING)
             _call(tree, actor, state.entry, supervisor)
-        tree.reach(actor, phase_after_entry_code(state))
+        tree.reach(actor, after_entry_code(state))
     arguments = state.arguments
-    if actor.phase is Phase.OWES_ARGUMENTS and arguments is not None:
+    if actor.phase is OWES_ARGUMENTS and arguments is not None:
         _call(tree, actor, lambda: hand_over(state, arguments()), supervisor)
     tree.enter(actor, _settled(actor, now, supervisor))
 
@@ -288,9 +292,9 @@ def _left_for_good(actor: Actor) -> list[tuple[Actor, State]]:
     The entry into them has at least begun.
     """
     left: list[tuple[Actor, State]] = []
-    if actor.current.restart and actor.phase >= Phase.BEGUN:  # if not woken since, they have left already
+    if actor.current.restart and actor.phase >= BEGUN:  # if not woken since, they have left already
         for child in actor.below:
-            if child.phase >= Phase.ENTERING and not child.current.final:
+            if child.phase >= ENTERING and not child.current.final:
                 left += _left_for_good(child)
     left.append((actor, actor.current))
     return left

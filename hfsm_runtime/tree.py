@@ -8,26 +8,31 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Mapping
-from typing import Final
 
 import msgspec
 
-from ._actor import CAPACITY, Actor, ChangeKind, CycleStatus, DropReason, Phase, first_phase, grow
+from ._actor import CAPACITY, Actor, ChangeKind, DropReason, grow
 from ._automaton import REFUSED, Arguments, Automaton, Event, State, Transition
+from ._phases import (
+    BEGUN,
+    ENTERED,
+    FINISHED,
+    IDLE,
+    OUTLIVED,
+    PAUSED,
+    PAUSED_AT_CODE,
+    RUNNING,
+    SETTLED,
+    STEPPING,
+    UNUSED,
+    Phase,
+    first_phase,
+)
 from ._timeline import slot_from
 from .errors import UnknownElementError
 from .observer import Observers
 
 __all__ = ["Actor", "ChangeKind", "DropReason", "Phase", "Replaced", "Tree", "grow"]
-
-
-# As in `_actor`.
-_ENTERED: Final = Phase.ENTERED
-_PAUSED: Final = Phase.PAUSED
-_FINISHED: Final = Phase.FINISHED
-_NONE: Final = CycleStatus.NONE
-_RUNNING: Final = CycleStatus.RUNNING
-_OUTLIVED: Final = CycleStatus.OUTLIVED
 
 
 class Replaced(msgspec.Struct, frozen=True):
@@ -147,19 +152,19 @@ class Tree:
         """
         with self.lock:
             stepping, actor.stepping = actor.stepping, False
-            if actor.active_since is None or actor.phase is _FINISHED or (self.held and not stepping):
+            if actor.active_since is None or actor.phase is FINISHED or (self.held and not stepping):
                 return False
             cycle = actor.cycle
             cycle.began_wall = time.perf_counter()
-            cycle.status = CycleStatus.STEP if stepping else _RUNNING
-            if actor.phase < _PAUSED:
+            cycle.status = STEPPING if stepping else RUNNING
+            if actor.phase < PAUSED:
                 actor.events.due = len(actor.events.waiting)
             return True
 
     def end_cycle(self, actor: Actor) -> None:
         """Release an automaton that `begin_cycle` claimed."""
         with self.lock:
-            actor.cycle.status = _NONE
+            actor.cycle.status = IDLE
             self._cycle_ended.notify_all()
 
     def decide(self, actor: Actor, until: int) -> None:
@@ -171,7 +176,7 @@ class Tree:
 
     def may_go_on(self, actor: Actor) -> bool:
         """Return whether a running cycle may continue: not of a ghost, and not while the tree is held."""
-        return actor.on_duty and (not self.held or actor.cycle.status is CycleStatus.STEP)
+        return actor.on_duty and (not self.held or actor.cycle.status is STEPPING)
 
     def leave(self, actor: Actor, now: int) -> bool:
         """Begin to leave the current state: all automata below become ghosts.
@@ -203,7 +208,7 @@ class Tree:
         Returns false, and changes nothing, in a cycle so late that the automaton is active again.
         """
         with self.lock:
-            if actor.cycle.status is _OUTLIVED:
+            if actor.cycle.status is OUTLIVED:
                 return False
             actor.last_transition = transition.id
             self._set(actor, actor.automaton.state(transition.destination), now)
@@ -215,21 +220,21 @@ class Tree:
         The timers of a ghost start when it is active again.
         """
         with self.lock:
-            self.reach(actor, _ENTERED)
+            self.reach(actor, ENTERED)
             if actor.on_duty:
                 self._run_state(actor, now)
 
     def reach(self, actor: Actor, phase: Phase) -> None:
         """Note how far the running cycle has come; that of a ghost comes to the end of its entry at most."""
         with self.lock:
-            if actor.on_duty or (phase <= _ENTERED and actor.cycle.status is not _OUTLIVED):
+            if actor.on_duty or (phase <= ENTERED and actor.cycle.status is not OUTLIVED):
                 actor.phase = phase
 
     def finish(self, actor: Actor, now: int) -> None:
         """Mark an automaton as finished."""
         with self.lock:
             if actor.on_duty and not actor.finished:
-                self.reach(actor, _FINISHED)
+                self.reach(actor, FINISHED)
                 self._changed(now, actor, ChangeKind.FINISHED)
                 self._drop_all(actor, DropReason.FINISHED, now)
 
@@ -239,7 +244,7 @@ class Tree:
         Nothing changes in a cycle so late that the automaton is active again.
         """
         with self.lock:
-            if actor.cycle.status is not _OUTLIVED:
+            if actor.cycle.status is not OUTLIVED:
                 actor.outputs.latest = outputs
 
     def outputs_below(self, actor: Actor) -> Arguments:
@@ -304,7 +309,7 @@ class Tree:
             elif actor in restarted:
                 self._begin_outputs(actor)
                 self._set(actor, actor.current, now)
-                if actor.phase is _ENTERED:
+                if actor.phase is ENTERED:
                     self._run_state(actor, now)
         return Replaced(gone, tuple(displaced))
 
@@ -313,11 +318,9 @@ class Tree:
         if actor.active:
             return
         restarts = actor.finished or (actor.owner is not None and actor.owner.restart)
-        if restarts or actor.phase is Phase.UNUSED:
+        if restarts or actor.phase is UNUSED:
             actor.forced = None
-            self._activate(
-                actor, now, actor.current if actor.phase is Phase.UNUSED else actor.automaton.initial
-            )
+            self._activate(actor, now, actor.current if actor.phase is UNUSED else actor.automaton.initial)
         else:
             self._activate(actor, now)
 
@@ -325,7 +328,7 @@ class Tree:
         """Let an automaton start in a `first` state, or go on where it was."""
         actor.active_since = now
         if actor.in_cycle:
-            actor.cycle.status = _OUTLIVED
+            actor.cycle.status = OUTLIVED
         actor.cycle.next_slot = max(actor.cycle.next_slot, slot_from(now, actor.automaton.interval))
         if first is None:
             self._changed(now, actor, ChangeKind.RESUMED)
@@ -333,7 +336,7 @@ class Tree:
             actor.last_transition = 0
             self._begin_outputs(actor)
             self._set(actor, first, now)
-        if actor.phase >= _ENTERED:
+        if actor.phase >= ENTERED:
             self._run_state(actor, now)
 
     def _run_state(self, actor: Actor, now: int) -> None:
@@ -342,11 +345,11 @@ class Tree:
         When it begins, they begin or go on as their owner says; otherwise they all go on.
         """
         actor.since = now
-        begins = actor.phase is _ENTERED
+        begins = actor.phase is ENTERED
         if begins:
-            actor.phase = Phase.BEGUN
-        elif actor.phase in (_PAUSED, Phase.PAUSED_AT_CODE):
-            actor.phase = Phase.SETTLED
+            actor.phase = BEGUN
+        elif actor.phase in (PAUSED, PAUSED_AT_CODE):
+            actor.phase = SETTLED
         if actor.current.final:
             return
         for child in actor.below:
@@ -354,7 +357,7 @@ class Tree:
                 self._begin(child, now)
             elif not child.active:
                 # A reload may have added it, or taken its state away, while this one was a ghost.
-                self._activate(child, now, child.current if child.phase is Phase.UNUSED else None)
+                self._activate(child, now, child.current if child.phase is UNUSED else None)
 
     def _deactivate(self, actor: Actor, now: int) -> None:
         if not actor.active:
@@ -414,14 +417,14 @@ class Tree:
         if actor.last_transition not in known:
             actor.last_transition = 0
         actor.guards = {}
-        unused = actor.phase is Phase.UNUSED
+        unused = actor.phase is UNUSED
         found = None if unused and left is former.initial else _counterpart(left, automaton)
         actor.current = found or automaton.initial
         if found is not None and not unused:
-            if actor.phase is _FINISHED and not found.final:
-                actor.phase = Phase.SETTLED
+            if actor.phase is FINISHED and not found.final:
+                actor.phase = SETTLED
             return None
-        actor.phase = Phase.UNUSED
+        actor.phase = UNUSED
         actor.last_transition = 0
         actor.waited = 0
         actor.forced = None

@@ -8,8 +8,8 @@ from typing import Any, Final, NoReturn
 
 from hfsm_runtime.recording_file.messages import Reading, Result
 
-from .._code import current_code
 from .._recording.results import arguments_of
+from ..coroutine import current_coroutine
 from .comparison import Comparison
 from .script import Record, ReplayEndedError, ReplayError, Script, Want, attribute_of, context_of
 
@@ -48,7 +48,7 @@ class Answers:
     @property
     def context(self) -> str | None:
         """The context of the code that runs here; None outside the code of the replay."""
-        code = current_code()
+        code = current_coroutine()
         return None if code is None else code.context
 
     def now(self) -> int:
@@ -60,7 +60,7 @@ class Answers:
 
         With `park` it may wait until the replay has reached the answer.
         """
-        code = current_code()
+        code = current_coroutine()
         if code is None:
             return None
         self.turns += 1

@@ -1,7 +1,7 @@
 """Run a component in virtual time, in one thread: the same way every time, as fast as the processor.
 
 This is how behaviors are tested. Cycles run in the order of their times; at the same time, cycles of
-ancestors run first. Each cycle is a `Code`: one that sleeps, or waits for anything by the clock, is left
+ancestors run first. Each cycle is a `Coroutine`: one that sleeps, or waits for anything by the clock, is left
 where it does, and the others run meanwhile, as on threads. It goes on after the cycles that begin then.
 """
 
@@ -20,7 +20,6 @@ from weakref import ref
 from zenoh_ice.clock import Clock
 
 from .._automaton import Automaton
-from .._code import Code, current_code, rest
 from .._component_run import ComponentRun
 from .._cycle import run_cycle
 from .._limits import LIMITS, RuntimeLimits
@@ -28,6 +27,7 @@ from .._supervision import Refusal
 from .._timeline import Timeline, slot_after, slot_at
 from .._turns import patience, turn_of
 from ..component import Component
+from ..coroutine import Coroutine, current_coroutine, rest
 from ..errors import ComponentStoppedError, CycleCutError, OnError, OnRefused
 from ..observer import Observer
 from ..tree import Actor, ChangeKind, Replaced, Tree
@@ -68,10 +68,10 @@ class _Tracer(Observer):
         self.changes.append(Change(now / _SECOND, actor.automaton.name, actor.current.name, kind))
 
 
-class _Cycles(Code):
+class _Cycles(Coroutine):
     """The cycles of an automaton, one after the other; each may sleep.
 
-    To begin a `Code` costs more than a short cycle.
+    To begin a `Coroutine` costs more than a short cycle.
     """
 
     def __init__(self, virtual: VirtualRun, actor: Actor) -> None:
@@ -91,7 +91,7 @@ class _Cycles(Code):
         self._virtual.cycles[self.actor] = self
         self.go()
 
-    def go(self, answer: Any = None) -> None:  # noqa: ANN401 - of `Code`
+    def go(self, answer: Any = None) -> None:  # noqa: ANN401 - of `Coroutine`
         """Let the cycle run; while it does, and when it has failed, it is the running one."""
         virtual = self._virtual
         before, virtual.running = virtual.running, self.actor
@@ -432,11 +432,11 @@ class VirtualRun(ComponentRun):
             self._on_end()
 
     def _actor_here(self) -> Actor | None:
-        code = current_code()
+        code = current_coroutine()
         return None if code is None else code.actor
 
     def _sleep(self, seconds: float) -> None:
-        cycle = current_code()
+        cycle = current_coroutine()
         if not isinstance(cycle, _Cycles):
             self.clock.advance(max(0.0, seconds))
             return

@@ -12,7 +12,7 @@ from typing import Final
 
 from zenoh_ice import CommunicatorDestroyedException, VirtualClock
 
-from .._code import Code, current_code
+from ..coroutine import Coroutine, current_coroutine
 
 _NANOSECONDS: Final = 1_000_000_000
 NEVER: Final = 1 << 62
@@ -32,14 +32,14 @@ _TASKS_LIMIT: Final = 0.5
 class TaskClock(VirtualClock):
     """A virtual clock that runs tasks at their times, in the thread that advances it.
 
-    Tasks due at the same time run in the order in which they were added. A `Code` that sleeps or waits by it
-    is left where it does, and goes on at its time, after the tasks of that time. Elsewhere a sleep advances
-    the clock, so that nothing ever waits for another thread.
+    Tasks due at the same time run in the order in which they were added. A `Coroutine` that sleeps or waits
+    by it is left where it does, and goes on at its time, after the tasks of that time. Elsewhere a sleep
+    advances the clock, so that nothing ever waits for another thread.
     """
 
     def __init__(self) -> None:
         super().__init__()
-        self._asleep: list[tuple[int, int, Code]] = []
+        self._asleep: list[tuple[int, int, Coroutine]] = []
 
     @property
     def moment(self) -> int:
@@ -63,7 +63,7 @@ class TaskClock(VirtualClock):
         if seconds < 0:
             raise ValueError(f"a clock does not run backwards: advance({seconds})")
         end = self._now + round(seconds * _NANOSECONDS)
-        if current_code() is not None:
+        if current_coroutine() is not None:
             while self._now < end:
                 self.rest_until(end)
             return
@@ -79,13 +79,13 @@ class TaskClock(VirtualClock):
         self._pass(end)
 
     def rest_until(self, when: int) -> None:
-        """Let other code run until a time in ns, or until `wake`; called by a `Code`."""
-        code = current_code()
+        """Let other code run until a time in ns, or until `wake`; called by a `Coroutine`."""
+        code = current_coroutine()
         assert code is not None
         heapq.heappush(self._asleep, (when, next(self._numbers), code))
         code.wait()
 
-    def wake(self, code: Code) -> None:
+    def wake(self, code: Coroutine) -> None:
         """Let code that sleeps go on now."""
         self._asleep = [each for each in self._asleep if each[2] is not code]
         heapq.heapify(self._asleep)
@@ -118,7 +118,7 @@ class TaskClock(VirtualClock):
             following = min(now + _POLL_PERIOD, end, max(now, min(tasks, default=NEVER)))
             if self._asleep and self._asleep[0][0] > now:
                 following = min(following, self._asleep[0][0])
-            if current_code() is not None:
+            if current_coroutine() is not None:
                 self.rest_until(following)
             else:
                 self.advance((following - now) / _NANOSECONDS)

@@ -42,8 +42,8 @@ from zenoh_ice.transport import (
     outcome_of,
 )
 
-from .._code import Code
 from .._robot import like
+from ..coroutine import Coroutine
 from ._journal import Journal
 from .clock import TaskClock
 
@@ -243,7 +243,7 @@ class _PolledInlet:
     def deliver(self, callback: Callable[[Any], object], rate: float | None = None) -> None:
         def call(sample: object) -> None:
             """Call as separate code, which may sleep."""
-            Code(f"callback of {self._operation.name}", partial(callback, sample)).go()
+            Coroutine(f"callback of {self._operation.name}", partial(callback, sample)).go()
 
         paced = None if rate is None else _PacedCallback(self._clock, call, rate, self._queue)
         self._genuine.deliver(paced or call)

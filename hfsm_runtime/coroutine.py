@@ -13,7 +13,7 @@ _END_ATTEMPTS: Final = 3
 """Requests to end; code that refuses them all is left where it waits."""
 
 
-class Code:
+class Coroutine:
     """A piece of code: it runs while `go` does, until it waits for something, or ends.
 
     All of it runs on the thread that lets it go for the first time. `context` says whose code it is;
@@ -61,9 +61,9 @@ class Code:
                     pass
 
 
-def current_code() -> Code | None:
+def current_coroutine() -> Coroutine | None:
     """Return the code that runs here; None outside of any."""
-    reference: Callable[[], Code | None] = getattr(getcurrent(), "code", lambda: None)
+    reference: Callable[[], Coroutine | None] = getattr(getcurrent(), "code", lambda: None)
     return reference()
 
 
