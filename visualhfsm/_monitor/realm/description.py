@@ -26,9 +26,10 @@ from codegen.reasons import reason
 from interfaces.nao import DescriptionPrx
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._monitor.realm.realm import PolledValue
-from zenoh_ice import Communicator, typed
-from zenoh_ice.text import printable
-from zenoh_ice.transport import Target
+from zenoh_ice import Communicator
+from zenoh_ice.data import typed
+from zenoh_ice.data.keys import Target
+from zenoh_ice.data.text import printable
 
 DESCRIPTION: Final = "Description"
 """The identity of the servant that describes the robot."""

@@ -16,8 +16,8 @@ from hfsm_runtime.debugger._explanation import explain
 from hfsm_runtime.virtual import Execution
 from interfaces.hfsm import Explanation
 from naoserver.errors import CommandRefused
+from naoserver.safety._event_log import EventLog
 from naoserver.safety._gate import Gate
-from naoserver.safety.event_log import EventLog
 from tests.support.automata import component
 from tests.support.places import ROOT
 from visualhfsm._base.languages import encoder
