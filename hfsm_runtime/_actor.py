@@ -15,17 +15,7 @@ from enum import StrEnum
 from typing import Any, Final
 
 from ._automaton import REQUIRED, Automaton, Event, State, Transition
-from ._phases import (
-    BEGUN,
-    FINISHED,
-    IDLE,
-    OUTLIVED,
-    OWES_ARGUMENTS,
-    OWES_ENTRY,
-    UNUSED,
-    CycleStatus,
-    Phase,
-)
+from ._phases import BEGUN, ENTERED, FINISHED, IDLE, OUTLIVED, UNUSED, CycleStatus, Phase
 from .errors import DefinitionError, EventError
 
 CAPACITY: Final = 64
@@ -178,7 +168,7 @@ class Actor:
     @property
     def owed(self) -> bool:
         """Whether the entry code of the current state, or its arguments, have not run to their end yet."""
-        return OWES_ENTRY <= self.phase <= OWES_ARGUMENTS
+        return UNUSED < self.phase < ENTERED
 
     @property
     def finished(self) -> bool:

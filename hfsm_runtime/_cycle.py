@@ -11,16 +11,7 @@ from greenlet import GreenletExit
 
 from ._actor import Actor
 from ._automaton import REQUIRED, Arguments, Automaton, Event, State, Transition
-from ._phases import (
-    BEGUN,
-    ENTERED,
-    ENTERING,
-    OWES_ARGUMENTS,
-    PAUSED,
-    PAUSED_AT_CODE,
-    SETTLED,
-    after_entry_code,
-)
+from ._phases import BEGUN, ENTERED, ENTERING, PAUSED_AT_CODE, SETTLED, Phase, after_entry_code
 from ._variables import convert, functions_of
 from .coroutine import current_coroutine
 from .errors import ArgumentError, ComponentStoppedError, CycleCutError, ValueTypeError
@@ -117,7 +108,8 @@ def _run_steps(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> No
     else:
         if actor.outputs.unset:
             actor.outputs.unset = False
-            _set_outputs(actor.automaton)
+            assert actor.automaton.set_outputs is not None
+            actor.automaton.set_outputs(actor.automaton.first_outputs())
         if actor.phase < BEGUN:
             _enter(tree, actor, now, supervisor)
         _take_results(tree, actor, supervisor)
@@ -125,7 +117,7 @@ def _run_steps(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> No
             is_new = actor.phase is BEGUN
             tree.reach(actor, SETTLED)
             if is_new and _pauses(tree, actor, None):
-                tree.reach(actor, PAUSED)
+                tree.reach(actor, Phase.PAUSED)
                 return
         if not actor.current.final:
             transition = _first_that_holds(tree, actor, now, supervisor)
@@ -274,7 +266,7 @@ def _enter(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> None:
             _call(tree, actor, state.entry, supervisor)
         tree.reach(actor, after_entry_code(state))
     arguments = state.arguments
-    if actor.phase is OWES_ARGUMENTS and arguments is not None:
+    if arguments is not None and actor.phase is Phase.OWES_ARGUMENTS:
         _call(tree, actor, lambda: hand_over(state, arguments()), supervisor)
     tree.enter(actor, _settled(actor, now, supervisor))
 
@@ -321,11 +313,6 @@ def _call(tree: Tree, actor: Actor, code: Callable[[], object], supervisor: Supe
             code_failed(actor, error)
         supervisor.failed(actor, error)
         return None
-
-
-def _set_outputs(automaton: Automaton) -> None:
-    if automaton.set_outputs is not None:
-        automaton.set_outputs(automaton.first_outputs())
 
 
 def _take_results(tree: Tree, actor: Actor, supervisor: Supervisor) -> None:

@@ -13,21 +13,7 @@ import msgspec
 
 from ._actor import CAPACITY, Actor, ChangeKind, DropReason, grow
 from ._automaton import REFUSED, Arguments, Automaton, Event, State, Transition
-from ._phases import (
-    BEGUN,
-    ENTERED,
-    FINISHED,
-    IDLE,
-    OUTLIVED,
-    PAUSED,
-    PAUSED_AT_CODE,
-    RUNNING,
-    SETTLED,
-    STEPPING,
-    UNUSED,
-    Phase,
-    first_phase,
-)
+from ._phases import BEGUN, ENTERED, FINISHED, IDLE, OUTLIVED, PAUSED, RUNNING, STEPPING, Phase, first_phase
 from ._timeline import slot_from
 from .errors import UnknownElementError
 from .observer import Observers
@@ -317,12 +303,15 @@ class Tree:
         """Activate an automaton below a state that was entered."""
         if actor.active:
             return
-        restarts = actor.finished or (actor.owner is not None and actor.owner.restart)
-        if restarts or actor.phase is UNUSED:
-            actor.forced = None
-            self._activate(actor, now, actor.current if actor.phase is UNUSED else actor.automaton.initial)
+        if actor.phase is Phase.UNUSED:
+            first: State | None = actor.current
+        elif actor.finished or (actor.owner is not None and actor.owner.restart):
+            first = actor.automaton.initial
         else:
-            self._activate(actor, now)
+            first = None
+        if first is not None:
+            actor.forced = None
+        self._activate(actor, now, first)
 
     def _activate(self, actor: Actor, now: int, first: State | None = None) -> None:
         """Let an automaton start in a `first` state, or go on where it was."""
@@ -348,8 +337,8 @@ class Tree:
         begins = actor.phase is ENTERED
         if begins:
             actor.phase = BEGUN
-        elif actor.phase in (PAUSED, PAUSED_AT_CODE):
-            actor.phase = SETTLED
+        elif actor.phase in (PAUSED, Phase.PAUSED_AT_CODE):
+            actor.phase = Phase.SETTLED
         if actor.current.final:
             return
         for child in actor.below:
@@ -357,7 +346,7 @@ class Tree:
                 self._begin(child, now)
             elif not child.active:
                 # A reload may have added it, or taken its state away, while this one was a ghost.
-                self._activate(child, now, child.current if child.phase is UNUSED else None)
+                self._activate(child, now, child.current if child.phase is Phase.UNUSED else None)
 
     def _deactivate(self, actor: Actor, now: int) -> None:
         if not actor.active:
@@ -417,14 +406,14 @@ class Tree:
         if actor.last_transition not in known:
             actor.last_transition = 0
         actor.guards = {}
-        unused = actor.phase is UNUSED
+        unused = actor.phase is Phase.UNUSED
         found = None if unused and left is former.initial else _counterpart(left, automaton)
         actor.current = found or automaton.initial
         if found is not None and not unused:
             if actor.phase is FINISHED and not found.final:
-                actor.phase = SETTLED
+                actor.phase = Phase.SETTLED
             return None
-        actor.phase = UNUSED
+        actor.phase = Phase.UNUSED
         actor.last_transition = 0
         actor.waited = 0
         actor.forced = None

@@ -20,7 +20,7 @@ from .._automaton import Automaton, Transition
 from .._recording.clocks import InterceptedClock, InterceptedTime, InterceptedTimeline
 from .._recording.recorder import Recorder, automaton_context
 from .._recording.run import MONITOR, START, restore_random
-from .._timeline import slot_after
+from .._timeline import SECOND, slot_after
 from ..component import Component, parameters_of, ros_of
 from ..coroutine import Coroutine
 from ..debugger.reload import Replacement, first_values_of
@@ -33,7 +33,6 @@ from .comparison import Comparison
 from .script import Record, Recording, ReplayEndedError, ReplayError, Script, context_of
 from .transport import ReplayTransport, result_in
 
-_SECOND: Final = 1_000_000_000
 _PROGRESS_PERIOD: Final = 1.0
 """Wall seconds between reports of progress."""
 _MOST_OVERLAPS: Final = 20
@@ -118,7 +117,7 @@ class Replay(Observer):
             self._step(record)
             if time.monotonic() - self._reported_at >= _PROGRESS_PERIOD:
                 self._reported_at = time.monotonic()
-                self._progress(self.now() / _SECOND)
+                self._progress(self.now() / SECOND)
             if self.answers.fatal is not None:
                 raise self.answers.fatal
         self._run_unrecorded(self._script.time)
@@ -208,7 +207,7 @@ class Replay(Observer):
         at = self.now()
         with self._at(at):
             self._go(Coroutine("exchange", exchange))
-        self.notes.append(f"the edited document took over at {at / _SECOND:.3f} s")
+        self.notes.append(f"the edited document took over at {at / SECOND:.3f} s")
         self.notes += [f"it could not keep: {text}" for text in not_kept]
         self._note_document()
 
@@ -247,7 +246,7 @@ class Replay(Observer):
             self.notes.append(f"a callback failed: {describe(error)}")
         except BaseException as end:  # noqa: BLE001 - as on threads, it ends the component
             self.notes.append(
-                f"the code of {code.context} ended the component at {self.now() / _SECOND:.3f} s: "
+                f"the code of {code.context} ended the component at {self.now() / SECOND:.3f} s: "
                 f"{describe(end)}"
             )
             self.virtual.request_stop()
@@ -299,7 +298,7 @@ class Replay(Observer):
             self._act(message)
         elif isinstance(message, Gap):
             self.notes.append(
-                f"the recording has a gap at {record.time / _SECOND:.3f} s, where {message.lost} messages "
+                f"the recording has a gap at {record.time / SECOND:.3f} s, where {message.lost} messages "
                 "were lost: the replay ends there"
             )
             self._script.stop()
@@ -307,7 +306,7 @@ class Replay(Observer):
             self._script.advance()
             if len(self.notes) < _MOST_OVERLAPS:
                 self.notes.append(
-                    f"the code of {message.beside} blocked at {self.now() / _SECOND:.3f} s, and "
+                    f"the code of {message.beside} blocked at {self.now() / SECOND:.3f} s, and "
                     f"{message.context} ran beside it: in which order is not known"
                 )
         elif isinstance(message, Cycle) and not message.begins:

@@ -24,7 +24,7 @@ from .._component_run import ComponentRun
 from .._cycle import run_cycle
 from .._limits import LIMITS, RuntimeLimits
 from .._supervision import Refusal
-from .._timeline import Timeline, slot_after, slot_at
+from .._timeline import SECOND, Timeline, slot_after, slot_at
 from .._turns import patience, turn_of
 from ..component import Component
 from ..coroutine import Coroutine, current_coroutine, rest
@@ -33,7 +33,6 @@ from ..observer import Observer
 from ..tree import Actor, ChangeKind, Replaced, Tree
 from .clock import NEVER, TaskClock
 
-_SECOND: Final = 1_000_000_000
 _RETRY_DELAY: Final = 1.0
 """s of the clock from a refused command until the automata try again."""
 _REPORTED: Final = 3
@@ -65,7 +64,7 @@ class _Tracer(Observer):
         self.changes: MutableSequence[Change] = [] if kept is None else deque(maxlen=kept)
 
     def changed(self, now: int, actor: Actor, kind: ChangeKind) -> None:
-        self.changes.append(Change(now / _SECOND, actor.automaton.name, actor.current.name, kind))
+        self.changes.append(Change(now / SECOND, actor.automaton.name, actor.current.name, kind))
 
 
 class _Cycles(Coroutine):
@@ -213,7 +212,7 @@ class VirtualRun(ComponentRun):
     @property
     def time(self) -> float:
         """The component time in s."""
-        return self.component_time.now() / _SECOND
+        return self.component_time.now() / SECOND
 
     @property
     def active(self) -> str:
@@ -255,7 +254,7 @@ class VirtualRun(ComponentRun):
         The seconds are those of the clock, which runs while a refused command pauses the component.
         """
         self._driver = threading.get_ident()
-        end = self.component_time.now() + round(seconds * _SECOND)
+        end = self.component_time.now() + round(seconds * SECOND)
         had_ended = self.ended.is_set()
         while not self.ended.is_set():
             if self._woken:
@@ -413,7 +412,7 @@ class VirtualRun(ComponentRun):
             return
         duration = min(actor.automaton.interval for actor in active)
         self.component_time.step(duration)
-        self.clock.advance(duration / _SECOND)
+        self.clock.advance(duration / SECOND)
         now = self.component_time.now()
         for actor in active:
             if self.ended.is_set():
@@ -441,7 +440,7 @@ class VirtualRun(ComponentRun):
             self.clock.advance(max(0.0, seconds))
             return
         clock = self._task_clock
-        end = clock.moment + round(seconds * _SECOND)
+        end = clock.moment + round(seconds * SECOND)
         while True:
             ended = self.ended.is_set()
             if ended or not self.tree.may_go_on(cycle.actor):
@@ -464,7 +463,7 @@ class VirtualRun(ComponentRun):
         """Advance the time to `when`; tasks of the clock may advance it further."""
         left = when - self.component_time.now()
         if left > 0:
-            self.clock.advance(left / _SECOND)
+            self.clock.advance(left / SECOND)
 
     def _pause_after(self, refusal: Refusal) -> None:
         super()._pause_after(refusal)
@@ -476,7 +475,7 @@ class VirtualRun(ComponentRun):
         while (refusal := self.refusal) is not None:
             if self._retry_at is None:
                 self._retry_at = self.clock.now() + _RETRY_DELAY
-            left = round((self._retry_at - self.clock.now()) * _SECOND)
+            left = round((self._retry_at - self.clock.now()) * SECOND)
             if left <= 0:
                 self._retry_at = None
                 if self._commands_accepted(refusal.holder):
@@ -485,7 +484,7 @@ class VirtualRun(ComponentRun):
             if taken >= longest:
                 break
             wait = min(longest - taken, left)
-            self.clock.advance(wait / _SECOND)
+            self.clock.advance(wait / SECOND)
             taken += wait
         return taken
 

@@ -10,7 +10,7 @@ from hfsm_runtime import Automaton, Event, State, Transition
 from hfsm_runtime._actor import CAPACITY, Actor
 from hfsm_runtime.errors import DefinitionError, UnknownElementError
 from hfsm_runtime.observer import Observer
-from hfsm_runtime.tree import ChangeKind, Tree
+from hfsm_runtime.tree import ChangeKind, Phase, Tree
 from tests.support.automata import after, automaton, on
 from tests.support.limits import EVENT_LIMIT
 
@@ -228,6 +228,67 @@ def test_an_automaton_that_moves_below_one_that_resumes_goes_on_as_it_was() -> N
     with tree.lock:
         tree.replace(version(3, three=(moved,)).actors, 1)
     assert run.active_since == 0
+
+
+# -- phases ----------------------------------------------------------------------------------------------
+
+
+def in_cycle() -> tuple[Tree, Actor]:
+    """Return a tree, and an automaton in a cycle, below a state that its parent can leave and enter again."""
+    child = automaton(2, "child", [State(id=1, name="x")])
+    states = [State(id=1, name="a", children=(child,)), State(id=2, name="b")]
+    tree = Tree(automaton(1, "root", states, [after(1.0, 1, 2), after(1.0, 2, 1)]))
+    tree.start(0)
+    assert tree.begin_cycle(tree.actors[1])
+    return tree, tree.actors[1]
+
+
+@pytest.mark.parametrize("phase", [Phase.SETTLED, Phase.PAUSED, Phase.PAUSED_AT_CODE, Phase.FINISHED])
+def test_a_ghost_comes_to_no_phase_after_its_entry(phase: Phase) -> None:
+    tree, run = in_cycle()
+    go(tree, tree.root, tree.root.automaton.transitions[0])
+    tree.reach(run, phase)
+    assert run.phase is Phase.BEGUN
+
+
+@pytest.mark.parametrize("phase", [Phase.ENTERING, Phase.ENTERED, Phase.SETTLED])
+def test_a_cycle_that_outlives_its_activation_comes_to_no_phase(phase: Phase) -> None:
+    tree, run = in_cycle()
+    for transition in tree.root.automaton.transitions:
+        go(tree, tree.root, transition)
+    tree.reach(run, phase)
+    assert (run.active, run.phase) == (True, Phase.BEGUN)
+
+
+@pytest.mark.parametrize("phase", [Phase.PAUSED, Phase.PAUSED_AT_CODE])
+def test_a_cycle_that_paused_is_not_continued_after_a_time_as_a_ghost(phase: Phase) -> None:
+    tree, run = in_cycle()
+    tree.reach(run, phase)
+    tree.end_cycle(run)
+    for transition in tree.root.automaton.transitions:
+        go(tree, tree.root, transition)
+    assert (run.active, run.phase) == (True, Phase.SETTLED)
+
+
+@pytest.mark.parametrize(("chosen", "first"), [(None, "y"), (3, "z")])
+def test_an_automaton_that_was_never_active_begins_in_the_first_state_of_its_new_version(
+    chosen: int | None, first: str
+) -> None:
+    def version(initial: int) -> Tree:
+        states = [State(id=index, name=name, initial=index == initial) for index, name in enumerate("xyz", 1)]
+        below = automaton(2, "below", states)
+        states = [State(id=1, name="a", entry=print, children=(below,)), State(id=2, name="b")]
+        return Tree(automaton(1, "root", states, [after(1.0, 1, 2), after(1.0, 2, 1)]))
+
+    tree = version(1)
+    if chosen is not None:
+        tree.begin_at(2, chosen)
+    tree.start(0)
+    with tree.lock:
+        tree.replace(version(2).actors, 0)
+    tree.begin_cycle(tree.root)
+    tree.enter(tree.root, 0)
+    assert tree.actors[1].current.name == first
 
 
 # -- cycles ----------------------------------------------------------------------------------------------
