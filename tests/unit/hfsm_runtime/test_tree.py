@@ -274,18 +274,18 @@ def test_a_cycle_that_paused_is_not_continued_after_a_time_as_a_ghost(phase: Pha
 def test_an_automaton_that_was_never_active_begins_in_the_first_state_of_its_new_version(
     chosen: int | None, first: str
 ) -> None:
-    def version(initial: int) -> Tree:
-        states = [State(id=index, name=name, initial=index == initial) for index, name in enumerate("xyz", 1)]
+    def version(*order: int) -> Tree:
+        states = [State(id=index, name="xyz"[index - 1]) for index in order]
         below = automaton(2, "below", states)
         states = [State(id=1, name="a", entry=print, children=(below,)), State(id=2, name="b")]
         return Tree(automaton(1, "root", states, [after(1.0, 1, 2), after(1.0, 2, 1)]))
 
-    tree = version(1)
+    tree = version(1, 2, 3)
     if chosen is not None:
         tree.begin_at(2, chosen)
     tree.start(0)
     with tree.lock:
-        tree.replace(version(2).actors, 0)
+        tree.replace(version(2, 3, 1).actors, 0)
     tree.begin_cycle(tree.root)
     tree.enter(tree.root, 0)
     assert tree.actors[1].current.name == first
