@@ -32,7 +32,6 @@ SPELLED: Final = {
     "naoserver/moves/motion_file.py": "an example",
     "plugins/visualhfsm_learning/_environment.py": "the name of a part of an observation",
     "naoserver_sim/self_collision.py": "an example",
-    "visualhfsm/_monitor/realm/nao_h25.json": "the body of recordings that describe none",
     "visualhfsm/_monitor/realm/run_log.py": "an example",
     "visualhfsm/_commands/template/tests/test_blinker.py": "a user's test, for the default body",
     "visualhfsm/_commands/template_hardware/bust.toml": "a user's robot",
@@ -43,7 +42,6 @@ NAMED: Final = {
     "plugins/visualhfsm_learning/_environment.py": "a Nao learns",
     "plugins/visualhfsm_learning/_tasks.py": "a Nao learns",
     "naoserver_sim/robot.py": "the default",
-    "visualhfsm/_monitor/realm/nao_h25.json": "that body",
     "visualhfsm/testing/_plugin.py": "an example",
 }
 """Files that name the bodies of a Nao, and why they may."""

@@ -133,9 +133,7 @@ def test_what_a_reload_could_not_keep_is_said_in_spanish() -> None:
 
 
 ERRORS = {"CommandRefused", "InvalidCommand", "InvalidValueException", "RouteError", "JointTaken", "LinkLost"}
-DOORS = tuple(
-    f"naoserver/{each}" for each in ("_joint_paths.py", "_programs.py", "booster", "qi", "ros2", "unitree")
-)
+DOORS = ("naoserver/moves/joint_paths.py",)
 """Programs for other robots come through these, and read what their own robot says."""
 WORDS = {
     "{}; {}": ("the robot is held by Ana", "wait until the lease is given back"),
