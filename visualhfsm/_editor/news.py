@@ -13,7 +13,7 @@ from visualhfsm._processes.test_results import TestsPush
 from visualhfsm.project._document import Checked, Event, FileChanged
 from visualhfsm.trials._messages import TrialsPush
 
-from .protocol import Outside, Problems
+from .protocol import Outside
 from .tab import Tab
 
 if TYPE_CHECKING:
@@ -51,9 +51,7 @@ class News:
             return
         match event:
             case Checked(version=version, findings=findings):
-                tab.findings = Problems(
-                    tab=tab.id, revision=version.revision, items=findings.problems, counts=findings.counts
-                )
+                tab.take_findings(version, findings)
                 self._show_problems(tab)
                 if (tests := tab.tests.compare(tab.shown.document, tab.content)) is not None:
                     self._windows.push(tests)

@@ -261,10 +261,10 @@ class CodeHelp(_TabRequest):
     """Ask about a piece of code, as it is being typed; `line` counts from 1, `column` from 0.
 
     `complete`: completions; `define`: where the name at the position is defined; `explain`: what it stands
-    for; `signature`: the call around it; `lint`: what is wrong with the code, wherever the position is.
+    for; `signature`: the call around it.
     """
 
-    wanted: Literal["complete", "define", "explain", "signature", "lint"]
+    wanted: Literal["complete", "define", "explain", "signature"]
     place: Place
     code: Code
     line: Position = 1
@@ -739,7 +739,8 @@ class DocumentPush(Push, tag="document"):
 class Problems(Push):
     """The problems of a revision of a document; of very many not all `items`, but the `counts` of all.
 
-    `imports` counts the changes of imported files.
+    `imports` counts the changes of imported files. Until they are `complete`, the verdicts of the model
+    checker are those of an earlier revision.
     """
 
     tab: int
@@ -747,6 +748,7 @@ class Problems(Push):
     items: Sequence[Problem]
     counts: Mapping[Severity, int] = {}
     imports: int = 0
+    complete: bool = True
 
 
 class Outside(Push):

@@ -72,7 +72,7 @@ class Workspace:
         self._make_project = make_project
         self._demo = demo
         self._recording = ""
-        self._checks = CheckScheduler(limits.quiet_seconds)
+        self._checks = CheckScheduler(limits.quiet_seconds, self._give_up_search)
         self._recoverable: list[Abandoned] = []
         self._published: WorkspacePush | None = None
         self._shelf = Shelf(states=[])
@@ -145,6 +145,9 @@ class Workspace:
             if (report := dated.compare(tab.shown.document, tab.content)) is not None:
                 self.windows.push(report)
         self._checks.check(tab)
+
+    def _give_up_search(self) -> None:
+        self.project.checks.give_up_search()
 
     def remove(self, tab: Tab) -> None:
         """Remove a tab, whose document is closed."""

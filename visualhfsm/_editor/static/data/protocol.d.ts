@@ -682,6 +682,7 @@ export interface ProblemsPush {
   items: Problem[];
   counts: Record<string, number>;
   imports: number;
+  complete: boolean;
 }
 
 /** A property of the automata that the model checker tries to prove. */
@@ -780,7 +781,7 @@ export interface Requests {
   /** Ask about a piece of code, as it is being typed; `line` counts from 1, `column` from 0. */
   codeHelp: {
     tab: number;
-    wanted: "complete" | "define" | "explain" | "lint" | "signature";
+    wanted: "complete" | "define" | "explain" | "signature";
     place: Place;
     code: string;
     line?: number;

@@ -19,7 +19,7 @@ import {viewing} from "../kit/viewing.js";
  *   ShelfPush, SnapshotPush, StalePush, StructurePush, TestsPush, TrialsPush, UndoStep} from "./protocol.js"
  * @typedef {{tab: number, revision: number, undo: UndoStep[], redo: UndoStep[], dirty: boolean, fields: Fields,
  *   automata: Map<number, Automaton>, own: Map<number, Automaton>, content: Automaton[], problems: Problem[],
- *   counts: ProblemsPush["counts"], checked?: number}} OpenDocument `automata` are its `own` with the `content` of
+ *   counts: ProblemsPush["counts"], checked?: number, proved?: number}} OpenDocument `automata` are its `own` with the `content` of
  *   those that are imported; `checked` is the revision that the problems, with the `counts` of all, are those of
  * @typedef {{tab: number, text: string, typed: boolean}} Unsaved a text; `typed` while it is not sent
  * @typedef {Required<Omit<RobotPush, "push">>} Robot
@@ -347,8 +347,8 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
         break;
       case "problems": {
         const document = this.documents.get(message.tab);
-        const {items: problems, counts, revision: checked} = message;
-        if (document) Object.assign(document, {problems, counts, checked});
+        const {items: problems, counts, revision: checked, complete} = message;
+        if (document) Object.assign(document, {problems, counts, checked, proved: complete ? checked : undefined});
         break;
       }
       case "trials":

@@ -99,7 +99,7 @@ class Problems extends PageElement {
             ? html`<span class="faint">${t("{count} of {all} are listed", {count: shown.length, all})}</span>`
             : nothing
         }<span class="room"></span>${
-          document.checked !== undefined && document.checked !== document.revision
+          document.checked !== undefined && document.proved !== document.revision
             ? html`<span class="faint" role="status">${t("Being checked…")}</span>`
             : nothing
         }
