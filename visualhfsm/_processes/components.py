@@ -17,7 +17,13 @@ from tempfile import TemporaryDirectory
 from typing import Final, Literal
 
 from codegen.diagnostics import Diagnostics
-from codegen.hfsm import component_path, extension_path, interface_directories, write_document
+from codegen.hfsm import (
+    component_path,
+    extension_path,
+    interface_directories,
+    read_document,
+    write_document,
+)
 from codegen.hfsm.document import Document
 from codegen.messages import NO_MESSAGE, Message
 from codegen.reasons import reason
@@ -377,11 +383,16 @@ class _Directory:
         if path is not None and self._aside is not None and target == Path(self._aside.name):
             _copy_extension(path, target / file.name)
         written = self._written if path is not None and target == path.parent else None
-        component = generate_component(file, target, diagnostics, include, written=written)
+        content = read_document(file, diagnostics)
+        component = None
+        if content is not None:
+            component = generate_component(
+                file, target, diagnostics, include, document=content, written=written
+            )
         if component is None:
             raise VisualHfsmError(summary(diagnostics))
         self._target = target
-        origins = read_origins(file, component, include, home=path)
+        origins = read_origins(file, component, include, home=path, content=content)
         return _Generated(component, origins, unsaved=file != path)
 
     def file_for_last_cycle(self) -> Path:
