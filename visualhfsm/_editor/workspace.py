@@ -245,7 +245,7 @@ class Workspace:
                 )
                 for each in self._recoverable
             ],
-            present=[dict(each) for each in self.present.components],
+            present=[*self.present.components],
         )
 
     def _tab_state(self, tab: Tab) -> TabState:

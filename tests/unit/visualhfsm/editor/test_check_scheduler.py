@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Sequence
 from pathlib import Path
 
-from codegen.hfsm.document import Document
 from tests.support.limits import RUN_LIMIT
 from visualhfsm import Checked, Event, Findings, Project
 from visualhfsm._editor.check_scheduler import CheckScheduler
@@ -20,7 +18,7 @@ class FailsOnce(CheckProcess):
 
     asked = 0
 
-    def check(self, document: Document, path: Path | None, include: Sequence[Path] = ()) -> Findings:
+    def check(self, *_: object) -> Findings:
         self.asked += 1
         if self.asked == 1:
             raise RuntimeError("a fault")

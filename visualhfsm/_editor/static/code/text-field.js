@@ -2,8 +2,7 @@
  * A short text in a panel with its label and its problems.
  *
  * @import {From} from "../data/element.js"
- * @import {Done} from "../data/messages.js"
- * @import {Place, Problem} from "../data/protocol.js"
+ * @import {Done, Place, Problem} from "../data/protocol.js"
  */
 
 import {html, live, nothing} from "lit";

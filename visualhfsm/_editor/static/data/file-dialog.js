@@ -2,8 +2,9 @@
  * Choose a document among those that the server can reach.
  *
  * @import {From} from "./element.js"
- * @import {Entry} from "./messages.js"
+ * @import {Entry as Listed} from "./protocol.js"
  * @typedef {import("../kit/dialog.js").Close<string>} Close
+ * @typedef {Pick<Listed, "name" | "path" | "kind"> & Partial<Listed>} Entry
  */
 
 import {html, nothing} from "lit";

@@ -43,7 +43,7 @@ export async function openPath(path) {
 /**
  * Show an opened document, and remarks on what is missing or not the same here.
  *
- * @param {import("./messages.js").Opened} opened @param {string} name
+ * @param {import("./protocol.js").Opened} opened @param {string} name
  */
 function shown({tab, remarks}, name) {
   page.show(tab);

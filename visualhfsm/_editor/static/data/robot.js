@@ -5,7 +5,7 @@ import {store} from "./store.js";
 import {decimal, language, t} from "../kit/texts.js";
 
 /**
- * @import {Fields} from "./messages.js"
+ * @import {Fields} from "./protocol.js"
  * @import {Robot} from "./store.js"
  */
 

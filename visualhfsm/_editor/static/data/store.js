@@ -14,9 +14,10 @@ import {viewing} from "../kit/viewing.js";
 
 /**
  * @import {Target} from "../kit/events.js"
- * @import {Answer, Answers, Fields, FieldsOf, Greeting, Push, Workspace} from "./messages.js"
- * @import {Automaton, Command, OutputPush, OutsidePush, Problem, ProblemsPush, ReadyState, Requests, RobotPush, StartedPush,
- *   ShelfPush, SnapshotPush, StalePush, StructurePush, TestsPush, TrialsPush, UndoStep} from "./protocol.js"
+ * @import {Answer, Answers, Automaton, Command, Fields, FieldsOf, Greeting, OutputPush} from "./protocol.js"
+ * @import {OutsidePush, Problem, ProblemsPush, Push, ReadyState, Requests, RobotPush, ShelfPush} from "./protocol.js"
+ * @import {SnapshotPush, StalePush, StartedPush, StructurePush, TestsPush, TrialsPush, UndoStep} from "./protocol.js"
+ * @import {Workspace} from "./protocol.js"
  * @typedef {{tab: number, revision: number, undo: UndoStep[], redo: UndoStep[], dirty: boolean, fields: Fields,
  *   automata: Map<number, Automaton>, own: Map<number, Automaton>, content: Automaton[], problems: Problem[],
  *   counts: ProblemsPush["counts"], checked?: number, proved?: number}} OpenDocument `automata` are its `own` with the `content` of
@@ -105,7 +106,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   restarted = false;
   /** Typed texts that the server does not have yet, by their keys. @type {Map<string, Unsaved>} */
   unsaved = new Map();
-  /** The answer of the server to `hello`. @type {Greeting} */
+  /** The answer of the server to `hello`. @type {Partial<Greeting>} */
   greeting = {};
   /**
    * The stand-in for the server in an exported page: it answers requests, and has frames by path.

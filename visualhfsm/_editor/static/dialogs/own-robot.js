@@ -2,7 +2,7 @@
  * A robot of the user's own: choose its model, see it, correct what it was taken for, and save it.
  *
  * @import {From} from "../data/element.js"
- * @import {OwnRobot} from "../data/messages.js"
+ * @import {OwnRobot} from "../data/protocol.js"
  * @import {RobotDrawing} from "../robot3d/robot-drawing.js"
  * @typedef {Pick<OwnRobot, "name" | "text">} Draft
  */

@@ -1,8 +1,8 @@
 /**
  * What is followed, from when it is chosen until another is: its automata, and the moments of its run.
  *
- * @import {Followed as Reported} from "../data/messages.js"
- * @import {AutomatonSnapshot, ComponentStructure, LiveSnapshot, LiveStructure} from "../data/protocol.js"
+ * @import {AutomatonSnapshot, ComponentStructure, Followed as Reported, LiveSnapshot} from "../data/protocol.js"
+ * @import {LiveStructure} from "../data/protocol.js"
  * @import {Moment} from "../robot3d/robot-drawing.js"
  * @import {WorldShape} from "../robot3d/world-drawing.js"
  */

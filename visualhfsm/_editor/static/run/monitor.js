@@ -4,8 +4,8 @@
  * One component, or one recording, is followed at a time. `shown.js` has what views read of it, `followed.js` what is
  * known of it, `starts.js` what this window has started.
  *
- * @import {Answers, FieldsOf, Followed as Reported, Workspace} from "../data/messages.js"
- * @import {LiveSnapshot, LiveStructure, Requests, StartedPush} from "../data/protocol.js"
+ * @import {Answers, FieldsOf, Followed as Reported, LiveSnapshot, LiveStructure, Requests} from "../data/protocol.js"
+ * @import {StartedPush, Workspace} from "../data/protocol.js"
  * @import {MonitorEvents} from "./shown.js"
  * @typedef {{component: string, awaited?: boolean, tab?: number, structure?: LiveStructure}} Next
  */

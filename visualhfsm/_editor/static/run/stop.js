@@ -1,7 +1,7 @@
 /**
  * The operator's stop button: it asks no question, does not wait, and works in every mode.
  *
- * @typedef {import("../data/messages.js").Answers["emergencyStop"]} Stopped
+ * @typedef {import("../data/protocol.js").Answers["emergencyStop"]} Stopped
  */
 
 import {socketAddress} from "../kit/address.js";

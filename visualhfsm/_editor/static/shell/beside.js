@@ -10,8 +10,7 @@ import {RequestError, store} from "../data/store.js";
 import {t} from "../kit/texts.js";
 
 /**
- * @import {Answers} from "../data/messages.js"
- * @import {Requests} from "../data/protocol.js"
+ * @import {Answers, Requests} from "../data/protocol.js"
  * @import {Choice} from "../kit/dialog.js"
  */
 

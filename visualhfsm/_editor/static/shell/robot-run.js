@@ -20,7 +20,7 @@ import {store} from "../data/store.js";
 import {t} from "../kit/texts.js";
 
 /** @import {HfsmApp} from "./app.js" */
-/** @import {Fields} from "../data/messages.js" */
+/** @import {Fields} from "../data/protocol.js" */
 
 const DANCE = "dance";
 

@@ -1,7 +1,8 @@
 /**
  * A series of trials: how often it succeeds, what that depends on, and how it fails.
  *
- * @import {Dependence, Histogram, Origin, Rate, Trial, PlaceMap, TrialsView, TrialTimeline, Way} from "../data/protocol.js"
+ * @import {Dependence, Histogram, Origin, Rate, Trial, PlaceMap, TrialsView, TrialTimeline} from "../data/protocol.js"
+ * @import {Way} from "../data/protocol.js"
  */
 
 import {LitElement, html, nothing, repeat, svg} from "lit";
