@@ -11,7 +11,7 @@
  */
 
 import {applyHere, selectAdded} from "../data/commands.js";
-import {holdKeys} from "../kit/holding.js";
+import {holdKeys} from "../kit/waiting-keys.js";
 import {keyOf} from "../kit/keys.js";
 import {isImporting} from "../data/outline.js";
 import {render, html, nothing} from "lit";

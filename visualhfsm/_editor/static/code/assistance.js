@@ -22,7 +22,7 @@ import {
   showTooltip,
 } from "codemirror";
 import {store} from "../data/store.js";
-import {coded} from "../kit/coded.js";
+import {coded} from "../kit/texts.js";
 import {fixesFor, learnFixes} from "./fixes.js";
 import {problemsAt} from "./places.js";
 

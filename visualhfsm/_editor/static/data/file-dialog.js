@@ -12,10 +12,9 @@ import {html, nothing} from "lit";
 import {icon} from "../kit/icons.js";
 import {messageOf} from "../kit/notices.js";
 import {store} from "./store.js";
-import {language, rich, t, visible} from "../kit/texts.js";
-import {containsWords} from "../kit/words.js";
-import {showDialog} from "../kit/dialog.js";
+import {containsWords, language, rich, t, visible} from "../kit/texts.js";
 import {Finder} from "../kit/finder.js";
+import {showDialog} from "../kit/dialog.js";
 
 /**
  * @param {{title: string, verb: string, suggestion?: string, start?: string, kind?: "document" | "recording" | "model", hint?: string,

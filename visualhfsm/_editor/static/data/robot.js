@@ -1,6 +1,6 @@
 /** The robot of the realm in words, and requests for a robot. */
 
-import {browserStorage} from "../kit/storage.js";
+import {browserStorage} from "../kit/location.js";
 import {store} from "./store.js";
 import {decimal, language, t} from "../kit/texts.js";
 

@@ -5,12 +5,11 @@
  * request that made it. The messages are those of visualhfsm/_editor/protocol.py.
  */
 
-import {socketAddress} from "../kit/address.js";
+import {channelOf, socketAddress} from "../kit/location.js";
 import {Resumption} from "./resumption.js";
-import {channelOf} from "../kit/storage.js";
 import {decimal, language, t} from "../kit/texts.js";
 import {updated, withContent} from "./updates.js";
-import {viewing} from "../kit/viewing.js";
+import {viewing} from "../kit/viewers.js";
 
 /**
  * @import {Target} from "../kit/events.js"

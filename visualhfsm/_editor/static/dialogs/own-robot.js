@@ -13,7 +13,7 @@ import {PageElement, properties} from "../data/element.js";
 import {wordButton} from "../kit/buttons.js";
 import {spokenAngle, spokenPlace} from "../run/values.js";
 import {messageOf, notify, notifyError} from "../kit/notices.js";
-import {required} from "../kit/required.js";
+import {required} from "../kit/existence.js";
 import {chooseBody, simulate} from "../data/robot.js";
 import {RequestError, store} from "../data/store.js";
 import {t} from "../kit/texts.js";

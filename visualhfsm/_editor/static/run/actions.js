@@ -2,7 +2,7 @@
 
 import {page} from "../data/page.js";
 import {notify} from "../kit/notices.js";
-import {required} from "../kit/required.js";
+import {required} from "../kit/existence.js";
 import {store} from "../data/store.js";
 import {t} from "../kit/texts.js";
 import {breakpointAt} from "./breakpoints.js";

@@ -17,7 +17,7 @@ import "./robot-pill.js";
 import "./tree.js";
 import {askBy, askTab} from "../data/commands.js";
 import {PageElement} from "../data/element.js";
-import {holdKeys} from "../kit/holding.js";
+import {holdKeys} from "../kit/waiting-keys.js";
 import {icon} from "../kit/icons.js";
 import {listenForKeys} from "../kit/keys.js";
 import {messageOf, notify, notifyError, OFFLINE, clearErrors, showNoticesOf} from "../kit/notices.js";
@@ -28,17 +28,16 @@ import {planned} from "../run/breakpoints.js";
 import {listenForStop} from "../run/stop.js";
 import {outputLog} from "../data/output-log.js";
 import {perform} from "../kit/registry.js";
+import {viewing} from "../kit/viewers.js";
 import {chosenBody, isReadyFor} from "../data/robot.js";
-import {started} from "../data/started.js";
+import {started} from "../data/component-status.js";
 import {actionButton} from "../kit/buttons.js";
 import {resizer, restoreSizes} from "../kit/resizer.js";
 import {banner, keepStopInView} from "./shell.js";
-import {initTheme, switchTheme} from "../kit/theme.js";
-import {browserStorage, windowStorage} from "../kit/storage.js";
+import {initTheme, laterStyles, switchTheme} from "../kit/theme.js";
+import {browserStorage, windowStorage} from "../kit/location.js";
 import {store} from "../data/store.js";
-import {laterStyles} from "../kit/styles.js";
 import {t} from "../kit/texts.js";
-import {viewing} from "../kit/viewing.js";
 
 /**
  * An element that is loaded when it is first shown: a panel, or a part of the monitor.
@@ -62,7 +61,7 @@ const LAZY = {
   "hfsm-monitor-timeline": "../run/timeline.js",
   "hfsm-robot-dock": "../robot3d/dock.js",
   "hfsm-shelf": "../shelf/shelf.js",
-  "hfsm-start": "./start.js",
+  "hfsm-start": "./start-page.js",
 };
 /** What viewers see of these. */
 const FOR_VIEWERS = new Set(["hfsm-problems", "hfsm-search", "hfsm-output", "hfsm-monitor-timeline"]);
@@ -216,7 +215,7 @@ export class HfsmApp extends PageElement {
     const {tab, document: shown} = page;
     if (!shown) return;
     const serves = !options.length && !record && !dryRun;
-    const may = await holdKeys(async () => (await import("./beside.js")).mayRun(tab, this.context, serves));
+    const may = await holdKeys(async () => (await import("./before-run.js")).mayRun(tab, this.context, serves));
     if (!may || monitor.starting === tab) return;
     page.dispatchEvent(new Event("run")); // what helps to type would cover what runs
     if (!dryRun && !isReadyFor(shown.fields)) {
@@ -232,7 +231,7 @@ export class HfsmApp extends PageElement {
     this.#starting = tab;
     const body = dryRun ? chosenBody() : "";
     const request = {tab, arguments: [...options, ...planned.argumentsFor(tab)], record, dryRun, body};
-    const {startBeside} = await import("./beside.js");
+    const {startBeside} = await import("./before-run.js");
     const answer = await monitor.start(tab, () => askBy("start", tab, () => startBeside(request)));
     if (answer === undefined && store.online) this.#showErrors();
     if (answer?.recording) (await import("../run/documents.js")).awaitRecording(tab, answer.recording);

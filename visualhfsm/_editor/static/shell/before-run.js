@@ -5,7 +5,7 @@
 
 import {confirm} from "../kit/dialog.js";
 import {isEnabled, perform} from "../kit/registry.js";
-import {started} from "../data/started.js";
+import {started} from "../data/component-status.js";
 import {RequestError, store} from "../data/store.js";
 import {t} from "../kit/texts.js";
 
