@@ -40,7 +40,7 @@ class Components:
     def require_rest(self) -> None:
         """Raise VisualHfsmError while components start or run: they would drive a robot that comes."""
         started = self._parts.started
-        present = {str(each["component"]) for each in self._workspace.present.components}
+        present = {str(each["component"]) for each in self._workspace.news.present.components}
         if names := (present - started.names(dry=True)) | started.names(dry=False):
             raise VisualHfsmError.because(
                 "stop {names} first: it would drive the real robot at once", names=", ".join(sorted(names))
@@ -52,7 +52,7 @@ class Components:
         They count only for a document that uses a robot.
         """
         ours = {each.started.component for each in self._workspace.tabs if each.started is not None}
-        names = [str(each["component"]) for each in self._workspace.present.components]
+        names = [str(each["component"]) for each in self._workspace.news.present.components]
         others = [name for name in names if name not in ours and name not in accepted]
         if not others or not tab.shown.document.interfaces:
             return
@@ -128,7 +128,7 @@ class Components:
         return result
 
     def _runs_elsewhere(self, name: str) -> bool:
-        present = self._workspace.present.components
+        present = self._workspace.news.present.components
         return any(each["component"] == name for each in present) and not any(
             tab.is_started and tab.component == name for tab in self._workspace.tabs
         )

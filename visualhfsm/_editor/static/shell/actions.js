@@ -198,7 +198,7 @@ addActions([
     keys: ["F6"],
     scope: "typing",
     enabled: hasDocument,
-    run: ({app}) => app.generate(),
+    run: ({app}) => app.runs.generate(),
   },
   {
     id: "run",
@@ -208,7 +208,7 @@ addActions([
     keys: ["F5"],
     scope: "typing",
     enabled: hasDocument,
-    run: ({app}) => app.run(),
+    run: ({app}) => app.runs.start(),
   },
   {
     id: "stop",
