@@ -24,7 +24,7 @@ from zenoh_ice import typed
 _CHECK_LIMIT: Final = 20.0
 """Limit of a check in seconds, and again without the model checker."""
 _SOON: Final = 0.1
-"""Seconds after which the search of the model checker is worth telling what is found already."""
+"""Seconds that the model checker has before what is found without it is passed on."""
 
 
 class CheckProcess:
