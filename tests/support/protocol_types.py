@@ -86,7 +86,6 @@ _NAMES: Final[Mapping[type, str]] = {
     Event: "DocumentEvent",
     NameExplanation: "NameExplanation",
     StepView: "Step",
-    protocol.Step: "UndoStep",
 }
 """Types whose names in the page differ, since names of all modules of Python meet there."""
 

@@ -491,7 +491,7 @@ class Resume(Steering):
     """Go on after a pause."""
 
 
-class Step(Steering):
+class StepOnce(Steering, tag="step"):
     """Run one cycle of one automaton, or of all with 0, while paused."""
 
     automaton: ElementId

@@ -575,6 +575,15 @@ export interface Fact {
   words: string;
 }
 
+/** A way to fail: so many trials, the numbers of some, and the timeline of one. */
+export interface FailureView {
+  reason: string;
+  states: string;
+  count: number;
+  numbers: number[];
+  timeline: TrialTimeline;
+}
+
 /** What is known of a component that is followed: its latest data, and when it went silent. */
 export interface Followed {
   facts?: RobotFacts;
@@ -1577,7 +1586,7 @@ export interface TrialsView {
   histograms: Histogram[];
   dependences: Dependence[];
   maps: PlaceMap[];
-  ways: Way[];
+  ways: FailureView[];
   worst: Trial[];
   fromStart: number;
   equal: boolean;
@@ -1604,15 +1613,6 @@ export interface Vector3 {
   x: number;
   y: number;
   z: number;
-}
-
-/** A way to fail: so many trials, the numbers of some, and the timeline of one. */
-export interface Way {
-  reason: string;
-  states: string;
-  count: number;
-  numbers: number[];
-  timeline: TrialTimeline;
 }
 
 /** The open documents, those that can be recovered, and the components of the realm. */
