@@ -244,6 +244,8 @@ class Tab:
     async def look_at_imports(self) -> bool:
         """Read the imported files, and return whether they have changed since this was done before."""
         former, document = self._imports, self.document
+        if former == Imports() and all(each.imported is None for each in document.automata):
+            return False
         self._imports = await self._threads.do(lambda: Imports.read(document.imports(), former))
         return self._imports is not former
 
