@@ -3,7 +3,7 @@
 import math
 
 from naoserver.bodies import DEFAULT_BODY, find_body
-from naoserver.kinematics import kinematics_of
+from naoserver.bodies.kinematics import kinematics_of
 
 LIGHTS = {0.25: 0.15, 0.7: 0.4, 1.2: 0.5}
 """Brightness of the lamp, and of the light from everywhere: a bulb, a hall, and one that overexposes pictures."""

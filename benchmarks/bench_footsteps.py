@@ -22,7 +22,7 @@ from rich.table import Table
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from naoserver.capabilities import STILL, WalkVelocity
+from naoserver.bodies.capabilities import STILL, WalkVelocity
 from naoserver.errors import InvalidCommand
 from tests.support.humanoids import BODIES, Humanoid, Noise
 from tests.support.walking import mean_velocity

@@ -21,8 +21,8 @@ from rich.table import Table
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from interfaces.nao import ActionStatus
-from naoserver._motions.routes import UPRIGHT, changes_stance, situation_of
 from naoserver.bodies import find_body
+from naoserver.moves.routes import UPRIGHT, changes_stance, situation_of
 from naoserver_sim.robot import SimulatedRobot
 from tests.support.motion_rig import MOTIONS, MotionRig
 from zenoh_ice import VirtualClock

@@ -29,14 +29,14 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from interfaces.jderobot import CameraPrx
 from interfaces.nao import HealthPrx, JointsPrx, PoseHeadPrx, Severity
-from naoserver.assembly import Assembly
 from naoserver.fake import FakeRobot
 from naoserver.hardware.connection import CallLink, call
-from naoserver.naoqi._libqi import connect
+from naoserver.naoqi._libqi_link import connect
 from naoserver.naoqi._link import RobotAddress
 from naoserver.options import ServerOptions
-from naoserver.qi import serve_as_naoqi
+from naoserver.serving.assembly import Assembly
 from tests.support.processes import ComponentProcess, free_endpoint, module
+from visualhfsm_naoqi_programs import serve_as_naoqi
 from zenoh_ice import Communicator, ObjectPrx, WallClock, initialize
 
 P = TypeVar("P", bound=ObjectPrx)

@@ -71,7 +71,7 @@ def main() -> None:
         processes.enter_context(robot).wait_for("^ready")
         for first in range(0, asked.nodes, asked.together):
             count = min(asked.together, asked.nodes - first)
-            with ComponentProcess(module("naoserver.ros2", "--connect", endpoint)) as gateway:
+            with ComponentProcess(module("visualhfsm_ros2.gateway", "--connect", endpoint)) as gateway:
                 gateway.wait_for("^ready")
                 group, pairs = measure(endpoint, count, types)
             delays += group

@@ -80,7 +80,7 @@ def main() -> None:
     with ComponentProcess(module("naoserver.fake", "--listen", endpoint)) as server:
         server.wait_for("^ready")
         for topics in ({}, more):
-            with ComponentProcess(module("naoserver.ros2", "--connect", endpoint)) as gateway:
+            with ComponentProcess(module("visualhfsm_ros2.gateway", "--connect", endpoint)) as gateway:
                 gateway.wait_for("^ready")
                 added, share = measure(endpoint, seconds, topics, psutil.Process(gateway.process.pid))
             tenth, *_, last = statistics.quantiles(added, n=10)

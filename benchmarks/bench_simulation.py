@@ -32,14 +32,15 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from interfaces.jderobot import CameraPrx
 from interfaces.nao import HealthPrx
 from naoserver.bodies import find_body
+from naoserver.bodies.capabilities import STILL, WalkVelocity
 from naoserver.bodies.nao import H25
 from naoserver.body import Body
-from naoserver.capabilities import STILL, WalkVelocity
-from naoserver_sim.learning import ENVIRONMENTS
-from naoserver_sim.model import build_model, standing
+from naoserver_sim.model import build_model
 from naoserver_sim.robot import SimulatedRobot
+from naoserver_sim.standing import standing
 from tests.support.present import present
 from tests.support.processes import ComponentProcess, free_endpoint, module
+from visualhfsm_learning import ENVIRONMENTS
 from zenoh_ice import VirtualClock, initialize
 
 CONSOLE = Console(width=100)
@@ -157,7 +158,7 @@ def stepping() -> dict[str, list[float]]:
 
 def learning(name: str) -> list[float]:
     """Return the pace of a Gymnasium environment whose robot does not move."""
-    environment = gymnasium.make(f"naoserver_sim.learning:{name}", disable_env_checker=True)
+    environment = gymnasium.make(f"visualhfsm_learning:{name}", disable_env_checker=True)
     environment.reset(seed=1)
     still = np.zeros(environment.action_space.shape or (), np.float32)
 

@@ -43,10 +43,8 @@ from tests.support.browser import NO_CHROMIUM, chromium, chromium_path
 from tests.support.dask_cluster import DaskCluster
 from tests.support.processes import module
 from visualhfsm._base.html_file import write_html
-from visualhfsm.grading import read_exercise
 from visualhfsm.simulation import simulate
 from visualhfsm.trials import Outcome, Plan, Spread, Success
-from visualhfsm.trials._cluster import Cluster
 from visualhfsm.trials._outcomes import Record, StateChange
 from visualhfsm.trials._page import trials_page, write_trials_page
 from visualhfsm.trials._plan import Disturbance
@@ -54,6 +52,8 @@ from visualhfsm.trials._series import LocalPool, Pool, Series
 from visualhfsm.trials._summary import summarize
 from visualhfsm.trials._trial import quiet, run_trial
 from visualhfsm.trials._view import view_of
+from visualhfsm_classes import read_exercise
+from visualhfsm_cluster._cluster import Cluster
 
 ROOT: Final = Path(__file__).resolve().parents[1]
 PARTS: Final = ("overhead", "rate", "short", "page", "grading")

@@ -26,10 +26,10 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 
 from interfaces.nao import SafetyPrx
-from naoserver.unitree._types import LowCmd, LowState
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.unitree import ELBOW, low_command, on_loopback
 from tests.support.waiting import until
+from visualhfsm_makers.unitree._types import LowCmd, LowState
 from zenoh_ice import initialize
 
 STARTS: Final = 60.0  # s

@@ -28,7 +28,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from hfsm_runtime.virtual.clock import TaskClock
 from hfsm_runtime.virtual.network import VirtualNetwork
 from interfaces.nao import ActionStatus, WalkPrx
-from naoserver.capabilities import STILL, WalkVelocity
+from naoserver.bodies.capabilities import STILL, WalkVelocity
 from naoserver.errors import InvalidCommand
 from naoserver_sim._walk.walker import LIMITS
 from naoserver_sim.robot import SimulatedRobot

@@ -48,7 +48,7 @@ def paid(environment: Environment, policy: Array, seed: int) -> float:
 
 def main(rounds: int) -> None:
     """Learn, and print the progress."""
-    environment = gymnasium.make("naoserver_sim.learning:Nao/Reach-v0", disable_env_checker=True)
+    environment = gymnasium.make("visualhfsm_learning:Nao/Reach-v0", disable_env_checker=True)
     rng = np.random.default_rng(1)
     policy = np.zeros(MOTORS * 6)
     examined = range(1000, 1006)

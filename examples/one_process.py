@@ -9,7 +9,7 @@ import math
 import sys
 import time
 
-from naoserver.capabilities import WalkVelocity
+from naoserver.bodies.capabilities import WalkVelocity
 
 try:
     from naoserver_sim.robot import SimulatedRobot

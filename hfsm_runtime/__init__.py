@@ -65,8 +65,10 @@ def main(component: type[Component]) -> NoReturn:
 
 
 def ros_message(name: str, texts: Mapping[str, str] | None = None) -> Callable[..., Any]:
-    """Return a function that makes messages of a ROS type: see `hfsm_runtime._ros`."""
-    from ._ros import ros_message as message  # only components that use ROS need its libraries
+    """Return a function that makes messages of a ROS type: see `visualhfsm_ros2._ends`."""
+    from visualhfsm_ros2._ends import (
+        ros_message as message,  # only components that use ROS need its libraries
+    )
 
     return message(name, texts)
 
@@ -75,6 +77,6 @@ def ros_tf() -> Any:  # noqa: ANN401
     """Return the part of the module `tf` of ROS 1 that old documents use."""
     from types import SimpleNamespace
 
-    from ._ros import Transformations
+    from visualhfsm_ros2._ends import Transformations
 
     return SimpleNamespace(transformations=Transformations)

@@ -1,7 +1,7 @@
 """Proxies of JdeRobot's interfaces with the further methods that its library for clients had.
 
 Documents of 2016 to 2018 call them. A component imports a proxy from here if its code does: the interfaces
-themselves have no such operations. `codegen.hfsm._old_names` lists the methods.
+themselves have no such operations. `visualhfsm_old_documents._old_names` lists the methods.
 """
 
 from __future__ import annotations

@@ -11,7 +11,7 @@ from functools import partial
 from typing import Any, Final
 
 from zenoh_ice import ObjectPrx, ZenohIceError
-from zenoh_ice.proxy import Call
+from zenoh_ice.objects.proxy import Call
 
 from .component import Component, proxies_of, ros_of
 
@@ -34,7 +34,7 @@ def stop_robot(component: Component) -> None:
     """
     calls = _begin_stops(component, proxies_of(component))
     if ros_of(component):
-        from ._ros import stop_ends  # only components that use ROS need its libraries
+        from visualhfsm_ros2._ends import stop_ends  # only components that use ROS need its libraries
 
         stop_ends(component, ros_of(component))
     done, late = wait(calls, _STOP_LIMIT)
@@ -53,7 +53,7 @@ def stop_named(component: Component, code: Callable[..., object]) -> None:
     for call, name in _begin_stops(component, names).items():
         call.add_done_callback(partial(_report_stop, name))
     if not names.isdisjoint(ros_of(component)):
-        from ._ros import stop_ends
+        from visualhfsm_ros2._ends import stop_ends
 
         stop_ends(component, names)
 

@@ -354,7 +354,7 @@ def _ros_node(component: type[Component], settings: Settings, options: Mapping[s
 
 def _with_endpoints(connect: Callable[[Component], None], node: Node) -> Callable[[Component], None]:
     """Return a function that connects a component's proxies, and its ends of ROS."""
-    from ._ros import Endpoints, make_end
+    from visualhfsm_ros2._ends import Endpoints, make_end
 
     endpoints = Endpoints(partial(make_end, node), node.types)
 
@@ -369,7 +369,7 @@ def _shown(monitor: Monitor, node: Node | None) -> AbstractContextManager[object
     """Return a context manager that shows a component in the graph of ROS, if it has a node there."""
     if node is None:
         return nullcontext()
-    from .debugger._ros import RosMonitor
+    from visualhfsm_ros2._parameters import RosMonitor
 
     return RosMonitor(monitor, node)
 

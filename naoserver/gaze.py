@@ -11,10 +11,10 @@ from typing import Final
 
 import numpy as np
 
-from naoserver.body import Body
+from naoserver.bodies.body import Body
+from naoserver.bodies.kinematics import Matrix, kinematics_of, matrix_of
+from naoserver.bodies.parts import Axis, CameraFacts, HingeAxis
 from naoserver.errors import RobotError
-from naoserver.kinematics import Matrix, kinematics_of, matrix_of
-from naoserver.parts import Axis, CameraFacts, HingeAxis
 
 _ROUNDS: Final = 6
 """A camera moves as the neck tilts, most if the neck is a waist: each round halves the error at least."""

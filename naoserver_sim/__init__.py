@@ -5,7 +5,7 @@ Module            Contents
 `body`            the body made from its facts: links, joints, motors, contact shapes, cameras, sensors
 `own_body`        a user's MJCF or URDF as a body, whose file `model_file` reads
 `self_collision`  the command that finds the tables which keep a body from hitting itself
-`appearance`      its visible shapes, read from `naoserver.looks`; the lamps
+`appearance`      its visible shapes, read from `naoserver.bodies.looks`; the lamps
 `world`, `worlds` the surroundings of the robot, read from files
 `surroundings`    the surroundings in the model
 `model`           the compiled whole, and the robot put on its feet

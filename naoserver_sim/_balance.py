@@ -16,15 +16,15 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from naoserver.bodies.capabilities import Support
+from naoserver.bodies.kinematics import rotation
+from naoserver.bodies.parts import Axis
 from naoserver.body import Body
-from naoserver.capabilities import Support
-from naoserver.kinematics import rotation
-from naoserver.parts import Axis
+from naoserver_sim._locomotion import FIRM, TILT
 from naoserver_sim._senses.record import SensorRecord
 from naoserver_sim._simulator import Simulator
 from naoserver_sim._support_polygon import Array, convex_hull, nearest_within
 from naoserver_sim._walk.walker import WEIGHT
-from naoserver_sim._way import FIRM, TILT
 from naoserver_sim.model import Model
 
 _LEFT, _RIGHT = 0, 1
@@ -97,7 +97,7 @@ def _correcting(body: Body, side: str) -> tuple[str, str, str]:
 class SimulatedBalancer:
     """Correct the legs' motors at each control tick, beside the setpoints, which stay as they are commanded.
 
-    Implements `naoserver.capabilities.Balancer`, whose methods may be called from any thread; `tick` and
+    Implements `capabilities.Balancer`, whose methods may be called from any thread; `tick` and
     `abandon` are for the thread of the physics only. It uses what a robot can measure: angles, inertial unit
     and the loads of the feet. While it walks, lies, falls, sits, is
     limp or carried, the corrections go back to 0.

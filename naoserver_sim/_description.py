@@ -12,9 +12,9 @@ from typing import Annotated, Final
 import typer
 
 from naoserver.bodies import DEFAULT_BODY
+from naoserver.bodies.looks.description import write_looks
 from naoserver.body import write_body
 from naoserver.errors import RobotError
-from naoserver.looks.description import write_looks
 from naoserver_sim.own_body import named_body, read_own_body
 from zenoh_ice.application.cli import run
 

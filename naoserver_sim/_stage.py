@@ -12,10 +12,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.capabilities import Pose, Truth, Vector, WorldShape
+from naoserver.bodies.capabilities import Pose, Truth, Vector, WorldShape
+from naoserver.bodies.looks.description import rounded
+from naoserver.bodies.parts import NO_TURN
 from naoserver.errors import InvalidCommand
-from naoserver.looks.description import rounded
-from naoserver.parts import NO_TURN
 from naoserver.soccer_field.model import Field
 from naoserver_sim._motors import Array
 from naoserver_sim._simulator import Simulator, Snapshot
@@ -45,7 +45,7 @@ class _Push:
 class SimulatedStage:
     """Report the places of everything, move objects, push the robot.
 
-    Implements `naoserver.capabilities.Stage`. Its methods may be called from any thread; their changes take
+    Implements `capabilities.Stage`. Its methods may be called from any thread; their changes take
     effect at the next control tick, in the thread of the physics. `press` presses touch sensors; `moved` is
     called by that thread when the robot was placed, which ends its actions.
     """

@@ -15,8 +15,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from naoserver.bodies.parts import CameraFacts
 from naoserver.errors import RobotError
-from naoserver.parts import CameraFacts
 from naoserver.soccer_field.model import POST_RADIUS, Field
 from naoserver_sim._body import add_camera, add_motor
 from naoserver_sim.world import BALL_RADIUS, Box, CarriedBall, Light, Sign, World

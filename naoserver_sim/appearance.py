@@ -11,9 +11,9 @@ from typing import Any, Final
 import mujoco
 import numpy as np
 
-from naoserver.capabilities import Color
-from naoserver.looks import OFF, Looks, Mesh, SeenShape, look_of
-from naoserver.parts import NO_TURN
+from naoserver.bodies.capabilities import Color
+from naoserver.bodies.looks import OFF, Looks, Mesh, SeenShape, look_of
+from naoserver.bodies.parts import NO_TURN
 
 VISUAL_GROUP: Final = 1
 """The group of the geoms that the cameras see of the robot."""

@@ -20,8 +20,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from naoserver.bodies.parts import CameraFacts
 from naoserver.errors import HardwareFailure
-from naoserver.parts import CameraFacts
 from naoserver.robot import Frame
 from naoserver_sim._image_sensor import ImageSensor
 from naoserver_sim._simulator import Snapshot

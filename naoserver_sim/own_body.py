@@ -35,17 +35,17 @@ import msgspec
 import numpy as np
 
 from naoserver.bodies import find_body, is_body_file
+from naoserver.bodies.looks.description import write_looks
 from naoserver.body import LARGEST_DESCRIPTION, Body, read_body, write_body
 from naoserver.errors import RobotError
-from naoserver.looks.description import write_looks
 from naoserver_sim._own.guesses import Guesser, Guesses, guess_overlaps
 from naoserver_sim._own.looks import looks_in
 from naoserver_sim._own.model_file import ModelFile, read_model
 from naoserver_sim._own.parts import OwnFile, fit_name, parts_of
 from naoserver_sim._own.toml_text import toml_text, torques_to_paste
 from naoserver_sim._own.xacro import NO_XACRO
-from zenoh_ice.text import printable
-from zenoh_ice.toml_file import convert, parse_toml, place, read_text
+from zenoh_ice.data.text import printable
+from zenoh_ice.data.toml_file import convert, parse_toml, place, read_text
 
 _THICKNESS: Final = 0.01
 """Half thickness in m of the box on which a foot stands."""
@@ -210,7 +210,7 @@ class _Description:
 
 
 def _guessed(path: Path, name: str, arguments: Mapping[str, str]) -> tuple[Guesses, _Description]:
-    """Return the TOML file for which a model alone is taken, called `name` in it, and what that describes."""
+    """Return the TOML file that a model alone stands for, called `name` in it, and what it describes."""
     parts_in = partial(parts_of, own=OwnFile(model=name), mounted=False)
     model = read_model(path, path.parent, arguments=arguments, check=parts_in)
     found = Guesses({"model": name, "name": _name(path), "xacro": dict(arguments)})

@@ -25,9 +25,9 @@ import numpy as np
 import typer
 
 from naoserver.bodies import BODY_NAMES
+from naoserver.bodies.parts import Joint, RangeTable
 from naoserver.body import Body
 from naoserver.errors import RobotError
-from naoserver.parts import Joint, RangeTable
 from naoserver_sim._body import add_body, possible
 from naoserver_sim.own_body import named_body
 from zenoh_ice.application.cli import run

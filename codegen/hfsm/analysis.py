@@ -16,10 +16,11 @@ from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Final, Literal, NamedTuple
 
+from visualhfsm_old_documents._old_names import OldNames, find_old_names
+
 from ..diagnostics import Location
 from ..messages import Message
 from ._extension import Extension, find_extension
-from ._old_names import OldNames, find_old_names
 from .code._scopes import INSPECTING, free_names, local_names
 from .code.language import first_foreign
 from .code.names import COMPONENT_ALIASES

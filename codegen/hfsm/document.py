@@ -294,8 +294,8 @@ class RosInterface(Node):
 
     `name` is the attribute of `self`, `kind` is `publish`, `subscribe`, `service` or `action`, `target` the
     ROS name (`/cmd_vel`) and `type` the ROS type (`geometry_msgs/msg/Twist`). `qos` has the words that
-    `codegen.hfsm.ros` explains. With `stop` `true` a default message is published when the component stops;
-    blank means `true` for velocities.
+    docs/how-to/ros2-behaviors.md explains. With `stop` `true` a default message is published when the
+    component stops; blank means `true` for velocities.
     """
 
     name: str

@@ -13,6 +13,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from visualhfsm_old_documents._old_names import LOCK
+from visualhfsm_ros2._types import TF, parse_qos, stops
+
 from ..diagnostics import Diagnostics, Location
 from ..logic import PROOFS
 from ..messages import Message
@@ -21,7 +24,6 @@ from ..python_layout import GENERATED_BY, INDENT
 from ._automaton_writer import AutomatonWriter, CodeLines, Line, Method
 from ._checks.component import ON_ERROR, ON_REFUSED
 from ._map_writer import MarkedLines
-from ._old_names import LOCK
 from .analysis import Analysis, AutomatonCode
 from .code._values import parse_value
 from .code.names import (
@@ -38,7 +40,6 @@ from .code.names import (
 from .code.text import FUTURE, CodeError, CodeText, bound_names, compile_source, definitions, own_nodes
 from .codes import Code
 from .known_interfaces import KnownInterface, KnownInterfaces
-from .ros import TF, parse_qos, stops
 from .source_map import SourceMap, row_lines, written
 
 _METHOD: Final = "automaton"

@@ -17,11 +17,12 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
+from visualhfsm_ros2._types import RosTypes
+
 from ..diagnostics import Location
 from ..files import is_regular, read_regular
 from ..messages import Message, MessageError
 from ..reasons import reason
-from .ros import RosTypes
 
 _PACKAGE: Final = "interfaces"
 _OURS: Final = Path(__file__).resolve().parents[2]

@@ -12,8 +12,8 @@ import msgspec
 
 from hfsm_runtime.recording_file.messages import Action, Change, Cycle, Gap, Message, Overlap, Reading, Result
 from hfsm_runtime.recording_file.writer import Entry
-from zenoh_ice import typed
-from zenoh_ice.clock import VirtualClock
+from zenoh_ice.data import typed
+from zenoh_ice.threads.clock import VirtualClock
 
 from .._actor import make_event
 from .._automaton import Automaton, Transition
@@ -167,7 +167,9 @@ class Replay(Observer):
                     setattr(component, name, value)
         self._transport.connect(component)
         if ros_of(component):
-            from .._recording.ros import replayed_ros  # only components that use ROS need its libraries
+            from visualhfsm_ros2._recording import (
+                replayed_ros,  # only components that use ROS need its libraries
+            )
 
             replayed_ros(component, self.answers.ask, self._differs)
         self._stack.enter_context(InterceptedTime(self.answers.ask).shown_to(type(component)))

@@ -20,7 +20,7 @@ from .paced import PacedExecution
 from .world import VirtualWorld
 
 if TYPE_CHECKING:
-    from ._ros import FakeRos as FakeRos
+    from visualhfsm_ros2._virtual import FakeRos as FakeRos
 
 __all__ = [
     "BehaviorFailed", "Call", "Change", "Condition", "Execution", "ExecutionError", "FakeRos", "Fired",

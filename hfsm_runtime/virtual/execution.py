@@ -29,7 +29,7 @@ from .errors import BehaviorFailed, UnknownName, says_it_all
 from .world import VirtualWorld
 
 if TYPE_CHECKING:
-    from ._ros import FakeRos
+    from visualhfsm_ros2._virtual import FakeRos
 
 __tracebackhide__ = says_it_all
 

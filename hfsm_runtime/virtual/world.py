@@ -17,8 +17,8 @@ from .errors import UnknownName, says_it_all
 from .network import VirtualNetwork
 
 if TYPE_CHECKING:
-    from .._ros import Endpoints
-    from ._ros import FakeRos
+    from visualhfsm_ros2._ends import Endpoints
+    from visualhfsm_ros2._virtual import FakeRos
 
 __tracebackhide__ = says_it_all
 
@@ -110,8 +110,8 @@ class VirtualWorld:
         self.communicator.destroy()
 
     def _connect_ros(self, component: Component) -> None:
-        from .._ros import Endpoints  # only components that use ROS need its libraries
-        from ._ros import FakeRos
+        from visualhfsm_ros2._ends import Endpoints  # only components that use ROS need its libraries
+        from visualhfsm_ros2._virtual import FakeRos
 
         stand_ins = self._stand_ins is not None
         if self._endpoints is None:

@@ -1,4 +1,4 @@
-"""The conformance suite: tests that say whether a robot keeps the contract of `naoserver.robot`.
+"""The conformance suite: tests that say whether a robot keeps the contract of `naoserver.protocol.robot`.
 
     pytest --pyargs naoserver.conformance --robot my_module:make
 

@@ -16,7 +16,7 @@ import pytest
 from interfaces.nao import SafetyPrx
 from naoserver.conformance._robot import LIMIT, ROOM, STEP, RobotClient, served
 from naoserver.errors import RobotError
-from naoserver.robot import Robot
+from naoserver.protocol.robot import Robot
 
 MakeRobot = Callable[[], AbstractContextManager[Robot]]
 _MAKE: Final = pytest.StashKey[MakeRobot]()

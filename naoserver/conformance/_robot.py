@@ -15,13 +15,13 @@ from uuid import uuid4
 
 import pytest
 
-from naoserver.assembly import Assembly
-from naoserver.body import Body
+from naoserver.bodies.body import Body
+from naoserver.bodies.parts import Joint
 from naoserver.errors import InvalidCommand
 from naoserver.options import ServerOptions
-from naoserver.parts import Joint
-from naoserver.robot import JointReading, Robot
-from naoserver.server import serve
+from naoserver.protocol.robot import JointReading, Robot
+from naoserver.serving.assembly import Assembly
+from naoserver.serving.server import serve
 from zenoh_ice import Communicator, ObjectPrx, initialize
 
 LIMIT: Final = 20.0
@@ -75,12 +75,12 @@ class ServedRobot:
         """
         seen = [self.robot.read()]
 
-        def look() -> object:
+        def sample() -> object:
             if (reading := self.robot.read()) is not seen[-1]:
                 seen.append(reading)
             return done(seen[-1])
 
-        self.until(look, promise)
+        self.until(sample, promise)
         return seen
 
     def watched(self, seconds: float) -> list[JointReading]:

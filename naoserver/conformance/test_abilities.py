@@ -7,7 +7,7 @@ from typing import cast
 import numpy as np
 import pytest
 
-from naoserver.capabilities import Lights, Loudspeaker, Senses, Voice
+from naoserver.bodies.capabilities import Lights, Loudspeaker, Senses, Voice
 from naoserver.conformance._robot import (
     BATTERY,
     CAMERA,
@@ -23,7 +23,7 @@ from naoserver.conformance._robot import (
     needs,
 )
 from naoserver.errors import CommandRefused, HardwareFailure
-from naoserver.expression import single_tone
+from naoserver.protocol.expression import single_tone
 
 GRAVITY = 9.81  # m/s2
 

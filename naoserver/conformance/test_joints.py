@@ -8,6 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from interfaces.nao import HealthPrx, JointsPrx
+from naoserver.bodies.parts import Joint
 from naoserver.conformance._robot import (
     JOINT,
     RobotClient,
@@ -18,8 +19,7 @@ from naoserver.conformance._robot import (
     target_of,
     tolerance_of,
 )
-from naoserver.parts import Joint
-from naoserver.robot import JointReading
+from naoserver.protocol.robot import JointReading
 
 TOLERANCE = 0.05
 """Radians by which a joint may be away from its setpoint: one that carries a load, or has some play."""

@@ -5,7 +5,7 @@ import pytest
 from naoserver.conformance._plugin import MakeRobot
 from naoserver.conformance._robot import CAMERA, needs
 from naoserver.errors import HardwareFailure
-from naoserver.robot import Robot
+from naoserver.protocol.robot import Robot
 
 
 def test_close_may_be_called_again_and_ends_all_motion(closed: Robot) -> None:

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import pytest
 
 from interfaces.nao import JointsPrx
-from naoserver.capabilities import JointCommand
+from naoserver.bodies.capabilities import JointCommand
+from naoserver.bodies.parts import Joint
 from naoserver.conformance._robot import (
     COUPLING,
     GAINS,
@@ -20,8 +21,7 @@ from naoserver.conformance._robot import (
     target_of,
     tolerance_of,
 )
-from naoserver.parts import Joint
-from naoserver.robot import LIMP, JointReading
+from naoserver.protocol.robot import LIMP, JointReading
 
 WHILE = 0.3
 """Robot seconds after which a command has certainly taken effect."""

@@ -7,7 +7,7 @@ import pytest
 
 from interfaces.jderobot import MotorsPrx
 from interfaces.nao import HealthPrx, SafetyPrx
-from naoserver.capabilities import STILL, Odometry, Walker, WalkVelocity
+from naoserver.bodies.capabilities import STILL, Odometry, Walker, WalkVelocity
 from naoserver.conformance._robot import ROOM, WALK, RobotClient, needs
 
 pytestmark = needs(WALK, ROOM)

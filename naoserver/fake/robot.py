@@ -16,16 +16,15 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver import capabilities
-from naoserver.bodies import DEFAULT_BODY, find_body
-from naoserver.body import Body
+from naoserver.bodies import DEFAULT_BODY, capabilities, find_body
+from naoserver.bodies.body import Body
+from naoserver.bodies.kinematics import Matrix, kinematics_of, matrix_of
+from naoserver.bodies.looks.description import write_looks
+from naoserver.bodies.parts import Camera, CameraFacts, Coupling, JointFacts, Wheels
 from naoserver.errors import HardwareFailure
-from naoserver.expression import FadingLights, Ramp, TimedSounds, TimedVoice
-from naoserver.jobs import ControlLoop
-from naoserver.kinematics import Matrix, kinematics_of, matrix_of
-from naoserver.looks.description import write_looks
-from naoserver.parts import Camera, CameraFacts, Coupling, JointFacts, Wheels
-from naoserver.robot import BodyState, Frame, JointReading
+from naoserver.protocol.expression import FadingLights, Ramp, TimedSounds, TimedVoice
+from naoserver.protocol.jobs import ControlLoop
+from naoserver.protocol.robot import BodyState, Frame, JointReading
 from zenoh_ice import Clock, WallClock
 
 RADIUS: Final = 0.05
@@ -47,7 +46,7 @@ class Ball:
 def project(place: Matrix, ball: Ball) -> Point:
     """Return the centre of a ball in the frame of a camera in m: ahead, to the left, up.
 
-    `place` is that of the camera in the robot's frame, as `naoserver.kinematics` returns it.
+    `place` is that of the camera in the robot's frame, as `naoserver.bodies.kinematics` returns it.
     """
     x, y = ball.distance * math.cos(ball.pan), ball.distance * math.sin(ball.pan)
     ahead, left, up = (((x, y, ball.height) - place[:3, 3]) @ place[:3, :3]).tolist()

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from typing import Any, Final, Generic, Protocol, TypeAlias, TypeVar
 
 from interfaces.nao import Severity
-from naoserver._event_log import EventLog
 from naoserver.errors import HardwareFailure, RobotError
+from naoserver.safety._event_log import EventLog
 from zenoh_ice import Clock
 
 

@@ -9,9 +9,9 @@ from enum import StrEnum
 from typing import Generic
 
 from interfaces.nao import Severity
-from naoserver.assembly import Assembly
 from naoserver.errors import HardwareFailure
 from naoserver.hardware.connection import Connection, L, LinkLost, Reporter
+from naoserver.serving.assembly import Assembly
 
 
 class Start(StrEnum):

@@ -7,10 +7,10 @@ from functools import partial
 from typing import Any, Final
 
 from naoserver.hardware.lifecycle import Lifecycle
-from naoserver.latch import latch_of
 from naoserver.options import ServerOptions
-from naoserver.robot import Robot
-from naoserver.server import problem_of, serve
+from naoserver.protocol.robot import Robot
+from naoserver.safety.latch import latch_of
+from naoserver.serving.server import problem_of, serve
 from zenoh_ice import initialize
 from zenoh_ice.application.cli import report_ready, stop_on_signals
 from zenoh_ice.settings import DEFAULT_ENDPOINT, Settings

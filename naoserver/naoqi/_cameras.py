@@ -15,12 +15,12 @@ from typing import Any, Final
 import numpy as np
 from msgspec import structs
 
-from naoserver._naoqi_names import IMAGE_SIZES
+from naoserver.bodies.parts import CameraFacts
 from naoserver.errors import HardwareFailure
 from naoserver.hardware.connection import CallConnection, CallFailed, CallLink, call
 from naoserver.naoqi._link import NAME, is_nao6
-from naoserver.parts import CameraFacts
-from naoserver.robot import Frame
+from naoserver.naoqi.names import IMAGE_SIZES
+from naoserver.protocol.robot import Frame
 
 _logger = logging.getLogger(__name__)
 

@@ -28,7 +28,7 @@ def stops_of(link: CallLink) -> list[Callable[[], object]]:
 
 def main() -> None:
     """Be the process of a switch."""
-    from naoserver.naoqi._libqi import connect
+    from naoserver.naoqi._libqi_link import connect
 
     attend(RobotAddress, connect, stops_of)
 

@@ -10,13 +10,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Generic, TypeVar
 
-from naoserver._naoqi_names import LIGHT_GROUPS
-from naoserver.capabilities import Color, Playback, Sound, Tone, Utterance
+from naoserver.bodies.capabilities import Color, Playback, Sound, Tone, Utterance
+from naoserver.bodies.parts import Lamp
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
-from naoserver.expression import MOST_WAITING, FadingLights
 from naoserver.hardware.background import BackgroundCalls
 from naoserver.hardware.connection import CallConnection, CallLink, Reply, Reporter
-from naoserver.parts import Lamp
+from naoserver.naoqi.names import LIGHT_GROUPS
+from naoserver.protocol.expression import MOST_WAITING, FadingLights
 
 
 class NaoqiLights(FadingLights):

@@ -9,8 +9,7 @@ from dataclasses import astuple, dataclass, replace
 from typing import Any, Final
 
 from interfaces.nao import Severity
-from naoserver._naoqi_names import gait_limits
-from naoserver.capabilities import STILL, Odometry, PostureProgress, WalkVelocity
+from naoserver.bodies.capabilities import STILL, Odometry, PostureProgress, WalkVelocity
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
 from naoserver.hardware.background import BackgroundCalls, CoalescingQueue, Poll
 from naoserver.hardware.connection import (
@@ -23,7 +22,8 @@ from naoserver.hardware.connection import (
     call,
 )
 from naoserver.naoqi._state import NaoqiState
-from naoserver.robot import LIMP
+from naoserver.naoqi.names import gait_limits
+from naoserver.protocol.robot import LIMP
 from zenoh_ice import Clock
 
 _SLOWEST_FRACTION: Final = 0.002
@@ -331,7 +331,7 @@ class NaoqiPostures:
         self._reporter = reporter
         self._progress = PostureProgress()
         self.question: Final = Poll(
-            reporter, now, lambda: _POSTURE_PERIOD, self._take, "ALRobotPosture.getPosture"
+            reporter, now, lambda: _POSTURE_PERIOD, self._receive, "ALRobotPosture.getPosture"
         )
 
     def open(self, link: CallLink) -> None:
@@ -400,6 +400,6 @@ class NaoqiPostures:
                 self._going = None
                 self._progress = replace(self._progress, moving=False, message=_LOST)
 
-    def _take(self, answer: Any, _asked: float) -> None:  # noqa: ANN401
+    def _receive(self, answer: Any, _asked: float) -> None:  # noqa: ANN401
         name = str(answer)
         self._current = name if name != "Unknown" and name in self.names else ""

@@ -14,9 +14,8 @@ from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Any, Final, NamedTuple, TypeAlias
 
-from naoserver._naoqi_names import AXES, DEVICES, GRAVITY, JOINT_KEYS, touch_key
-from naoserver.body import Body
-from naoserver.capabilities import (
+from naoserver.bodies.body import Body
+from naoserver.bodies.capabilities import (
     BatteryReading,
     FootReading,
     InertialReading,
@@ -24,11 +23,12 @@ from naoserver.capabilities import (
     SonarReading,
     Vector,
 )
+from naoserver.bodies.parts import CORNERS, LYING_TILT, JointFacts
 from naoserver.errors import HardwareFailure
 from naoserver.hardware.connection import CallFailed, CallLink, HardwareLimits, call
 from naoserver.naoqi._link import NAME, is_nao6
-from naoserver.parts import CORNERS, LYING_TILT, JointFacts
-from naoserver.robot import BodyState, JointReading
+from naoserver.naoqi.names import AXES, DEVICES, GRAVITY, JOINT_KEYS, touch_key
+from naoserver.protocol.robot import BodyState, JointReading
 from zenoh_ice import Clock
 
 FARTHEST_ECHO: Final = 2.55

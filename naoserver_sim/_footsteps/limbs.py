@@ -12,10 +12,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from naoserver.bodies.footsteps import Footsteps
+from naoserver.bodies.parts import Axis
 from naoserver.body import Body
 from naoserver.errors import RobotError
-from naoserver.footsteps import Footsteps
-from naoserver.parts import Axis
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]

@@ -14,7 +14,7 @@ from typing import Final
 import mujoco
 import numpy as np
 
-from naoserver.footsteps import Footsteps
+from naoserver.bodies.footsteps import Footsteps
 from naoserver_sim._footsteps.estimator import FEET, Estimator
 from naoserver_sim._footsteps.limbs import LEFT, RIGHT, Array, Limbs, inclination, quaternion
 from naoserver_sim._footsteps.posture import Posture, Target
@@ -84,7 +84,7 @@ class PlannedMotion:
         estimator, limbs, posture = self._estimator, self._limbs, self._posture
         posture.put(estimator.origin, estimator.data.qpos)
         posture.data.qpos[limbs.qpos] = angles
-        posture.look()
+        posture.update()
         center = posture.data.subtree_com[limbs.base]
         self._center = complex(center[0], center[1])
         self._velocity = estimator.velocity

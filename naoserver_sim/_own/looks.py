@@ -10,10 +10,10 @@ from typing import Final, NamedTuple
 import mujoco
 import numpy as np
 
+from naoserver.bodies.looks import Looks, Material, Mesh, SeenShape, Shapes, Skin
+from naoserver.bodies.looks.description import GREY, plain_looks, seen
+from naoserver.bodies.parts import MOST_PARTS, SHAPE_SIZES, Shape
 from naoserver.body import Body
-from naoserver.looks import Looks, Material, Mesh, SeenShape, Shapes, Skin
-from naoserver.looks.description import GREY, plain_looks, seen
-from naoserver.parts import MOST_PARTS, SHAPE_SIZES, Shape
 from naoserver_sim._body import KINDS
 from naoserver_sim._own.figure import Array
 from naoserver_sim.appearance import NO_COLOR, color_of

@@ -9,8 +9,8 @@ from typing import Final
 import mujoco
 import numpy as np
 
+from naoserver.bodies.parts import MOST_PARTS
 from naoserver.errors import RobotError
-from naoserver.parts import MOST_PARTS
 from naoserver_sim._own.figure import HOME
 from naoserver_sim._own.meshes import Files, MeshError
 from naoserver_sim._own.tree import DEEPEST, MOST_ELEMENTS, Element, number, numbers, read_tree

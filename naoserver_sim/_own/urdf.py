@@ -11,8 +11,8 @@ from typing import Final, Literal, NamedTuple
 import mujoco
 import numpy as np
 
+from naoserver.bodies.parts import MOST_PARTS
 from naoserver.errors import RobotError
-from naoserver.parts import MOST_PARTS
 from naoserver_sim._own.figure import matrix_of
 from naoserver_sim._own.meshes import Files
 from naoserver_sim._own.tree import Element, number, numbers
@@ -53,7 +53,7 @@ _ONCE: Final = {
     "material": ("color",),
     "joint": ("origin", "parent", "child", "axis", "limit", "dynamics", "mimic"),
 }
-"""What an element has once: urdfdom takes the first, MuJoCo refuses a second."""
+"""The elements that an element has once: urdfdom takes the first, MuJoCo refuses a second."""
 _OLD: Final = ("", "1", "1.0")
 """The versions of URDF in which urdfdom ignores `quat_xyzw`."""
 _NOT_KEPT: Final = ("acceleration", "deceleration", "jerk")

@@ -17,11 +17,11 @@ from typing import Final
 import mujoco
 import numpy as np
 
+from naoserver.bodies.capabilities import BatteryReading, InertialReading, SenseReading, SonarReading
+from naoserver.bodies.kinematics import matrix_of
+from naoserver.bodies.parts import Battery, FallRules, Sonar
 from naoserver.body import Body
-from naoserver.capabilities import BatteryReading, InertialReading, SenseReading, SonarReading
 from naoserver.errors import InvalidCommand
-from naoserver.kinematics import matrix_of
-from naoserver.parts import Battery, FallRules, Sonar
 from naoserver_sim._motors import AMBIENT, Array
 from naoserver_sim._senses.record import Sample, SenseNoise, SensorRecord
 from naoserver_sim._simulator import Simulator
@@ -186,11 +186,11 @@ class FallManager:
         self._stood = 0.0
         self._off_feet = 0.0
         self.watching = False
-        """Whether a fall would be noticed."""
+        """True while a fall would be noticed."""
         self.falls = 0
         """Falls noticed so far."""
 
-    def look(self, time: float, seconds: float, tilt: float, load: float) -> None:
+    def check(self, time: float, seconds: float, tilt: float, load: float) -> None:
         """Check the torso's tilt in rad and the load on the soles in N, `seconds` after the last check."""
         rate, self._tilt = (tilt - self._tilt) / seconds, tilt
         on_feet = load >= self._rules.standing_load
@@ -249,7 +249,7 @@ _FALLS_EVERY: Final = 2
 class SimulatedSenses:
     """Simulate the senses of a body, of those that it has.
 
-    Implements `naoserver.capabilities.Senses`. `noise` has the imperfections of the senses, with numbers
+    Implements `capabilities.Senses`. `noise` has the imperfections of the senses, with numbers
     from `random`: the same seed gives the same numbers at the same ticks.
     """
 
@@ -307,14 +307,14 @@ class SimulatedSenses:
         """Press a touch sensor for some seconds from now on. Raises InvalidCommand when there is no such."""
         self._touch.press(sensor, self._simulator.newest().time, seconds)
 
-    def look(self, time: float) -> None:
+    def sample(self, time: float) -> None:
         """Record the measurements at the end of a control tick; for the thread of the physics only."""
-        self.record.look(time)
+        self.record.sample(time)
         self._ticks += 1
         period = self._simulator.tick_period
         if self.falls is not None and self._ticks % _FALLS_EVERY == 0:
             tilt = self.record.newest.inertial.tilt
-            self.falls.look(time, period * _FALLS_EVERY, tilt, self.record.weight())
+            self.falls.check(time, period * _FALLS_EVERY, tilt, self.record.weight())
         if self._ticks % self._sonar_every == 0:
             data = self._data
             if self._battery is not None:

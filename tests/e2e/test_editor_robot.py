@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, expect
 
-from naoserver.latch import Latch, latch_of
+from naoserver.safety.latch import Latch, latch_of
 from tests.support.browser import EditorPage, editor_page
 from tests.support.editor import DOCUMENT, editor
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT

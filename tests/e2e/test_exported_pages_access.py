@@ -14,7 +14,7 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import read_document
 from codegen.hfsm.document import Annotation, Text
 from codegen.messages import Message
-from tests.support.browser import AXE, new_context
+from tests.support.browser import load_axe, new_context
 from tests.support.component import dance_and_follow
 from tests.support.places import ROOT
 from tests.support.targets import small_targets
@@ -22,15 +22,15 @@ from tests.support.watching import recorded
 from visualhfsm._document.serialization import parse
 from visualhfsm._drawing.page import drawing_page
 from visualhfsm._monitor.run_page import Run, write_run_page
-from visualhfsm.grading._exercise import read_exercise
-from visualhfsm.grading._marks import Earned, Marks
-from visualhfsm.grading._page import write_index, write_page
-from visualhfsm.grading._submissions import Submission
 from visualhfsm.trials import Outcome, Plan, Spread
 from visualhfsm.trials._outcomes import Header, Record, StateChange
 from visualhfsm.trials._page import trials_page
 from visualhfsm.trials._summary import summarize
 from visualhfsm.trials._view import view_of
+from visualhfsm_classes._exercise import read_exercise
+from visualhfsm_classes._marks import Earned, Marks
+from visualhfsm_classes._page import write_index, write_page
+from visualhfsm_classes._submissions import Submission
 
 FOUND = """async () => {
   const rules = {"label-content-name-mismatch": {enabled: true}};
@@ -53,7 +53,7 @@ def check(page: Page, path: Path) -> None:
         page.emulate_media(color_scheme=theme)
         page.goto(path.as_uri())
         page.get_by_role("heading", level=1).wait_for()
-        page.evaluate(AXE.read_text("utf-8"))
+        load_axe(page)
         assert page.evaluate(FOUND) == [], theme
         assert small_targets(page) == []
 

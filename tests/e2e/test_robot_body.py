@@ -16,8 +16,8 @@ from playwright.sync_api import Browser, Page
 
 from naoserver.bodies import BODY_NAMES, find_body
 from naoserver.bodies.nao import H25
+from naoserver.bodies.parts import Joint, Link
 from naoserver.body import Body
-from naoserver.parts import Joint, Link
 from tests.support.browser import editor_page
 from tests.support.drawn import drawn
 from tests.support.editor import editor

@@ -13,10 +13,10 @@ from interfaces.nao import HealthPrx, JointsPrx, PoseHeadPrx, Severity
 from naoserver.errors import RobotError
 from naoserver.hardware.connection import HardwareLimits
 from naoserver.hardware.serving import serve_hardware
-from naoserver.latch import latch_of
-from naoserver.naoqi._libqi import connect
+from naoserver.naoqi._libqi_link import connect
 from naoserver.naoqi._link import RobotAddress
-from naoserver.naoqi._robot import LifecycleOptions, NaoqiRobot, Start
+from naoserver.naoqi._robot import LifecycleOptions, NaoqiRobot, NaoStart
+from naoserver.safety.latch import latch_of
 from tests.support.limits import CALL_LIMIT
 from tests.support.naoqi import call, connect_patiently
 from tests.support.processes import ComponentProcess, free_endpoint, module
@@ -26,7 +26,9 @@ from zenoh_ice.settings import Settings
 
 @pytest.fixture(scope="module")
 def process():
-    with ComponentProcess(module("naoserver.qi", "--qi", "tcp://127.0.0.1:0", "--faults")) as process:
+    with ComponentProcess(
+        module("visualhfsm_naoqi_programs", "--qi", "tcp://127.0.0.1:0", "--faults")
+    ) as process:
         yield process
 
 
@@ -179,7 +181,7 @@ def hanging_when_it_wakes_up(process, address, limits, seconds=None):
         return link
 
     try:
-        with closing(NaoqiRobot(connected, LifecycleOptions(Start.STAND), limits=limits)) as robot:
+        with closing(NaoqiRobot(connected, LifecycleOptions(NaoStart.STAND), limits=limits)) as robot:
             yield robot, waking
     finally:
         process.process.send_signal(signal.SIGCONT)

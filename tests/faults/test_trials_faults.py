@@ -235,7 +235,7 @@ def test_a_run_that_hangs_fails_however_often_it_is_killed(tmp_path: Path, numbe
 
 
 @pytest.mark.soak(
-    "tests/integration/test_trials_cluster.py::test_workers_that_are_killed_before_the_first_trial_ends_change_nothing"
+    "tests/plugins/visualhfsm_cluster/integration/test_trials_cluster.py::test_workers_that_are_killed_before_the_first_trial_ends_change_nothing"
 )
 @pytest.mark.parametrize("number", TIMES)
 def test_a_cluster_goes_on_without_killed_workers_and_after_a_killed_command(
@@ -258,7 +258,7 @@ def test_a_cluster_goes_on_without_killed_workers_and_after_a_killed_command(
 
 
 @pytest.mark.soak(
-    "tests/integration/test_trials_cluster.py::test_a_run_that_is_ended_leaves_a_cluster_free_and_goes_on_there"
+    "tests/plugins/visualhfsm_cluster/integration/test_trials_cluster.py::test_a_run_that_is_ended_leaves_a_cluster_free_and_goes_on_there"
 )
 @pytest.mark.parametrize("number", TIMES)
 def test_ctrl_c_leaves_a_cluster_free(
@@ -276,7 +276,7 @@ def test_ctrl_c_leaves_a_cluster_free(
 
 
 @pytest.mark.soak(
-    "tests/integration/test_trials_cluster.py::test_a_killed_scheduler_keeps_what_is_done_and_is_said_in_a_line"
+    "tests/plugins/visualhfsm_cluster/integration/test_trials_cluster.py::test_a_killed_scheduler_keeps_what_is_done_and_is_said_in_a_line"
 )
 @pytest.mark.parametrize("number", TIMES)
 def test_a_killed_scheduler_keeps_what_is_done(

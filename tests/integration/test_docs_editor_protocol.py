@@ -17,7 +17,7 @@ from visualhfsm._base.errors import ErrorKind
 from visualhfsm._editor.handlers import HANDLERS, Lane
 from visualhfsm._editor.protocol import Request
 from visualhfsm._monitor.messages import Push
-from zenoh_ice import typed
+from zenoh_ice.data import typed
 
 PAGE = Path(__file__).parents[2] / "docs" / "reference/protocol.md"
 

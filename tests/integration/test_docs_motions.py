@@ -9,9 +9,9 @@ import sys
 
 import pytest
 
-from naoserver._motions.motion_file import MotionError, load_motions, parse_motion
 from naoserver.bodies import find_body
 from naoserver.fake import FakeRobot
+from naoserver.moves.motion_file import MotionError, load_motions, parse_motion
 from tests.support.limits import RUN_LIMIT
 from tests.support.pages import DOCS
 from tests.support.robot_server import served

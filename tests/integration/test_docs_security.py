@@ -13,7 +13,7 @@ from pathlib import Path
 from interfaces.nao import SafetyPrx
 from nao_tools._command import app
 from naoserver.fake import FakeRobot
-from naoserver.server import serve
+from naoserver.serving.server import serve
 from tests.support.commands import run_here
 from tests.support.limits import CALL_LIMIT
 from tests.support.pages import DOCS

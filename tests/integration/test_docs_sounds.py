@@ -7,8 +7,8 @@ import re
 import subprocess
 import sys
 
-from naoserver.expression import SOUNDS
 from naoserver.fake import FakeRobot
+from naoserver.protocol.expression import SOUNDS
 from tests.support.limits import RUN_LIMIT
 from tests.support.pages import DOCS
 from tests.support.robot_server import served

@@ -10,12 +10,12 @@ import pytest
 
 pytest.importorskip("qi")
 
-from naoserver.qi import _service as service
-from naoserver.qi._calls import Faults
 from tests.support.limits import EVENT_LIMIT, RUN_LIMIT
 from tests.support.naoqi import connected
 from tests.support.pages import DOCS, blocks_of
 from tests.support.processes import ComponentProcess, module
+from visualhfsm_naoqi_programs import _service as service
+from visualhfsm_naoqi_programs._calls import Faults
 
 PAGE = (DOCS / "how-to/virtual-nao.md").read_text("utf-8")
 
@@ -25,7 +25,9 @@ def test_the_program_says_what_the_page_says(tmp_path):
     program = next(block for block in blocks if block.name == "greet.py")
     (tmp_path / "greet.py").write_text(program.text, "utf-8")
     said = next(block.text for block in blocks if block.text.startswith("$ python greet.py"))
-    with ComponentProcess(module("naoserver.qi", "--qi", "tcp://127.0.0.1:0", "--speed", "3")) as server:
+    with ComponentProcess(
+        module("visualhfsm_naoqi_programs", "--qi", "tcp://127.0.0.1:0", "--speed", "3")
+    ) as server:
         url = server.wait_for(r"^ready: (\S+)")[1]
         result = subprocess.run(
             [sys.executable, "greet.py", url],
@@ -44,7 +46,9 @@ def test_typed_speech_is_recognized_as_the_page_says() -> None:
     section = PAGE.partition("## Typed speech")[2].partition("## ")[0]
     (example,) = blocks_of(section)
     with (
-        ComponentProcess(module("naoserver.qi", "--qi", "tcp://127.0.0.1:0", "--faults")) as server,
+        ComponentProcess(
+            module("visualhfsm_naoqi_programs", "--qi", "tcp://127.0.0.1:0", "--faults")
+        ) as server,
         connected(server.wait_for(r"^ready: (\S+)")[1]) as session,
     ):
         heard: queue.Queue[object] = queue.Queue()

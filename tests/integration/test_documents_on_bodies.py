@@ -13,11 +13,11 @@ from pathlib import Path
 import pytest
 
 from hfsm_runtime.virtual import BehaviorFailed
-from naoserver.assembly import Assembly
 from naoserver.bodies import BODY_NAMES, find_body
 from naoserver.errors import RobotError
 from naoserver.fake import FakeRobot
 from naoserver.options import ServerOptions
+from naoserver.serving.assembly import Assembly
 from tests.support.present import present
 from tests.support.processes import REPOSITORY
 from tests.support.soak import cases, repeated

@@ -10,7 +10,7 @@ from hfsm_runtime import Automaton, Component, Proxy, State
 from interfaces.jderobot import CameraPrx, InvalidValueException, Pose3DMotorsPrx
 from interfaces.nao import ActionStatus, JointsPrx, ScenePrx, TouchPrx
 from naoserver.bodies.nao import H21, H25
-from naoserver.parts import Stance
+from naoserver.bodies.parts import Stance
 from naoserver_sim.model import build_model
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
@@ -93,7 +93,7 @@ def test_it_gets_up():
 
 @pytest.mark.parametrize(("name", "moved"), [("Walk", 11), ("Reach", 4), ("StandUp", 21)])
 def test_it_learns_with_the_joints_that_it_has(name, moved):
-    with gymnasium.make(f"naoserver_sim.learning:Nao/{name}-v0", body="H21") as environment:
+    with gymnasium.make(f"visualhfsm_learning:Nao/{name}-v0", body="H21") as environment:
         assert environment.action_space.shape == (moved,)
         observation, _ = environment.reset(seed=1)
         assert observation.shape == environment.observation_space.shape

@@ -16,8 +16,8 @@ from hfsm_runtime._robot import connect
 from hfsm_runtime.errors import ComponentError
 from interfaces.hfsm import ComponentStatus, HfsmMonitorPrx
 from interfaces.nao import PoseHeadPrx
-from naoserver import server
 from naoserver.fake import FakeRobot
+from naoserver.serving import server
 from tests.support.bodies import ARM
 from tests.support.carriers import LOCAL, NETWORK, is_used, over_both
 from tests.support.commands import run_file_here

@@ -10,12 +10,12 @@ from contextlib import suppress
 
 import pytest
 
-from naoserver._introduction import Introduction
 from naoserver.errors import RobotError
 from tests.support.dds import free_domain
 from tests.support.limits import EVENT_LIMIT
 from tests.support.soak import repeated
 from tests.support.waiting import until
+from visualhfsm_makers._introduction import Introduction
 
 DOMAIN = free_domain()
 GROUP = "239.255.0.1", 7400 + 250 * DOMAIN

@@ -38,12 +38,12 @@ from interfaces.nao import (
     SpeechPrx,
     Vector3,
 )
-from naoserver._insistent import SILENCE
-from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
 from naoserver.fake import FakeRobot
 from naoserver.options import ServerOptions
-from naoserver.server import serve
+from naoserver.safety._insistent import SILENCE
+from naoserver.serving.assembly import Assembly
+from naoserver.serving.server import serve
 from tests.conftest import Pair
 from tests.support.calculator_servant import CalculatorI
 from tests.support.coasting import Coasting

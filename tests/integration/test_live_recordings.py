@@ -37,9 +37,9 @@ from hfsm_runtime.recording_file.messages import (
 )
 from hfsm_runtime.recording_file.writer import Entry, RecordingWriter
 from naoserver.bodies import find_body
+from naoserver.bodies.looks.description import write_looks
+from naoserver.bodies.parts import Axis
 from naoserver.body import write_body
-from naoserver.looks.description import write_looks
-from naoserver.parts import Axis
 from tests.support.documents import compile_to, document, state, sub, transition
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
 from tests.support.processes import free_endpoint

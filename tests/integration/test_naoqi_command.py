@@ -16,7 +16,7 @@ from interfaces.jderobot import CameraPrx, HardwareFailedException, MotorsPrx
 from interfaces.nao import PoseHeadPrx
 from naoserver.errors import RobotError
 from naoserver.naoqi._command import app, parse_address
-from naoserver.naoqi._libqi import connect
+from naoserver.naoqi._libqi_link import connect
 from naoserver.naoqi._link import NAME, RobotAddress
 from tests.support.commands import run_here
 from tests.support.conformance import fake_as_naoqi

@@ -9,10 +9,10 @@ pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualh
 
 from contextlib import closing
 
+from naoserver.bodies.capabilities import STILL, WalkVelocity
 from naoserver.bodies.nao import H25
-from naoserver.capabilities import STILL, WalkVelocity
 from naoserver.hardware.connection import CallFailed, CallTimeout, LinkLost
-from naoserver.naoqi._libqi import connect
+from naoserver.naoqi._libqi_link import connect
 from naoserver.naoqi._link import NAME, RobotAddress
 from naoserver.naoqi._robot import NaoqiRobot
 from tests.support.limits import CALL_LIMIT
@@ -26,7 +26,9 @@ SUBSCRIBERS = "ALVideoDevice.getSubscribers"
 
 @pytest.fixture(scope="module")
 def address():
-    with ComponentProcess(module("naoserver.qi", "--qi", "tcp://127.0.0.1:0", "--faults")) as process:
+    with ComponentProcess(
+        module("visualhfsm_naoqi_programs", "--qi", "tcp://127.0.0.1:0", "--faults")
+    ) as process:
         yield RobotAddress.parse(process.wait_for(r"^ready: (\S+)")[1])
 
 

@@ -7,14 +7,14 @@ import pytest
 
 from interfaces.jderobot import CommandRefusedException, InvalidValueException, MotorsPrx, Pose3DMotorsPrx
 from interfaces.nao import ActionStatus, JointsPrx, MotionsPrx, PoseHeadPrx, PosturesPrx, SafetyPrx
-from naoserver._gate import LONGEST_LEASE
 from naoserver.fake import FakeRobot
 from naoserver.options import SafetyOptions, ServerOptions
+from naoserver.safety._gate import LONGEST_LEASE
 from tests.support.carriers import is_used, over_both
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.robot_server import eventually, served_to_client, wait_for
 from tests.support.stranger import stranger
-from zenoh_ice._token_keys import client_token
+from zenoh_ice.data.keys import client_token
 
 
 @pytest.fixture

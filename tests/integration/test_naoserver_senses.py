@@ -6,8 +6,8 @@ from dataclasses import replace
 import pytest
 
 from interfaces.nao import BatteryPrx, FootPressurePrx, InertialUnitPrx, SonarPrx, TouchPrx
+from naoserver.bodies.capabilities import BatteryReading, FootReading, InertialReading, SonarReading
 from naoserver.bodies.nao import H25
-from naoserver.capabilities import BatteryReading, FootReading, InertialReading, SonarReading
 from naoserver.fake import FakeRobot
 from tests.support.robot_server import served_to_client, wait_for
 

@@ -11,7 +11,7 @@ from interfaces.nao import HealthPrx, PoseHeadPrx
 from naoserver.errors import RobotError
 from naoserver.fake import FakeRobot
 from naoserver.options import CameraOptions, ServerOptions
-from naoserver.server import serve
+from naoserver.serving.server import serve
 from tests.support.limits import EVENT_LIMIT, START_LIMIT
 from tests.support.robot_server import eventually, served_to_client, wait_for
 from zenoh_ice import ZenohIceError, initialize

@@ -10,8 +10,8 @@ from interfaces.jderobot import (
     Pose3DMotorsPrx,
 )
 from interfaces.nao import HealthPrx, JointsPrx, PoseHeadPrx
+from naoserver.bodies.parts import Axis
 from naoserver.options import SafetyOptions, ServerOptions
-from naoserver.parts import Axis
 from tests.support.conformance import (
     FAMILIES,
     WAYS,

@@ -28,10 +28,10 @@ from interfaces.nao import (
     Vector3,
     WalkPrx,
 )
-from naoserver._motions.motion_file import load_motions
+from naoserver.bodies.kinematics import kinematics_of
 from naoserver.bodies.nao import H21
-from naoserver.kinematics import kinematics_of
-from naoserver.parts import Axis
+from naoserver.bodies.parts import Axis
+from naoserver.moves.motion_file import load_motions
 from tests.support.conformance import (
     FAMILIES,
     PATIENT,

@@ -28,8 +28,8 @@ from interfaces.nao import (
     SonarPrx,
     TouchPrx,
 )
-from naoserver._motions.motion_file import load_motions
 from naoserver.body import Body
+from naoserver.moves.motion_file import load_motions
 from tests.support.conformance import BODIES, FAMILIES, motors, pan_of, robots, tilt_of
 from tests.support.limits import EVENT_LIMIT, START_LIMIT
 from tests.support.robot_server import wait_for

@@ -15,8 +15,8 @@ from interfaces.nao import (
     Vector3,
     WalkPrx,
 )
-from naoserver._motions.motion_file import load_motions
-from naoserver_sim._way import STUCK
+from naoserver.moves.motion_file import load_motions
+from naoserver_sim._locomotion import STUCK
 from tests.support.conformance import FAMILIES, PATIENT, WAYS, in_simulation, robots
 from tests.support.robot_server import eventually, wait_for
 

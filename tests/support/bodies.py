@@ -6,9 +6,8 @@ import math
 from collections.abc import Iterable
 from typing import Any, Final
 
-from naoserver.body import Body
-from naoserver.capabilities import Vector
-from naoserver.parts import (
+from naoserver.bodies.capabilities import Vector
+from naoserver.bodies.parts import (
     Axis,
     Battery,
     Camera,
@@ -27,6 +26,7 @@ from naoserver.parts import (
     TouchSensor,
     Wheels,
 )
+from naoserver.body import Body
 
 __all__ = ["ARM", "CART", "GIANT", "WHEEL_RADIUS"]
 

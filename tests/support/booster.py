@@ -23,10 +23,10 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
-from naoserver.booster._service import CALLS
-from naoserver.booster._types import LowCmd, MotorCmd, RpcReqMsg, RpcRespMsg
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.waiting import until
+from visualhfsm_makers.booster._service import CALLS
+from visualhfsm_makers.booster._types import LowCmd, MotorCmd, RpcReqMsg, RpcRespMsg
 
 __all__ = ["CUSTOM", "ELBOW", "MOVE", "Program", "low_command"]
 

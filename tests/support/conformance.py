@@ -12,12 +12,12 @@ import pytest
 from interfaces.jderobot import Pose3DMotorsData
 from naoserver.bodies import find_body
 from naoserver.bodies.nao import H21, H25
+from naoserver.bodies.parts import Axis, Steps
 from naoserver.body import Body
 from naoserver.fake import FakeRobot
 from naoserver.options import SafetyOptions, ServerOptions
-from naoserver.parts import Axis, Steps
 from naoserver.robot import Robot
-from naoserver.server import serve
+from naoserver.serving.server import serve
 from tests.support.limits import FOREVER
 from tests.support.present import present
 from tests.support.processes import free_endpoint
@@ -70,7 +70,7 @@ def simulated(body: Body = H25) -> Iterator[Robot]:
 @contextmanager
 def fake_as_naoqi(body: Body = H25, speed: float = 1.0) -> Iterator[str]:
     """Serve the robot without physics as NAOqi does; yield its URL."""
-    from naoserver.qi import serve_as_naoqi
+    from visualhfsm_naoqi_programs import serve_as_naoqi
 
     behind = FakeRobot(clock_at(speed), body=body)
     with (

@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 from typing import Any
 
+from naoserver.bodies.looks.description import write_looks
 from naoserver.body import Body, write_body
-from naoserver.looks.description import write_looks
 from visualhfsm._monitor.realm.description import describe
 
 __all__ = ["drawn"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from naoserver._gate import Gate
+from naoserver.safety._gate import Gate
 
 __all__ = ["clients_that_ask"]
 

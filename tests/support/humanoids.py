@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from naoserver.bodies import find_body
-from naoserver.capabilities import InertialReading, WalkVelocity
-from naoserver.footsteps import Footsteps
-from naoserver.parts import Axis, Play
+from naoserver.bodies.capabilities import InertialReading, WalkVelocity
+from naoserver.bodies.footsteps import Footsteps
+from naoserver.bodies.parts import Axis, Play
 from naoserver_sim._footsteps.estimator import BodySensors
 from naoserver_sim._footsteps.limbs import Limbs, limbs_of
 from naoserver_sim._footsteps.posture import walking_stance

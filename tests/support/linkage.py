@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any, Final
 
+from naoserver.bodies.capabilities import Vector
+from naoserver.bodies.parts import Coupling, Gear, Inertia, Joint, Link, Loop, Shape
 from naoserver.body import Body
-from naoserver.capabilities import Vector
-from naoserver.parts import Coupling, Gear, Inertia, Joint, Link, Loop, Shape
 
 __all__ = ["LINKAGE"]
 

@@ -6,8 +6,8 @@ from typing import Final
 
 import mujoco
 
+from naoserver.bodies.looks import read_looks
 from naoserver.bodies.nao import H25
-from naoserver.looks import read_looks
 from naoserver_sim.appearance import VISUAL_GROUP, add_appearance
 
 __all__ = ["COLORS", "model_of"]

@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import Any, Final
 
 from interfaces.nao import ActionState
-from naoserver._motions.motion_file import load_motions
-from naoserver._motions.player import PERIOD
-from naoserver._motions.routes import MotionRoute, PostureRoute, nearest_posture, situation_of, stance_of
-from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
+from naoserver.moves._player import PERIOD
+from naoserver.moves.motion_file import load_motions
+from naoserver.moves.routes import MotionRoute, PostureRoute, nearest_posture, situation_of, stance_of
 from naoserver.options import ServerOptions
+from naoserver.serving.assembly import Assembly
 from zenoh_ice import VirtualClock
 
 MOTIONS: Final = load_motions(find_body("H25"))

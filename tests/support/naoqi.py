@@ -11,11 +11,11 @@ from typing import Any
 
 import qi
 
-from naoserver._libqi import start_libqi
 from naoserver.hardware import connection
 from naoserver.hardware.connection import CallLink, Reply
-from naoserver.naoqi._libqi import connect
+from naoserver.naoqi._libqi_link import connect
 from naoserver.naoqi._link import RobotAddress
+from naoserver.naoqi.libqi import start_libqi
 from tests.support.limits import CALL_LIMIT, MOVE_LIMIT
 
 __all__ = ["call", "connect_patiently", "connected", "eventually_near"]

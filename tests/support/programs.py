@@ -23,7 +23,7 @@ PROGRAMS: Final = {
     "codegen diff": ("codegen._diff", "app"),
     "nao": ("nao_tools._command", "app"),
     "naoserver-naoqi": ("naoserver.naoqi._command", "app"),
-    "naoserver-ros2": ("naoserver.ros2._command", "app"),
+    "naoserver-ros2": ("visualhfsm_ros2.gateway._command", "app"),
     "naoserver-sim": ("naoserver_sim._command", "app"),
     "python -m naoserver.fake": ("naoserver.fake.__main__", "app"),
     "visualhfsm": ("visualhfsm._commands.app", "app"),

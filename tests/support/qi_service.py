@@ -7,15 +7,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final
 
-from naoserver.assembly import Assembly
 from naoserver.fake import FakeRobot
 from naoserver.options import ServerOptions
-from naoserver.qi._access import Access
-from naoserver.qi._behaviors import ALRobotPosture
-from naoserver.qi._clients import SERVER, Activity, Call, Client, running
-from naoserver.qi._motion import ALMotion
+from naoserver.serving.assembly import Assembly
 from tests.support.limits import EVENT_LIMIT
 from tests.support.stepped_clock import SteppedClock
+from visualhfsm_naoqi_programs._access import Access
+from visualhfsm_naoqi_programs._behaviors import ALRobotPosture
+from visualhfsm_naoqi_programs._clients import SERVER, Activity, Call, Client, running
+from visualhfsm_naoqi_programs._motion import ALMotion
 from zenoh_ice import VirtualClock
 
 __all__ = ["LongCall", "Rig"]

@@ -8,8 +8,8 @@ from typing import Final
 
 import pytest
 
-from naoserver import _insistent
-from naoserver.assembly import Assembly
+from naoserver.safety import _insistent
+from naoserver.serving.assembly import Assembly
 from tests.support.limits import FOREVER
 from tests.support.waiting import until
 

@@ -16,7 +16,7 @@ from naoserver.robot import Robot
 from tests.support.processes import ComponentProcess, module
 from tests.support.robot_server import served_to_client
 from zenoh_ice import Communicator, ObjectPrx
-from zenoh_ice.transport import Target
+from zenoh_ice.data.keys import Target
 
 __all__ = ["PAGE", "robots_page"]
 
@@ -66,7 +66,7 @@ def _surveyed_through_naoqi() -> dict[str, str]:
     from naoserver.naoqi._robot import NaoqiRobot
     from tests.support.naoqi import connect_patiently
 
-    with ComponentProcess(module("naoserver.qi", "--qi", "tcp://127.0.0.1:0")) as naoqi:
+    with ComponentProcess(module("visualhfsm_naoqi_programs", "--qi", "tcp://127.0.0.1:0")) as naoqi:
         address = RobotAddress.parse(naoqi.wait_for(r"^ready: (\S+)")[1], "", "")
         return _surveyed(NaoqiRobot(lambda _: connect_patiently(address)))
 

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 
 from naoserver.fake import FakeRobot
 from naoserver.options import SafetyOptions, ServerOptions
-from naoserver.ros2._command import serve
-from naoserver.ros2._telemetry import Telemetry
-from naoserver.server import serve as serve_robot
+from naoserver.serving.server import serve as serve_robot
 from tests.support.limits import FOREVER
 from tests.support.robot_server import eventually
 from tests.support.security import Keys, routing
+from visualhfsm_ros2.gateway._command import serve
+from visualhfsm_ros2.gateway._telemetry import Telemetry
 from zenoh_ice import Communicator, initialize
-from zenoh_ice.limits import Limits
+from zenoh_ice.threads.limits import Limits
 from zenoh_ros2 import Node, QoS, settings_of_node
 
 __all__ = ["Lab", "secured_lab"]

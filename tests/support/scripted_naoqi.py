@@ -80,7 +80,7 @@ class ScriptedNaoqi:
         self.links: list[ScriptedLink] = []
 
     def connect(self, _timeout: float) -> ScriptedLink:
-        """Connect like `naoserver.naoqi._libqi.connect`."""
+        """Connect like `naoserver.naoqi._libqi_link.connect`."""
         if not self.reachable:
             self.refused += 1
             raise LinkLost("cannot connect: nobody is there")

@@ -8,7 +8,7 @@ from typing import Final
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document
 from codegen.hfsm.document import Document
-from codegen.hfsm.scxml import parse_scxml, write_scxml
+from visualhfsm_old_documents.scxml import parse_scxml, write_scxml
 
 __all__ = ["PATH", "TURNS", "export", "facts", "import_", "one_automaton", "parse", "scxml"]
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Final
 
-from naoserver._programs import Codes, Programs
-from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
 from naoserver.options import ServerOptions
+from naoserver.serving.assembly import Assembly
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
+from visualhfsm_makers._programs import Codes, Programs
 from zenoh_ice import VirtualClock
 
 _STEP: Final = 0.05

@@ -6,8 +6,8 @@ import hashlib
 import sys
 
 from naoserver.bodies import DEFAULT_BODY, find_body
-from naoserver.capabilities import STILL, WalkVelocity
-from naoserver.parts import Axis
+from naoserver.bodies.capabilities import STILL, WalkVelocity
+from naoserver.bodies.parts import Axis
 from naoserver_sim.robot import SimulatedRobot
 from tests.support.present import present
 from zenoh_ice import VirtualClock

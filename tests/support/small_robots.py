@@ -6,10 +6,10 @@ import math
 from functools import partial
 from typing import Any, Final
 
+from naoserver.bodies.capabilities import Vector
+from naoserver.bodies.parts import Axis, Camera, Gear, Groups, HingeAxis, Inertia, Joint, Link, Shape, Wheels
 from naoserver.body import Body
-from naoserver.capabilities import Vector
 from naoserver.fake import FakeRobot
-from naoserver.parts import Axis, Camera, Gear, Groups, HingeAxis, Inertia, Joint, Link, Shape, Wheels
 from naoserver.robot import Robot
 from tests.support.robot_server import clock_at
 

@@ -29,8 +29,11 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
-from naoserver.unitree._joints import checksum
-from naoserver.unitree._types import (
+from tests.support.limits import EVENT_LIMIT, FOREVER
+from tests.support.malformed_cdr import malformed
+from tests.support.waiting import until
+from visualhfsm_makers.unitree._joints import checksum
+from visualhfsm_makers.unitree._types import (
     Identity,
     Lease,
     LowCmd,
@@ -40,9 +43,6 @@ from naoserver.unitree._types import (
     RequestHeader,
     Response,
 )
-from tests.support.limits import EVENT_LIMIT, FOREVER
-from tests.support.malformed_cdr import malformed
-from tests.support.waiting import until
 
 __all__ = ["CONTINUOUS", "ELBOW", "Program", "Wiretap", "arm_command", "low_command", "on_loopback"]
 

@@ -51,15 +51,19 @@ class TextsError(Exception):
     """The catalogs cannot be brought up to date."""
 
 
-_CODE: Final = ("codegen", "visualhfsm")
+_CODE: Final = ("codegen", "plugins", "visualhfsm")
 _OF_COMMANDS: Final = (
-    *("codegen/_idl", "visualhfsm/grading", "visualhfsm/_base/html_file.py"),
+    *("codegen/_idl", "plugins/visualhfsm_classes", "visualhfsm/_base/html_file.py"),
     *(f"visualhfsm/_commands/{name}.py" for name in ("convert", "draw", "new", "report", "steer")),
     *("visualhfsm/_monitor/replay.py", "visualhfsm/_monitor/target.py", "visualhfsm/_editor/site.py"),
-    *("visualhfsm/trials/_cluster.py", "visualhfsm/trials/_comparison.py", "visualhfsm/trials/_tuning.py"),
+    *(
+        "plugins/visualhfsm_cluster/_cluster.py",
+        "visualhfsm/trials/_comparison.py",
+        "plugins/visualhfsm_cluster/_tuning.py",
+    ),
 )
 """What speaks to terminals alone, in English."""
-_FOR_PUPILS: Final = "visualhfsm/grading/_words.py"
+_FOR_PUPILS: Final = "plugins/visualhfsm_classes/_words.py"
 """What commands say in all languages."""
 _KEYWORDS: Final[Sequence[Mapping[str, tuple[int, ...]]]] = (
     {"Message": (1,), "counted": (1, 2), "template": (1,), "because": (1,), "in_place_of": (2,)},

@@ -20,8 +20,8 @@ from visualhfsm._base.errors import MissingPackageError
 from visualhfsm._base.options import examples
 from visualhfsm._commands import check, convert, diff, draw, new, replay, report
 from visualhfsm._commands.steer import register as register_steering
-from visualhfsm.grading import _command as grading
 from visualhfsm.trials import _command as trials
+from visualhfsm_classes import _command as grading
 from zenoh_ice.application.cli import finite, report_ready, with_settings
 from zenoh_ice.settings import Settings
 

@@ -19,7 +19,7 @@ _HARDWARE: Final = Path(__file__).with_name("template_hardware")
 _HIDDEN: Final = ("_gitattributes", "_gitignore")
 """Files whose names begin with a dot in a project; here Git and packagers would obey them."""
 _KEPT: Final = frozenset({".git"})
-"""What a folder may contain: one may make a repository first."""
+"""The names that a folder may contain: one may make a repository first."""
 _UNMADE: Final = "{folder} cannot be made: {reason}"
 _NEXT: Final = """\
 Next:
@@ -98,9 +98,9 @@ def new(
 
 def _make_exercise(folder: Path, name: str, language: str | None) -> None:
     """Make the folder of a pupil."""
-    from visualhfsm.grading import read_exercise
-    from visualhfsm.grading._handout import chosen_language, find_exercise, handout
-    from visualhfsm.grading._words import say
+    from visualhfsm_classes import read_exercise
+    from visualhfsm_classes._handout import chosen_language, find_exercise, handout
+    from visualhfsm_classes._words import say
 
     exercise = read_exercise(find_exercise(name))
     spoken = chosen_language(exercise, language)

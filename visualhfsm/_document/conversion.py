@@ -18,10 +18,10 @@ from codegen.hfsm.code.text import library_today, parse_piece
 from codegen.hfsm.codes import Code
 from codegen.hfsm.document import Document, Library, Text
 from codegen.hfsm.formats.xml_tree import read_bytes
-from codegen.hfsm.scxml import is_scxml, write_scxml
 from codegen.messages import NO_MESSAGE, Message
 from codegen.reasons import reason
 from visualhfsm._document.serialization import read_scxml
+from visualhfsm_old_documents.scxml import is_scxml, write_scxml
 
 _WORD: Final = string.ascii_letters + string.digits + "_"
 _DIVISION: Final = Message("`/` rounds whole numbers down in Python 2, and does not in Python 3")

@@ -19,10 +19,10 @@ from codegen.hfsm import DocumentNotWritableError, parse_document, write_documen
 from codegen.hfsm.codes import LOST
 from codegen.hfsm.document import Automaton, Document
 from codegen.hfsm.formats.reader import Dialect
-from codegen.hfsm.scxml import parse_scxml
 from codegen.messages import Message
 from codegen.reasons import reason
 from visualhfsm._base.errors import EditError
+from visualhfsm_old_documents.scxml import parse_scxml
 
 from .geometry import with_default_handles
 from .nodes import find_annotation, find_automaton, find_state

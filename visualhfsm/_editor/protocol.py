@@ -32,7 +32,7 @@ from visualhfsm._monitor.stopping import StopReport
 from visualhfsm.project._code_help.protocol import InterfaceDescription
 from visualhfsm.project._editing.shelf import ReadyState
 from visualhfsm.trials._messages import ChosenLimit, ChosenRobot, ChosenRuns
-from zenoh_ice import typed
+from zenoh_ice.data import typed
 
 from . import answers as a
 from .own_robots import Described, OwnRobot
@@ -117,7 +117,7 @@ class SaveAs(_TabRequest):
 
 
 class Recover(_Request):
-    """Open a document again whose session ended without closing; one of `recoverable`."""
+    """Open a document that was still open when its editor ended: one of `recoverable`."""
 
     answer = a.Opened
     journal: Name
@@ -759,7 +759,7 @@ class TabState(msgspec.Struct, kw_only=True, rename="camel"):
 
 
 class Recoverable(msgspec.Struct, kw_only=True, rename="camel"):
-    """A document with unsaved changes whose session ended without closing; `changed_at` in s since 1970."""
+    """A document with unsaved changes that was open when its editor ended; `changed_at` in s since 1970."""
 
     journal: str
     name: str

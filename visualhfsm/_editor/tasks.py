@@ -59,7 +59,7 @@ def read_task(root: Root, path: Path, language: str) -> dict[str, Any]:
 
     task = text(f"task.{language}.md") or text(_TASK) or text("task.en.md")
     if text(_EXERCISE):  # its author looks at it
-        from visualhfsm.grading import points_table, read_exercise
+        from visualhfsm_classes import points_table, read_exercise
 
         task += f"\n\n{points_table(read_exercise(folder), language)}"
     copy = collected(root, path)

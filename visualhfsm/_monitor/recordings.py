@@ -35,13 +35,13 @@ from visualhfsm._monitor.realm.robot import RobotState
 from visualhfsm._monitor.realm.run_log import Intervention, Interventions, LiveSnapshot, RunLog, is_sound
 from visualhfsm._monitor.realm.world import sound_objects, sound_placement, sound_shapes
 from visualhfsm._monitor.run_page import MOST_PICTURES, Run
-from zenoh_ice import typed
-from zenoh_ice.text import printable
+from zenoh_ice.data import typed
+from zenoh_ice.data.text import printable
 
 _INTERVAL: Final = 100_000_000
 """Nanoseconds between two moments, as of a monitor, unless a state changes."""
 _MOST_STEPS: Final = 600_000
-"""How much is read of a recording: some two hours of a behavior with four automata, in some 12 s.
+"""The part of a recording that is read: some two hours of a behavior with four automata, in some 12 s.
 
 A message is one step, and another one for each 8 kB; a moment has one for each automaton.
 """
@@ -272,7 +272,7 @@ class _Reader:
         self._next = 0
         self._now = 0
         self.steps = 0
-        """What was read so far, as `_MOST_STEPS` counts it."""
+        """The steps that were read so far, as `_MOST_STEPS` counts them."""
         self._status = ComponentStatus.Running
         self._intervention: Intervention | None = None
         """The last one: the next message may say that it was refused."""

@@ -31,8 +31,8 @@ from visualhfsm._base.work import PerDocument
 from visualhfsm._document.places import Place
 from visualhfsm._monitor.messages import Source
 from visualhfsm._processes.test_results import Passed, PassedCode, TestResult, TestsPush, TestView, reason_of
-from zenoh_ice import typed
 from zenoh_ice.application.child import ChildProcess
+from zenoh_ice.data import typed
 
 Publish = Callable[[TestsPush], None]
 Files = dict[Path, tuple[int, int]]
@@ -52,7 +52,7 @@ _LONGEST_REASON: Final = 800
 _LONGEST_TIMELINE: Final = 2000
 _LONGEST_WORDS: Final = 2000  # characters of what pytest says
 _ONE_PROCESS: Final = ("-n0",) if importlib.util.find_spec("xdist") else ()
-"""What runs all tests in one process, whatever a project prefers: it writes the results."""
+"""The option that runs all tests in one process, whatever a project prefers: it writes the results."""
 _LOOK_PERIOD: Final = 0.3  # s
 _STOP_LIMITS: Final = (3.0, 2.0)
 """Seconds from SIGINT, to which pytest answers with what is done, to SIGTERM, and to SIGKILL."""

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, Literal, Self
 
-from codegen.hfsm.scxml import is_scxml
 from codegen.messages import Message
 from visualhfsm._base.errors import EditError, MissingError, TooManyError, WouldOverwriteError
 from visualhfsm._base.languages import ENGLISH, known_language
@@ -23,6 +22,7 @@ from visualhfsm.project._editing.files import make_folder, read_file
 from visualhfsm.project._editing.journal import Abandoned, find_abandoned, journal_directory
 from visualhfsm.project._editing.shelf import ReadyState, Shelves
 from visualhfsm.project._editing.templates import EMPTY, make_template
+from visualhfsm_old_documents.scxml import is_scxml
 
 from ._document import Event, Listener, Listeners, OpenDocument, Opened
 from ._root import (

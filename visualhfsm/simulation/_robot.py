@@ -12,16 +12,16 @@ import numpy as np
 from hfsm_runtime.virtual.clock import TaskClock
 from hfsm_runtime.virtual.errors import UnknownName
 from hfsm_runtime.virtual.network import VirtualNetwork
-from naoserver.assembly import Assembly
 from naoserver.bodies import DEFAULT_BODY, find_body, is_body_file
+from naoserver.bodies.parts import Axis
 from naoserver.body import Body
 from naoserver.errors import HardwareFailure
 from naoserver.fake import FakeRobot
 from naoserver.fake.robot import Point, paint
-from naoserver.jobs import Job, is_due
 from naoserver.options import ServerOptions
-from naoserver.parts import Axis
+from naoserver.protocol.jobs import Job, is_due
 from naoserver.robot import BodyState, Frame, JointDevice, Robot
+from naoserver.serving.assembly import Assembly
 from zenoh_ice import Object, WallClock
 
 from . import CameraKind, RobotKind

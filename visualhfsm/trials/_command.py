@@ -171,11 +171,12 @@ def trials(
 
 def _tune(where: Where, plan: Plan, settings: int, cost: str, path: Path) -> None:
     """Search the best parameters of a plan, and print what they change in fresh trials."""
+    from visualhfsm_cluster._tuning import SUFFIX, Tuning
+
     from ._comparison import Comparison
     from ._outcomes import SUFFIX as OUTCOMES
     from ._progress import run_all, search
     from ._terminal import show, show_comparison
-    from ._tuning import SUFFIX, Tuning
 
     tuning = Tuning(plan, settings=settings, cost=cost)
     found = search(where, tuning, path.name, path.with_name(path.name + SUFFIX))

@@ -20,7 +20,7 @@ from ._plan import CARRIED, Disturbance
 from ._quantities import Values
 
 if TYPE_CHECKING:
-    from naoserver.capabilities import Stage
+    from naoserver.bodies.capabilities import Stage
     from visualhfsm.simulation import Ball, Behavior
 
 _SHORTEST_LEG: Final = 0.01

@@ -10,6 +10,7 @@ from typing import NamedTuple
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+from visualhfsm_cluster._tuning import Tuning
 from zenoh_ice.application.cli import stop_on_signals
 
 from ._outcomes import Outcome, Record
@@ -17,7 +18,6 @@ from ._plan import Plan
 from ._quantities import Value
 from ._series import Series, open_pool
 from ._summary import Summary, summarize, write_table
-from ._tuning import Tuning
 
 
 class Where(NamedTuple):
@@ -27,7 +27,7 @@ class Where(NamedTuple):
     workers: int | None
     cluster: str | None
     again: bool
-    """Whether outcomes that are there are replaced."""
+    """True to replace outcomes that are there."""
 
 
 def run_all(where: Where, plan: Plan, file: Path) -> Summary:

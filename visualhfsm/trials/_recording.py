@@ -31,7 +31,7 @@ from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._monitor.realm.pictures import encode_jpeg
 
 if TYPE_CHECKING:
-    from naoserver.capabilities import Pose, WorldShape
+    from naoserver.bodies.capabilities import Pose, WorldShape
     from visualhfsm.simulation import Behavior
 
 _DIGITS: Final = 4

@@ -15,9 +15,9 @@ from typing import Final, NamedTuple, Protocol
 import msgspec
 
 from codegen.reasons import reason
+from visualhfsm_cluster._cluster import Cluster
 
 from ._archive import Archive, make_archive
-from ._cluster import Cluster
 from ._errors import TrialsError
 from ._outcomes import Header, Outcome, Record, versions
 from ._plan import Plan
@@ -31,7 +31,7 @@ _AHEAD: Final = 3
 _LOOK_AFTER: Final = 0.2
 """After so many s a series looks whether it is to stop."""
 _ATTEMPTS: Final = 20
-"""How often a task is submitted whose workers are lost, one after the other."""
+"""The most submissions of a task whose workers are lost, one after the other."""
 
 
 class Pool(Protocol):

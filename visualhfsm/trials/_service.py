@@ -28,7 +28,7 @@ from visualhfsm._base.reporting_process import ReportingProcess
 from visualhfsm._base.work import PerDocument
 from visualhfsm._document.serialization import written
 from visualhfsm._monitor.messages import Source
-from zenoh_ice import typed
+from zenoh_ice.data import typed
 
 from ._messages import Action, Choices, Order, Report, TrialsPush
 from ._outcomes import SUFFIX as OUTCOMES
@@ -91,9 +91,9 @@ class _TabTrials:
         self._recorder: ReportingProcess[Report] | None = None
         self._choices = Choices()
         self._known: object = None
-        """What the state follows from, if it was read."""
+        """The outcomes that the state follows from, if they were read."""
         self._tried: Order | None = None
-        """That of the outcomes that are shown."""
+        """The order of the outcomes that are shown."""
         self._files = TemporaryDirectory(prefix="visualhfsm-trials-", ignore_cleanup_errors=True)
 
     @property

@@ -6,6 +6,9 @@ with the original generators is a warning and not an error, so that old document
 
 from __future__ import annotations
 
+from visualhfsm_ros2._checks import check_ros, check_ros_uses
+from visualhfsm_ros2._types import TF
+
 from ...diagnostics import Diagnostics, Location, Note
 from ...messages import Message
 from .._effects import CodeEffects
@@ -14,7 +17,6 @@ from ..code.language import first_foreign, is_undeclared_cpp, notes_about, repor
 from ..code.names import RESERVED, reserved_names
 from ..codes import Code
 from ..known_interfaces import KnownInterfaces
-from ..ros import TF
 from .attributes import check_attributes, check_old_names
 from .blocking import check_blocking
 from .component import (
@@ -32,7 +34,6 @@ from .inputs import check_arguments, check_inputs
 from .names import check_names, check_reserved, check_start, check_variables
 from .outputs import check_outputs, check_results, check_taken
 from .report import Report
-from .ros import check_ros, check_ros_uses
 from .scope import Above
 from .structure import check_automaton, check_tree
 

@@ -6,9 +6,10 @@ import ast
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
+from visualhfsm_old_documents._old_names import CLIENT_METHODS, LOCK
+
 from ...diagnostics import Location, Note, did_you_mean
 from ...messages import Message, all_of
-from .._old_names import CLIENT_METHODS, LOCK
 from ..analysis import Access, Analysis, Piece
 from ..code.names import COMPONENT_ALIASES, COMPONENT_ATTRIBUTES
 from ..code.text import all_nodes

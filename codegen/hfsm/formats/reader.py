@@ -14,6 +14,9 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Final
 
+from visualhfsm_old_documents._spanish import translate_spanish
+from visualhfsm_old_documents._visualstates import translate_visualstates
+
 from ...diagnostics import Diagnostics, Location
 from ...files import read_regular
 from ...messages import Message
@@ -21,8 +24,6 @@ from ..code.language import CPP, change_code, first_foreign, is_mostly_cpp
 from ..code.text import parse_piece
 from ..codes import Code
 from ..document import Document, Text
-from ._spanish import translate_spanish
-from ._visualstates import translate_visualstates
 from .native import NativeReader
 from .xml_tree import XmlElement, parse_xml, read_bytes
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from naoserver.bodies import find_body, require_family
-from naoserver.body import Body
+from naoserver.bodies.body import Body
 
 H25: Final = find_body("H25")
 H21: Final = find_body("H21")

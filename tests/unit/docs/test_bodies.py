@@ -5,8 +5,8 @@ import re
 import pytest
 
 from naoserver.bodies import BODY_NAMES, find_body
-from naoserver.footsteps import Footsteps
-from naoserver.parts import Wheels
+from naoserver.bodies.footsteps import Footsteps
+from naoserver.bodies.parts import Wheels
 from tests.support.places import ROOT
 
 PAGE = (ROOT / "docs" / "reference" / "bodies.md").read_text(encoding="utf-8")

@@ -66,7 +66,7 @@ def listed_exceptions() -> set[str]:
         "interfaces.jderobot.common",
         "naoserver.errors",
         "visualhfsm._base.errors",
-        "zenoh_ice.exceptions",
+        "zenoh_ice.data.exceptions",
     ],
 )
 def test_every_exception_is_listed(module: str) -> None:
@@ -92,7 +92,7 @@ def test_every_message_is_listed() -> None:
 
 def test_every_operation_of_naoqi_says_how_well_it_works() -> None:
     pytest.importorskip("qi")
-    from naoserver.qi._service import REFUSED
+    from visualhfsm_naoqi_programs._service import REFUSED
 
     rows = dict(re.findall(r"^\| `([\w.]+)` \| (\w+) \| .{10}", hooks.naoqi(), re.MULTILINE))
     assert set(rows.values()) == {"works", "approximated", "refused"}

@@ -7,12 +7,12 @@ from pathlib import Path
 import pytest
 
 from codegen.diagnostics import Diagnostics
-from codegen.hfsm._old_names import CLIENT_METHODS
 from codegen.hfsm.loading import check_document
 from hfsm_runtime import _jderobot as jderobot
 from interfaces.jderobot import CMDVelData, Pose3DData
 from tests.support.documents import compile_to, document, state, sub
 from visualhfsm.testing import MakeBehavior
+from visualhfsm_old_documents._old_names import CLIENT_METHODS
 
 
 def interface(type: str) -> str:

@@ -11,12 +11,12 @@ import pytest
 import interfaces
 from interfaces.jderobot import CommandRefusedException, Motors, Pose3DMotors, Pose3DMotorsData
 from interfaces.nao import Joints, Motions, PoseHead, Postures, Sounds, Speech, Walk
-from naoserver.assembly import Assembly
 from naoserver.fake import FakeRobot
 from naoserver.options import SafetyOptions, ServerOptions
+from naoserver.serving.assembly import Assembly
 from tests.support.present import present
 from zenoh_ice import Object, VirtualClock
-from zenoh_ice.interface import Interface, Operation
+from zenoh_ice.data.interface import Interface, Operation
 
 MOVES_NOTHING = {
     "::jderobot::Camera": "takes images; others may be watching when a component ends",

@@ -18,7 +18,7 @@ from nao_tools._doctor.findings import Finding, Level
 from nao_tools._doctor.installation import check_installation
 from nao_tools._doctor.machine import check_machine, check_robots
 from nao_tools._doctor.network import check_network, holder_of
-from naoserver.latch import Latch, latch_of
+from naoserver.safety.latch import Latch, latch_of
 from tests.support.limits import RUN_LIMIT
 from tests.support.nao_command import nao
 from tests.support.places import ROOT

@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from naoserver._walk import way_to
-from naoserver.capabilities import STILL, Odometry, WalkVelocity
+from naoserver.bodies.capabilities import STILL, Odometry, WalkVelocity
 from naoserver.errors import InvalidCommand
 from naoserver.fake.robot import LIMITS, FakeWalker
+from naoserver.moves.walk import way_to
 from zenoh_ice import VirtualClock
 
 START = Odometry(0.0, 0.0, 0.0, 0.0)

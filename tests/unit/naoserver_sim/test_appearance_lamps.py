@@ -5,8 +5,8 @@ from contextlib import closing
 import numpy as np
 import pytest
 
+from naoserver.bodies.looks import look_of
 from naoserver.bodies.nao import H25
-from naoserver.looks import look_of
 from naoserver_sim.appearance import Lamps, lamp_material
 from naoserver_sim.model import build_model
 from naoserver_sim.robot import SimulatedRobot

@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("qi")
 
-from naoserver.capabilities import Support, WalkVelocity
+from naoserver.bodies.capabilities import Support, WalkVelocity
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
 from tests.support.leg_motions import KICK, ONE_LEG

@@ -6,7 +6,7 @@ from contextlib import closing
 import numpy as np
 import pytest
 
-from naoserver.parts import Play
+from naoserver.bodies.parts import Play
 from naoserver_sim._motors import PLAY, Gears
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world

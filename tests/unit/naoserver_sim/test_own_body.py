@@ -5,10 +5,10 @@ import re
 
 import pytest
 
+from naoserver.bodies.capabilities import WalkVelocity
+from naoserver.bodies.parts import Axis
 from naoserver.body import read_body, write_body
-from naoserver.capabilities import WalkVelocity
 from naoserver.errors import RobotError
-from naoserver.parts import Axis
 from naoserver_sim._own.tree import LARGEST_FILE
 from naoserver_sim.own_body import named_body, read_own_body, write_own_body
 from naoserver_sim.robot import SimulatedRobot

@@ -7,9 +7,9 @@ from contextlib import closing
 
 import pytest
 
-from naoserver.assembly import Assembly
 from naoserver.bodies.nao import H25
 from naoserver.options import ServerOptions
+from naoserver.serving.assembly import Assembly
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
 from zenoh_ice import VirtualClock

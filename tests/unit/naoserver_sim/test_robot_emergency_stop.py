@@ -4,10 +4,10 @@ import pytest
 
 pytest.importorskip("mujoco", reason="the simulated robot needs MuJoCo: pip install 'visualhfsm[sim]'")
 
-from naoserver._walk import WalkGuard
-from naoserver.assembly import Assembly
 from naoserver.errors import CommandRefused
+from naoserver.moves.walk import WalkGuard
 from naoserver.options import ServerOptions
+from naoserver.serving.assembly import Assembly
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
 from tests.support.present import present

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from interfaces.nao import JointCommand
-from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
 from naoserver.errors import InvalidCommand
 from naoserver.options import SafetyOptions, ServerOptions
+from naoserver.serving.assembly import Assembly
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
 from zenoh_ice import VirtualClock

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
+from naoserver.bodies.parts import Gear, Joint, Link, Loop, Shape
 from naoserver.body import Body
-from naoserver.parts import Gear, Joint, Link, Loop, Shape
 from naoserver_sim._motors import AMBIENT
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world

@@ -8,12 +8,12 @@ from contextlib import closing
 import pytest
 
 from interfaces.nao import ActionStatus
-from naoserver._motions.routes import MotionRoute
-from naoserver._walk import way_to
-from naoserver.assembly import Assembly
 from naoserver.bodies import find_body
-from naoserver.jobs import JobThreads, Periodic
+from naoserver.moves.routes import MotionRoute
+from naoserver.moves.walk import way_to
 from naoserver.options import ServerOptions
+from naoserver.protocol.jobs import JobThreads, Periodic
+from naoserver.serving.assembly import Assembly
 from naoserver_sim.robot import SimulatedRobot
 from tests.support.limits import RUN_LIMIT
 from tests.support.motion_rig import MOTIONS

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
+from naoserver.bodies.capabilities import STILL, Stage, WalkVelocity
 from naoserver.bodies.nao import H25
-from naoserver.capabilities import STILL, Stage, WalkVelocity
 from naoserver.errors import InvalidCommand
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world, parse_world

@@ -10,11 +10,11 @@ from itertools import product
 import pytest
 
 from interfaces.nao import JointCommand
-from naoserver._joint_paths import Path, smooth_curve
-from naoserver._lasting_walk import LastingWalk
-from naoserver._walk import way_to
 from naoserver.bodies import find_body
-from naoserver.capabilities import Support, WalkVelocity
+from naoserver.bodies.capabilities import Support, WalkVelocity
+from naoserver.moves.joint_paths import Path, smooth_curve
+from naoserver.moves.walk import way_to
+from naoserver.serving.lasting_walk import LastingWalk
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
 from tests.support.motion_rig import MotionRig

@@ -45,7 +45,7 @@ def seen(robot):
 @pytest.mark.sim
 def test_a_camera_sees_landmark_and_face(robot):
     pytest.importorskip("qi")
-    from naoserver.qi import _vision as vision
+    from visualhfsm_naoqi_programs import _vision as vision
 
     picture = seen(robot)
     ((number, (x, _, width, _)),) = vision.find_landmarks(picture)

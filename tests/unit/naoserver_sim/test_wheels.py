@@ -6,9 +6,9 @@ from typing import cast
 import pytest
 
 from naoserver.bodies import find_body
-from naoserver.capabilities import STILL, WalkVelocity
+from naoserver.bodies.capabilities import STILL, WalkVelocity
+from naoserver.bodies.parts import Wheels
 from naoserver.errors import InvalidCommand
-from naoserver.parts import Wheels
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world, parse_world
 from tests.support.present import present

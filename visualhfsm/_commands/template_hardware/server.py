@@ -17,7 +17,7 @@ import numpy as np
 import typer
 
 from naoserver.bodies import read_body_file
-from naoserver.capabilities import InertialReading, SenseReading
+from naoserver.bodies.capabilities import InertialReading, SenseReading
 from naoserver.errors import HardwareFailure, RobotError
 from naoserver.fake import Ball, view
 from naoserver.hardware.lifecycle import End, Start
@@ -26,7 +26,7 @@ from naoserver.hardware.servos import Servo, ServoRobot
 from naoserver.hardware.sim_bus import SimBus
 from naoserver.options import ServerOptions, capped
 from naoserver.robot import Frame
-from naoserver.server import JointSpeed
+from naoserver.serving.server import JointSpeed
 from zenoh_ice.application.cli import run, with_settings
 from zenoh_ice.settings import Settings
 

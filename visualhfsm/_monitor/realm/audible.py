@@ -16,7 +16,7 @@ import msgspec
 from interfaces.nao import SoundSamples, SoundsPrx, SoundState, SpeechPrx, SpeechState, Tone
 from visualhfsm._monitor.realm.realm import Newest
 from zenoh_ice import Communicator, Sample
-from zenoh_ice.text import printable
+from zenoh_ice.data.text import printable
 
 _SPEECH: Final = "Speech"
 _SOUNDS: Final = "Sounds"
@@ -48,7 +48,7 @@ class Audible(msgspec.Struct, frozen=True):
     loudness: float = 0.0
     """Of that sound, from 0 to 1."""
     counts: tuple[int, int] = (0, 0)
-    """How many texts and how many sounds were begun."""
+    """The numbers of texts and of sounds that were begun."""
 
 
 def audible(speech: SpeechState | None, sound: SoundState | None) -> Audible:

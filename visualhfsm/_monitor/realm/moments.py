@@ -11,7 +11,7 @@ from codegen.messages import Message, joined
 from visualhfsm._document.views import of_page
 from visualhfsm._monitor.realm.run_log import LiveSnapshot
 from visualhfsm._monitor.realm.translation import translated
-from zenoh_ice import typed
+from zenoh_ice.data import typed
 
 __all__ = ["Moment", "translate_moment", "translate_snapshot"]
 

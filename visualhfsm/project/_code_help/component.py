@@ -30,12 +30,11 @@ from codegen.hfsm.document import (
 )
 from codegen.hfsm.generator import generate
 from codegen.hfsm.known_interfaces import KnownInterfaces
-from codegen.hfsm.ros import FOLDERS
 from codegen.python_layout import INDENT
 from codegen.source_rows import SOURCE_MAP
 from visualhfsm._document.places import Place, texts_in
-
-from .ros import class_of, ros_classes
+from visualhfsm_ros2._code_help import class_of, ros_classes
+from visualhfsm_ros2._types import FOLDERS
 
 _TYPED, _SHARED, _FUNCTIONS = "_hfsm_typed", "_hfsm_shared", "_hfsm_functions"
 _SHARING: Final = frozenset({"entry", "code", "exit", "fired"})

@@ -18,7 +18,7 @@ from codegen.hfsm.document import Document
 from codegen.hfsm.known_interfaces import KnownInterface, KnownInterfaces, find_interfaces
 from visualhfsm._base.line_process import answer_lines
 from visualhfsm._document.places import Place
-from zenoh_ice import typed
+from zenoh_ice.data import typed
 
 from .completion import complete, explain, signature
 from .component import TypedComponent, generate_around

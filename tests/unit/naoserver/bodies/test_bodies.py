@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from naoserver.bodies import BODY_NAMES, find_body
+from naoserver.bodies.kinematics import kinematics_of
+from naoserver.bodies.parts import Stance
 from naoserver.errors import RobotError
-from naoserver.kinematics import kinematics_of
-from naoserver.parts import Stance
 
 MASSES = {"H25": 5.36, "H21": 5.36, "T1": 31.61, "G1": 33.34, "Cart": 3.945}
 """In kg, as the maker or its own model says; the cart's is that of a TurtleBot 4."""

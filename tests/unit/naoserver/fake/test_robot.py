@@ -7,15 +7,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from naoserver.bodies.kinematics import matrix_of
+from naoserver.bodies.parts import Axis
 from naoserver.errors import HardwareFailure
 from naoserver.fake import FakeRobot
 from naoserver.fake.robot import LAG, Ball, project
-from naoserver.kinematics import matrix_of
-from naoserver.parts import Axis
 from naoserver.robot import Robot
 from tests.support.bodies import ARM, CART
 from tests.support.linkage import LINKAGE
-from zenoh_ice.clock import VirtualClock
+from zenoh_ice.threads.clock import VirtualClock
 
 
 @pytest.fixture

@@ -4,11 +4,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from naoserver.bodies.capabilities import STILL, Walker, WalkVelocity
 from naoserver.bodies.nao import H25
-from naoserver.capabilities import STILL, Walker, WalkVelocity
+from naoserver.bodies.parts import Wheels
 from naoserver.fake import FakeRobot
 from naoserver.fake.robot import FakeWalker
-from naoserver.parts import Wheels
 from tests.support.bodies import CART
 from tests.support.present import present
 from zenoh_ice import VirtualClock

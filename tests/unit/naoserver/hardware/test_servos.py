@@ -11,11 +11,11 @@ from itertools import pairwise
 
 import pytest
 
+from naoserver.bodies.parts import Link
 from naoserver.body import Body
 from naoserver.errors import HardwareFailure, RobotError
 from naoserver.hardware.lifecycle import End, Start
 from naoserver.hardware.servos import SERVO_LIMITS, Servo, ServoRobot
-from naoserver.parts import Link
 from naoserver.robot import JointFault
 from tests.support.bodies import ARM
 from tests.support.waiting import until

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from naoserver.capabilities import STILL, WalkVelocity
+from naoserver.bodies.capabilities import STILL, WalkVelocity
 from naoserver.errors import HardwareFailure, InvalidCommand, RobotError
 from naoserver.hardware.connection import CallFailed
 from naoserver.naoqi._robot import NaoqiRobot

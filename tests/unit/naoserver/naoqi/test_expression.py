@@ -2,10 +2,10 @@
 
 import pytest
 
-from naoserver.capabilities import Sound, Tone
+from naoserver.bodies.capabilities import Sound, Tone
 from naoserver.errors import CommandRefused
-from naoserver.expression import SOUNDS, single_tone
 from naoserver.hardware.connection import CallFailed
+from naoserver.protocol.expression import SOUNDS, single_tone
 from tests.support.robot_server import eventually
 from tests.support.scripted_naoqi import ScriptedNaoqi
 

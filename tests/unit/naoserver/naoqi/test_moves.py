@@ -5,13 +5,13 @@ from dataclasses import replace
 import pytest
 
 from interfaces.nao import ActionStatus
-from naoserver._naoqi_names import gait_limits
-from naoserver._walk import way_to
-from naoserver.assembly import Assembly
-from naoserver.capabilities import STILL, WalkVelocity
+from naoserver.bodies.capabilities import STILL, WalkVelocity
 from naoserver.errors import InvalidCommand
 from naoserver.hardware.connection import CallFailed
+from naoserver.moves.walk import way_to
+from naoserver.naoqi.names import gait_limits
 from naoserver.options import ServerOptions
+from naoserver.serving.assembly import Assembly
 from tests.support.limits import FOREVER
 from tests.support.robot_server import eventually
 from tests.support.scripted_naoqi import DEVICES, HASTY, ScriptedNaoqi

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from naoserver.capabilities import InertialReading, WalkVelocity
+from naoserver.bodies.capabilities import InertialReading, WalkVelocity
 from naoserver_sim._footsteps.estimator import Estimator
 from tests.support.humanoids import BODIES, Humanoid
 

@@ -3,8 +3,8 @@
 import pytest
 from msgspec.structs import replace
 
+from naoserver.bodies.parts import Coupling
 from naoserver.errors import RobotError
-from naoserver.parts import Coupling
 from naoserver_sim._footsteps.limbs import limbs_of
 from tests.support.humanoids import BODIES, Humanoid
 

@@ -5,8 +5,8 @@ import random
 
 import pytest
 
-from naoserver.capabilities import STILL, WalkVelocity
-from naoserver.footsteps import Footsteps
+from naoserver.bodies.capabilities import STILL, WalkVelocity
+from naoserver.bodies.footsteps import Footsteps
 from naoserver_sim._footsteps.steps import Phase, Steps
 
 TICK = 0.01

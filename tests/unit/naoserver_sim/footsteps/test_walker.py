@@ -6,7 +6,7 @@ from dataclasses import astuple
 import numpy as np
 import pytest
 
-from naoserver.capabilities import STILL, Walker, WalkVelocity
+from naoserver.bodies.capabilities import STILL, Walker, WalkVelocity
 from naoserver.errors import InvalidCommand
 from tests.support.humanoids import Humanoid, Noise
 from tests.support.soak import cases, repeated

@@ -4,8 +4,8 @@ import mujoco
 import numpy as np
 import pytest
 
+from naoserver.bodies.parts import Coupling
 from naoserver.errors import RobotError
-from naoserver.parts import Coupling
 from naoserver_sim._own.couplings import Pull, couplings_of, keep_in_range, loops_of
 from naoserver_sim._own.looks import Frame
 from naoserver_sim._own.model_file import ModelFile

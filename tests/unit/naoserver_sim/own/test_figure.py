@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from naoserver.parts import MOST_POINTS
+from naoserver.bodies.parts import MOST_POINTS
 from naoserver_sim._own.figure import Figure, hull_of
 
 pytestmark = pytest.mark.sim

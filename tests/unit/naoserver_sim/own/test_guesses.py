@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from naoserver.capabilities import WalkVelocity
+from naoserver.bodies.capabilities import WalkVelocity
+from naoserver.bodies.parts import Axis, Stance
 from naoserver.errors import RobotError
-from naoserver.parts import Axis, Stance
 from naoserver_sim.own_body import read_own_body
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from naoserver.bodies.nao import H25
-from naoserver.parts import CORNERS
+from naoserver.bodies.parts import CORNERS
 from naoserver_sim._senses.record import SensorRecord, SoleSensors
 from tests.support.physics import GRAVITY, Lab, loose_parts
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from naoserver.capabilities import STILL, WalkVelocity
+from naoserver.bodies.capabilities import STILL, WalkVelocity
 from naoserver_sim._walk import gait as options
 from naoserver_sim._walk.gait import AT_REST, LEFT, RIGHT, Gait
 from tests.support.examples import examples

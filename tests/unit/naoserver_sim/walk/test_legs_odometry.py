@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from naoserver.bodies.capabilities import InertialReading
 from naoserver.bodies.nao import H25
-from naoserver.capabilities import InertialReading
 from naoserver_sim._walk.legs import FootPose, Legs, Odometer
 from tests.support.examples import examples
 

@@ -5,8 +5,8 @@ from dataclasses import astuple
 
 import pytest
 
+from naoserver.bodies.capabilities import STILL, Walker, WalkVelocity
 from naoserver.bodies.nao import H25
-from naoserver.capabilities import STILL, Walker, WalkVelocity
 from naoserver.errors import InvalidCommand
 from naoserver_sim._walk.walker import LIMITS
 from naoserver_sim.robot import SimulatedRobot

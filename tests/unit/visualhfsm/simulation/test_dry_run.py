@@ -15,7 +15,7 @@ from hfsm_runtime import Automaton, Component, Proxy, State
 from hfsm_runtime.virtual import PacedExecution
 from interfaces.nao import HeadPose, PoseHeadPrx, SpeechPrx
 from naoserver.bodies import DEFAULT_BODY, find_body
-from naoserver.parts import Axis
+from naoserver.bodies.parts import Axis
 from tests.support.automata import automaton
 from tests.support.limits import START_LIMIT
 from tests.support.waiting import until

@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 from naoserver.bodies import BODY_NAMES, find_body
+from naoserver.bodies.looks.description import write_looks
+from naoserver.bodies.parts import Joint, Link
 from naoserver.body import Body, write_body
-from naoserver.looks.description import write_looks
-from naoserver.parts import Joint, Link
 from tests.support.drawn import drawn
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._monitor.realm.description import LARGEST_TEXT, DescribedRobot, describe, nao

@@ -1,8 +1,0 @@
-"""Import and export documents as SCXML (W3C Recommendation of 1 September 2015)."""
-
-from __future__ import annotations
-
-from ._reader import is_scxml, parse_scxml
-from ._writer import write_scxml
-
-__all__ = ["is_scxml", "parse_scxml", "write_scxml"]

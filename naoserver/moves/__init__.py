@@ -1,0 +1,1 @@
+"""What moves joints for long: walks, paths, and motions made of key frames with the ways between postures."""

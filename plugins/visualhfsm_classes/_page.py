@@ -1,0 +1,157 @@
+"""The page of a submission: its marks with reasons, and the recording of its worst trial, as one file."""
+
+from __future__ import annotations
+
+import html
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from codegen.messages import Message
+from visualhfsm._base.html_file import write_html
+from visualhfsm._document.serialization import parse
+from visualhfsm._monitor.recordings import open_recording
+from visualhfsm._monitor.run_page import run_page
+from visualhfsm_classes._words import figure, say
+
+if TYPE_CHECKING:
+    from visualhfsm_classes._exercise import Exercise
+    from visualhfsm_classes._marks import Earned, Marks
+    from visualhfsm_classes._submissions import Submission
+
+_STYLE: Final = Path(__file__).with_name("page.css")
+_POLICY: Final = (
+    "base-uri 'none'; form-action 'none'; object-src 'none'; connect-src 'none'; img-src data: blob:"
+)
+"""The frame, which inherits it, has its own policy for scripts; this page has no script."""
+
+
+def write_page(path: Path, exercise: Exercise, marks: Marks, recording: Path | None = None) -> None:
+    """Write the page of a submission, perhaps with a recording; and its marks beside it, as Markdown.
+
+    Raises VisualHfsmError.
+    """
+    frame = "" if recording is None else _frame(exercise, marks, recording)
+    write_html(
+        path,
+        _page(marks.language, f"{marks.name}: {_title(exercise, marks)}", _marks(exercise, marks) + frame),
+    )
+    write_html(path.with_suffix(".md"), _markdown(marks))
+
+
+def write_index(
+    path: Path, exercise: Exercise, language: str, rows: Sequence[tuple[Submission, Marks]]
+) -> None:
+    """Write the page of the class: all submissions, each with a link to its page. Raises VisualHfsmError."""
+    language = exercise.language(language)
+    title = exercise.title[language]
+    body = "\n".join(
+        f'<tr><td><a href="{html.escape(each.page)}.html">{html.escape(marks.name)}</a></td>'
+        f'<td class="points">{figure(language, marks.points)}</td>'
+        f"<td>{_bar(marks.points, marks.of)}</td><td>{_words(marks.summary)}</td></tr>"
+        for each, marks in rows
+    )
+    points = say(language, "points of", of=figure(language, exercise.points))
+    head = f'<tr><td></td><th colspan="2">{points}</th><th>{say(language, "happened")}</th></tr>'
+    table = f'<table class="class">{head}\n{body}</table>'
+    write_html(path, _page(language, title, f"<h1>{html.escape(title)}</h1>\n{table}"))
+
+
+def _title(exercise: Exercise, marks: Marks) -> str:
+    return exercise.title[marks.language]
+
+
+def _page(language: str, title: str, body: str) -> str:
+    style = _STYLE.read_text("utf-8")
+    return f"""<!doctype html>
+<html lang="{html.escape(language)}">
+<head>
+<meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy" content="{_POLICY}">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>{html.escape(title)}</title>
+<style>{style}</style>
+</head>
+<body>
+<main>
+{body}
+</main>
+</body>
+</html>
+"""
+
+
+def _marks(exercise: Exercise, marks: Marks) -> str:
+    language = marks.language
+    of = say(language, "points of", of=figure(language, marks.of))
+    parts = [
+        f'<p class="exercise">{html.escape(_title(exercise, marks))}</p>',
+        f"<h1>{html.escape(marks.name)}</h1>",
+        f'<p class="total"><b>{figure(language, marks.points)}</b> {of} {_bar(marks.points, marks.of)}</p>',
+    ]
+    if marks.reason:
+        parts.append(
+            f'<p class="broken">{say(language, "broken")}:</p>\n<pre>{html.escape(marks.reason)}</pre>'
+        )
+    if marks.error:
+        parts.append(
+            f'<p class="broken">{say(language, "error")}:</p>\n<pre>{html.escape(marks.error)}</pre>'
+        )
+    rows = "\n".join(_row(language, each, shown=not marks.reason) for each in marks.earned)
+    head = "".join(f"<th>{say(language, each)}</th>" for each in ("asks", "happened", "points"))
+    parts.append(f"<table><tr>{head}</tr>\n{rows}</table>")
+    if marks.did and marks.points < marks.of:
+        parts.append(f"<p>{_words(marks.did[:1].upper() + marks.did[1:])}.</p>")
+    return "\n".join(parts)
+
+
+def _markdown(marks: Marks) -> str:
+    """Return marks as the editor shows them beside the task."""
+
+    def row(*cells: str) -> str:
+        return "| " + " | ".join(" ".join(each.replace("|", "\\|").split()) for each in cells) + " |"
+
+    def points(found: Marks | Earned) -> str:
+        return say(language, "of", points=figure(language, found.points), of=figure(language, found.of))
+
+    language = marks.language
+    head = row(*(say(language, each) for each in ("asks", "happened", "points")))
+    table = [head, "|---|---|---|", *(row(each.asks, each.words, points(each)) for each in marks.earned)]
+    errors = [f"```\n{each.replace('```', '')}\n```" for each in (marks.reason, marks.error) if each]
+    return "\n\n".join([f"**{points(marks)}**", *errors, "\n".join(table), ""])
+
+
+def _row(language: str, earned: Earned, *, shown: bool) -> str:
+    kind = "full" if earned.points == earned.of else "part" if earned.points else "none"
+    points = say(language, "of", points=figure(language, earned.points), of=figure(language, earned.of))
+    words = _words(earned.words) if shown else ""
+    cells = f'<td>{_words(earned.asks)}</td><td>{words}</td><td class="points">{points}</td>'
+    return f'<tr class="{kind}">{cells}</tr>'
+
+
+def _bar(points: float, of: float) -> str:
+    return f'<meter min="0" max="{of:g}" value="{points:g}"></meter>'
+
+
+def _words(text: str) -> str:
+    """Return words as HTML, with what stands between backticks as code."""
+    return re.sub(r"`([^`]+)`", r"<code>\1</code>", html.escape(text))
+
+
+def _frame(exercise: Exercise, marks: Marks, recording: Path) -> str:
+    """Return the page of a recording as a frame, with the policy of that page."""
+    run = open_recording(recording)
+    document = parse(run.document, Message("The document cannot be read")) if run.document else None
+    page = html.escape(run_page(run.exported(document)))
+    title = say(marks.language, "all good" if marks.points == marks.of else "worst")
+    where = say(
+        marks.language,
+        "trial of" if len(exercise.plans) > 1 else "trial",
+        plan=marks.worst_plan,
+        number=marks.worst_number,
+        count=exercise.plans[marks.worst_plan].runs,
+    )
+    return f"""
+<h2>{title} <small>({html.escape(where)})</small></h2>
+<iframe title="{title}" srcdoc="{page}"></iframe>"""

@@ -1,0 +1,1 @@
+"""Trials on a cluster of Dask, and searches for parameters by Optuna."""

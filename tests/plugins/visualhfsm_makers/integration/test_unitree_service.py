@@ -1,0 +1,335 @@
+"""The services and topics of a G1 on DDS, with cyclonedds and, where it is installed, the maker's own package."""
+
+from __future__ import annotations
+
+import importlib
+import random
+from contextlib import contextmanager
+from itertools import islice, pairwise
+
+import psutil
+import pytest
+
+from naoserver.bodies import find_body
+from naoserver.errors import InvalidCommand
+from naoserver.fake import FakeRobot
+from naoserver.options import ServerOptions
+from naoserver.protocol.jobs import JobThreads
+from naoserver.safety import _insistent
+from naoserver.serving.assembly import Assembly
+from tests.support.dds import free_domain
+from tests.support.limits import FOREVER
+from tests.support.processes import ComponentProcess, module
+from tests.support.resets import check_that_a_reset_starts_nothing
+from tests.support.soak import repeated
+from tests.support.waiting import until
+from visualhfsm_makers.unitree import serve_as_unitree
+from zenoh_ice import WallClock
+
+pytest.importorskip("cyclonedds", reason="the extra unitree is not installed")
+from cyclonedds._clayer import ddspy_write
+from cyclonedds.pub import DataWriter
+from cyclonedds.sub import DataReader
+from cyclonedds.topic import Topic
+
+from tests.support.unitree import CONTINUOUS, ELBOW, Program, Wiretap, arm_command, low_command
+from visualhfsm_makers.unitree import _types
+
+DOMAIN = free_domain()
+GROWTH = 32 << 20
+"""Bytes by which a process may seem to grow whose memory does not."""
+LEASE = "60"
+"""Seconds in which DDS itself would notice that a program was killed: longer than a test waits."""
+
+
+@contextmanager
+def g1():
+    """Serve a G1 without physics; give it and its assembly."""
+    clock = WallClock()
+    robot = FakeRobot(clock, body=find_body("G1"))
+    assembly = Assembly(robot, ServerOptions(), clock)
+    watchdog, *_ = assembly.jobs
+    try:
+        with JobThreads([watchdog]), serve_as_unitree(robot, assembly, f"dds:{DOMAIN}"):
+            yield robot, assembly
+    finally:
+        assembly.close()
+        robot.close()
+
+
+def follows(assembly, joint):
+    """Return whether a joint follows commands with gains."""
+    try:
+        assembly.body.claims.check([joint.name])
+    except InvalidCommand:
+        return True
+    return False
+
+
+@pytest.mark.parametrize("service", ["loco", "sport"])
+def test_a_call_is_answered_under_both_names(service):
+    with g1():
+        answer = Program(DOMAIN, service).call(1)
+    assert (answer.header.status.code, answer.data) == (0, "1.0.0.0")
+
+
+@pytest.mark.parametrize(
+    ("service", "version"), [("arm", "1.0.0.14"), ("voice", "1.0.0.0"), ("motion_switcher", "1.0.0.1")]
+)
+def test_each_other_service_says_its_version(service, version):
+    with g1():
+        assert Program(DOMAIN, service).call(1).data == version
+
+
+def test_a_stream_of_sound_arrives_with_its_samples():
+    """The maker's g1_audio_client_play_wav.py sends chunks of 96000 bytes."""
+    sent = random.Random(1).randbytes(96_000)
+    with g1() as (robot, _assembly):
+        program = Program(DOMAIN, "voice")
+        assert program.call(1003, '{"app_name": "example", "stream_id": "1"}', sent).header.status.code == 0
+        until(lambda: robot.loudspeaker.playback().samples)
+        now = robot.loudspeaker.playback()
+        assert now.samples == sent[2 * now.place :][: len(now.samples)]
+        program.call(1004, '{"app_name": "example"}')
+        assert not robot.loudspeaker.playback().playing
+
+
+def test_the_end_of_a_program_stops_what_it_drove():
+    with g1() as (robot, _assembly):
+        program = Program(DOMAIN)
+        program.call(7105, CONTINUOUS)
+        assert robot.walker.commanded().forward > 0.0
+        del program
+        until(lambda: robot.walker.commanded().forward == 0.0)
+
+
+def test_the_end_of_the_service_stops_what_programs_drove():
+    with g1() as (robot, _assembly):
+        Program(DOMAIN).call(7105, CONTINUOUS)
+    assert robot.walker.commanded().forward == 0.0
+
+
+def test_a_killed_program_walks_no_further():
+    with g1() as (robot, _assembly):
+        for _ in range(repeated(1, soak=100)):
+            with ComponentProcess(module("tests.support.unitree", str(DOMAIN), "walk", LEASE)) as program:
+                program.wait_for("answered 0")
+                assert robot.walker.commanded().forward > 0.0
+                program.process.kill()
+                until(lambda: robot.walker.commanded().forward == 0.0)
+
+
+def test_a_stop_ends_what_a_program_commands_by_both_doors():
+    flood = ComponentProcess(module("tests.support.unitree", str(DOMAIN), "flood", LEASE))
+    with g1() as (robot, assembly), flood as program:
+        program.wait_for("answered 0")
+        before = robot.read().positions[ELBOW]
+        until(lambda: robot.read().positions[ELBOW] != before)
+        assembly.gate.stop("a test")
+        assert robot.walker.commanded().forward == 0.0
+        other = Program(DOMAIN)
+        assert other.call(7105, CONTINUOUS).header.status.code == 7301
+        held = robot.read().commands[ELBOW]
+        assert other.call(7105, CONTINUOUS).header.status.code == 7301
+        assert robot.read().commands[ELBOW] == held
+        until(lambda: robot.read().positions[ELBOW] == pytest.approx(held, abs=0.01))
+        program.process.kill()
+
+
+def test_a_reset_starts_no_walk_of_a_program_that_calls_on(monkeypatch):
+    with g1() as (robot, assembly):
+        program = Program(DOMAIN)
+        check_that_a_reset_starts_nothing(
+            monkeypatch,
+            assembly,
+            lambda: program.call(7105, CONTINUOUS) and None,
+            lambda: robot.walker.commanded().forward > 0.0,
+        )
+
+
+def test_a_reset_starts_no_joint_of_a_program_that_commands_on(monkeypatch):
+    with g1() as (robot, assembly):
+        low = Program(DOMAIN).writer("rt/lowcmd", _types.LowCmd)
+        command = low_command(ELBOW, 0.5)
+        check_that_a_reset_starts_nothing(
+            monkeypatch, assembly, lambda: low.write(command), lambda: follows(assembly, robot.joints[ELBOW])
+        )
+
+
+def test_a_reset_starts_no_arm_of_a_program_that_commands_on(monkeypatch):
+    with g1() as (robot, assembly):
+        arms = Program(DOMAIN).writer("rt/arm_sdk", _types.LowCmd)
+        command = arm_command(ELBOW, 1.0)
+        check_that_a_reset_starts_nothing(
+            monkeypatch, assembly, lambda: arms.write(command), lambda: follows(assembly, robot.joints[ELBOW])
+        )
+
+
+def test_arms_of_a_killed_program_go_back_while_the_walk_of_another_goes_on():
+    killed = ComponentProcess(module("tests.support.unitree", str(DOMAIN), "arms", LEASE))
+    with g1() as (robot, assembly), killed as program:
+        before = robot.read().positions[ELBOW]
+        until(lambda: robot.read().positions[ELBOW] == pytest.approx(1.0, abs=0.02))
+        other = Program(DOMAIN)
+        assert other.call(7105, CONTINUOUS).header.status.code == 0
+        program.process.kill()
+        until(lambda: not follows(assembly, robot.joints[ELBOW]))
+        until(lambda: robot.read().positions[ELBOW] == pytest.approx(before, abs=0.02))
+        assert robot.walker.commanded().forward > 0.0
+
+
+def test_a_stop_ends_what_moves_the_arms():
+    with g1() as (robot, assembly):
+        arms = Program(DOMAIN).writer("rt/arm_sdk", _types.LowCmd)
+        command = arm_command(ELBOW, 1.0)
+        until(lambda: arms.write(command) or follows(assembly, robot.joints[ELBOW]))
+        assembly.gate.stop("a test")
+        assert not follows(assembly, robot.joints[ELBOW])
+
+
+def test_what_a_program_uses_in_vain_is_an_event():
+    with g1() as (_robot, assembly):
+        program = Program(DOMAIN)
+
+        def told(text):
+            return [event.message for event in assembly.events.snapshot()[0]].count(text) == 1
+
+        made = [
+            DataWriter(program.participant, Topic(program.participant, "rt/dex3/left/cmd", _types.LowCmd)),
+            DataReader(
+                program.participant, Topic(program.participant, "rt/sportmodestate", _types.SportModeState)
+            ),
+        ]
+        until(lambda: told("rt/dex3/left/cmd, which a program writes, is not served"))
+        until(lambda: told("rt/sportmodestate, which a program reads, is not served: use rt/odommodestate"))
+        del made
+
+
+def test_a_program_is_the_same_at_each_door(monkeypatch):
+    monkeypatch.setattr(_insistent, "SILENCE", FOREVER)
+    with g1() as (_robot, assembly):
+        program = Program(DOMAIN)
+        low, command = program.writer("rt/lowcmd", _types.LowCmd), low_command(ELBOW, 0.5)
+        assembly.gate.stop("a test")
+        until(lambda: low.write(command) or "stopped: a test" in assembly.events.snapshot()[0][-1].message)
+        assembly.gate.reset()
+        assert program.call(7105, CONTINUOUS).header.status.code == 7301
+        assert Program(DOMAIN).call(7105, CONTINUOUS).header.status.code == 0
+
+
+def test_a_low_command_moves_a_joint():
+    with g1() as (robot, _assembly):
+        program, before = Program(DOMAIN), robot.read().positions[ELBOW]
+        writer, command = program.writer("rt/lowcmd", _types.LowCmd), low_command(ELBOW, before + 0.2)
+
+        def moves():
+            writer.write(command)
+            return robot.read().positions[ELBOW] > before + 0.1
+
+        until(moves)
+
+
+def test_states_arrive_in_their_order():
+    with g1():
+        states = list(islice(Program(DOMAIN).read("rt/lowstate", _types.LowState), 50))
+    ticks = [state.tick for state in states]
+    assert ticks == sorted(ticks)
+
+
+def test_states_of_low_frequency_are_numbered_by_their_own_time():
+    with g1() as (robot, _assembly):
+        program = Program(DOMAIN)
+        fast = program.read("rt/lowstate", _types.LowState)
+        next(fast)
+        slow = list(islice(program.read("rt/lf/lowstate", _types.LowState), 3))
+        steps = [two.tick - one.tick for one, two in pairwise(slow)]
+        assert all(step >= 50 and step % 50 == 0 for step in steps)
+        assert slow[-1].motor_state[ELBOW].q == pytest.approx(robot.read().positions[ELBOW])
+
+
+def test_the_battery_and_the_odometry_are_there():
+    with g1() as (robot, _assembly):
+        program = Program(DOMAIN)
+        battery = next(program.read("rt/lf/bmsstate", _types.BmsState))
+        place = next(program.read("rt/odommodestate", _types.SportModeState))
+        assert battery.soc == round(100 * robot.senses.read().battery.charge)
+    assert place.position[:2] == [0.0, 0.0]
+
+
+@pytest.mark.parametrize(
+    ("package", "kind"),
+    [
+        ("api", _types.Request),
+        ("api", _types.Response),
+        ("go", _types.SportModeState),
+        ("hg", _types.BmsState),
+        ("hg", _types.LowCmd),
+        ("hg", _types.LowState),
+    ],
+    ids=lambda each: getattr(each, "__name__", each),
+)
+def test_the_types_are_those_of_the_makers_package(package, kind):
+    theirs = f"unitree_sdk2py.idl.unitree_{package}.msg.dds_"
+    pytest.importorskip(theirs, reason="the maker's package is not installed")
+    made = getattr(importlib.import_module(theirs), kind.__idl_typename__.rpartition(".")[2])
+    assert kind.__idl__.get_type_info() == made.__idl__.get_type_info()
+
+
+def test_the_checksums_are_those_of_the_makers_package():
+    package = "unitree_sdk2py.idl.unitree_hg.msg.dds_"
+    theirs = pytest.importorskip(package, reason="the maker's package is not installed")
+    maker = importlib.import_module("unitree_sdk2py.utils.crc").CRC()
+    command = low_command(ELBOW, 0.3)
+    with g1():
+        state = next(Program(DOMAIN).read("rt/lowstate", _types.LowState))
+    for message, kind in ((command, theirs.LowCmd_), (state, theirs.LowState_)):
+        own = kind.deserialize(message.serialize(use_version_2=False))
+        assert maker.Crc(own) == message.crc
+
+
+def test_hostile_messages_end_nothing_and_move_nothing_beyond_its_range():
+    draw, process = random.Random(55), psutil.Process()
+    with g1() as (robot, _assembly), Wiretap(DOMAIN) as tap:
+        program = Program(DOMAIN)
+        calls = program.writer("rt/api/loco/request", _types.Request)
+        low = program.writer("rt/lowcmd", _types.LowCmd)
+        arms = program.writer("rt/arm_sdk", _types.LowCmd)
+        command = low_command(ELBOW, 0.2).serialize(use_version_2=False)
+        resident, many = 0, repeated(300, soak=10_000)
+        for number in range(many):
+            match number % 3:
+                case 0:
+                    calls.write(random_call(draw))
+                case 1:
+                    place = draw.randrange(4, len(command))
+                    changed = command[:place] + draw.randbytes(8) + command[place + 8 :]
+                    ddspy_write(draw.choice([low, arms])._ref, changed)
+                case _:
+                    tap.resend(draw)
+            if number == many // 3:
+                resident = process.memory_info().rss
+        assert program.call(1).data == "1.0.0.0"
+        for facts, at in zip(robot.joints, robot.read().positions, strict=True):
+            assert facts.lower - 1e-6 <= at <= facts.upper + 1e-6
+        assert process.memory_info().rss - resident < GROWTH
+
+
+def random_call(draw: random.Random):
+    """Return a call of an operation of ours, or of none, whose parameter is changed, long or not JSON at all."""
+    whole = '{"velocity": [0.1, 0, 0], "duration": 1, "data": 200}'
+    place = draw.randrange(len(whole))
+    parameter = draw.choice(
+        [
+            whole[:place] + chr(draw.randrange(1, 0xD7FF)) + whole[place + draw.randrange(4) :],
+            "[" * draw.randrange(9000),
+            "\U0001f916" * draw.randrange(2000),
+            f'{{"data": {draw.choice([0, 1, 2, 4, 200, 702, 706, 2**32 - 1, "1e999", "NaN", "-0"])}}}',
+        ]
+    )
+    operation = draw.choice([1, 7001, 7005, 7101, 7102, 7104, 7105, 7106, draw.getrandbits(62), -1])
+    header = _types.RequestHeader(
+        _types.Identity(draw.getrandbits(62), operation),
+        _types.Lease(draw.getrandbits(62)),
+        _types.Policy(draw.getrandbits(30), noreply=draw.random() < 0.5),
+    )
+    return _types.Request(header, parameter, [7] * draw.choice([0, 0, 3, 50_000]))

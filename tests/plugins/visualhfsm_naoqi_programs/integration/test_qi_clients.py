@@ -1,0 +1,182 @@
+"""Programs on a robot that is served as NAOqi: each by itself, over genuine libqi, also when it is killed."""
+
+import os
+import signal
+import socket
+import sys
+import textwrap
+from contextlib import ExitStack
+
+import pytest
+
+pytest.importorskip("qi")
+
+import qi
+
+from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
+from tests.support.naoqi import connected
+from tests.support.processes import ComponentProcess, module
+from tests.support.robot_server import eventually
+from visualhfsm_naoqi_programs._clients import MOST_RUNNING, MOST_WAITING
+from visualhfsm_naoqi_programs._connections import LARGEST_MESSAGE
+from visualhfsm_naoqi_programs._memory import MOST_KEYS
+
+VALUE = qi.FutureState.FinishedWithValue
+MILLISECONDS = int(CALL_LIMIT * 1000)
+SWING = "HeadYaw", [0.4, -0.4] * 50, [float(i) for i in range(1, 101)], True
+PROGRAM = """
+    import os, sys, qi
+
+    session = qi.Session()
+    session.connect(sys.argv[1])
+    motion, player = session.service("ALMotion"), session.service("ALAudioPlayer")
+    video, memory = session.service("ALVideoDevice"), session.service("ALMemory")
+    recorder, touched = session.service("ALAudioRecorder"), memory.subscriber("FrontTactilTouched")
+    video.subscribeCamera("killed", 0, 1, 11, 10)
+    memory.insertData("Killed/Key", 1)
+    recorder.startMicrophonesRecording("/killed.wav")
+    swing = "HeadYaw", [0.4, -0.4] * 50, [float(i) for i in range(1, 101)], True
+    calls = [motion.angleInterpolation(*swing, _async=True) for _ in range(100)]
+    calls += [player.playFileInLoop(f"/{i}.wav", _async=True) for i in range(30)]
+    motion.move(0.1, 0.0, 0.0)
+    print("ready", flush=True)
+    calls[0].wait()
+"""
+
+
+@pytest.fixture(scope="module")
+def url():
+    with ComponentProcess(
+        module("visualhfsm_naoqi_programs", "--qi", "tcp://127.0.0.1:0", "--speed", "4")
+    ) as process:
+        yield process.wait_for(r"^ready: (\S+)")[1]
+
+
+@pytest.fixture
+def session(url):
+    with connected(url) as session:
+        yield session
+        session.service("ALMotion").killAll()
+
+
+@pytest.fixture
+def other(url):
+    """A session of another program."""
+    with connected(url) as session:
+        yield session
+
+
+@pytest.fixture
+def motion(session):
+    return session.service("ALMotion")
+
+
+def ended(futures):
+    return all(not future.isRunning() for future in futures)
+
+
+def test_a_program_that_is_killed_leaves_nothing_that_moves_plays_or_takes_room(url, session, motion):
+    with ComponentProcess([sys.executable, "-c", textwrap.dedent(PROGRAM), url]) as program:
+        program.wait_for(r"^ready$")
+        assert motion.moveIsActive()
+        eventually(lambda: motion.getTaskList() != [])
+        program.process.send_signal(signal.SIGKILL)
+        program.wait()
+    eventually(lambda: motion.getTaskList() == [] and not motion.moveIsActive())
+    at = motion.getAngles("HeadYaw", False)
+    player, video = session.service("ALAudioPlayer"), session.service("ALVideoDevice")
+    eventually(lambda: player.getLoadedFilesIds() == [] and video.getSubscribers() == [])
+    session.service("ALTextToSpeech").say("Hello")
+    assert motion.getAngles("HeadYaw", False) == at
+    assert session.service("ALMemory").getData("Killed/Key") == 1
+    recorder = session.service("ALAudioRecorder")
+    recorder.startMicrophonesRecording("/next.wav")
+    recorder.stopMicrophonesRecording()
+
+
+def test_one_kill_all_ends_a_thousand_posted_calls(motion):
+    calls = [motion.angleInterpolation(*SWING, _async=True) for _ in range(MOST_WAITING)]
+    eventually(lambda: motion.getTaskList() != [])
+    motion.killAll()
+    eventually(lambda: ended(calls))
+    assert motion.getTaskList() == []
+    at = motion.getAngles("HeadYaw", False)
+    motion.angleInterpolation("HeadPitch", 0.1, 0.3, True)
+    assert motion.getAngles("HeadYaw", False) == at
+
+
+def test_a_program_that_takes_all_its_threads_takes_none_of_another_or_of_a_stop(session, motion, other):
+    player = session.service("ALAudioPlayer")
+    loops = [player.playFileInLoop(f"/{i}.wav", _async=True) for i in range(MOST_RUNNING)]
+    eventually(lambda: len(player.getLoadedFilesIds()) == MOST_RUNNING)
+    waiting = motion.openHand("LHand", _async=True)
+    assert other.service("ALRobotPosture").goToPosture("StandZero", 1.0)
+    for program in (session, other):
+        assert program.service("ALMotion").rest(_async=True).wait(MILLISECONDS) == VALUE
+    assert waiting.isRunning()
+    other.service("ALMotion").killAll()
+    eventually(lambda: ended([waiting]))
+    assert all(loop.isRunning() for loop in loops)
+    player.stopAll()
+    eventually(lambda: ended(loops))
+    motion.wakeUp()
+
+
+def test_too_many_calls_of_a_program_are_refused(session, motion, other):
+    calls = [motion.angleInterpolation(*SWING, _async=True) for _ in range(MOST_WAITING + 1)]
+    eventually(lambda: not all(call.isRunning() for call in calls))  # they may arrive in any order
+    (refused,) = (call for call in calls if not call.isRunning())
+    assert refused.error() == ("ALMotion::angleInterpolation: 1000 calls of this program run or wait already")
+    other.service("ALMotion").openHand("LHand")
+    motion.killAll()
+    eventually(lambda: ended(calls))
+
+
+def test_what_one_program_keeps_leaves_others_room(session, other):
+    memory, speech = session.service("ALMemory"), other.service("ALTextToSpeech")
+    for i in range(MOST_KEYS):
+        memory.insertData(f"Key{i}", i)
+    with pytest.raises(RuntimeError, match=f"this program has {MOST_KEYS} keys already"):
+        memory.insertData("one more", 1)
+    speech.say("Hello")
+    other.service("ALMemory").insertData("Mine", 1)
+
+
+def test_a_large_message_is_refused_unread_and_the_connection_goes_on(session, motion):
+    memory = session.service("ALMemory")
+    with pytest.raises(
+        RuntimeError, match=f"ALMemory: a message of .* bytes is too large: {LARGEST_MESSAGE} at most"
+    ):
+        memory.insertData("Large", "x" * LARGEST_MESSAGE)
+    with pytest.raises(RuntimeError, match="too large"):
+        motion.setAngles("HeadYaw", [0.0] * 100_000, 0.1)
+    memory.insertData("Small", "x" * 10_000)
+
+
+def test_silent_and_foreign_connections_keep_nobody_out(url):
+    host, port = url.removeprefix("tcp://").split(":")
+    with ExitStack() as doors:
+        silent = [doors.enter_context(socket.create_connection((host, int(port)))) for _ in range(50)]
+        for foreign in silent[:10]:
+            foreign.sendall(os.urandom(2000))
+        silent[10].sendall(b"\x42\xde\xad\x42" + b"\1\0\0\0" + b"\xff\xff\xff\x7f" + bytes(16))
+        with connected(url) as session:
+            assert len(session.service("ALMotion").getAngles("Body", True)) == 26
+        for foreign in silent[:10]:
+            foreign.settimeout(EVENT_LIMIT)
+            assert foreign.recv(1) == b""
+
+
+def test_a_program_cannot_use_what_was_lent_to_another(session, other):
+    for program in (session, other):
+        assert program.service("_Door").metaObject() is not None
+        with pytest.raises(RuntimeError):
+            program.service("_Door").borrow("guessed ALMotion")
+
+
+def test_a_stop_is_served_while_programs_flood_the_robot(session, motion, other):
+    busy = other.service("ALMotion")
+    calls = [busy.getAngles("Body", True, _async=True) for _ in range(2000)]
+    calls += [busy.angleInterpolation("HeadYaw", 1.0, FOREVER, True, _async=True) for _ in range(100)]
+    assert motion.killAll(_async=True).wait(MILLISECONDS) == VALUE
+    eventually(lambda: motion.killAll() is None and ended(calls))

@@ -1,0 +1,33 @@
+"""The page about the real robot lists the options of the command."""
+
+import pytest
+import typer
+
+pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualhfsm[naoqi]'")
+
+from naoserver.fake import __main__ as fake
+from naoserver.hardware.connection import HardwareLimits
+from naoserver.naoqi import _command as naoqi
+from naoserver.naoqi._robot import Life, NaoEnd, NaoStart
+from tests.support.pages import DOCS
+
+PAGE = (DOCS / "how-to/real-nao.md").read_text(encoding="utf-8")
+
+
+def options(app):
+    return {name for parameter in typer.main.get_command(app).params for name in parameter.opts}
+
+
+def test_every_option_of_its_own_is_explained():
+    own = options(naoqi.app) - options(fake.app)  # the fake robot's are those of every command
+    assert own >= {"--robot", "--life"}
+    assert [option for option in own if f"`{option}" not in PAGE] == []
+
+
+@pytest.mark.parametrize(("option", "choices"), [("start", NaoStart), ("end", NaoEnd), ("life", Life)])
+def test_every_choice_is_named_in_its_order(option, choices):
+    assert rf"`--{option} " + r"\|".join(choices) + "`" in PAGE
+
+
+def test_the_silence_after_which_a_robot_is_lost_is_that_of_the_page():
+    assert f"a silent robot after {HardwareLimits().silence:g} s" in PAGE

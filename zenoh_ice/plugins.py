@@ -1,0 +1,54 @@
+"""What other packages add to a seam: entry points of installed distributions, loaded when first needed.
+
+ARCHITECTURE.md lists the seams; the package that asks has the protocol of what it gets.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cache
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any
+
+
+class PluginError(Exception):
+    """A plug-in is installed, and cannot be loaded; the message says which one, and what to do."""
+
+
+@cache
+def names(seam: str) -> tuple[str, ...]:
+    """Return the names of what is installed for a seam, such as `naoserver.entrances`, without loading it."""
+    return tuple(sorted({point.name for point in entry_points(group=seam)}))
+
+
+@cache
+def find(seam: str, name: str) -> Any | None:  # noqa: ANN401 - the caller knows what a seam takes
+    """Return what a plug-in adds to a seam under a name; None if none does. Raises PluginError."""
+    for point in entry_points(group=seam, name=name):
+        if (found := _loaded(point)) is not None:
+            return found
+    return None
+
+
+def each(seam: str) -> Iterator[tuple[str, Any]]:
+    """Yield the name and what it stands for, of all that is installed for a seam. Raises PluginError."""
+    for name in names(seam):
+        if (found := find(seam, name)) is not None:
+            yield name, found
+
+
+def _loaded(point: EntryPoint) -> Any | None:  # noqa: ANN401
+    try:
+        return point.load()
+    except ModuleNotFoundError as error:
+        if error.name and point.module.split(".")[0] == error.name.split(".")[0]:
+            return None  # removed since it was installed
+        raise PluginError(_failure(point, error)) from error
+    except Exception as error:  # whatever somebody else's module raises
+        raise PluginError(_failure(point, error)) from error
+
+
+def _failure(point: EntryPoint, error: Exception) -> str:
+    owner = point.dist.name if point.dist else "a package"
+    why = str(error) or type(error).__name__
+    return f"the plug-in {point.name} of {owner} ({point.value}) cannot be loaded: {why}"
