@@ -82,14 +82,12 @@ class LineProcess:
 
     def has_more(self, within: float) -> bool:
         """Return whether the next part of an answer comes within some seconds."""
-        process = self._process
-        if process is None or process.stdout is None or b"\n" in self._unread:
+        with self._lock, contextlib.suppress(TooSlowError):
+            process = self._process
+            if process is not None and process.stdout is not None and b"\n" not in self._unread:
+                _wait(process.stdout.fileno(), select.POLLIN, time.monotonic() + within)
             return True
-        try:
-            _wait(process.stdout.fileno(), select.POLLIN, time.monotonic() + within)
-        except TooSlowError:
-            return False
-        return True
+        return False
 
     def more(self, patience: float) -> bytes:
         """Return the next part of an answer that has several, within `patience` s. Raises NoAnswerError."""
