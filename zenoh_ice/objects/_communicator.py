@@ -126,11 +126,11 @@ class Communicator:
             end.callback(self._fail_futures)
             if transport is None:
                 from zenoh_ice.routes._transport import (
-                    ZenohTransport,  # here: tests within one process need no Zenoh
+                    RoutedTransport,  # here: tests within one process need no Zenoh
                 )
 
                 _zenoh_processes.add(os.getpid())
-                transport = partial(ZenohTransport, settings, limits=limits)
+                transport = partial(RoutedTransport, settings, limits=limits)
             self.transport = transport(self.pool)
             end.callback(self.transport.close)
             end.callback(self._close_watches)

@@ -6,7 +6,8 @@ import threading
 
 from zenoh_ice.data.keys import Target
 from zenoh_ice.data.wire import decode_attachment
-from zenoh_ice.routes._given_up import GivenUpCalls, OwnCalls
+from zenoh_ice.routes._calls import OwnCalls
+from zenoh_ice.routes._given_up import GivenUpCalls
 
 HEAD, BODY = Target("nao", "Head"), Target("nao", "Body")
 
