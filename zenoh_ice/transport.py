@@ -67,12 +67,15 @@ class Receiver(Protocol):
         payload: Buffer | None,
         attachment: Buffer | None,
         reply: Reply,
+        *,
+        gone: bool = False,
         ended: Ended | None = None,
     ) -> Job | None:
-        """Take a call of an operation; return the function that runs or refuses it; None if it waits.
+        """Give a call its place; return the function that runs or refuses it, None if it waits for its turn.
 
         Calls are executed in the order in which they are admitted; other calls wait meanwhile, so it takes
-        microseconds. The returned function raises nothing: it gives `reply` the answer, whatever happens.
+        microseconds. `gone` says that nobody waits for the answer any more; for a call that waits, `ended` is
+        asked before it runs. The returned function raises nothing: it gives `reply` the answer in any case.
         """
 
 

@@ -64,6 +64,8 @@ class Recorder:
         payload: Buffer | None,
         attachment: Buffer | None,
         reply: Reply,
+        *,
+        gone: bool = False,
         ended: Ended | None = None,
     ) -> Job:
         assert attachment is not None

@@ -235,7 +235,7 @@ class TestReaders:
             assert leave.wait(EVENT_LIMIT)
 
         witness = Images()
-        arena: Any = pair.server.transport._local_server.arena  # type: ignore[union-attr]
+        arena: Any = pair.server.transport._local_server.arena  # type: ignore[attr-defined]
         with (
             camera(pair.client).getImageData.subscribe(take, queue=queue),
             camera(pair.client).getImageData.subscribe(witness.take),
@@ -265,7 +265,7 @@ class TestReaders:
         def hold(_: object) -> None:
             assert leave.wait(EVENT_LIMIT)
 
-        arena: Any = pair.server.transport._local_server.arena  # type: ignore[union-attr]
+        arena: Any = pair.server.transport._local_server.arena  # type: ignore[attr-defined]
         get = camera(pair.client).getImageData
         with get.subscribe(hold), get.subscribe(hold, queue=8), get.subscribe(quick.take):
             network.wait_until_unused(servant)

@@ -189,7 +189,7 @@ class _Call(msgspec.Struct, eq=False):
     about: Attachment
     reply: Reply
     since: float  # the moment of the monotonic clock at which it arrived
-    ended: Ended | None
+    ended: Ended | None = None  # asked before it runs, if it had to wait for its turn
 
 
 _Stage = Literal["admitted", "executed", "returned"]
@@ -235,6 +235,8 @@ class ServedObject:
         payload: Buffer | None,
         attachment: Buffer | None,
         reply: Reply,
+        *,
+        gone: bool = False,
         ended: Ended | None = None,
     ) -> Job | None:
         """Give a call its turn, and return the function that executes or refuses it; None if it waits."""
@@ -259,12 +261,15 @@ class ServedObject:
             if payload is not None and len(payload) > method.limit:
                 raise too_large(len(payload), method.limit, f"{method.what}: request")
             data = _NO_ARGUMENTS if payload is None else bytes(payload)
-            call = _Call(self, method, data, about, reply, time.monotonic(), ended)
+            if gone and not method.stops:
+                raise _given_up(method)
+            call = _Call(self, method, data, about, reply, time.monotonic())
             with turn.lock:
                 if self._withdrawn:
                     raise exceptions.ObjectNotExistException(f"{self.target.identity} is no longer served")
                 # A servant that calls itself must not wait for its own turn.
                 if turn.running >= turn.width and turn not in _here.turns:
+                    call.ended = ended
                     self._enqueue(call)
                     return None
                 turn.running += 1
@@ -297,7 +302,7 @@ class ServedObject:
                 about.sequence in communicator.given_up.numbers.get(client, ())
                 or (call.ended is not None and call.ended())
             ):
-                raise exceptions.TimeoutException(f"{method.what} was not executed: its caller gave it up")
+                raise _given_up(method)
             if method.fingerprints is not None and about.fingerprint not in method.fingerprints:
                 own = self._interface
                 raise exceptions.InterfaceMismatchException.between(
@@ -518,6 +523,10 @@ class ServedObject:
                 waiting=sum(call.served is self for call in self._turn.waiting),
                 listened=tuple(name for name, outlet in self._outlets.copy().items() if outlet.listening),
             )
+
+
+def _given_up(method: _Method) -> exceptions.TimeoutException:
+    return exceptions.TimeoutException(f"{method.what} was not executed: its caller gave it up")
 
 
 def _check_patience(call: _Call) -> None:

@@ -83,6 +83,8 @@ class Servant:
         payload: Buffer | None,
         attachment: Buffer | None,
         reply: Reply,
+        *,
+        gone: bool = False,
         ended: Ended | None = None,
     ) -> Job:
         data = None if payload is None else bytes(payload)
@@ -106,6 +108,8 @@ class Failing(Servant):
         payload: Buffer | None,
         attachment: Buffer | None,
         reply: Reply,
+        *,
+        gone: bool = False,
         ended: Ended | None = None,
     ) -> Job:
         if self.fails:

@@ -177,6 +177,7 @@ class ServerChannel(Source):
             try:
                 with self._receiving:
                     data = self._socket.recv(messages.LARGEST_MESSAGE, socket.MSG_DONTWAIT)
+                    gone = bool(self._ends.poll(0))  # what it sent before may have lain there for long
             except BlockingIOError:
                 return None
             except OSError:
@@ -202,7 +203,12 @@ class ServerChannel(Source):
             try:
                 receiver = self._server.receivers[message.target]
                 job = receiver.admit(
-                    message.operation, payload, message.attachment or None, self._answer, self._has_ended
+                    message.operation,
+                    payload,
+                    message.attachment or None,
+                    self._answer,
+                    gone=gone,
+                    ended=self._has_ended,
                 )
             except BaseException as failure:  # noqa: BLE001 - it is logged, and answered
                 job = refusal(failure, f"{message.target}/{message.operation}", self._answer)
