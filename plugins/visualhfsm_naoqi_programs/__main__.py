@@ -8,8 +8,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from naoserver.serving.server import Disk
-from visualhfsm_naoqi_programs import serve_as_naoqi
+from visualhfsm_naoqi_programs import Disk, serve_as_naoqi
 from zenoh_ice.application import begin_loading
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
