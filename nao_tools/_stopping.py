@@ -269,7 +269,7 @@ class Stopping:
                 state, safety = _result(moves, _JointState), _result(may, _SafetyAnswer)
                 if safety is not None:
                     realm.lost_for = safety.returnValue.lostFor
-                realm.look(
+                realm.observe(
                     None if state is None else state.returnValue.velocities,
                     None if safety is None else safety.returnValue.lost,
                     self._limits.standstill,

@@ -424,7 +424,7 @@ class TestClients:
     def test_a_client_that_ended_before_its_token_came_is_lost(
         self, by_environment: None, endpoint: str, make_communicator: MakeCommunicator
     ) -> None:
-        pair = limited_pair(endpoint, make_communicator, Limits(token_looks=10))
+        pair = limited_pair(endpoint, make_communicator, Limits(token_checks=10))
         lost: list[str] = []
         pair.server.onClientLost(lost.append)
         pair.adapter.add(CalculatorI(), "Calculator")
@@ -436,7 +436,7 @@ class TestClients:
     def test_a_client_whose_call_is_executed_after_its_end_is_lost_again(
         self, by_environment: None, endpoint: str, make_communicator: MakeCommunicator
     ) -> None:
-        pair = limited_pair(endpoint, make_communicator, Limits(token_looks=25))
+        pair = limited_pair(endpoint, make_communicator, Limits(token_checks=25))
         lost: list[str] = []
         callers: list[str] = []
         leave = threading.Event()
@@ -459,7 +459,7 @@ class TestClients:
     def test_a_server_that_calls_itself_is_no_lost_client(
         self, endpoint: str, make_communicator: MakeCommunicator
     ) -> None:
-        pair = limited_pair(endpoint, make_communicator, Limits(token_looks=2))
+        pair = limited_pair(endpoint, make_communicator, Limits(token_checks=2))
         lost: list[str] = []
         pair.server.onClientLost(lost.append)
         pair.adapter.add(CalculatorI(), "Calculator")

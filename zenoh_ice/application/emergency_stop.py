@@ -135,21 +135,21 @@ class RobotStop:
     lost: str | None = None
     """Why no command reaches the robot, last; empty while they do, None while it does not say."""
     over: bool = False
-    """Whether nothing more is to be done."""
+    """Nothing more is to be done."""
 
     @property
     def confirmed(self) -> bool:
-        """Whether the robot has confirmed the stop."""
+        """Return whether the robot has confirmed the stop."""
         return self.confirmed_at is not None
 
     @property
     def moving(self) -> bool:
-        """Whether its joints still moved when it last said how fast."""
+        """Return whether its joints still moved when it last said how fast."""
         return self.speed is not None and self.speed >= STILL
 
     @property
     def still(self) -> bool:
-        """Whether it has stopped and its joints are still, as far as it says and knows."""
+        """Return whether it has stopped and its joints are still, as far as it says and knows."""
         return self.confirmed and not self.moving and not self.lost
 
     def confirm(self) -> None:
@@ -157,13 +157,13 @@ class RobotStop:
         if self.confirmed_at is None:
             self.confirmed_at = time.monotonic()
 
-    def look(
+    def observe(
         self, velocities: Iterable[float] | None, lost: str | None, limit: float, *, answered: bool
     ) -> None:
         """Note the velocities of its joints in rad/s, and why it is lost; None for what it did not say.
 
-        Unless it has `answered`, nothing is known: a busy robot may answer late. The last look is the one
-        that is made `limit` s after it confirmed the stop.
+        Unless it has `answered`, nothing is known: a busy robot may answer late. The last
+        observation is the one `limit` s after it confirmed the stop.
         """
         if self.confirmed_at is None:
             return

@@ -94,9 +94,9 @@ class Object(ABC):  # noqa: B024 - the abstract methods are those of the generat
 
     ice_interface: ClassVar[Interface] = OBJECT_INTERFACE
     ice_concurrent: bool = False
-    """Whether calls of this servant may overlap."""
+    """Calls of this servant may overlap."""
     ice_urgent: bool = False
-    """Whether its calls, all of them quick, are executed even while the process can start no thread.
+    """Its calls, all of them quick, are executed even while the process can start no thread.
 
     Other calls may be refused then, with BusyException, but no operation marked `["stop"]`.
     """
@@ -175,8 +175,8 @@ class _Method(msgspec.Struct, frozen=True, eq=False):
     decode: Callable[[bytes], msgspec.Struct]  # of the arguments; raises MarshalException or DECODE_ERRORS
     make_result: Callable[[Any], msgspec.Struct] | None  # of one value without byte sequences
     fingerprints: frozenset[str] | None  # of the callers' interfaces; None if they do not matter
-    frozen: bool  # whether attachments of its calls do not matter
-    stops: bool  # whether it stops something: such a call is executed even if its caller gave it up
+    frozen: bool  # attachments of its calls do not matter
+    stops: bool  # it stops something: such a call is executed even if its caller gave it up
     kind: Kind
 
 
@@ -246,13 +246,13 @@ class ServedObject:
             # First, whatever refuses this call: those that its client gave up are not to begin after it.
             if attachment is not None:
                 if method is None or method.frozen:
-                    self._hear(attachment)
+                    self._note_given_up(attachment)
                 else:
                     if len(attachment) > ATTACHMENT_LIMIT:
                         raise too_large(len(attachment), ATTACHMENT_LIMIT, "attachment")
                     about = read_attachment(bytes(attachment))
                     if about.given_up:
-                        self._communicator.given_up.hear(about)
+                        self._communicator.given_up.add(about)
             if method is None:
                 raise exceptions.OperationNotExistException(
                     f"{self.target.identity}, a {self._interface.type_id}, has no operation {name!r}"
@@ -319,7 +319,7 @@ class ServedObject:
             watches = communicator.client_watches
             for watch in watches:
                 if client not in watch.present:
-                    watch.called(client)
+                    watch.note_call(client)
             _here.turns = (*turns, turn)
             try:
                 result = method.function(*arguments, current)
@@ -327,7 +327,7 @@ class ServedObject:
                 _here.turns = turns
                 for watch in watches:  # its client may have ended meanwhile
                     if client not in watch.present:
-                        watch.called(client)
+                        watch.note_call(client)
             stage = "returned"
             if method.make_result is not None:
                 reply(True, to_msgpack(method.make_result(result)))
@@ -350,12 +350,12 @@ class ServedObject:
             if following is not None:
                 communicator.pool.submit(partial(following.served._run, following), following.method.kind)
 
-    def _hear(self, attachment: Buffer) -> None:
+    def _note_given_up(self, attachment: Buffer) -> None:
         """Note what the attachment of a frozen or an unknown call says of other calls, if it can be read."""
         with suppress(exceptions.MarshalException):
             about = decode_attachment(attachment)
             if about.given_up:
-                self._communicator.given_up.hear(about)
+                self._communicator.given_up.add(about)
 
     def _enqueue(self, call: _Call) -> None:
         """Let a call wait for its turn; raises BusyException when too many do. Needs the turn's lock."""
@@ -432,7 +432,7 @@ class ServedObject:
 
     @property
     def runs_here(self) -> bool:
-        """Whether the current thread runs a call of the servant."""
+        """Return whether the current thread runs a call of the servant."""
         return self._turn in _here.turns
 
     def open(self) -> None:

@@ -48,7 +48,7 @@ class Carrier(Protocol):
 
 
 class Route:
-    """How one target is reached from here: through channels to its only server, or over the network."""
+    """The way from here to one target: through channels to its only server, or over the network."""
 
     def __init__(self, find: Callable[[str, str], Channels | None] | None = None) -> None:
         """Make a route that stays with the network unless a function finds the channels to a server."""
@@ -199,7 +199,7 @@ class OwnCalls:
             if number not in known:
                 self._given_up[target] = (*known, number)[-MOST_GIVEN_UP:]
 
-    def heard(self, target: Target, named: tuple[int, ...]) -> None:
+    def forget(self, target: Target, named: tuple[int, ...]) -> None:
         """Note that a call has returned a value that named some calls as given up."""
         with self._lock:
             left = tuple(each for each in self._given_up.get(target, ()) if each not in named)
@@ -260,7 +260,7 @@ class RoutedCaller:
             calls.give_up(target, number)
             raise
         if named and outcome[0]:  # a refused one may not have been read
-            calls.heard(target, named)
+            calls.forget(target, named)
         return outcome
 
     def begin(
@@ -276,7 +276,7 @@ class RoutedCaller:
             if isinstance(outcome, NoAnswer):
                 calls.give_up(target, number)
             elif named and not isinstance(outcome, SystemException) and outcome[0]:
-                calls.heard(target, named)
+                calls.forget(target, named)
             calls.end(target, number)
             done(outcome)
 

@@ -21,7 +21,7 @@ class GivenUpCalls:
         """Their numbers, by client."""
         self._lock: Final = threading.Lock()
 
-    def hear(self, about: Attachment) -> None:
+    def add(self, about: Attachment) -> None:
         """Note the calls that the attachment of another one names."""
         with self._lock:
             numbers = self.numbers.setdefault(about.client, {})

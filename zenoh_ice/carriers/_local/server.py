@@ -83,7 +83,7 @@ class LocalServer(Source):
     def fileno(self) -> int:
         return self._socket.fileno()
 
-    def take(self) -> Job | None:
+    def next_job(self) -> Job | None:
         try:
             connection = messages.end_in_children(lambda: self._socket.accept()[0])
         except BlockingIOError:
@@ -153,7 +153,7 @@ class LocalServer(Source):
 
 
 class ServerChannel(Source):
-    """The server's end of a channel: takes its calls, and sends their answers, and samples."""
+    """The server's end of a channel: receives its calls, and sends their answers, and samples."""
 
     def __init__(self, server: LocalServer, connection: socket.socket) -> None:
         self._server: Final = server
@@ -172,7 +172,7 @@ class ServerChannel(Source):
     def fileno(self) -> int:
         return self._socket.fileno()
 
-    def take(self) -> Job | None:
+    def next_job(self) -> Job | None:
         while True:
             try:
                 with self._receiving:

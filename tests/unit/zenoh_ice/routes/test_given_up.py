@@ -50,7 +50,7 @@ def test_a_server_hears_of_those_that_were_given_up_until_the_client_knows_that_
     assert named == (1,)
     assert calls.attach(BODY, 3, "c0ffee", 2.0)[1] == ()
     assert known.numbers == {}
-    known.hear(decode_attachment(attachment))
+    known.add(decode_attachment(attachment))
     assert list(known.numbers[late.client]) == [late.sequence]
-    calls.heard(HEAD, named)
+    calls.forget(HEAD, named)
     assert calls.attach(HEAD, 4, None, 2.0) == (b"", ())
