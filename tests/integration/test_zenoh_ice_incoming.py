@@ -270,39 +270,6 @@ def test_collocated_calls_beyond_those_that_may_wait_are_refused(pair: Pair, ser
     assert len(servant.moved) == 65
 
 
-class TestNobodyWaits:
-    """A call whose caller has ended its connection is executed only if it stops something."""
-
-    def admit(self, pair: Pair, operation: str, answers: list[bool], **of_caller: Any) -> None:
-        job = pair.server.served[Target("nao", "Gripper")].admit(
-            operation,
-            msgspec.msgpack.encode({"position": 1.0} if operation == "move" else {}),
-            attachment(),
-            lambda ok, _: answers.append(ok),
-            **of_caller,
-        )
-        if job is not None:
-            job[1]()
-
-    @pytest.mark.parametrize("waits", [False, True], ids=["at once", "in its turn"])
-    def test_it_is_refused_unless_it_stops(self, pair: Pair, servant: GripperI, waits: bool) -> None:
-        answers: list[bool] = []
-        of_caller: dict[str, object] = {"gone": True}
-        servant.leave.clear()
-        if waits:
-            of_caller = {"ended": lambda: True}
-            send(pair, 0.0)
-            assert servant.entered.acquire(timeout=EVENT_LIMIT)
-        self.admit(pair, "move", answers, **of_caller)
-        self.admit(pair, "stop", answers, **of_caller)
-        servant.leave.set()
-        until(lambda: len(answers) == 2)
-        assert answers == [False, True]
-        assert servant.stopped == 1
-        assert servant.moved == [0.0] * waits
-        assert status(pair).refused == 1
-
-
 def _ask_until_answered(pair: Pair) -> None:
     """Ask until the queryable, of which word may be on the way, was reached."""
     deadline = time.monotonic() + EVENT_LIMIT

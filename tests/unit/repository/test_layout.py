@@ -27,7 +27,6 @@ TESTED_BY: Final = {
     "nao_tools/_status.py": "integration/test_nao_command.py",
     "naoserver/soccer_field/_panorama.py": "unit/naoserver/soccer_field/test_localization.py",
     "visualhfsm/_monitor/recorder.py": "integration/test_live_recordings.py",
-    "zenoh_ice/carriers/zenoh/messenger.py": "integration/test_nao_stop.py",
 }
 """Modules whose tests have other names, each with the file in tests/ that checks it most."""
 
