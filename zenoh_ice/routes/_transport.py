@@ -11,6 +11,7 @@ from typing import Any, Final
 from zenoh_ice.carriers._in_process import InProcess, InProcessCalls
 from zenoh_ice.carriers._local.server import LocalServer
 from zenoh_ice.carriers.zenoh._network import Network, NetworkCalls
+from zenoh_ice.carriers.zenoh._streams import NetworkOutlet
 from zenoh_ice.data.interface import Operation
 from zenoh_ice.data.keys import Target
 from zenoh_ice.routes._calls import OwnCalls, Route, RoutedCaller, Routes
@@ -103,7 +104,7 @@ class RoutedTransport:
     def publish(self, target: Target, operation: Operation[..., Any]) -> Outlet:
         key, bulk = target.key(operation.name), operation.result.holds_bytes
         self._open_local_server()
-        outlet = self.network.publish(key, bulk=bulk)
+        outlet = NetworkOutlet(self.network.session, key, bulk=bulk)
         server = self._local_server if bulk else None
         if server is None or (listeners := server.publish(key)) is None:
             return outlet

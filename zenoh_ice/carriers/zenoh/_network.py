@@ -15,7 +15,7 @@ from typing import Any, Final
 import zenoh
 from zenoh.handlers import Callback
 
-from zenoh_ice.carriers.zenoh._streams import NetworkOutlet, Sample, SmallInlet, bounded
+from zenoh_ice.carriers.zenoh._streams import Sample, SmallInlet, bounded
 from zenoh_ice.carriers.zenoh.session import (
     close_session,
     connect_endpoints,
@@ -70,6 +70,8 @@ def _prepared_process() -> Iterator[None]:
 class Network:
     """A Zenoh session, usually that of a peer that talks to every other peer directly.
 
+    Methods that `Transport` has, too, do what it says there.
+
     Calls that arrive are put into the queue of the pool, by C code on Zenoh's thread; threads of the pool
     hand them to their receivers, in that order.
     """
@@ -95,7 +97,6 @@ class Network:
             raise
 
     def explain_unreachable(self, limit: float) -> str:
-        """Return why nothing answers at the endpoints, after `limit` s at most."""
         return explain_endpoints(self.endpoints, self.settings.security, limit)
 
     @contextmanager
@@ -142,10 +143,6 @@ class Network:
 
     # Streams.
 
-    def publish(self, key: str, *, bulk: bool) -> NetworkOutlet:
-        """Return the publishing end of a stream; `bulk` for one of large values."""
-        return NetworkOutlet(self.session, key, bulk=bulk)
-
     def listen(self, key: str, limit: int, queue: int) -> SmallInlet:
         """Return a listening end of a stream of small values."""
         with self.refusing(key):
@@ -167,7 +164,6 @@ class Network:
                 self._appeared[realm] = self.session.liveliness().declare_token(token)
 
     def announce(self, token: str) -> Registration:
-        """Show a token as `Transport.announce` says."""
         return Registration(partial(undeclare, self.session.liveliness().declare_token(token)))
 
     def follow(self, pattern: str, changed: Callable[[str, bool], object]) -> None:
@@ -177,8 +173,6 @@ class Network:
                 self._followed[pattern] = Tokens(self.session, pattern, changed, self.pool.submit)
 
     def watch_links(self, changed: Callable[[str, bool], object]) -> Registration:
-        """Report links as `Transport.watch_links` says."""
-
         def on_event(event: zenoh.TransportEvent) -> None:
             changed(str(event.transport.zid), event.kind == zenoh.SampleKind.PUT)
 
@@ -190,7 +184,6 @@ class Network:
     # Status.
 
     def serve_status(self, realm: str, status: Callable[[], bytes]) -> Registration:
-        """Answer requests as `Transport.serve_status` says."""
         self.pool.reserve(1)  # so that it answers while all servants are busy
 
         def answer(query: zenoh.Query) -> None:  # on Zenoh's thread
@@ -202,7 +195,6 @@ class Network:
         return Registration(partial(undeclare, queryable))
 
     def ask_status(self, realm: str, process: str, timeout: float) -> Buffer:
-        """Return a status as `Transport.ask_status` says."""
         with suppress(zenoh.ZError):  # no answer
             reply = self.session.get(
                 f"@process/{realm}/{process}/status",
@@ -219,7 +211,6 @@ class Network:
         )
 
     def close(self) -> None:
-        """End the session; waiting calls raise NoAnswer."""
         with self._lock:
             self._closed = True
         for tokens in tuple(self._followed.values()):
