@@ -162,8 +162,8 @@ class RobotStop:
     ) -> None:
         """Note the velocities of its joints in rad/s, and why it is lost; None for what it did not say.
 
-        Unless it has `answered`, nothing is known: a busy robot may answer late. The last
-        observation is the one `limit` s after it confirmed the stop.
+        Unless it has `answered`, nothing is known: a busy robot may answer late. The last time is that which
+        comes `limit` s after it confirmed the stop.
         """
         if self.confirmed_at is None:
             return

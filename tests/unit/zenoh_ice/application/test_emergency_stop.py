@@ -43,7 +43,7 @@ def test_half_an_answer_says_nothing(stop):
     assert not stop.over
 
 
-def test_the_last_look_ends_it_though_the_robot_moves(stop):
+def test_the_last_observation_ends_it_though_the_robot_moves(stop):
     stop.observe([0.4], None, 0.0, answered=False)
     assert (stop.over, stop.still, stop.speed) == (True, False, 0.4)
 
