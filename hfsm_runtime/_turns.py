@@ -30,6 +30,11 @@ def turn_of(actor: Actor, now: int, latest: int) -> int | Actor:
     The cycle is due, and its time is at most `latest`. A thread that was late for several slots makes up for
     none of them: it takes the last one that is still before the next cycle of each automaton above. While it
     waits for late automata below, it takes none that is after their next cycles, either.
+
+        parent  |                   |   due at 0 and 100 ms
+        child   |    |    |    |    |   due every 25 ms
+                               ^ at 80 it takes 75, and makes up for neither 25 nor 50;
+                                 from 100 on it is the parent's turn
     """
     first = above = actor.parent
     while above is not None:

@@ -1,4 +1,4 @@
-"""What other packages add to a seam: entry points of installed distributions, loaded when first needed.
+"""Additions of other packages to a seam: entry points of installed distributions, loaded when first needed.
 
 ARCHITECTURE.md lists the seams; the package that asks has the protocol of what it gets.
 """

@@ -41,7 +41,7 @@ class Arrived(NamedTuple):
 
 
 Answer = tuple[bool, "bytes | Pieces"]
-"""Whether a call succeeded, and its result or its exception, encoded, as a servant gives it."""
+"""True and the result of a call, or false and its exception, encoded, as a servant gives it."""
 
 Outcome = tuple[bool, "bytes | Parted"]
 """The same as it arrived at the caller."""
@@ -59,7 +59,7 @@ class Receiver(Protocol):
 
     @property
     def runs_here(self) -> bool:
-        """Whether the current thread runs a call of the servant: it must not wait for another one's end."""
+        """Return whether this thread runs a call of the servant: it must not wait for another one's end."""
 
     def admit(
         self,
@@ -67,12 +67,15 @@ class Receiver(Protocol):
         payload: Buffer | None,
         attachment: Buffer | None,
         reply: Reply,
+        *,
+        gone: bool = False,
         ended: Ended | None = None,
     ) -> Job | None:
-        """Take a call of an operation; return the function that runs or refuses it; None if it waits.
+        """Give a call its place; return the function that runs or refuses it, None if it waits for its turn.
 
         Calls are executed in the order in which they are admitted; other calls wait meanwhile, so it takes
-        microseconds. The returned function raises nothing: it gives `reply` the answer, whatever happens.
+        microseconds. `gone` says that nobody waits for the answer any more; for a call that waits, `ended` is
+        asked before it runs. The returned function raises nothing: it gives `reply` the answer in any case.
         """
 
 
@@ -152,7 +155,7 @@ class Pacer:
 
 
 class Registration:
-    """What lasts until it is closed: calls or tokens are received, or a token is shown."""
+    """A registration of a receiver, a watcher or a token, until it is closed."""
 
     def __init__(self, close: Callable[[], object]) -> None:
         self._close: Callable[[], object] | None = close
@@ -169,7 +172,7 @@ class Outlet(Protocol):
 
     @property
     def listening(self) -> bool:
-        """Whether anybody listens; takes a microsecond."""
+        """Return whether anybody listens; takes a microsecond."""
 
     def put(self, payload: bytes | Pieces, attachment: bytes) -> None:
         """Send a sample; it is dropped where the listener or the network is slower."""
@@ -232,9 +235,9 @@ class Transport(Protocol):
     token_delay: float
     """Seconds within which existing tokens arrive, once a link is made."""
     clock: Clock
-    """That by which the readers of its streams pace themselves: wall time, or that of a test."""
+    """The clock by which the readers of its streams pace themselves: wall time, or that of a test."""
     relay: Relay | None
-    """What finds servants and waits in place of the communicator; None where tokens show who is there."""
+    """The finder of servants in place of the communicator; None where tokens show who is there."""
 
     @property
     def local_address(self) -> str:

@@ -27,7 +27,7 @@ from zenoh_ice.data.codec import Pieces
 from zenoh_ice.data.interface import Operation
 from zenoh_ice.data.keys import Target
 from zenoh_ice.data.wire import decode_attachment, decode_error, encode_sample_attachment
-from zenoh_ice.objects.streams import LOOKS
+from zenoh_ice.objects.streams import CHECKS
 from zenoh_ice.routes.in_process import InProcessTransport
 from zenoh_ice.threads.limits import LIMITS
 from zenoh_ice.threads.pool import Pool
@@ -40,7 +40,7 @@ from .clock import TaskClock
 
 Polls = dict[str, Callable[[], Any]]
 
-_CLOSE_PERIOD: Final = LIMITS.linger / LOOKS  # s of virtual time between checks for unused streams
+_CLOSE_PERIOD: Final = LIMITS.linger / CHECKS  # s of virtual time between checks for unused streams
 
 _logger = logging.getLogger(__name__)
 

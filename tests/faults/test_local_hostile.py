@@ -8,6 +8,7 @@ import resource
 import socket
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, suppress
@@ -42,6 +43,7 @@ from zenoh_ice.transport import Receivers
 
 TARGET = "nao/Echo"
 LARGE = bytes(100_000)
+THREADS = 8
 SOUND = [
     encode((REQUEST, TARGET, "echo", b"", b"payload")),
     encode((PART, bytes(LARGEST_INLINE))),
@@ -54,7 +56,7 @@ pytestmark = pytest.mark.skipif(not local_space(), reason="no process reaches an
 
 @pytest.fixture
 def pool() -> Iterator[Pool]:
-    pool = Pool(8, "test")
+    pool = Pool(THREADS, "test")
     yield pool
     assert pool.close(EVENT_LIMIT)
 
@@ -216,6 +218,24 @@ class TestVisitors:
                 socket.send_fds(visitor.socket, [SOUND[0]], [0, 1, 2])
                 assert visitor.answer().ok, number
             assert open_files() == before
+
+    def test_a_call_that_lay_in_its_socket_while_its_client_left_is_known_as_such(
+        self, server: LocalServer, pool: Pool, echo: Echo
+    ) -> None:
+        busy, free = threading.Semaphore(0), threading.Event()
+
+        def occupy() -> None:
+            busy.release()
+            free.wait(EVENT_LIMIT)
+
+        with Visitor(server.address).enter() as visitor:
+            for _ in range(THREADS + 1):  # one more, which waits for files
+                pool.submit(occupy)
+                assert busy.acquire(timeout=EVENT_LIMIT)
+            visitor.ask(TARGET, "left")
+        free.set()
+        until(lambda: ("left", True) in echo.gone)
+        assert ("left", False) not in echo.gone
 
     @limited(last_reads=0.0)
     def test_memory_of_a_call_whose_client_left_is_free_again(self, server: LocalServer, echo: Echo) -> None:

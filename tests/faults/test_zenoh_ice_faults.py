@@ -38,7 +38,7 @@ from zenoh_ice import (
     TimeoutException,
     initialize,
 )
-from zenoh_ice.routes._transport import ZenohTransport
+from zenoh_ice.routes._transport import RoutedTransport
 from zenoh_ice.threads.limits import Limits
 
 SERVER = "tests.support.calculator_server"
@@ -61,9 +61,9 @@ ONE_CALL = """
 import os, sys
 from tests.support.calculator import CalculatorPrx
 from zenoh_ice import initialize
-from zenoh_ice.routes._transport import ZenohTransport
+from zenoh_ice.carriers.zenoh._network import Network
 if sys.argv[2] == "quick":  # the process ends before anybody has got its token
-    ZenohTransport.appear = lambda self, realm: None
+    Network.appear = lambda self, realm: None
 with initialize(clock="wall", connect=[sys.argv[1]]) as client:
     calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
     print("calls", flush=True)
@@ -424,7 +424,7 @@ class TestClients:
     def test_a_client_that_ended_before_its_token_came_is_lost(
         self, by_environment: None, endpoint: str, make_communicator: MakeCommunicator
     ) -> None:
-        pair = limited_pair(endpoint, make_communicator, Limits(token_looks=10))
+        pair = limited_pair(endpoint, make_communicator, Limits(token_checks=10))
         lost: list[str] = []
         pair.server.onClientLost(lost.append)
         pair.adapter.add(CalculatorI(), "Calculator")
@@ -436,7 +436,7 @@ class TestClients:
     def test_a_client_whose_call_is_executed_after_its_end_is_lost_again(
         self, by_environment: None, endpoint: str, make_communicator: MakeCommunicator
     ) -> None:
-        pair = limited_pair(endpoint, make_communicator, Limits(token_looks=25))
+        pair = limited_pair(endpoint, make_communicator, Limits(token_checks=25))
         lost: list[str] = []
         callers: list[str] = []
         leave = threading.Event()
@@ -459,7 +459,7 @@ class TestClients:
     def test_a_server_that_calls_itself_is_no_lost_client(
         self, endpoint: str, make_communicator: MakeCommunicator
     ) -> None:
-        pair = limited_pair(endpoint, make_communicator, Limits(token_looks=2))
+        pair = limited_pair(endpoint, make_communicator, Limits(token_checks=2))
         lost: list[str] = []
         pair.server.onClientLost(lost.append)
         pair.adapter.add(CalculatorI(), "Calculator")
@@ -686,8 +686,8 @@ def test_a_session_that_cannot_end_in_time_does_not_fail_the_end(
 
     communicator = make_communicator()
     transport = communicator.transport
-    assert isinstance(transport, ZenohTransport)
-    monkeypatch.setattr(transport, "session", Stuck(transport.session))
+    assert isinstance(transport, RoutedTransport)
+    monkeypatch.setattr(transport.network, "session", Stuck(transport.network.session))
     communicator.destroy()
     assert "close operation timed out" in caplog.text
 

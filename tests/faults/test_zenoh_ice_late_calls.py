@@ -37,7 +37,7 @@ from zenoh_ice import (
 from zenoh_ice.data.codec import Buffer
 from zenoh_ice.data.keys import Target, servant_token
 from zenoh_ice.data.wire import ERROR_ENCODING, Attachment, decode_attachment, decode_error, encode_error
-from zenoh_ice.routes._transport import ZenohTransport
+from zenoh_ice.routes._transport import RoutedTransport
 from zenoh_ice.threads.pool import Job, Kind
 from zenoh_ice.transport import Ended, Reply
 
@@ -64,6 +64,8 @@ class Recorder:
         payload: Buffer | None,
         attachment: Buffer | None,
         reply: Reply,
+        *,
+        gone: bool = False,
         ended: Ended | None = None,
     ) -> Job:
         assert attachment is not None
@@ -322,7 +324,7 @@ class TestBreaks:
         gripper = GripperPrx.checkedCast(pair.client.stringToProxy("Gripper"))
         gripper.move(0.0)
         transport = pair.client.transport
-        assert isinstance(transport, ZenohTransport)
+        assert isinstance(transport, RoutedTransport)
         assert transport.routes is not None
         cut = partial(transport.routes.lost, pair.server.client_id)
         self.check(gripper, servant, cut, repeated(100, 10_000))

@@ -114,7 +114,7 @@ def test_calls_for_which_there_is_no_thread_are_refused_and_later_ones_are_not(
 def test_a_call_that_comes_before_its_clients_token_needs_no_thread(
     endpoint: str, make_communicator: Callable[..., Communicator], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    pair = limited_pair(endpoint, make_communicator, Limits(token_looks=10))
+    pair = limited_pair(endpoint, make_communicator, Limits(token_checks=10))
     pair.adapter.add(CalculatorI(), "Calculator")
     calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
     monkeypatch.setattr("zenoh_ice.objects._presence.parse_client_token", lambda _: "")  # it never comes
@@ -137,7 +137,7 @@ def test_a_server_that_executes_no_calls_is_not_announced_until_it_does(
     request: pytest.FixtureRequest,
     caplog: pytest.LogCaptureFixture,
 ) -> None:
-    pair = limited_pair(endpoint, make_communicator, Limits(stalled_looks=5))
+    pair = limited_pair(endpoint, make_communicator, Limits(stalled_checks=5))
     pair.adapter.add(CalculatorI(), "Calculator")
     calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
     leave = threading.Event()

@@ -157,7 +157,7 @@ def locked(shared):
         entered.set()
         leave.wait(20)
 
-    liveliness = shared.transport.session.liveliness()
+    liveliness = shared.transport.network.session.liveliness()
     with liveliness.declare_token("token"), ThreadPoolExecutor(1) as pool:
         pool.submit(liveliness.get, "token", handler=Callback(hold, indirect=False))
         assert entered.wait(20)

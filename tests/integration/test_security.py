@@ -170,7 +170,7 @@ def test_the_robot_learns_of_an_operator_who_is_gone_and_of_no_tokens_of_a_stude
     keys: Keys, router: None, open_with: Open
 ) -> None:
     patient = Limits(
-        token_looks=int(FOREVER / Limits.look_period)
+        token_checks=int(FOREVER / Limits.check_period)
     )  # a caller without a token counts as lost later
     robot = open_with(keys.settings("robot"), limits=patient)
     student, operator = (open_with(keys.settings(who)) for who in ("student", "operator"))

@@ -55,7 +55,7 @@ IN_A_CALLBACK_OF_ZENOH = """
         say("went on")
 
     with stop_on_signals() as stop, initialize(connect=[], clock="wall") as communicator:
-        liveliness = communicator.transport.session.liveliness()
+        liveliness = communicator.transport.network.session.liveliness()
         token = liveliness.declare_token("strike")
         # This thread reports the history, inside of the call.
         handler = Callback(on_sample, indirect=False)

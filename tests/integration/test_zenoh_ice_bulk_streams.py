@@ -31,7 +31,7 @@ from zenoh_ice.carriers._local.memory import ArenaView, Extent
 from zenoh_ice.carriers._local.server import local_space
 from zenoh_ice.data.keys import Target, servant_token
 from zenoh_ice.routes import _calls as routes
-from zenoh_ice.routes._transport import ZenohTransport
+from zenoh_ice.routes._transport import RoutedTransport
 from zenoh_ice.threads.limits import Limits
 
 MEGABYTE = 1 << 20
@@ -235,7 +235,7 @@ class TestReaders:
             assert leave.wait(EVENT_LIMIT)
 
         witness = Images()
-        arena: Any = pair.server.transport._local_server.arena  # type: ignore[union-attr]
+        arena: Any = pair.server.transport._local_server.arena  # type: ignore[attr-defined]
         with (
             camera(pair.client).getImageData.subscribe(take, queue=queue),
             camera(pair.client).getImageData.subscribe(witness.take),
@@ -265,7 +265,7 @@ class TestReaders:
         def hold(_: object) -> None:
             assert leave.wait(EVENT_LIMIT)
 
-        arena: Any = pair.server.transport._local_server.arena  # type: ignore[union-attr]
+        arena: Any = pair.server.transport._local_server.arena  # type: ignore[attr-defined]
         get = camera(pair.client).getImageData
         with get.subscribe(hold), get.subscribe(hold, queue=8), get.subscribe(quick.take):
             network.wait_until_unused(servant)
@@ -451,7 +451,7 @@ class TestChanges:
     ) -> None:
         images, numbers = Images(), Numbers(servant)
         transport = pair.client.transport
-        assert isinstance(transport, ZenohTransport)
+        assert isinstance(transport, RoutedTransport)
         with camera(pair.client).getImageData.subscribe(images.take, queue=8):
             network.wait_until_unused(servant)
             for _ in range(5):

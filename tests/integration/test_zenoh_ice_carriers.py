@@ -27,7 +27,7 @@ from tests.support.waiting import until
 from zenoh_ice import Communicator, ConnectionLostException, Current, TimeoutException
 from zenoh_ice.carriers._local.server import local_space
 from zenoh_ice.data.keys import Target
-from zenoh_ice.routes._transport import ZenohTransport
+from zenoh_ice.routes._transport import RoutedTransport
 
 MakeCommunicator = Callable[..., Communicator]
 
@@ -188,7 +188,7 @@ class TestOutOfReach:
     @contextmanager
     def said(self, monkeypatch: pytest.MonkeyPatch, address: str) -> Iterator[None]:
         with monkeypatch.context() as patch:
-            patch.setattr(ZenohTransport, "local_address", property(lambda _: address))
+            patch.setattr(RoutedTransport, "local_address", property(lambda _: address))
             yield
 
     @pytest.fixture

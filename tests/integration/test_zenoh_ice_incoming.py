@@ -291,7 +291,7 @@ class TestServersThatFail:
         class Broken:
             runs_here = False
 
-            def admit(self, *_: object) -> None:
+            def admit(self, *_: object, **__: object) -> None:
                 raise RuntimeError("out of order")
 
         with (

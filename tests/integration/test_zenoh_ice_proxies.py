@@ -20,7 +20,7 @@ from zenoh_ice import (
 )
 from zenoh_ice.data.keys import Target, servant_token
 from zenoh_ice.data.status import own_version
-from zenoh_ice.routes._transport import ZenohTransport
+from zenoh_ice.routes._transport import RoutedTransport
 from zenoh_ice.transport import Registration
 
 OLD_STATUS = msgspec.msgpack.encode({"version": "0.2.0", "shared_memory": True})
@@ -141,7 +141,7 @@ def test_calls_with_many_limits_leave_few_queriers(pair: Pair, notebook: Noteboo
     for number in range(400):
         proxy.ice_invocationTimeout(FOREVER * 1000 + number).about()
     transport = pair.client.transport
-    assert isinstance(transport, ZenohTransport)
+    assert isinstance(transport, RoutedTransport)
     assert transport.caller.cache_info().currsize <= 256
 
 

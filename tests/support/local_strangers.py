@@ -56,6 +56,8 @@ class Echo:
         self.entered: Final = threading.Event()
         self.leave: Final = threading.Event()
         self.left: Final = threading.Semaphore(0)
+        self.gone: Final[list[tuple[str, bool]]] = []
+        """The operations that were called, and whether their callers had ended."""
         self._kind: Final = Kind()
 
     @property
@@ -69,8 +71,11 @@ class Echo:
         payload: Buffer | None,
         attachment: Buffer | None,
         reply: Reply,
+        *,
+        gone: bool = False,
         ended: Ended | None = None,
     ) -> Job:
+        self.gone.append((name, gone))
         content = b"" if payload is None else bytes(payload)
         if name == "big":
             return self._kind, partial(reply, True, Pieces((b"", b""), (bytes(1 << 20),), (0,)))

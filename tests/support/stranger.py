@@ -13,7 +13,7 @@ import zenoh
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
 from zenoh_ice import Communicator
 from zenoh_ice.data.keys import Target, servant_token
-from zenoh_ice.routes._transport import ZenohTransport
+from zenoh_ice.routes._transport import RoutedTransport
 
 __all__ = ["Stranger", "session_of", "stranger"]
 
@@ -85,8 +85,8 @@ class Stranger:
 def session_of(communicator: Communicator) -> zenoh.Session:
     """Return the session of a communicator, to break our rules."""
     transport = communicator.transport
-    assert isinstance(transport, ZenohTransport)
-    return transport.session
+    assert isinstance(transport, RoutedTransport)
+    return transport.network.session
 
 
 @contextmanager

@@ -12,7 +12,7 @@ from tests.support.calculator import CalculatorPrx
 from tests.support.limits import EVENT_LIMIT, FOREVER, START_LIMIT
 from zenoh_ice import Publisher, SystemException
 from zenoh_ice.objects.home import Home
-from zenoh_ice.routes._transport import ZenohTransport
+from zenoh_ice.routes._transport import RoutedTransport
 
 __all__ = ["at_once", "call_until_it_works", "links", "listened", "until"]
 
@@ -50,5 +50,5 @@ def call_until_it_works(calculator: CalculatorPrx) -> None:
 def links(communicator: Home) -> set[str]:
     """Return the ids of the processes that a communicator is linked to."""
     transport = communicator.transport
-    assert isinstance(transport, ZenohTransport)
-    return {str(link.zid) for link in transport.session.info.transports()}
+    assert isinstance(transport, RoutedTransport)
+    return {str(link.zid) for link in transport.network.session.info.transports()}

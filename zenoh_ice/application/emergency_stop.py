@@ -135,21 +135,21 @@ class RobotStop:
     lost: str | None = None
     """Why no command reaches the robot, last; empty while they do, None while it does not say."""
     over: bool = False
-    """Whether nothing more is to be done."""
+    """Nothing more is to be done."""
 
     @property
     def confirmed(self) -> bool:
-        """Whether the robot has confirmed the stop."""
+        """Return whether the robot has confirmed the stop."""
         return self.confirmed_at is not None
 
     @property
     def moving(self) -> bool:
-        """Whether its joints still moved when it last said how fast."""
+        """Return whether its joints still moved when it last said how fast."""
         return self.speed is not None and self.speed >= STILL
 
     @property
     def still(self) -> bool:
-        """Whether it has stopped and its joints are still, as far as it says and knows."""
+        """Return whether it has stopped and its joints are still, as far as it says and knows."""
         return self.confirmed and not self.moving and not self.lost
 
     def confirm(self) -> None:

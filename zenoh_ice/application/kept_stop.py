@@ -28,10 +28,10 @@ class KeptLease(msgspec.Struct, frozen=True):
 
 
 class Kept(msgspec.Struct, frozen=True, kw_only=True):
-    """What a server keeps."""
+    """The contents of the file."""
 
     running: bool = False
-    """Whether it has not ended: the next server that reads this knows that it ended without warning."""
+    """The server has not ended: the next one that reads this knows that it ended without warning."""
     stop: str = ""
     """Why the robot is stopped; empty while it is not."""
     lease: KeptLease | None = None

@@ -1,4 +1,4 @@
-"""What a computer lacks for MuJoCo: instructions of its processor, or a part of the package."""
+"""Reasons why MuJoCo does not run on a computer: its processor, or a part of the package."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ IN_PART: Final = (
     "MuJoCo is installed in part",
     "pip install --force-reinstall --no-deps mujoco mujoco-core mujoco-studio",
 )
-"""What pip leaves that installs MuJoCo 4 over an older one, and the remedy (its release notes of 4.0.0)."""
+"""The state after pip installed MuJoCo 4 over an older one, and the remedy (its release notes of 4.0.0)."""
 
 _NEEDED: Final = "avx"
-"""What MuJoCo's library for x86-64 asks for (its programming guide, "Introduction")."""
+"""The needs of MuJoCo's library for x86-64 (its programming guide, "Introduction")."""
 _FACTS: Final = Path("/proc/cpuinfo")
 _ONE: Final = 1 << 13  # bytes with the facts of the first processor; computing those of all takes time
 

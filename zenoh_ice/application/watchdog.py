@@ -1,4 +1,4 @@
-"""What a command reports to systemd, if that started it: that it is ready, and that it still works.
+"""Reports to systemd, if that started a command: that it is ready, and that it still works.
 
 The protocol of sd_notify(3) is one datagram to the socket that the environment names. systemd ends a command
 of a unit with WatchdogSec that does not report in time that it works; it then starts it again.

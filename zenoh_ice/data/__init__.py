@@ -1,1 +1,1 @@
-"""What travels: values, interfaces, exceptions, keys and status, and their forms on the wire and in files."""
+"""Data that travels, on the wire and in files: values, interfaces, exceptions, keys and status."""

@@ -181,7 +181,7 @@ class Codec(Generic[S]):
         None if the type contains classes or proxies.
         """
         self.holds_bytes = bytes in wire.leaves
-        """Whether the type contains a byte sequence, at any depth."""
+        """The type contains a byte sequence, at any depth."""
         self.size_limit = LARGEST_BULK if self.holds_bytes else LARGEST_PAYLOAD
         """Maximum size of a payload in bytes."""
 

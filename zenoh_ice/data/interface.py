@@ -44,7 +44,7 @@ class OperationOptions(TypedDict, total=False):
     """Names of parameters and results that may be absent."""
     idempotent: bool
     stop: bool
-    """Whether it stops what the interface commands."""
+    """It stops what the interface commands."""
 
 
 class Operation(Generic[P, V]):
@@ -67,7 +67,7 @@ class Operation(Generic[P, V]):
         self.idempotent: Final = options.get("idempotent", False)
         self.stop: Final = options.get("stop", False)
         self.streamed: Final = streamed
-        """Whether its results are also published as a stream."""
+        """Its results are also published as a stream."""
         self.interface: Interface | None = None
         """The interface that declares it, once there is one."""
         self.__doc__, self.__name__ = declared.__doc__, self.method

@@ -155,7 +155,7 @@ class WireTypes:
             cls, wire = self._waiting.pop()
             wire.__annotations__.update(self._members(cls))
         self.plain: Final = not self._classes and not any(issubclass(leaf, Reference) for leaf in self.leaves)
-        """Whether it has neither classes nor proxies."""
+        """It has neither classes nor proxies."""
 
     def _of(self, kind: Any) -> Any:  # noqa: ANN401 - a type or what stands for one in annotations
         origin = get_origin(kind)

@@ -104,7 +104,7 @@ class Communicator:
         self.served: Final[dict[Target, ServedObject]] = {}
         """Servants of this process."""
         self.client_watches: tuple[ClientWatch, ...] = ()
-        """Those that want to know of calls."""
+        """The watches for lost clients."""
         self.given_up = GivenUpCalls()
         """Calls of servants of this process that must not begin any more."""
         self._lock: Final = threading.RLock()
@@ -126,11 +126,11 @@ class Communicator:
             end.callback(self._fail_futures)
             if transport is None:
                 from zenoh_ice.routes._transport import (
-                    ZenohTransport,  # here: tests within one process need no Zenoh
+                    RoutedTransport,  # here: tests within one process need no Zenoh
                 )
 
                 _zenoh_processes.add(os.getpid())
-                transport = partial(ZenohTransport, settings, limits=limits)
+                transport = partial(RoutedTransport, settings, limits=limits)
             self.transport = transport(self.pool)
             end.callback(self.transport.close)
             end.callback(self._close_watches)
@@ -150,7 +150,7 @@ class Communicator:
                 self.transport,
                 self.presence,
                 resolve=self.stringToProxy,
-                is_heard=self._is_heard,
+                sees_listener=self._sees_listener,
                 pool=self.pool,
                 limits=limits,
             )
@@ -336,7 +336,7 @@ class Communicator:
 
     def _set_watches(self, watches: tuple[ClientWatch, ...]) -> None:  # with the lock
         self.client_watches = watches
-        self.pool.looks = tuple(each.look for each in watches)
+        self.pool.checks = tuple(each.check for each in watches)
 
     def _close_watches(self) -> None:
         for watch in self.client_watches:
@@ -385,7 +385,7 @@ class Communicator:
                     return servant
         return None
 
-    def _is_heard(self, target: Target, stream: str, end: float) -> bool:
+    def _sees_listener(self, target: Target, stream: str, end: float) -> bool:
         """Return whether a servant sees a listener to a stream, or cannot report it before `end`.
 
         That is a moment of the monotonic clock.

@@ -437,11 +437,11 @@ class ClientWatch:
         self._callback: Final = callback
         self._submit: Final = submit
         self._forget: Final = forget
-        self._token_looks: Final = limits.token_looks
+        self._token_checks: Final = limits.token_checks
         self._lock: Final = threading.Lock()
         self.present: Final[dict[str, str]] = {}
         """The first token of each present client."""
-        self._without_token: Final[dict[str, int]] = {}  # clients that called, and looks since
+        self._without_token: Final[dict[str, int]] = {}  # clients that called, and checks since
         self._gone: Final[dict[str, None]] = {}  # the clients lost last, in this order
         self._lost: Final[deque[str]] = deque()  # the first is being reported
         self._closed = False
@@ -459,7 +459,7 @@ class ClientWatch:
         """Return whether a client was lost recently and has not come back, as after a break of its link."""
         return client in self._gone
 
-    def called(self, client: str) -> None:
+    def note_call(self, client: str) -> None:
         """Note that a call of a client is executed, or was: it should have a token."""
         if client in self.present or not client or client == self._own_id:
             return
@@ -467,15 +467,15 @@ class ClientWatch:
             if not self._closed and len(self._without_token) < _MOST_CLIENTS:
                 self._without_token[client] = 0
 
-    def look(self) -> None:
-        """Notice clients whose tokens did not come; called at each look of the pool's watch."""
+    def check(self) -> None:
+        """Notice clients whose tokens did not come; called at each check of the pool's watch."""
         if not self._without_token:
             return
-        # Counted in looks: nobody looks in a process that stands still, and the tokens wait to be read.
+        # Counted in checks: nobody checks in a process that stands still, and the tokens wait to be read.
         with self._lock:
             for client in self._without_token:
                 self._without_token[client] += 1
-            late = [client for client, looks in self._without_token.items() if looks >= self._token_looks]
+            late = [client for client, checks in self._without_token.items() if checks >= self._token_checks]
             for client in late:
                 del self._without_token[client]
             begins = self._lose(client for client in late if client not in self.present)

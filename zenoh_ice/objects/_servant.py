@@ -94,9 +94,9 @@ class Object(ABC):  # noqa: B024 - the abstract methods are those of the generat
 
     ice_interface: ClassVar[Interface] = OBJECT_INTERFACE
     ice_concurrent: bool = False
-    """Whether calls of this servant may overlap."""
+    """Calls of this servant may overlap."""
     ice_urgent: bool = False
-    """Whether its calls, all of them quick, are executed even while the process can start no thread.
+    """Its calls, all of them quick, are executed even while the process can start no thread.
 
     Other calls may be refused then, with BusyException, but no operation marked `["stop"]`.
     """
@@ -175,8 +175,8 @@ class _Method(msgspec.Struct, frozen=True, eq=False):
     decode: Callable[[bytes], msgspec.Struct]  # of the arguments; raises MarshalException or DECODE_ERRORS
     make_result: Callable[[Any], msgspec.Struct] | None  # of one value without byte sequences
     fingerprints: frozenset[str] | None  # of the callers' interfaces; None if they do not matter
-    frozen: bool  # whether attachments of its calls do not matter
-    stops: bool  # whether it stops something: such a call is executed even if its caller gave it up
+    frozen: bool  # attachments of its calls do not matter
+    stops: bool  # it stops something: such a call is executed even if its caller gave it up
     kind: Kind
 
 
@@ -189,7 +189,7 @@ class _Call(msgspec.Struct, eq=False):
     about: Attachment
     reply: Reply
     since: float  # the moment of the monotonic clock at which it arrived
-    ended: Ended | None
+    ended: Ended | None = None  # asked before it runs, if it had to wait for its turn
 
 
 _Stage = Literal["admitted", "executed", "returned"]
@@ -235,6 +235,8 @@ class ServedObject:
         payload: Buffer | None,
         attachment: Buffer | None,
         reply: Reply,
+        *,
+        gone: bool = False,
         ended: Ended | None = None,
     ) -> Job | None:
         """Give a call its turn, and return the function that executes or refuses it; None if it waits."""
@@ -244,13 +246,13 @@ class ServedObject:
             # First, whatever refuses this call: those that its client gave up are not to begin after it.
             if attachment is not None:
                 if method is None or method.frozen:
-                    self._hear(attachment)
+                    self._note_given_up(attachment)
                 else:
                     if len(attachment) > ATTACHMENT_LIMIT:
                         raise too_large(len(attachment), ATTACHMENT_LIMIT, "attachment")
                     about = read_attachment(bytes(attachment))
                     if about.given_up:
-                        self._communicator.given_up.hear(about)
+                        self._communicator.given_up.add(about)
             if method is None:
                 raise exceptions.OperationNotExistException(
                     f"{self.target.identity}, a {self._interface.type_id}, has no operation {name!r}"
@@ -259,12 +261,15 @@ class ServedObject:
             if payload is not None and len(payload) > method.limit:
                 raise too_large(len(payload), method.limit, f"{method.what}: request")
             data = _NO_ARGUMENTS if payload is None else bytes(payload)
-            call = _Call(self, method, data, about, reply, time.monotonic(), ended)
+            if gone and not method.stops:
+                raise _given_up(method)
+            call = _Call(self, method, data, about, reply, time.monotonic())
             with turn.lock:
                 if self._withdrawn:
                     raise exceptions.ObjectNotExistException(f"{self.target.identity} is no longer served")
                 # A servant that calls itself must not wait for its own turn.
                 if turn.running >= turn.width and turn not in _here.turns:
+                    call.ended = ended
                     self._enqueue(call)
                     return None
                 turn.running += 1
@@ -297,7 +302,7 @@ class ServedObject:
                 about.sequence in communicator.given_up.numbers.get(client, ())
                 or (call.ended is not None and call.ended())
             ):
-                raise exceptions.TimeoutException(f"{method.what} was not executed: its caller gave it up")
+                raise _given_up(method)
             if method.fingerprints is not None and about.fingerprint not in method.fingerprints:
                 own = self._interface
                 raise exceptions.InterfaceMismatchException.between(
@@ -314,7 +319,7 @@ class ServedObject:
             watches = communicator.client_watches
             for watch in watches:
                 if client not in watch.present:
-                    watch.called(client)
+                    watch.note_call(client)
             _here.turns = (*turns, turn)
             try:
                 result = method.function(*arguments, current)
@@ -322,7 +327,7 @@ class ServedObject:
                 _here.turns = turns
                 for watch in watches:  # its client may have ended meanwhile
                     if client not in watch.present:
-                        watch.called(client)
+                        watch.note_call(client)
             stage = "returned"
             if method.make_result is not None:
                 reply(True, to_msgpack(method.make_result(result)))
@@ -345,12 +350,12 @@ class ServedObject:
             if following is not None:
                 communicator.pool.submit(partial(following.served._run, following), following.method.kind)
 
-    def _hear(self, attachment: Buffer) -> None:
+    def _note_given_up(self, attachment: Buffer) -> None:
         """Note what the attachment of a frozen or an unknown call says of other calls, if it can be read."""
         with suppress(exceptions.MarshalException):
             about = decode_attachment(attachment)
             if about.given_up:
-                self._communicator.given_up.hear(about)
+                self._communicator.given_up.add(about)
 
     def _enqueue(self, call: _Call) -> None:
         """Let a call wait for its turn; raises BusyException when too many do. Needs the turn's lock."""
@@ -427,7 +432,7 @@ class ServedObject:
 
     @property
     def runs_here(self) -> bool:
-        """Whether the current thread runs a call of the servant."""
+        """Return whether the current thread runs a call of the servant."""
         return self._turn in _here.turns
 
     def open(self) -> None:
@@ -518,6 +523,10 @@ class ServedObject:
                 waiting=sum(call.served is self for call in self._turn.waiting),
                 listened=tuple(name for name, outlet in self._outlets.copy().items() if outlet.listening),
             )
+
+
+def _given_up(method: _Method) -> exceptions.TimeoutException:
+    return exceptions.TimeoutException(f"{method.what} was not executed: its caller gave it up")
 
 
 def _check_patience(call: _Call) -> None:

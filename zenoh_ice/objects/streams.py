@@ -28,8 +28,8 @@ from zenoh_ice.transport import Inlet, Outlet, Pacer, Transport
 
 V = TypeVar("V")
 
-LOOKS: Final = 4
-"""How often `Streams.close_unwanted` is due in `Limits.linger` s."""
+CHECKS: Final = 4
+"""Calls of `Streams.close_unwanted` in `Limits.linger` s."""
 
 # s after which a coroutine checks anyway: it is not woken when its servant disappears.
 _CHECK_PERIOD: Final = 0.1  # s
@@ -152,7 +152,7 @@ class Sample(Generic[V]):
 class Streams:
     """The streams that a communicator reads: shared by its proxies, and closed when nobody wants them.
 
-    `resolve` makes proxies of texts; `is_heard` returns whether a servant sees a listener to one of its
+    `resolve` makes proxies of texts; `sees_listener` returns whether a servant sees a listener to one of its
     streams, until a moment of the monotonic clock. If the pool has threads, one of them asks that, and
     another one calls `close_unwanted` from time to time.
     """
@@ -163,17 +163,17 @@ class Streams:
         presence: Presence,
         *,
         resolve: Resolve,
-        is_heard: Callable[[Target, str, float], bool],
+        sees_listener: Callable[[Target, str, float], bool],
         pool: Pool,
         limits: Limits = LIMITS,
     ) -> None:
         self.presence: Final = presence
         self.resolve: Final = resolve
-        self.is_heard: Final = is_heard
+        self.sees_listener: Final = sees_listener
         self.pool: Final = pool
         self.limits: Final = limits
         self.clock: Final = transport.clock
-        """That of the transport, by which readers pace themselves."""
+        """The clock by which readers pace themselves."""
         self.closed: Final = threading.Event()
         self.listening: Final[set[StreamReader[Any] | Subscription[Any]]] = set()
         self._transport: Final = transport
@@ -198,7 +198,7 @@ class Streams:
                 self._check_open(reader)
                 if self.pool.has_threads and self._repeating is None:
                     self._repeating = repeat(
-                        self.limits.linger / LOOKS, self.close_unwanted, "zenoh_ice streams"
+                        self.limits.linger / CHECKS, self.close_unwanted, "zenoh_ice streams"
                     )
                 self._readers[target, operation, encoded] = reader
             return reader
@@ -320,7 +320,7 @@ class _Inquiry:
         self._reader: Final = reader
         self._end: Final = started + timeout
         self._worth_asking: Final = timeout >= _WORTH_ASKING
-        self._unheard = False
+        self._unseen = False
         self._begun = False
         ahead = min(_INQUIRY_TIME, _ASKING_SHARE * timeout) if self._worth_asking else 0.0
         self.delay: Final = timeout - ahead if reader.streams.pool.has_threads else timeout
@@ -337,15 +337,15 @@ class _Inquiry:
             self._reader.streams.pool.submit(self._ask)
         return goes_on
 
-    def is_unheard(self) -> bool:
+    def is_unseen(self) -> bool:
         """Return whether the servant said that it sees no listener."""
         if not self._reader.streams.pool.has_threads and self._worth_asking and self._reader.has_none:
             self._ask()  # in virtual time it takes none
-        return self._unheard
+        return self._unseen
 
     def _ask(self) -> None:
         reader = self._reader
-        self._unheard = not reader.streams.is_heard(reader.target, reader.operation.name, self._end)
+        self._unseen = not reader.streams.sees_listener(reader.target, reader.operation.name, self._end)
 
 
 class StreamReader(_Listener[V]):
@@ -365,7 +365,7 @@ class StreamReader(_Listener[V]):
         self._changed: Final = threading.Condition(self._lock)
         self._sample: Sample[V] | None = None
         self._waiting = 0  # threads
-        self._looks = 0  # of `close_if_unwanted`, since somebody asked
+        self._checks = 0  # of `close_if_unwanted`, since somebody asked
 
     def latest(self) -> Sample[V] | None:
         """Return the newest sample, or None before the first.
@@ -374,7 +374,7 @@ class StreamReader(_Listener[V]):
         InterfaceMismatchException for one of a servant with another version of the interface.
         """
         with self._lock:
-            self._looks = 0
+            self._checks = 0
             inlet = self.inlet or self.streams.listen(self, queue=1)
             raw = inlet.poll()
             if raw is not None:
@@ -409,11 +409,11 @@ class StreamReader(_Listener[V]):
         finally:
             with self._lock:
                 self._waiting -= 1
-                self._looks = 0
+                self._checks = 0
 
     @property
     def has_none(self) -> bool:
-        """Whether no sample has arrived since it began to listen."""
+        """Return whether no sample has arrived since it began to listen."""
         return self._sample is None
 
     def lost_since(self, moment: float) -> bool:
@@ -428,7 +428,7 @@ class StreamReader(_Listener[V]):
             return exceptions.CommunicatorDestroyedException(f"{self.what}: the communicator was destroyed")
         if not streams.presence.interfaces(target):
             return streams.presence.explain_absence(target, _EXPLAINING)
-        if inquiry.is_unheard():
+        if inquiry.is_unseen():
             return exceptions.AccessDeniedException(
                 f"{self.what}: {target} exists but sees no listener: access control does not "
                 "let this component read it; `security` in the settings of the router says who may"
@@ -438,8 +438,8 @@ class StreamReader(_Listener[V]):
     def close_if_unwanted(self) -> None:
         """Stop listening if nobody waits for it, and nobody has used it for `linger` s."""
         with self._lock:
-            self._looks += 1
-            if self._waiting == 0 and self._looks > LOOKS:
+            self._checks += 1
+            if self._waiting == 0 and self._checks > CHECKS:
                 self._stop_listening()
 
     def forget(self) -> None:
@@ -568,7 +568,7 @@ class Samples(Generic[V]):
         arrival = asyncio.Event()
         arrived: list[Sample[V]] = []  # the newest, or none
 
-        def take(sample: Sample[V]) -> None:
+        def keep(sample: Sample[V]) -> None:
             if arrived:
                 sample.lost += arrived.pop().lost + 1
             arrived.append(sample)
@@ -576,7 +576,7 @@ class Samples(Generic[V]):
 
         def notify(sample: Sample[V]) -> None:
             with suppress(RuntimeError):  # the loop was closed, and nobody waits any more
-                loop.call_soon_threadsafe(take, sample)
+                loop.call_soon_threadsafe(keep, sample)
 
         with Subscription(self._reader, notify):
             while True:

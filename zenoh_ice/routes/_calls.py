@@ -1,11 +1,23 @@
 """The route of each call: within the process, through a channel on this machine, or over the network.
 
 `RoutedCaller` alone chooses it. docs/decisions/0033-local-calls.md says what goes through channels, and why.
+
+A client's calls to a servant have one order, whichever route each takes. None overtakes those that were begun
+and are not answered: they go over the network, and so does every other call to their target meanwhile, behind
+them.
+
+A call that ended without an answer may still be on its way: in a process or a router that stood still, or in
+what a broken link left behind. It would be executed after calls that its client made later, such as a stop.
+So every call names those to the same target that its client gave up before, until one that named them has
+returned a value: a refused one may not have been read. Servants do not begin them any more.
 """
 
 from __future__ import annotations
 
+import itertools
+import math
 import threading
+import time
 from collections.abc import Callable, Container
 from typing import Any, Final, Protocol
 from weakref import WeakValueDictionary, ref
@@ -15,7 +27,7 @@ from zenoh_ice.carriers._local.server import local_space
 from zenoh_ice.data.exceptions import SystemException
 from zenoh_ice.data.interface import Operation
 from zenoh_ice.data.keys import FORMAT, Target, parse_servant_token
-from zenoh_ice.routes._given_up import OwnCalls
+from zenoh_ice.data.wire import MOST_GIVEN_UP, encode_attachment
 from zenoh_ice.threads.limits import LIMITS, Limits
 from zenoh_ice.transport import NoAnswer, Outcome, Registration
 
@@ -36,7 +48,7 @@ class Carrier(Protocol):
 
 
 class Route:
-    """How one target is reached from here: through channels to its only server, or over the network."""
+    """The way from here to one target: through channels to its only server, or over the network."""
 
     def __init__(self, find: Callable[[str, str], Channels | None] | None = None) -> None:
         """Make a route that stays with the network unless a function finds the channels to a server."""
@@ -141,6 +153,62 @@ class Routes:
             channels.close()
 
 
+class OwnCalls:
+    """The calls of one client: gives them their numbers and attachments; thread-safe."""
+
+    def __init__(self, client: str) -> None:
+        self.client: Final = client
+        self.numbers: Final = itertools.count(1)
+        self.unanswered: Final[dict[Target, set[int]]] = {}
+        """Calls that were begun, by target; none without any."""
+        self._lock: Final = threading.Lock()
+        self._given_up: Final[dict[Target, tuple[int, ...]]] = {}
+
+    def attach(
+        self, target: Target, number: int, fingerprint: str | None, timeout: float
+    ) -> tuple[bytes, tuple[int, ...]]:
+        """Return the attachment of a call, and the numbers of the calls that it names as given up.
+
+        It is made when the route of the call is known: calls that took another one count as given up by then.
+        Without a fingerprint, it names these alone, and is empty where there are none.
+        """
+        given_up = self._given_up.get(target, ())
+        if fingerprint is None and not given_up:
+            return b"", ()
+        # A tuple rather than the struct: it saves a microsecond in every call.
+        members = (fingerprint or "", number, math.nan, time.time(), f"{self.client}/{number}", timeout)
+        return encode_attachment((*members, given_up) if given_up else members), given_up
+
+    def begin(self, target: Target, number: int) -> None:
+        """Let no later call overtake one that is begun over the network, until `end`."""
+        with self._lock:
+            self.unanswered.setdefault(target, set()).add(number)
+
+    def end(self, target: Target, number: int) -> None:
+        """Note that a call that was begun was answered, or given up before."""
+        with self._lock:
+            begun = self.unanswered[target]
+            begun.discard(number)
+            if not begun:
+                del self.unanswered[target]
+
+    def give_up(self, target: Target, number: int) -> None:
+        """Note that a call ended without an answer, or that nobody wants it any more."""
+        with self._lock:
+            known = self._given_up.get(target, ())
+            if number not in known:
+                self._given_up[target] = (*known, number)[-MOST_GIVEN_UP:]
+
+    def forget(self, target: Target, named: tuple[int, ...]) -> None:
+        """Note that a call has returned a value that named some calls as given up."""
+        with self._lock:
+            left = tuple(each for each in self._given_up.get(target, ()) if each not in named)
+            if left:
+                self._given_up[target] = left
+            else:
+                self._given_up.pop(target, None)
+
+
 class RoutedCaller:
     """Call one operation of one target, each time over the fastest route that keeps their order."""
 
@@ -192,7 +260,7 @@ class RoutedCaller:
             calls.give_up(target, number)
             raise
         if named and outcome[0]:  # a refused one may not have been read
-            calls.heard(target, named)
+            calls.forget(target, named)
         return outcome
 
     def begin(
@@ -208,7 +276,7 @@ class RoutedCaller:
             if isinstance(outcome, NoAnswer):
                 calls.give_up(target, number)
             elif named and not isinstance(outcome, SystemException) and outcome[0]:
-                calls.heard(target, named)
+                calls.forget(target, named)
             calls.end(target, number)
             done(outcome)
 

@@ -84,7 +84,7 @@ _Most = Meta(max_length=256)
 
 
 class Role(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """What users of a role may do; each list holds patterns.
+    """The rights of the users of a role; each list holds patterns.
 
     `*` stands for any characters of an identity or an operation; `**` alone for everything.
     """

@@ -157,7 +157,7 @@ class RobotClock:
         self.rate = rate
         """Seconds of this clock that pass in a second of wall time; 0 while it is paused."""
         self.simulated = simulated
-        """Whether the time is that of a simulation."""
+        """The time is that of a simulation."""
         self._longest_silence = silence
         self._sample = self._newest = time_
         self._arrival = time.monotonic()

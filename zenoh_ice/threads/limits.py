@@ -1,4 +1,4 @@
-"""How long the parts of a communicator wait, and how much they keep."""
+"""Limits of the waits and the memory of a communicator."""
 
 from __future__ import annotations
 
@@ -13,14 +13,18 @@ from zenoh_ice.threads._starting import PULSE_PERIOD
 class Limits:
     """The limits of a communicator that are no settings: nobody who runs a component needs to know them."""
 
+    # The pool.
+
     idle_thread: float = 5.0
     """s after which a thread ends that has nothing to do."""
     quick_job: float = 0.0005
     """s that a job takes at most while its thread keeps the source that it came from."""
-    look_period: float = PULSE_PERIOD
-    """s between two looks of the pool's watch."""
-    stalled_looks: int = 100
-    """Looks, 2 s, in which jobs wait and none is taken, until the pool counts as stalled."""
+    check_period: float = PULSE_PERIOD
+    """s between two checks of the pool's watch."""
+    stalled_checks: int = 100
+    """Checks, 2 s, in which jobs wait and none is taken, until the pool counts as stalled."""
+    # Calls.
+
     status: float = 0.5
     """s to wait for the status of a process that seems to be present."""
     retry: float = 0.5
@@ -29,25 +33,35 @@ class Limits:
     """Bytes of the calls of a servant that wait for their turn."""
     drain: float = 1.0
     """s to wait for the running calls of servants that are withdrawn."""
+    # Presence. A servant of which nothing is known counts as absent when word of it would have come:
+    #
+    #   link made, or asked for                                       absent
+    #   |---- token_delay, or 0.1 of a call's limit if that is more ----|
+    #         (times 4 in an empty realm)   (at most longest_grace)
+
     token_delay: float = 0.5
-    """s for which word of a servant may be on its way, four times as long in an empty realm.
+    """s for which word of a servant may be on its way.
 
     Over a link it comes within milliseconds, and gossip makes the links to others within tens of them.
     """
     longest_grace: float = 2.0
-    """s that a long limit of a call adds to that at most."""
+    """s that the share of a long limit is at most."""
     tokens: int = 1 << 14
     """Tokens of all servants: no robot has more, so that more mean a flood."""
     loss_notice: float = 0.25
     """s in which the token of a servant that died disappears; measured 2-3 ms."""
-    token_looks: int = 100
-    """Looks, 2 s, after which a client that has called should have a token; measured 14 ms under load."""
+    token_checks: int = 100
+    """Checks, 2 s, after which a client that has called should have a token; measured 14 ms under load."""
+    # Streams.
+
     linger: float = 10.0
     """s after which an unused stream is closed."""
     callback: float = 2.0
     """s to wait for a running callback of a stream that is closed."""
     unread_bytes: int = 32 << 20
     """Bytes, but for one sample, that a listener may leave unread in lent memory: an eighth of it."""
+    # Sockets, and the memory that is lent over them.
+
     hello: float = 0.5
     """s to wait for the other process to accept a connection."""
     hello_share: float = 0.1
@@ -61,4 +75,4 @@ class Limits:
 
 
 LIMITS: Final = Limits()
-"""Those of every communicator that gets no others."""
+"""The limits of a communicator that gets no others."""

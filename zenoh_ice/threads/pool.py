@@ -1,9 +1,13 @@
 """The pool of threads of a communicator.
 
-A free thread of a pool waits for files that become readable, in one epoll with the others; one of them waits
-in the queue instead, which has no file. A thread that gets a job runs it itself: nothing is handed from one
-thread to another. docs/decisions/0008-one-pool.md compares this design with others, and says what happens
-when no further thread can be started.
+    channel, channel, ... (sources, with files) --+-- epoll -- free threads
+    put, submit -- queue (a source, with a bell) -+
+                     |
+                     +-- one free thread, while there are others: it waits in the queue itself
+
+A thread that gets a job runs it itself: nothing is handed from one thread to another.
+docs/decisions/0008-one-pool.md compares this design with others, and says what happens when no further
+thread can be started.
 """
 
 from __future__ import annotations
@@ -48,7 +52,7 @@ class Kind:
     def __init__(self, *, quick: bool = False, refusable: bool = False) -> None:
         self.quick = quick
         self.refusable: Final = refusable
-        """Whether its jobs may be refused: such a job takes the reason as an argument, and does no more."""
+        """Its jobs may be refused: such a job takes the reason as an argument, and does no more."""
 
 
 Job = tuple[Kind, Callable[..., object]]
@@ -65,7 +69,7 @@ class Source(ABC):
     busy_since = math.inf
     """When the owner began to run a job; infinite while it takes one."""
     is_awaited = False
-    """Whether the owner waits for the next job: other threads are free."""
+    """The owner waits for the next job: other threads are free."""
     file = -1
     """Its descriptor, while the pool has it."""
 
@@ -74,7 +78,7 @@ class Source(ABC):
         """Return the descriptor of the file."""
 
     @abstractmethod
-    def take(self) -> Job | None:
+    def next_job(self) -> Job | None:
         """Return the next job; None if there is none, or no more. It does not wait, and raises nothing."""
 
 
@@ -93,7 +97,7 @@ class _Queue(Source):
         """Wake a thread, which owns it then."""
         os.eventfd_write(self._bell, 1)
 
-    def take(self) -> Job | None:
+    def next_job(self) -> Job | None:
         """Return the next job; wait for it if the pool has other free threads."""
         while True:
             with self._pool._lock:
@@ -117,14 +121,17 @@ class _Queue(Source):
 class Pool:
     """A pool that grows from one thread to a limit and never makes its callers wait.
 
-    Jobs are submitted, or taken from sources in their order. A thread that gets a job that may be long first
-    lets the others have its source, and starts another thread if too few are free. If the last job of the
-    same kind was quick, it does neither: that would take longer than the job. If such a job takes long for
-    once, its source is given to the others at the next look of its watch.
+    Jobs are submitted, or come from sources in their order. Before a job, its thread, the source's owner,
+    does what the last job of the same kind suggests:
+
+        quick  keep the source: the job ends before another thread would wake
+        long   let the others have the source, and start another thread if too few are free
+
+    If a quick one takes long for once, its source is given to the others at the next check of the watch.
 
     If the system gives the process no further thread, the last free one refuses the jobs that may be refused,
     and so stays free for those that may not, such as a stop. It waits for files; jobs that are put, and not
-    submitted, its watch then finds at its next look. If nobody takes jobs any more, `on_stall` says so, and
+    submitted, its watch then finds at its next check. If nobody takes jobs any more, `on_stall` says so, and
     so it does when somebody does again.
 
     A pool of no threads, for tests in virtual time, runs each job at once on the thread that submits it.
@@ -137,13 +144,13 @@ class Pool:
         self.has_threads: Final = size > 0
         self.pulse: Final = Pulse()
         self.stalled = False
-        """Whether jobs wait, and none was taken for two seconds in which the process ran."""
+        """Jobs wait, and none was taken for two seconds in which the process ran."""
         self.on_stall: Callable[[], object] = lambda: None
         """Called on the pool's watch whenever `stalled` changes."""
         self.place: Callable[[Any], Job | None] = lambda job: job
         """Turns other objects that are put into jobs, or None; it raises nothing."""
-        self.looks: tuple[Callable[[], object], ...] = ()
-        """What else the pool's watch calls at each look; it raises nothing."""
+        self.checks: tuple[Callable[[], object], ...] = ()
+        """Further checks of the watch; they raise nothing."""
         self._limits: Final = limits
         self._limit = size + 1  # while one waits for jobs, another one waits for files
         self._name: Final = name
@@ -158,12 +165,12 @@ class Pool:
         self._free: Final[set[int]] = set()  # identifiers of those without a long job
         self._serials: Final = itertools.count(1)
         self._shortage: RuntimeError | None = None  # why a thread that is needed could not be started
-        self._taken = self._seen = 0  # jobs, now and at the last look
+        self._taken = self._seen = 0  # jobs, now and at the last check
         self._closed = False
         self._ended = False
         self.lines: Final[dict[object, deque[Callable[[], object]]]] = {}
         """Lines with waiting or running jobs: later ones must not overtake them."""
-        self._looks_without_job = 0
+        self._checks_without_job = 0
         self._complained_at = -math.inf
         self._stop_watch: Callable[[], object] | None = None
         with self._lock:
@@ -246,7 +253,7 @@ class Pool:
     def detach(self, source: Source) -> None:
         """Take no more jobs from a source; to be called before its file is closed.
 
-        Another thread may be in its `take` until that returns.
+        Another thread may be in its `next_job` until that returns.
         """
         with self._lock:
             file, source.file = source.file, -1
@@ -311,7 +318,7 @@ class Pool:
             source.owner = me
         began = time.monotonic()
         try:
-            while (job := source.take()) is not None:
+            while (job := source.next_job()) is not None:
                 kind, run = job
                 self._taken += 1  # not exact, and need not be
                 refusal: BusyException | None = None
@@ -330,7 +337,7 @@ class Pool:
                 with self._lock:
                     if source.owner != me:
                         break
-                    if source.busy_since - began > self._limits.look_period and not source.is_awaited:
+                    if source.busy_since - began > self._limits.check_period and not source.is_awaited:
                         break
                     source.busy_since = math.inf
         finally:
@@ -424,34 +431,34 @@ class Pool:
     # The watch.
 
     def _watch(self) -> None:
-        """Begin to look after the threads; with the lock."""
+        """Begin to watch over the threads; with the lock."""
         if self._stop_watch is None and self.has_threads and not self._closed:
             self.pulse.beat()
-            self._stop_watch = repeat(self._limits.look_period, self._look, f"{self._name} watch")
+            self._stop_watch = repeat(self._limits.check_period, self._check, f"{self._name} watch")
 
-    def _look(self) -> None:
+    def _check(self) -> None:
         self.pulse.beat()
         now = time.monotonic()
         with self._lock:
             for source in self._sources.values():
-                if source.owner and now - source.busy_since > self._limits.look_period:
+                if source.owner and now - source.busy_since > self._limits.check_period:
                     self._give_up(source, source.owner)
             self._arrange()  # also after a thread could not be started, or died
             shortage = self._shortage
-        for look in self.looks:
-            look()
+        for check in self.checks:
+            check()
         if shortage is not None and now - self._complained_at >= _COMPLAINT_PERIOD:
             self._complained_at = now
             _logger.error("%s refuses calls that may take long: %s", self._name, no_thread(shortage))
-        self._look_for_stall()
+        self._check_for_stall()
 
-    def _look_for_stall(self) -> None:
-        # Counted in looks: in a process that stands still, or waits for the interpreter, nobody looks either.
+    def _check_for_stall(self) -> None:
+        # Counted in checks: there are none in a process that stands still, or waits for the interpreter.
         before = self._seen
         self._seen = self._taken
         waits = self._seen == before and self._jobs_wait()
-        self._looks_without_job = self._looks_without_job + 1 if waits else 0
-        stalled = self._looks_without_job >= self._limits.stalled_looks
+        self._checks_without_job = self._checks_without_job + 1 if waits else 0
+        stalled = self._checks_without_job >= self._limits.stalled_checks
         if stalled != self.stalled:
             self.stalled = stalled
             self.on_stall()

@@ -25,7 +25,7 @@ from zenoh_ice.data.exceptions import SystemException, UnknownException
 from zenoh_ice.data.interface import Operation
 from zenoh_ice.data.keys import Target
 from zenoh_ice.data.wire import decode_attachment
-from zenoh_ice.objects.streams import LOOKS
+from zenoh_ice.objects.streams import CHECKS
 from zenoh_ice.threads.clock import VirtualClock
 from zenoh_ice.threads.limits import LIMITS
 from zenoh_ice.transport import Arrived, Caller, Inlet, Outcome, outcome_of
@@ -137,7 +137,7 @@ class FarTransport(ObservedTransport):
         self._link: Final = link
         self._numbers: Final = itertools.count(1)
         self.inlets: Final[dict[int, FarInlet]] = {}
-        link.clock.call_every(LIMITS.linger / LOOKS, self.communicator.streams.close_unwanted)
+        link.clock.call_every(LIMITS.linger / CHECKS, self.communicator.streams.close_unwanted)
 
     def call_through(self, target: Target, operation: Operation[..., Any], timeout: float) -> Caller:
         return _FarCaller(self._link, target, operation.name, timeout)

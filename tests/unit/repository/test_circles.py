@@ -14,7 +14,7 @@ from tests.support.places import ROOT
 from visualhfsm._base.html_file import STATIC
 
 LARGEST_CIRCLE: Final = 3
-"""Modules, such as those of the communicator, its proxies and its servants, which name one another."""
+"""Modules, such as those of a project, its documents and what is known of them, which name one another."""
 
 PAGE_COMMENT: Final = re.compile(r"/\*.*?\*/|^\s*//.*?$", re.DOTALL | re.MULTILINE)
 PAGE_IMPORT: Final = re.compile(

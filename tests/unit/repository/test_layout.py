@@ -32,7 +32,6 @@ TESTED_BY: Final = {
     "plugins/visualhfsm_naoqi_programs/_connections.py": "plugins/visualhfsm_naoqi_programs/integration/test_qi_connections.py",
     "plugins/visualhfsm_naoqi_programs/_faults.py": "plugins/visualhfsm_naoqi_programs/faults/test_naoqi_faults.py",
     "plugins/visualhfsm_old_documents/_modernize.py": "plugins/visualhfsm_old_documents/unit/test_python2.py",
-    "zenoh_ice/carriers/zenoh/messenger.py": "integration/test_nao_stop.py",
 }
 """Modules whose tests have other names, each with the file in tests/ that checks it most."""
 

@@ -18,7 +18,7 @@ from zenoh_ice import ConnectionLostException, Settings, SystemException, Unknow
 from zenoh_ice.data.codec import LARGE, Buffer
 from zenoh_ice.data.keys import Target
 from zenoh_ice.data.wire import decode_attachment, decode_error, encode_error, encode_sample_attachment
-from zenoh_ice.routes._transport import ZenohTransport
+from zenoh_ice.routes._transport import RoutedTransport
 from zenoh_ice.routes.in_process import InProcessTransport
 from zenoh_ice.threads.pool import Job, Kind, Pool
 from zenoh_ice.transport import Arrived, Caller, Ended, Inlet, NoAnswer, Outcome, Reply, Transport
@@ -46,8 +46,8 @@ def ends(request: pytest.FixtureRequest, endpoint: str) -> Iterator[Ends]:
     pools = [Pool(2, "server"), Pool(2, "client")]
     if request.param == "zenoh":
         common: dict[str, Any] = {"realm": "nao", "local_sockets": False, "lease": CALL_LIMIT}
-        server: Transport = ZenohTransport(Settings(listen=(endpoint,), connect=(), **common), pools[0])
-        client: Transport = ZenohTransport(Settings(connect=(endpoint,), **common), pools[1])
+        server: Transport = RoutedTransport(Settings(listen=(endpoint,), connect=(), **common), pools[0])
+        client: Transport = RoutedTransport(Settings(connect=(endpoint,), **common), pools[1])
     else:
         server = client = InProcessTransport(pools[0])
     yield Ends(server, client)
@@ -83,6 +83,8 @@ class Servant:
         payload: Buffer | None,
         attachment: Buffer | None,
         reply: Reply,
+        *,
+        gone: bool = False,
         ended: Ended | None = None,
     ) -> Job:
         data = None if payload is None else bytes(payload)
@@ -106,6 +108,8 @@ class Failing(Servant):
         payload: Buffer | None,
         attachment: Buffer | None,
         reply: Reply,
+        *,
+        gone: bool = False,
         ended: Ended | None = None,
     ) -> Job:
         if self.fails:

@@ -42,7 +42,7 @@ class NotSent(Exception):
 
 
 class Outgoing(msgspec.Struct, eq=False):
-    """What all calls of one caller have in common."""
+    """The common part of all calls of one caller."""
 
     target: str
     operation: str
@@ -68,7 +68,7 @@ class Channels:
 
     @property
     def is_absent(self) -> bool:
-        """Whether the server could not be reached a moment ago."""
+        """Return whether the server could not be reached a moment ago."""
         return time.monotonic() < self._absent_until
 
     def call(self, call: Outgoing, payload: bytes, attachment: bytes) -> Outcome:
@@ -253,7 +253,7 @@ class _Channel:
 
 
 class Subscriber(Protocol):
-    """What a channel of samples calls, on its own thread, where it must not wait."""
+    """The reader of a channel of samples, called on the channel's thread, where it must not wait."""
 
     def confirm(self, channel: SampleChannel) -> None:
         """Note that samples come, or that the channel has ended."""
@@ -274,7 +274,7 @@ class SampleChannel:
     ) -> None:
         self.view: Final = view
         self.ended = False
-        """Whether its samples are no longer lent."""
+        """Its samples are no longer lent."""
         self._all: Final = all_channels
         self._socket: Final = connection
         self._sending: Final = threading.Lock()  # also held while it is closed
@@ -335,7 +335,7 @@ class LentSample:
 
     @property
     def is_lost(self) -> bool:
-        """Whether its memory may have been written again before it was read."""
+        """Return whether its memory may have been written again before it was read."""
         return self._sample.extent is not None and self._arrived is None and self._channel.ended
 
     def read(self, limit: int, what: str) -> Arrived:

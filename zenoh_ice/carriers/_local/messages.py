@@ -1,4 +1,4 @@
-"""What passes through a Unix socket: messages in MessagePack, each of at most 64 KiB.
+"""The messages that pass through a Unix socket: MessagePack, each of at most 64 KiB.
 
 The sockets keep the borders of messages and their order. A payload that is larger than a message lies in
 memory that its sender lends; where there is none, and on the way to a servant, it is sent in parts.

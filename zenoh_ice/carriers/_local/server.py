@@ -83,7 +83,7 @@ class LocalServer(Source):
     def fileno(self) -> int:
         return self._socket.fileno()
 
-    def take(self) -> Job | None:
+    def next_job(self) -> Job | None:
         try:
             connection = messages.end_in_children(lambda: self._socket.accept()[0])
         except BlockingIOError:
@@ -153,7 +153,7 @@ class LocalServer(Source):
 
 
 class ServerChannel(Source):
-    """The server's end of a channel: takes its calls, and sends their answers, and samples."""
+    """The server's end of a channel: receives its calls, and sends their answers, and samples."""
 
     def __init__(self, server: LocalServer, connection: socket.socket) -> None:
         self._server: Final = server
@@ -172,11 +172,12 @@ class ServerChannel(Source):
     def fileno(self) -> int:
         return self._socket.fileno()
 
-    def take(self) -> Job | None:
+    def next_job(self) -> Job | None:
         while True:
             try:
                 with self._receiving:
                     data = self._socket.recv(messages.LARGEST_MESSAGE, socket.MSG_DONTWAIT)
+                    gone = bool(self._ends.poll(0))  # what it sent before may have lain there for long
             except BlockingIOError:
                 return None
             except OSError:
@@ -202,7 +203,12 @@ class ServerChannel(Source):
             try:
                 receiver = self._server.receivers[message.target]
                 job = receiver.admit(
-                    message.operation, payload, message.attachment or None, self._answer, self._has_ended
+                    message.operation,
+                    payload,
+                    message.attachment or None,
+                    self._answer,
+                    gone=gone,
+                    ended=self._has_ended,
                 )
             except BaseException as failure:  # noqa: BLE001 - it is logged, and answered
                 job = refusal(failure, f"{message.target}/{message.operation}", self._answer)

@@ -44,7 +44,7 @@ class Messenger:
 
     @property
     def linked(self) -> bool:
-        """Whether it has a link to any other process."""
+        """Return whether it has a link to any other process."""
         info = self._session.info
         return bool(info.routers_zid() or info.peers_zid())
 

@@ -18,7 +18,7 @@ MOST_UNSURE: Final = 1 << 12
 FEW: Final = 16
 """So many tokens are asked for one by one."""
 MOST_QUESTIONS: Final = 16
-"""How often a token is asked for while Zenoh drops the answers."""
+"""Questions after a token while Zenoh drops the answers."""
 PAUSE_STEP: Final = 0.005
 """Seconds by which each pause between these questions is longer: answers were dropped for up to 15 ms."""
 
@@ -62,7 +62,7 @@ class Tokens:
         self._unsure: set[str] = set()
         """The tokens that were reported, and did not come or end since."""
         self._asked: set[str] = set()
-        """Those of them that are being asked for."""
+        """The tokens of these that are being asked for."""
         self._newest = ""
         """The token that came last: it is reported, too."""
         self._confirming = True

@@ -100,10 +100,10 @@ def test_a_client_that_called_and_never_got_a_token_is_lost_after_two_seconds_of
 ) -> None:
     lost: list[str] = []
     watched = watch(lost.append)
-    watched.called("a")
+    watched.note_call("a")
     for _ in range(round(2.0 / PULSE_PERIOD)):
         assert not jobs
-        watched.look()
+        watched.check()
     run(jobs)
     assert lost == ["a"]
 
@@ -112,10 +112,10 @@ def test_a_client_whose_token_comes_after_its_call_is_not_lost(
     transport: InProcessTransport, watch: Watch, jobs: Jobs
 ) -> None:
     watched = watch(lambda client: pytest.fail(client))
-    watched.called("a")
+    watched.note_call("a")
     transport.announce(client_token("nao", "a"))
     for _ in range(round(3.0 / PULSE_PERIOD)):
-        watched.look()
+        watched.check()
     run(jobs)
 
 
@@ -137,12 +137,12 @@ def test_a_client_whose_token_comes_in_the_moment_of_a_look_is_not_lost(
     transport: InProcessTransport, watch: Watch, jobs: Jobs, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     watched = watch(lambda _: None)
-    watched.called("a")
+    watched.note_call("a")
     for _ in range(round(2.0 / PULSE_PERIOD) - 1):
-        watched.look()
+        watched.check()
     present = LateToken(lambda: transport.notify(client_token("nao", "a"), True))
     monkeypatch.setattr(watched, "present", present)
-    watched.look()
+    watched.check()
     present.bringing.join()
     assert [*present] == ["a"]
     assert not watched.is_lost("a")

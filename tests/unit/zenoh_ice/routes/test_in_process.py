@@ -47,6 +47,8 @@ class Servant:
         payload: Buffer | None,
         attachment: Buffer | None,
         reply: Reply,
+        *,
+        gone: bool = False,
         ended: Ended | None = None,
     ) -> Job:
         def execute() -> None:

@@ -275,7 +275,7 @@ def test_jobs_of_a_kind_that_took_long_run_beside_a_thread_that_takes_the_next(p
     until(lambda: not kind.quick)  # the first may end after the second
 
 
-@limited(look_period=FOREVER)
+@limited(check_period=FOREVER)
 def test_a_thread_that_waits_for_another_lets_others_have_the_queue(pool: Pool) -> None:
     kind, inner, done = pool.kind(), threading.Event(), threading.Event()
     kind.quick = True
@@ -411,7 +411,7 @@ def test_threads_that_die_leave_a_whole_pool(pool: Pool, caplog: pytest.LogCaptu
     assert pool_threads() <= 6  # with the watch
 
 
-@limited(stalled_looks=5)
+@limited(stalled_checks=5)
 def test_a_pool_that_takes_no_jobs_says_so_and_when_it_takes_them_again(pool: Pool, starts: Starts) -> None:
     pool.kind()
     stalls: list[bool] = []

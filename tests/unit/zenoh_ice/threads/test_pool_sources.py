@@ -43,7 +43,7 @@ class Feed(Source):
     def fileno(self) -> int:
         return self._server.fileno()
 
-    def take(self) -> Job | None:
+    def next_job(self) -> Job | None:
         self._takers += 1
         self.most_takers = max(self.most_takers, self._takers)
         try:
@@ -80,7 +80,7 @@ def feed(pool: Pool) -> Iterator[MakeFeed]:
         yield make
 
 
-UNWATCHED: Final[dict[str, Any]] = {"look_period": FOREVER}
+UNWATCHED: Final[dict[str, Any]] = {"check_period": FOREVER}
 """Let the watches of pools never look."""
 ALL_QUICK: Final[dict[str, Any]] = {"quick_job": FOREVER}
 """Let jobs count as quick on a busy machine, too."""
@@ -409,7 +409,7 @@ def test_at_the_limit_nothing_is_refused(scarce: Pool, feed: MakeFeed) -> None:
     wait_for(run, 1)
 
 
-@limited(stalled_looks=5)
+@limited(stalled_checks=5)
 def test_a_pool_whose_files_nobody_watches_says_so_and_when_somebody_does_again(
     scarce: Pool, feed: MakeFeed
 ) -> None:

@@ -6,7 +6,8 @@ import threading
 
 from zenoh_ice.data.keys import Target
 from zenoh_ice.data.wire import decode_attachment
-from zenoh_ice.routes._given_up import GivenUpCalls, OwnCalls
+from zenoh_ice.routes._calls import OwnCalls
+from zenoh_ice.routes._given_up import GivenUpCalls
 
 HEAD, BODY = Target("nao", "Head"), Target("nao", "Body")
 
@@ -49,7 +50,7 @@ def test_a_server_hears_of_those_that_were_given_up_until_the_client_knows_that_
     assert named == (1,)
     assert calls.attach(BODY, 3, "c0ffee", 2.0)[1] == ()
     assert known.numbers == {}
-    known.hear(decode_attachment(attachment))
+    known.add(decode_attachment(attachment))
     assert list(known.numbers[late.client]) == [late.sequence]
-    calls.heard(HEAD, named)
+    calls.forget(HEAD, named)
     assert calls.attach(HEAD, 4, None, 2.0) == (b"", ())
