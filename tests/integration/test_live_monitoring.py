@@ -814,6 +814,7 @@ def test_a_followed_component_is_recorded_with_its_robot_and_pictures(
 
         found = await opened.service.recording(file)
         assert (found["document"], found["shortened"]) == (walker(), "")
+        assert found["structure"] is not None
         assert {automaton.name for automaton in found["structure"].structure.automata} == {"walker", "walk"}
         name, timeline = found["component"], found["timeline"]
         assert first.component.time - 0.2 <= timeline.start < timeline.end

@@ -50,11 +50,12 @@ def test_a_search_that_was_given_up_is_made_up_for_and_its_last_verdicts_stand(t
         loop = asyncio.get_running_loop()
         checked: asyncio.Queue[Checked] = asyncio.Queue()
         project = Project(tmp_path, journals=tmp_path, checks=process)
-        project.subscribe(
-            lambda event: (
-                loop.call_soon_threadsafe(checked.put_nowait, event) if isinstance(event, Checked) else None
-            )
-        )
+
+        def hear(event: Event) -> None:
+            if isinstance(event, Checked):
+                loop.call_soon_threadsafe(checked.put_nowait, event)
+
+        project.subscribe(hear)
         threads = Threads(1)
         tab = Tab(1, project.new(), threads, changed=lambda _: None, output=RecentLines(1, 100))
         tab.take_findings(tab.shown, Findings(problems=(NEVER, LATE), counts={Severity.WARNING: 2}))

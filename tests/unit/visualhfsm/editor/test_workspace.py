@@ -244,7 +244,7 @@ class TestBeginning:
             assert not workspace.begin_demo()
 
         async def with_robot(workspace: Workspace) -> None:
-            workspace.robot = Robot(status="present")
+            workspace.news.robot = Robot(status="present")
             assert not workspace.begin_demo()
 
         for each in (test, with_document, with_robot):

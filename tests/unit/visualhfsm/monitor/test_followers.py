@@ -132,6 +132,8 @@ def test_who_follows_gets_what_is_known_and_what_comes(pair: Pair) -> None:
         dance = await page.serve()
         await page.follow(dance)
         known = await page.service.follow("dance")
+        assert known["structure"] is not None
+        assert known["snapshot"] is not None
         assert known["structure"].structure.name == "dance_and_follow"
         assert known["snapshot"].component.time == 1.0
         assert {push.component for push in page.pushes.of(Snapshot)} == {"dance"}

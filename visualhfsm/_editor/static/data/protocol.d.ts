@@ -58,7 +58,7 @@ export interface Address {
   address: string;
 }
 
-/** What people wrote on the canvas for each other; nothing that runs depends on it. */
+/** A text that people wrote on the canvas for each other; nothing that runs depends on it. */
 export interface Annotation {
   id: number;
   kind: string;
