@@ -7,12 +7,12 @@ from collections.abc import Mapping
 from typing import Final
 
 from codegen.diagnostics import Location, Note, did_you_mean
-from codegen.hfsm._checks.attributes import check_call
-from codegen.hfsm._checks.report import Report
 from codegen.hfsm.analysis import Access, Analysis
+from codegen.hfsm.calls import check_call
 from codegen.hfsm.codes import Code
 from codegen.hfsm.document import Document, RosInterface
 from codegen.hfsm.known_interfaces import Operation
+from codegen.hfsm.report import Report
 from codegen.messages import Message
 from visualhfsm_ros2._types import FOLDERS, QosError, RosTypes, is_ros_name, parse_qos
 

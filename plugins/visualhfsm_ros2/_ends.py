@@ -8,17 +8,18 @@ from __future__ import annotations
 
 import functools
 import logging
-import math
 import time
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from concurrent.futures import Future
 from typing import Any, Final, Protocol, TypeVar
 
 import zenoh_ros2
-from hfsm_runtime.component import Component, Ros, ros_of
+from hfsm_runtime.component import Component, type_texts_of
 from hfsm_runtime.errors import ComponentError
 from zenoh_ice import Sample, ZenohIceError
 from zenoh_ros2 import Node, QoS, RosError, Status, Types
+
+from ._declared import Ros, ros_of
 
 _LIMIT: Final = 0.5
 """The longest wait in wall seconds for all goals of a component to be cancelled."""
@@ -75,6 +76,7 @@ class Used:
 
     def __init__(self, end: Any, types: Types, declared: Ros) -> None:  # noqa: ANN401
         self.end = end
+        self.types: Final = types
         self.declared: Final = declared
         self.do: Do = directly
         self._make: Final[Callable[..., Any]] = functools.partial(types.coerce, declared.type + self._part)
@@ -240,7 +242,7 @@ class Endpoints:
         Another version of a component gets the ends that have the same declaration.
         """
         try:
-            for name, text in component._hfsm_ros_types.items():
+            for name, text in type_texts_of(component).items():
                 self._types.add(name, text)
             for attribute, declared in ros_of(component).items():
                 if attribute not in vars(component):
@@ -266,47 +268,12 @@ def used_by(component: Component) -> dict[str, Used]:
     return {name: used for name, used in found.items() if isinstance(used, Used)}
 
 
-def stop_ends(component: Component, names: Container[str]) -> None:
+def stop(component: Component, names: Container[str]) -> None:
     """Stop what a component drives over ROS by the ends with some names; failures are logged."""
     end = time.monotonic() + _LIMIT
     for name, used in used_by(component).items():
-        for stop in used._hfsm_stops() if name in names else ():
+        for stop_it in used._hfsm_stops() if name in names else ():
             try:
-                stop(max(_LEAST, end - time.monotonic()))
+                stop_it(max(_LEAST, end - time.monotonic()))
             except (RosError, ZenohIceError) as error:
                 _logger.warning("self.%s could not be stopped: %s", name, error)
-
-
-class Transformations:
-    """The part of the module `tf` of ROS 1 that documents of VisualStates use, as `tf.transformations`."""
-
-    @staticmethod
-    def euler_from_quaternion(quaternion: Sequence[float]) -> tuple[float, float, float]:
-        """Return roll, pitch and yaw in rad of a quaternion x, y, z, w (REP 103: about fixed x, y, z)."""
-        x, y, z, w = quaternion
-        roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
-        pitch = math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x))))
-        return roll, pitch, math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-
-
-def types_of(component: Component) -> Types:
-    """Return all types of ROS, with those of a component's project."""
-    return _types_with(tuple(component._hfsm_ros_types.items()))
-
-
-@functools.lru_cache(maxsize=8)
-def _types_with(texts: tuple[tuple[str, str], ...]) -> Types:
-    """Return all types of ROS, with a project's own ones, by their texts."""
-    types = Types()
-    for name, text in texts:  # each after those that it needs
-        types.add(name, text)
-    return types
-
-
-def ros_message(name: str, texts: Mapping[str, str] | None = None) -> Callable[..., Any]:
-    """Return a function that makes messages of a type with some fields, the others zero, as in ROS 1."""
-
-    def make(**fields: object) -> Any:  # noqa: ANN401
-        return _types_with(tuple((texts or {}).items())).make(name, **fields)
-
-    return make

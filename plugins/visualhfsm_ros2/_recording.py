@@ -14,15 +14,12 @@ from contextlib import contextmanager, suppress
 from typing import Any, Final
 
 import zenoh_ros2
-from hfsm_runtime._recording.clocks import Ask
-from hfsm_runtime._recording.values import readable
-from hfsm_runtime.component import Component, Ros
-from visualhfsm_ros2._ends import Endpoints, Goal, directly, types_of, used_by
+from hfsm_runtime.component import Component
+from hfsm_runtime.kinds import Ask, Differs
 from zenoh_ice import Sample
 from zenoh_ros2 import MessageError, RosError, Types
 
-Differs = Callable[[str, object, object], object]
-"""Called in a replay with a message that user code sends: the recorded one and the present one."""
+from ._ends import Endpoints, Goal, Used, directly, used_by
 
 _LARGEST_MESSAGE: Final = 1 << 20
 """Bytes of the largest message that is recorded."""
@@ -31,10 +28,10 @@ _LARGEST_MESSAGE: Final = 1 << 20
 class Asked:
     """Take what user code gets from a topic, service or action as readings."""
 
-    def __init__(self, declared: Ros, types: Types, ask: Ask, differs: Differs = lambda *_: None) -> None:
-        self._name: Final = declared.target
-        self._type: Final = declared.type
-        self._types: Final = types
+    def __init__(self, used: Used, ask: Ask, differs: Differs = lambda *_: None) -> None:
+        self._name: Final = used.declared.target
+        self._type: Final = used.declared.type
+        self._types: Final = used.types
         self._ask: Final = ask
         self._differs: Final = differs
         self._newest: Sample[Any] | None = None
@@ -150,7 +147,9 @@ class Asked:
 
 
 class _Goal(Goal):
-    """A goal of user code; recordings of variables that hold one have this name."""
+    """A goal of user code."""
+
+    __module__ = "hfsm_runtime._recording.ros"  # as recordings name the value of a variable that holds one
 
 
 class _Response(Future[Any]):
@@ -178,28 +177,27 @@ def _number(unknown: Any, found: Any) -> Any:  # noqa: ANN401
 
 
 def _plain(value: Any) -> Any:  # noqa: ANN401
-    """Return a message as readable JSON."""
+    """Return the fields of a message, without its classes."""
     if hasattr(value, "__msgtype__"):
         return {name: _plain(each) for name, each in vars(value).items() if not name.startswith("_")}
-    return readable(value.tolist() if hasattr(value, "tolist") else value)
+    return value.tolist() if hasattr(value, "tolist") else value
 
 
 @contextmanager
-def recorded_ros(component: Component, ask: Ask) -> Iterator[None]:
+def recorded(component: Component, ask: Ask) -> Iterator[None]:
     """Record what a component gets from ROS, in a `with` block."""
-    types, recorded = types_of(component), used_by(component).values()
-    for used in recorded:
-        used.do = Asked(used.declared, types, ask)
+    all_used = used_by(component).values()
+    for used in all_used:
+        used.do = Asked(used, ask)
     try:
         yield
     finally:
-        for used in recorded:
+        for used in all_used:
             used.do = directly
 
 
-def replayed_ros(component: Component, ask: Ask, differs: Differs) -> None:
+def replayed(component: Component, ask: Ask, differs: Differs) -> None:
     """Give a component what was recorded in place of ROS."""
-    types = types_of(component)
-    Endpoints(lambda *_: None, types).connect(component)
+    Endpoints(lambda *_: None, Types()).connect(component)
     for used in used_by(component).values():
-        used.do = Asked(used.declared, types, ask, differs)
+        used.do = Asked(used, ask, differs)

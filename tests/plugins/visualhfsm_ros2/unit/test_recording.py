@@ -9,9 +9,10 @@ from typing import Any
 import pytest
 
 from hfsm_runtime._recording.values import readable
-from hfsm_runtime.component import Ros
+from hfsm_runtime.kinds import Differs
+from visualhfsm_ros2._declared import Ros
 from visualhfsm_ros2._ends import KINDS
-from visualhfsm_ros2._recording import Asked, Differs
+from visualhfsm_ros2._recording import Asked
 from visualhfsm_ros2._virtual import FakeRos
 from zenoh_ros2 import CallTimeoutError, MessageError, QoS, RosError, Status
 
@@ -48,7 +49,7 @@ def used(
 ) -> Any:
     """Return what user code uses, with a genuine end or without."""
     made = KINDS[declared.kind](end, ros.types, declared)
-    made.do = Asked(declared, ros.types, ask, differs)
+    made.do = Asked(made, ask, differs)
     return made
 
 
@@ -142,7 +143,7 @@ def test_variables_that_hold_goals_and_responses_are_the_same_as_in_older_record
     ros.make_end(COUNT, QoS())
     ros.action("/count")
     for code in (recording(ros, tape, COUNT), used(ros, COUNT, tape.replay)):
-        assert readable(code.send()) == "<visualhfsm_ros2._recording._Goal object>"
+        assert readable(code.send()) == "<hfsm_runtime._recording.ros._Goal object>"
     ros.make_end(SET, QoS())
     ros.service("/set", lambda _request: {})
     for code in (recording(ros, tape, SET), used(ros, SET, tape.replay)):
