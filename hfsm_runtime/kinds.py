@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
 NAMES: Final = frozenset({"Ros", "ros_message", "ros_tf"})
 """What generated components may import by the names of a plug-in."""
-_INSTALL: Final = "the document uses ROS, which is not installed: `pip install 'visualhfsm[ros2]'`"
 
 Ask = Callable[[str, Callable[[], Any], Callable[[], float] | None], Any]
 """Return a reading of a kind: one function makes it, the other returns for how many s it waits, if it does.
@@ -92,7 +91,7 @@ def kind_of(name: str) -> Kind:
     except plugins.PluginError as error:
         raise ComponentError(str(error)) from error
     if kind is None:
-        raise ComponentError(_INSTALL)
+        raise ComponentError(f"the plug-in for endpoints of the kind {name!r} is not installed")
     return kind
 
 
@@ -110,5 +109,6 @@ def imported(name: str) -> Any:  # noqa: ANN401
     """Return what a generated component imports by one of the NAMES. Raises MissingLibraryError."""
     found = plugins.find("hfsm_runtime.names", name)
     if found is None:
-        raise MissingLibraryError(_INSTALL, name=name)
+        text = "the document uses ROS, which is not installed: `pip install 'visualhfsm[ros2]'`"
+        raise MissingLibraryError(text, name=name)
     return found
