@@ -36,7 +36,8 @@ from naoserver_sim._way import Way
 from naoserver_sim._wheels import DifferentialDrive
 from naoserver_sim.appearance import Lamps
 from naoserver_sim.cameras import CameraLimits, CameraRenderer, put_cameras
-from naoserver_sim.model import DeviceIndex, Model, build_standing
+from naoserver_sim.model import DeviceIndex, Model
+from naoserver_sim.standing import build_standing
 from naoserver_sim.world import DEFAULT_WORLD, World, load_world, scattered
 from zenoh_ice import Clock, VirtualClock
 

@@ -19,7 +19,7 @@ from msgspec import Meta, Struct
 from naoserver.bodies.parts import JointFacts
 from naoserver.errors import RobotError
 from naoserver.soccer_field.model import Field, Share, Size
-from zenoh_ice.toml_file import parse_toml, read_text
+from zenoh_ice.data.toml_file import parse_toml, read_text
 
 BALL_RADIUS: Final = 0.06
 """Radius in m of a carried ball."""

@@ -70,4 +70,4 @@ def find_kind(directories: Sequence[Path] = ()) -> Kind:
 
 
 class _NotInstalled(Kind):
-    commands: Mapping[str, bool] = {}  # noqa: RUF012 - not written
+    commands: Mapping[str, bool] = {}

@@ -13,7 +13,7 @@ from naoserver.errors import InvalidCommand, JointTaken
 from naoserver.protocol.robot import JointDevice, JointFault, JointReading
 from naoserver.safety._gate import Gate
 from naoserver.safety._limits import Goal, JointSafety, Outcome
-from zenoh_ice.text import few
+from zenoh_ice.data.text import few
 
 _logger = logging.getLogger(__name__)
 

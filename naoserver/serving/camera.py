@@ -21,7 +21,7 @@ from naoserver.errors import HardwareFailure, RobotError
 from naoserver.options import CameraOptions
 from naoserver.protocol.jobs import Job, Periodic
 from naoserver.protocol.robot import Frame, Robot
-from naoserver.safety.event_log import EventLog
+from naoserver.safety._event_log import EventLog
 from naoserver.serving._shared import MOST_QUOTED, require_finite, to_time
 from zenoh_ice import Current
 

@@ -16,7 +16,7 @@ from ._types import FOLDERS, RosTypes, parse_qos, stops
 class RosOfDocuments(RosTypes):
     """What documents use of ROS, with the types in some directories."""
 
-    commands: Mapping[str, bool] = {  # noqa: RUF012 - not written
+    commands: Mapping[str, bool] = {
         **dict.fromkeys(("publish", "send"), True),
         **dict.fromkeys(("latest", "next", "value", "wait"), False),
     }

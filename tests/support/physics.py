@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from naoserver.bodies.nao import H25
 from naoserver_sim._body import add_sensors
 from naoserver_sim._senses.record import SenseNoise, SensorRecord
-from naoserver_sim.model import build_model, standing
+from naoserver_sim.model import build_model
+from naoserver_sim.standing import standing
 
 Array = NDArray[np.float64]
 

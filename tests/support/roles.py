@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import zenoh
 
-from zenoh_ice.security import access_control
 from zenoh_ice.settings import Role, Security, Settings
+from zenoh_ice.settings.security import access_control
 
 
 def parse_role(table: object) -> Role:

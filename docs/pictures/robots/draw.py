@@ -26,8 +26,9 @@ from naoserver.bodies.capabilities import Vector
 from naoserver.bodies.parts import Axis
 from naoserver.body import Body
 from naoserver_sim.appearance import VISUAL_GROUP
-from naoserver_sim.model import FreeIndex, Model, build_model, standing
+from naoserver_sim.model import FreeIndex, Model, build_model
 from naoserver_sim.robot import SimulatedRobot
+from naoserver_sim.standing import standing
 from naoserver_sim.world import Start, World, load_world
 from visualhfsm.simulation import RobotUnderTest, simulate
 

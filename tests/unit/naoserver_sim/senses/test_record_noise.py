@@ -9,7 +9,7 @@ import pytest
 from naoserver_sim._senses.record import Errors, SenseNoise
 from naoserver_sim.robot import SimulatedRobot
 from tests.support.physics import Lab
-from zenoh_ice.clock import VirtualClock
+from zenoh_ice.threads.clock import VirtualClock
 
 pytestmark = pytest.mark.sim
 

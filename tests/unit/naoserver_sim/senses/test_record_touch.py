@@ -9,7 +9,7 @@ from naoserver.errors import InvalidCommand
 from naoserver_sim._senses.record import SensorRecord
 from naoserver_sim.robot import SimulatedRobot
 from tests.support.physics import loose_parts
-from zenoh_ice.clock import VirtualClock
+from zenoh_ice.threads.clock import VirtualClock
 
 pytestmark = pytest.mark.sim
 

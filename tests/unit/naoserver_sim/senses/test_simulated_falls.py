@@ -10,7 +10,7 @@ from naoserver_sim._senses.simulated import FALLING_TILT, FallManager
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
 from tests.support.present import present
-from zenoh_ice.clock import VirtualClock
+from zenoh_ice.threads.clock import VirtualClock
 
 pytestmark = pytest.mark.sim
 
