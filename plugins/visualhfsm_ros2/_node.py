@@ -14,9 +14,10 @@ from hfsm_runtime.component import Component, name_of
 from hfsm_runtime.debugger.monitor import Monitor
 from hfsm_runtime.errors import ComponentError
 from zenoh_ice import Settings
-from zenoh_ros2 import Node, RosError, settings_of_node
+from zenoh_ros2 import ActionClient, Node, QoS, RosError, settings_of_node
 
-from ._ends import Endpoints, make_end
+from ._declared import Ros
+from ._ends import Endpoints
 from ._monitor import RosMonitor
 
 
@@ -39,6 +40,19 @@ def opened(component: type[Component], settings: Settings, options: Mapping[str,
         raise ComponentError(f"the node of ROS cannot start: {error}") from error
     with node:
         yield _OpenNode(node)
+
+
+def make_end(node: Node, declared: Ros, qos: QoS) -> Any:  # noqa: ANN401
+    """Announce what a component declares. Raises RosError."""
+    match declared.kind:
+        case "publish":
+            return node.create_publisher(declared.type, declared.target, qos)
+        case "subscribe":
+            return node.create_subscription(declared.type, declared.target, qos=qos)
+        case "service":
+            return node.create_client(declared.type, declared.target)
+        case _:
+            return ActionClient(node, declared.type, declared.target)
 
 
 class _OpenNode(Endpoints):

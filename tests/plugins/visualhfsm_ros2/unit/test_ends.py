@@ -11,7 +11,8 @@ from hfsm_runtime import Component, Ros, ros_message, ros_tf
 from hfsm_runtime.errors import ComponentError, NotConnectedError
 from tests.support.limits import EVENT_LIMIT
 from tests.support.ros_nodes import two_nodes
-from visualhfsm_ros2._ends import Endpoints, make_end, stop
+from visualhfsm_ros2._ends import Endpoints, stop
+from visualhfsm_ros2._node import make_end
 from visualhfsm_ros2._virtual import FakeRos
 from zenoh_ros2 import ActionServer, CallError, MessageError, Status
 

@@ -12,7 +12,7 @@ from hfsm_runtime._recording.values import readable
 from hfsm_runtime.kinds import Differs
 from visualhfsm_ros2._declared import Ros
 from visualhfsm_ros2._ends import KINDS
-from visualhfsm_ros2._recording import Asked
+from visualhfsm_ros2._recording import ENDS
 from visualhfsm_ros2._virtual import FakeRos
 from zenoh_ros2 import CallTimeoutError, MessageError, QoS, RosError, Status
 
@@ -48,9 +48,8 @@ def used(
     ros: FakeRos, declared: Ros, ask: Any, differs: Differs = lambda *_: None, end: object = None
 ) -> Any:
     """Return what user code uses, with a genuine end or without."""
-    made = KINDS[declared.kind](end, ros.types, declared)
-    made.do = Asked(made, ask, differs)
-    return made
+    asked = ENDS[declared.kind](declared, ros.types, ask, differs, end)
+    return KINDS[declared.kind](asked, ros.types, declared)
 
 
 def recording(ros: FakeRos, tape: Tape, declared: Ros) -> Any:
