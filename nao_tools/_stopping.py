@@ -54,7 +54,7 @@ class StopLimits:
 
 
 STOP_LIMITS: Final = StopLimits()
-"""Those of every stop that gets no others."""
+"""The limits of a stop that gets no others."""
 
 
 @dataclass
@@ -64,10 +64,10 @@ class Route:
     name: str
     settings: Settings
     required: bool
-    """Whether the robots behind it count as unstopped while it makes no link."""
+    """True if the robots behind it count as unstopped while it makes no link."""
     reached: bool = False
     settled: bool = False
-    """Whether the realms that it leads to are known."""
+    """True once the realms that it leads to are known."""
     trouble: str = ""
 
 
@@ -77,7 +77,7 @@ class Realm(emergency_stop.RobotStop):
 
     name: str
     required: bool = True
-    """Whether it is there, as far as we know."""
+    """False for a robot that may not be there."""
     trouble: str = ""
     """Why it did not stop, last."""
     lost_for: float = 0.0

@@ -23,9 +23,9 @@ import numpy as np
 from naoserver.bodies.capabilities import InertialReading
 from naoserver.bodies.footsteps import GRAVITY, Footsteps
 from naoserver_sim._footsteps.limbs import LEFT, RIGHT, Array, Limbs, quaternion
+from naoserver_sim._locomotion import STANDING_TICKS, STILL_RATE, yaw_rate
 from naoserver_sim._senses.record import encoded
 from naoserver_sim._simulator import Simulator
-from naoserver_sim._way import STANDING_TICKS, STILL_RATE, yaw_rate
 
 
 class BodySensors:
@@ -95,7 +95,7 @@ class Estimator:
         self.soles: Array = np.zeros((2, 3))
         """The middles of the soles in m, left and right."""
         self.levers: Final[Array] = np.zeros((12, mj.nv))
-        """How each degree of freedom moves and turns the left sole, then the right one: 6 rows each."""
+        """The motion of the left sole by each degree of freedom, then of the right one: 6 rows each."""
         self._levers = [(self.levers[row : row + 3], self.levers[row + 3 : row + 6]) for row in (0, 6)]
         self.center = 0j
         """Place of the center of mass on the floor."""

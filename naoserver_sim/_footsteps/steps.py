@@ -18,7 +18,7 @@ from typing import Final
 from naoserver.bodies.capabilities import STILL, WalkVelocity
 from naoserver.bodies.footsteps import Footsteps
 from naoserver_sim._footsteps.limbs import LEFT, RIGHT
-from naoserver_sim._way import nearer
+from naoserver_sim._locomotion import nearer
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,7 +181,7 @@ class Steps:
         self.count = 0
         """Number of steps that have ended."""
         self.held_back = False
-        """Whether something kept the last one from its way."""
+        """True if something kept the last step from its way."""
         self.feet = [Foot(0.5j * footsteps.width, 0.0), Foot(-0.5j * footsteps.width, 0.0)]
         """Left and right foot."""
         self._step: _Step | None = None

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from naoserver.bodies.capabilities import WalkVelocity
-from naoserver_sim._way import nearer
+from naoserver_sim._locomotion import nearer
 
 LEFT: Final = 0
 RIGHT: Final = 1
@@ -61,7 +61,7 @@ class Gait:
 
     def __init__(self) -> None:
         self.walking = False
-        """Whether it makes steps; false when both feet are at rest."""
+        """True while it makes steps; false when both feet are at rest."""
         self.swing = RIGHT
         """The foot that is in the air."""
         self.steps = 0

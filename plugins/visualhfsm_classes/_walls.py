@@ -23,7 +23,7 @@ _INSIDE: Final = Path("/packages")
 _OURS: Final = _INSIDE / "ours"
 _COMPILER: Final = _INSIDE / "compile.py"
 _PACKAGES: Final = ("codegen", "hfsm_runtime", "interfaces", "naoserver", "zenoh_ice", "zenoh_ros2")
-"""What behaviors import, and what compiles them: neither the judge nor behaviors of others."""
+"""The packages that behaviors import, and that compile them: neither the judge nor behaviors of others."""
 _LIBRARIES: Final = ("/lib", "/lib64", "/usr/lib", "/usr/lib64", "/usr/local/lib")
 _FILES: Final = ("/etc/ld.so.cache", "/etc/alternatives", "/etc/localtime", "/usr/share/zoneinfo")
 _SYSTEM: Final = (Path("/usr"), Path("/usr/local"))

@@ -14,7 +14,7 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import read_document
 from codegen.hfsm.document import Annotation, Text
 from codegen.messages import Message
-from tests.support.browser import AXE, new_context
+from tests.support.browser import load_axe, new_context
 from tests.support.component import dance_and_follow
 from tests.support.places import ROOT
 from tests.support.targets import small_targets
@@ -53,7 +53,7 @@ def check(page: Page, path: Path) -> None:
         page.emulate_media(color_scheme=theme)
         page.goto(path.as_uri())
         page.get_by_role("heading", level=1).wait_for()
-        page.evaluate(AXE.read_text("utf-8"))
+        load_axe(page)
         assert page.evaluate(FOUND) == [], theme
         assert small_targets(page) == []
 

@@ -36,7 +36,7 @@ class Lab:
     def step(self, steps: int = 1) -> None:
         """Step the physics, and read the sensors."""
         mujoco.mj_step(self.mj, self.data, nstep=steps)
-        self.record.look(self.data.time)
+        self.record.sample(self.data.time)
 
     def lift(self, height: float) -> None:
         """Lift the robot into the air."""

@@ -45,7 +45,7 @@ class TaskProcesses(Generic[Result]):
         self._lock = threading.Lock()
         self._all: list[LineProcess] = []
         self._files: TemporaryDirectory[str] | None = None
-        """What they unpack and write: one that is killed removes nothing."""
+        """The folder into which they unpack and write: a process that is killed removes nothing."""
         self.closed = False
 
     def ask(self, task: object, patience: float) -> Result:

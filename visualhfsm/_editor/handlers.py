@@ -46,7 +46,7 @@ class Handler:
     limit: float | None = None
     """The longest duration in s; None for that of most operations."""
     for_viewers: bool = False
-    """Whether those may ask it who only look on: it reads what they are shown anyway, or stops what moves."""
+    """True if viewers may ask it: it reads what they are shown anyway, or stops what moves."""
 
 
 async def _output_shown(_: Workspace, window: Window, _request: p.OutputShown) -> None:

@@ -55,7 +55,7 @@ class OwnRobot(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_d
     problem: Message = NO_MESSAGE
     line: int = 0
     robot: msgspec.Raw | None = None
-    """JSON for `static/monitor/robot-drawing.js`."""
+    """JSON for `static/robot3d/robot-drawing.js`."""
 
 
 class OwnRobots:

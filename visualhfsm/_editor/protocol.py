@@ -99,7 +99,7 @@ class SaveAs(_TabRequest):
 
 
 class Recover(_Request):
-    """Open a document again whose session ended without closing; one of `recoverable`."""
+    """Open a document that was still open when its editor ended: one of `recoverable`."""
 
     journal: Name
 
@@ -686,7 +686,7 @@ class TabState(msgspec.Struct, kw_only=True, rename="camel"):
 
 
 class Recoverable(msgspec.Struct, kw_only=True, rename="camel"):
-    """A document with unsaved changes whose session ended without closing; `changed_at` in s since 1970."""
+    """A document with unsaved changes that was open when its editor ended; `changed_at` in s since 1970."""
 
     journal: str
     name: str

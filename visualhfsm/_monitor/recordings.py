@@ -41,7 +41,7 @@ from zenoh_ice.data.text import printable
 _INTERVAL: Final = 100_000_000
 """Nanoseconds between two moments, as of a monitor, unless a state changes."""
 _MOST_STEPS: Final = 600_000
-"""How much is read of a recording: some two hours of a behavior with four automata, in some 12 s.
+"""The part of a recording that is read: some two hours of a behavior with four automata, in some 12 s.
 
 A message is one step, and another one for each 8 kB; a moment has one for each automaton.
 """
@@ -272,7 +272,7 @@ class _Reader:
         self._next = 0
         self._now = 0
         self.steps = 0
-        """What was read so far, as `_MOST_STEPS` counts it."""
+        """The steps that were read so far, as `_MOST_STEPS` counts them."""
         self._status = ComponentStatus.Running
         self._intervention: Intervention | None = None
         """The last one: the next message may say that it was refused."""

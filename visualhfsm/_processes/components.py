@@ -200,7 +200,7 @@ class StartedComponent:
         """The name of the component that starts or runs; empty when there is none."""
         self._is_dry = False
         self._next = ("", False)
-        """That of the one that starts once the former one has ended, and whether it is a dry run."""
+        """The name of the component that starts once the former one has ended, and true for a dry run."""
 
     @property
     def names(self) -> list[tuple[str, bool]]:

@@ -173,7 +173,7 @@ class LastWords:
         self.origin: Origin | None = None
         """Where its last error was raised."""
         self.are_final = False
-        """Whether it reported that it crashes, or that its code ends the process at once."""
+        """True once it reported that it crashes, or that its code ends the process at once."""
         self.abandoned: Failure | None = None
         """The cycle that it did not wait for at its end, the first of several."""
         self.failures = Failures()

@@ -51,7 +51,7 @@ _WORLDS: Final = (
     Message("Four walls, a table, a crate, boxes that can be pushed, and a ball"),
     Message("A field of the Standard Platform League, a ball on its center, the robot behind it"),
 )
-"""What the files of the simulation's worlds say of them."""
+"""The descriptions in the files of the simulation's worlds."""
 
 
 class World(msgspec.Struct, frozen=True):

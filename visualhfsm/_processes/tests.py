@@ -52,7 +52,7 @@ _LONGEST_REASON: Final = 800
 _LONGEST_TIMELINE: Final = 2000
 _LONGEST_WORDS: Final = 2000  # characters of what pytest says
 _ONE_PROCESS: Final = ("-n0",) if importlib.util.find_spec("xdist") else ()
-"""What runs all tests in one process, whatever a project prefers: it writes the results."""
+"""The option that runs all tests in one process, whatever a project prefers: it writes the results."""
 _LOOK_PERIOD: Final = 0.3  # s
 _STOP_LIMITS: Final = (3.0, 2.0)
 """Seconds from SIGINT, to which pytest answers with what is done, to SIGTERM, and to SIGKILL."""

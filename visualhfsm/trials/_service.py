@@ -91,9 +91,9 @@ class _TabTrials:
         self._recorder: ReportingProcess[Report] | None = None
         self._choices = Choices()
         self._known: object = None
-        """What the state follows from, if it was read."""
+        """The outcomes that the state follows from, if they were read."""
         self._tried: Order | None = None
-        """That of the outcomes that are shown."""
+        """The order of the outcomes that are shown."""
         self._files = TemporaryDirectory(prefix="visualhfsm-trials-", ignore_cleanup_errors=True)
 
     @property

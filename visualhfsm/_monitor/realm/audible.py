@@ -48,7 +48,7 @@ class Audible(msgspec.Struct, frozen=True):
     loudness: float = 0.0
     """Of that sound, from 0 to 1."""
     counts: tuple[int, int] = (0, 0)
-    """How many texts and how many sounds were begun."""
+    """The numbers of texts and of sounds that were begun."""
 
 
 def audible(speech: SpeechState | None, sound: SoundState | None) -> Audible:

@@ -56,7 +56,7 @@ class Change:
     before: Document
     after: Document
     conflict: bool = False
-    """Whether somebody else had replaced the same words; the text then contains both versions."""
+    """True if somebody else had replaced the same words; the text then contains both versions."""
 
     @property
     def added(self) -> tuple[Added, ...]:

@@ -56,7 +56,7 @@ def measured(noise, looks=2000):
     lab = Lab(noise=noise)
     readings = []
     for _ in range(looks):
-        lab.record.look(0.0)
+        lab.record.sample(0.0)
         readings.append((lab.record.newest.inertial, *lab.record.feet(), lab.record.loads()))
     return readings
 

@@ -27,7 +27,7 @@ def bumped(*blocks, speed=0.3):
     pressed: set[str] = set()
     for _ in range(120):
         mujoco.mj_step(mj, data)
-        record.look(data.time)
+        record.sample(data.time)
         forces = record.felt(record.newest)
         pressed.update(name for name, force in forces.items() if force >= 1.0)
     return pressed

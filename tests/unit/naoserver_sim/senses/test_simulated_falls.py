@@ -75,7 +75,7 @@ class Watched:
     def look(self, seconds, load, rate=0.0):
         for _ in range(round(seconds / TICK)):
             self.tilt += rate * TICK
-            self.manager.look(0.0, TICK, self.tilt, load)
+            self.manager.check(0.0, TICK, self.tilt, load)
 
 
 def test_bending_down_slowly_is_no_fall():

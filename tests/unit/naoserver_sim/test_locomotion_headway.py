@@ -9,7 +9,7 @@ from interfaces.jderobot import MotorsPrx
 from interfaces.nao import ActionStatus, HealthPrx, PosturesPrx, WalkPrx
 from naoserver.bodies import find_body
 from naoserver.bodies.capabilities import STILL, Odometry, WalkVelocity
-from naoserver_sim._way import Headway
+from naoserver_sim._locomotion import Headway
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
 from tests.support.present import present

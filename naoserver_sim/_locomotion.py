@@ -83,7 +83,7 @@ class Headway:
         self._place: complex | None = None
 
     def tick(self, seconds: float, velocity: WalkVelocity, now: Odometry) -> bool:
-        """Advance by some seconds at a velocity, at the end of which it is `now`; return if it gets on."""
+        """Advance by some seconds at a velocity, to the place `now`; return whether it gets on."""
         wanted, place = complex(velocity.forward, velocity.left), complex(now.x, now.y)
         if abs(self._expected) > abs(wanted):  # it slows down sooner
             self._expected *= abs(wanted) / abs(self._expected)
@@ -98,7 +98,7 @@ class Headway:
         return (self._done / self._told).real * told >= _LEAST * told - self._slack
 
 
-class Way(ABC):
+class Locomotion(ABC):
     """A walk, or a drive: moves at the newest commanded velocity, until it is 0 or something ends the motion.
 
     Implements `capabilities.Walker`, whose methods may be called from any thread; all others are
@@ -152,13 +152,13 @@ class Way(ABC):
                 raise InvalidCommand("walk", f"the robot cannot {self._does}: {hindrance}")
             self.ended = ""
         self._newest = self._commanded = velocity
-        self._simulator.order(lambda: self._take(velocity))
+        self._simulator.order(lambda: self._accept(velocity))
 
     def commanded(self) -> WalkVelocity:
         """Return the newest command; all 0 once the motion has ended."""
         return self._commanded
 
-    def _take(self, velocity: WalkVelocity) -> None:
+    def _accept(self, velocity: WalkVelocity) -> None:
         if velocity is self._newest:
             self._commanded = velocity  # even if the motion was ended since then
         self._velocity = self._followed(velocity)
@@ -167,7 +167,7 @@ class Way(ABC):
         """Return the velocity that it has to follow to reach a commanded one."""
         return velocity
 
-    def _look(self, seconds: float, velocity: WalkVelocity, now: Odometry) -> None:
+    def _check_headway(self, seconds: float, velocity: WalkVelocity, now: Odometry) -> None:
         """End a motion at a velocity that does not get on; `now` is the place at the end of some seconds."""
         if velocity == STILL:
             self._headway.begin()
