@@ -9,7 +9,7 @@ import pytest
 
 from tests.support.documents import document, problems, state, sub
 from visualhfsm_ros2 import _ends as ros
-from visualhfsm_ros2._checks import ROS_OPERATIONS
+from visualhfsm_ros2._documents import ROS_OPERATIONS
 
 SCAN = ("subscribe", "scan", "/scan", "sensor_msgs/msg/LaserScan")
 DRIVE = ("publish", "drive", "/cmd_vel", "geometry_msgs/msg/Twist")
