@@ -138,17 +138,19 @@ class Stopping:
         Raises ConfigurationException, or EndpointInUseException, for settings that allow no link.
         """
         deadline = time.monotonic() + self._limit
-        self._start()
         said = ""
-        while (left := deadline - time.monotonic()) > 0:
-            with self._changed:
-                if self._changed.wait_for(self._complete, min(left, _REPORT_PERIOD)):
-                    break
-                missing = self._missing()
-            if missing != said:
-                said = missing
-                say(f"not stopped yet: {missing}; trying again; {OWN_SWITCH}")
-        self._close()
+        try:
+            self._start()
+            while (left := deadline - time.monotonic()) > 0:
+                with self._changed:
+                    if self._changed.wait_for(self._complete, min(left, _REPORT_PERIOD)):
+                        break
+                    missing = self._missing()
+                if missing != said:
+                    said = missing
+                    say(f"not stopped yet: {missing}; trying again; {OWN_SWITCH}")
+        finally:
+            self._close()
         if self._fault is not None:
             raise self._fault
 
@@ -269,7 +271,7 @@ class Stopping:
                 state, safety = _result(moves, _JointState), _result(may, _SafetyAnswer)
                 if safety is not None:
                     realm.lost_for = safety.returnValue.lostFor
-                realm.look(
+                realm.observe(
                     None if state is None else state.returnValue.velocities,
                     None if safety is None else safety.returnValue.lost,
                     self._limits.standstill,

@@ -103,7 +103,7 @@ class JudgedRun:
         self._note(0.0)
         behavior.tree.observers.append(_Changes(self._note))
 
-    def look(self, behavior: Behavior) -> None:
+    def observe(self, behavior: Behavior) -> None:
         """See where the robot is."""
         if not behavior.has_robot:
             return

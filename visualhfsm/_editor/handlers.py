@@ -107,7 +107,7 @@ _on(
     lambda w, _, r: w.parts.started.locate(w.tabs.get(r.tab).source, r.text, r.automaton, r.state),
     Lane.BESIDE,
 )
-_on(p.LookAtTests, lambda w, _, r: w.parts.tests.look(w.tabs.get(r.tab).source), Lane.BESIDE)
+_on(p.LookAtTests, lambda w, _, r: w.parts.tests.find(w.tabs.get(r.tab).source), Lane.BESIDE)
 _on(p.LookAtTrials, steering.look_at_trials, Lane.BESIDE)
 _on(p.Moment, lambda w, _, r: w.parts.followers.moment(r.component, r.time), Lane.BESIDE, for_viewers=True)
 _on(p.MoveBalls, lambda w, _, r: w.parts.robot.move_balls(moving=r.moving), Lane.BESIDE)

@@ -143,7 +143,7 @@ class RecordedPictures:
             found[camera] = [(time, jpeg) for time in times if (jpeg := self.at(camera, time)) is not None]
         return found
 
-    def take(self, message: RawMessage) -> None:
+    def add(self, message: RawMessage) -> None:
         """Remember the place of an image in the file. Raises RecordingError when it has no hash."""
         attribute = message.topic.rpartition("/")[2]
         camera = self._identities.get(attribute, attribute)[:_LONGEST_TEXT]
@@ -192,7 +192,7 @@ def open_recording(path: Path, most_steps: int = _MOST_STEPS) -> RecordedRun:
             if run.steps >= most_steps:
                 shortened = _shortened(run.seconds, recording)
                 break
-            run.take(message)
+            run.apply(message)
     run.finish()
     is_known = recorded.WATCHED not in recording.metadata or recorded.INTERVENTIONS in recording.metadata
     if run.log.newest is None:
@@ -281,10 +281,10 @@ class _Reader:
 
     @property
     def seconds(self) -> float:
-        """The component time until which messages were taken."""
+        """The component time until which messages were applied."""
         return self._now / 1e9
 
-    def take(self, message: RawMessage) -> None:
+    def apply(self, message: RawMessage) -> None:
         """Process the next message; a malformed one is skipped."""
         self.steps += 1 + (len(message.data) >> 13)
         is_picture = message.kind in (recorded.Image, recorded.Picture)
@@ -293,7 +293,7 @@ class _Reader:
             return
         with suppress(RecordingError):
             if take is None:
-                self.pictures.take(message)
+                self.pictures.add(message)
                 return
             decoded = decode(message, message.kind)
             now = max(self._now, message.time - self._start)

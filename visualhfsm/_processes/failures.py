@@ -12,7 +12,7 @@ from typing import Final, NamedTuple
 
 from codegen.messages import Message
 from codegen.reasons import known_text
-from visualhfsm._base.watched_process import describe_exit
+from visualhfsm._base.output_lines import describe_exit
 from visualhfsm._document.origins import Origin, Origins
 from visualhfsm._monitor.messages import Stopper
 from zenoh_ice.application.last_cycle import LastCycle
