@@ -9,8 +9,6 @@ from enum import IntFlag
 from functools import lru_cache
 from typing import Final
 
-from visualhfsm_old_documents._old_names import LOCK
-
 from ._possible_values import HARMLESS, NOTHING, PLAIN, SELF, SENDER, UNSURE, Value, Values, combined
 from .analysis import Analysis, Piece
 from .code.names import COMPONENT_ALIASES, COMPONENT_ATTRIBUTES, camel_case, component_name, reserved_names
@@ -47,7 +45,7 @@ _PATH: Final = re.compile(r"[\w.:]+")
 
 
 class Answer(IntFlag):
-    """How a guard may answer when it is evaluated for the second time in one cycle.
+    """The possible answers of a guard that is evaluated for the second time in one cycle.
 
     OTHER ones use random numbers, read a sensor, or take something from a container. Evaluating a guard that
     CHANGES something may change the answers of others.
@@ -77,7 +75,7 @@ class Definitions:
         self.proxies = {each.name for each in document.all_interfaces} | set(document.proxy_aliases)
         self.arriving = {each.name for each in document.ros} | set(document.ros_aliases)
         """The attributes with the newest message, which may change at any time."""
-        self._given = COMPONENT_ATTRIBUTES | {"ros", LOCK, *document.ros_aliases}  # with unknown values
+        self._given = COMPONENT_ATTRIBUTES | {"ros", *document.ros_aliases, *analysis.old_names.reserved}
         self._shared: set[str] = set()
         self.globals: set[str] = set()
         """Variables that code assigns from within functions, and those of the whole file."""

@@ -24,7 +24,7 @@ from .transition_system import ACTIVE, RUNNING, Configuration, TransitionSystem
 _COMMANDS: Final = re.compile(r"(set|send|play|stop|start|move|turn|walk|go|do|reset|say|command)(?![a-z])")
 _READS: Final = re.compile(r"(get|is|has|read|list|find|ice)(?![a-z])")
 Operations = Mapping[str, Mapping[str, bool]]
-"""Whether each operation commands something, by the attribute of `self` that holds the proxy."""
+"""Operations, true for those that command something, by the attribute of `self` that holds the proxy."""
 
 
 @dataclass(frozen=True, slots=True)

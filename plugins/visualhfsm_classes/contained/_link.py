@@ -14,8 +14,8 @@ from typing import Any, Final, TypeVar
 
 import msgspec
 
-from hfsm_runtime._code import Code, current_code
 from hfsm_runtime._recording.transport import ObservedTransport
+from hfsm_runtime.coroutine import Coroutine, current_coroutine
 from hfsm_runtime.errors import EventError
 from visualhfsm_classes.contained import protocol
 from zenoh_ice import Settings
@@ -39,7 +39,7 @@ M = TypeVar("M")
 class Link:
     """Ask the near end, in the thread that made this object.
 
-    `serve` answers its requests, each as a `Code`, which waits where it asks for something.
+    `serve` answers its requests, each as a `Coroutine`, which waits where it asks for something.
     """
 
     def __init__(self, pipe: protocol.Pipe) -> None:
@@ -47,7 +47,7 @@ class Link:
         self.serve: Callable[[Any], object] = _nobody
         self._pipe: Final = pipe
         self._thread: Final = threading.get_ident()
-        self._waiting: Final[dict[int, Code]] = {}
+        self._waiting: Final[dict[int, Coroutine]] = {}
         self._encoder: Final = msgspec.msgpack.Encoder()
         self._decode: Final = typed.msgpack_decoder(protocol.ToFar)
 
@@ -60,7 +60,7 @@ class Link:
             self.clock.follow(message.now)
             code = self._waiting.pop(number, None)
             if code is None:
-                code = Code(f"piece {number}", partial(self._answer, message))
+                code = Coroutine(f"piece {number}", partial(self._answer, message))
                 message = None
             code.go(message)
             if not code.ended:
@@ -68,7 +68,7 @@ class Link:
 
     def ask(self, request: object, answer: type[M]) -> M:
         """Return the answer to a request. Raises SystemException, EventError, and what ends a cycle."""
-        code = current_code() if threading.get_ident() == self._thread else None
+        code = current_coroutine() if threading.get_ident() == self._thread else None
         if code is None:
             raise RuntimeError("other threads than that of the automata cannot use the robot and its time")
         self._pipe.send(self._encoder.encode(request))
