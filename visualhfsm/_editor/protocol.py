@@ -9,13 +9,13 @@ explains all of them with examples.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Union
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Literal, Union
 
 import msgspec
 
 from codegen.diagnostics import Severity
 from codegen.messages import NO_MESSAGE, Message
-from interfaces.hfsm import Breakpoint
+from interfaces.hfsm import Breakpoint, Explanation, ReloadReport
 from interfaces.nao import Vector3
 from visualhfsm._base.errors import ErrorKind
 from visualhfsm._base.languages import ENGLISH, encoder
@@ -23,10 +23,19 @@ from visualhfsm._document.commands import AnyCommand
 from visualhfsm._document.commands.transitions import TransitionType
 from visualhfsm._document.places import Place
 from visualhfsm._document.problems import Problem
-from visualhfsm._monitor.messages import Push, tag
+from visualhfsm._document.views import AutomatonView, of_page
+from visualhfsm._monitor.followers import Followed
+from visualhfsm._monitor.messages import PresentComponent, Push, tag
+from visualhfsm._monitor.realm.moments import Moment as Snapped
+from visualhfsm._monitor.realm.robot import RobotFacts
+from visualhfsm._monitor.stopping import StopReport
+from visualhfsm.project._code_help.protocol import InterfaceDescription
 from visualhfsm.project._editing.shelf import ReadyState
 from visualhfsm.trials._messages import ChosenLimit, ChosenRobot, ChosenRuns
 from zenoh_ice.data import typed
+
+from . import answers as a
+from .own_robots import Described, OwnRobot
 
 # ------------------------------------------------------------------------------------------ requests
 
@@ -47,6 +56,9 @@ Ids = Annotated[list[ElementId], msgspec.Meta(max_length=100_000)]
 class _Request(
     msgspec.Struct, kw_only=True, rename="camel", forbid_unknown_fields=True, tag_field="op", tag=tag
 ):
+    answer: ClassVar[Any] = None
+    """The type of what it is answered with."""
+
     id: RequestId
 
 
@@ -57,24 +69,28 @@ class _TabRequest(_Request):
 class Hello(_Request):
     """Ask for the whole state, in a language such as `es`; the first request of a window."""
 
+    answer = a.Greeting
     language: Name = ENGLISH
 
 
 class Open(_Request):
     """Open a document in a tab."""
 
+    answer = a.Opened
     path: Path
 
 
 class New(_Request):
     """Create a document from a template."""
 
+    answer = a.Opened
     template: Name = "empty"
 
 
 class OpenText(_Request):
     """Open a document whose text the page has, such as a dropped file; it has no path yet."""
 
+    answer = a.Opened
     name: Name
     text: Annotated[str, msgspec.Meta(max_length=4_000_000)]
 
@@ -88,12 +104,14 @@ class Close(_TabRequest):
 class Save(_TabRequest):
     """Save to the file that the document came from, with `overwrite` also over an older dialect."""
 
+    answer = a.Written
     overwrite: bool = False
 
 
 class SaveAs(_TabRequest):
     """Save to another file, which is the document's from then on."""
 
+    answer = a.SavedAs
     path: Path
     overwrite: bool = False
 
@@ -101,6 +119,7 @@ class SaveAs(_TabRequest):
 class Recover(_Request):
     """Open a document that was still open when its editor ended: one of `recoverable`."""
 
+    answer = a.Opened
     journal: Name
 
 
@@ -113,11 +132,14 @@ class Discard(_Request):
 class ListFiles(_Request):
     """List a directory; the root for an empty one."""
 
+    answer = a.Listing
     directory: Path = ""
 
 
 class TabEdit(_TabRequest):
     """A change of one document; requests of this kind are executed in order."""
+
+    answer: ClassVar[Any] = a.Done
 
 
 class _ChosenStates(TabEdit):
@@ -139,23 +161,32 @@ class Do(TabEdit):
 class Undo(TabEdit):
     """Undo the last step."""
 
+    answer = a.Undone
+
 
 class Redo(TabEdit):
     """Redo the step that was undone last."""
+
+    answer = a.Undone
 
 
 class GoTo(TabEdit):
     """Undo or redo up to a step of the document; `revision` is that of the step."""
 
+    answer = a.Undone
     revision: Revision
 
 
 class Copy(_ChosenStates):
     """Put states, their sub-trees, the transitions among them and annotations into the window's clipboard."""
 
+    answer = a.Copied
+
 
 class Cut(_ChosenStates):
     """Copy, and delete."""
+
+    answer = a.CutOut
 
 
 class Paste(TabEdit):
@@ -191,6 +222,7 @@ class AddReady(TabEdit):
 class PutOnShelf(TabEdit):
     """Write states with all below them as a ready state of the project."""
 
+    answer = a.Written
     automaton: ElementId
     states: Ids
     title: Name
@@ -202,6 +234,7 @@ class PutOnShelf(TabEdit):
 class Search(_Request):
     """Search names and code, in one document or in all open ones, for a text or a whole word."""
 
+    answer = list[a.Hits]
     text: Name
     whole: bool = False
     tab: TabId | None = None
@@ -210,17 +243,21 @@ class Search(_Request):
 class Resolve(_TabRequest):
     """Decide about a document whose file another program changed: keep it, read the file, or merge both."""
 
+    answer = a.Resolved
     choice: Literal["mine", "theirs", "merge"]
 
 
 class Diff(_TabRequest):
     """Compare a document with another version: a file, or `saved`."""
 
+    answer = a.Comparison
     against: Path
 
 
 class Imported(_TabRequest):
     """Ask for the content of the automata that a document imports from other files."""
+
+    answer = list[AutomatonView]
 
 
 class Extract(TabEdit):
@@ -239,10 +276,13 @@ class Inline(TabEdit):
 class Task(_TabRequest):
     """Ask for the task of the exercise in whose folder the document lies, and for the marks beside it."""
 
+    answer = a.Task | None
+
 
 class HandIn(_TabRequest):
     """Write a copy of the document to where a teacher collects it, with `overwrite` over an earlier one."""
 
+    answer = a.HandedIn
     overwrite: bool = False
 
 
@@ -252,6 +292,7 @@ class Locate(_TabRequest):
     A report also has its `automaton` and `state`, which distinguish pieces that share a line.
     """
 
+    answer = a.Located | None
     text: Name
     automaton: ElementId = 0
     state: ElementId = 0
@@ -261,10 +302,11 @@ class CodeHelp(_TabRequest):
     """Ask about a piece of code, as it is being typed; `line` counts from 1, `column` from 0.
 
     `complete`: completions; `define`: where the name at the position is defined; `explain`: what it stands
-    for; `signature`: the call around it; `lint`: what is wrong with the code, wherever the position is.
+    for; `signature`: the call around it.
     """
 
-    wanted: Literal["complete", "define", "explain", "signature", "lint"]
+    answer = a.CodeAnswer
+    wanted: Literal["complete", "define", "explain", "signature"]
     place: Place
     code: Code
     line: Position = 1
@@ -274,9 +316,13 @@ class CodeHelp(_TabRequest):
 class Interfaces(_Request):
     """Ask for the interfaces that documents may declare, with their operations."""
 
+    answer = list[InterfaceDescription]
+
 
 class Generate(_TabRequest):
     """Generate the component's Python."""
+
+    answer = a.Written
 
 
 class Start(_TabRequest):
@@ -287,6 +333,7 @@ class Start(_TabRequest):
     uses a robot runs only `beside` those components of others that the user has accepted, by name.
     """
 
+    answer = a.StartedRun
     arguments: Annotated[list[Name], msgspec.Meta(max_length=100)] = []
     record: bool = False
     dry_run: bool = False
@@ -342,6 +389,7 @@ class SaveTest(_TabRequest):
     The answer has its `name`, and whether it is `complete`: its file says what it leaves out.
     """
 
+    answer = a.SavedTest
     component: Name
 
 
@@ -372,12 +420,14 @@ class GuessRobot(_Request):
     project, whose text is answered as it is.
     """
 
+    answer = OwnRobot
     path: Path
 
 
 class CheckRobot(_Request):
     """Read the text of a robot's file, as that of `name` in the folder `robots`: an `OwnRobot`."""
 
+    answer = OwnRobot
     name: Name
     text: Code
 
@@ -388,6 +438,7 @@ class SaveRobot(_Request):
     The answer has its `path`, and all `bodies` that can be simulated then.
     """
 
+    answer = a.SavedRobot
     name: Name
     text: Code
     overwrite: bool = False
@@ -416,6 +467,7 @@ class EndRobot(_Request):
 class Follow(_Request):
     """Follow a running component."""
 
+    answer = Followed
     component: Name
 
 
@@ -439,7 +491,7 @@ class Resume(Steering):
     """Go on after a pause."""
 
 
-class Step(Steering):
+class StepOnce(Steering, tag="step"):
     """Run one cycle of one automaton, or of all with 0, while paused."""
 
     automaton: ElementId
@@ -482,11 +534,14 @@ class SetSpeed(Steering):
 class Explain(Steering):
     """Ask why each transition out of the current state has not fired: an `Explanation`."""
 
+    answer = Explanation
     automaton: ElementId
 
 
 class Reload(Steering):
     """Load the component's file again, and go on in it: a `ReloadReport`."""
+
+    answer = ReloadReport
 
 
 class StopPresent(_Request):
@@ -498,6 +553,7 @@ class StopPresent(_Request):
 class Moment(_Request):
     """Ask for the snapshot of a component, or a recording, at a component time in s."""
 
+    answer = Snapped | None
     component: Name
     time: Time
 
@@ -505,6 +561,7 @@ class Moment(_Request):
 class Series(_Request):
     """Ask for numbers over time, by their names: at most `points`, so that no peak is lost."""
 
+    answer = a.Numbers
     component: Name
     names: Annotated[list[Name], msgspec.Meta(max_length=32)]
     start: Time = 0.0
@@ -515,6 +572,7 @@ class Series(_Request):
 class Picture(_Request):
     """Ask for the picture of a camera at a wall time, as JPEG; null if that was not kept."""
 
+    answer = bytes | None
     component: Name
     camera: Name
     at: Time
@@ -522,6 +580,8 @@ class Picture(_Request):
 
 class EmergencyStop(_Request):
     """Stop the robot and all components of the realm: a `StopReport`."""
+
+    answer = StopReport
 
 
 class ResetEmergencyStop(_Request):
@@ -553,36 +613,46 @@ class PushRobot(SceneRequest):
 class SayToRobot(SceneRequest):
     """Say something to the robot; the answer is what programs recognized in it."""
 
+    answer = str
     text: Name
 
 
 class Facts(_Request):
     """Ask for the constants of the robot: `RobotFacts`."""
 
+    answer = RobotFacts
+
 
 class Body(_Request):
     """Ask for a robot as it is drawn, by the hash of its description; null if it is not known any more."""
 
+    answer = Described | None
     hash: Annotated[str, msgspec.Meta(max_length=64)]
 
 
 class Identities(_Request):
     """Ask for the servants of the realm, each with the type ids of its interfaces."""
 
+    answer = dict[str, list[str]]
+
 
 class RosGraph(_Request):
     """Ask for the graph of ROS, which takes a second."""
+
+    answer = dict[str, Any]
 
 
 class Share(_Request):
     """Ask for the read-only address of the page, relative to it; or withdraw it, so that all viewers go."""
 
+    answer = a.Address
     shared: bool = True
 
 
 class Export(_TabRequest):
     """Ask for the document as its file would hold it, or as one `page` of HTML, to download it."""
 
+    answer = a.Download
     page: bool = False
 
 
@@ -592,6 +662,7 @@ class ExportRun(_Request):
     `tab` is the one that shows its document, 0 without one.
     """
 
+    answer = a.Download
     component: Name
     tab: ElementId = 0
 
@@ -602,6 +673,7 @@ class Record(_Request):
     `pictures` is their number per second and camera, None to end. The push `workspace` reports recordings.
     """
 
+    answer = a.Recorded | None
     component: Name
     pictures: Annotated[int, msgspec.Meta(ge=0, le=30)] | None = None
 
@@ -609,6 +681,7 @@ class Record(_Request):
 class Recording(_Request):
     """Open the recording of a run."""
 
+    answer = a.ShownRecording
     path: Path
 
 
@@ -650,7 +723,7 @@ class Answer(msgspec.Struct, kw_only=True):
     """The result of an operation."""
 
     re: int
-    ok: Any = None
+    ok: object = None
 
 
 class ErrorAnswer(msgspec.Struct, kw_only=True):
@@ -699,7 +772,7 @@ class WorkspacePush(Push, tag="workspace"):
 
     tabs: list[TabState]
     recoverable: list[Recoverable]
-    present: list[dict[str, Any]]
+    present: list[PresentComponent]
 
 
 class Shelf(Push):
@@ -732,14 +805,17 @@ class DocumentPush(Push, tag="document"):
     undo: tuple[UndoStep, ...]
     redo: tuple[UndoStep, ...]
     dirty: bool
-    full: msgspec.Raw | msgspec.UnsetType = msgspec.UNSET
-    patch: msgspec.Raw | msgspec.UnsetType = msgspec.UNSET
+    full: Annotated[msgspec.Raw, of_page("Fields & {automata: Automaton[]}")] | msgspec.UnsetType = (
+        msgspec.UNSET
+    )
+    patch: Annotated[msgspec.Raw, of_page("Patch")] | msgspec.UnsetType = msgspec.UNSET
 
 
 class Problems(Push):
     """The problems of a revision of a document; of very many not all `items`, but the `counts` of all.
 
-    `imports` counts the changes of imported files.
+    `imports` counts the changes of imported files. Until they are `complete`, the verdicts of the model
+    checker are those of an earlier revision.
     """
 
     tab: int
@@ -747,6 +823,7 @@ class Problems(Push):
     items: Sequence[Problem]
     counts: Mapping[Severity, int] = {}
     imports: int = 0
+    complete: bool = True
 
 
 class Outside(Push):

@@ -1,7 +1,7 @@
 /**
  * The task of an exercise beside the drawing, with its points and marks, and handing in.
  *
- * @import {Task, Words} from "../data/messages.js"
+ * @import {Task, Words} from "../data/protocol.js"
  */
 
 import {html, nothing} from "lit";
