@@ -21,7 +21,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from hfsm_runtime._runtime import Runtime
-from hfsm_runtime.debugger._monitor import Monitor
+from hfsm_runtime.debugger.monitor import Monitor
 from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import Actor
 from interfaces.hfsm import HfsmMonitorPrx

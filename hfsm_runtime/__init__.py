@@ -15,7 +15,7 @@ from .loading import add_to_path, end_loading, load_extension, prepare_program, 
 prepare_program()  # before the slow imports
 
 from ._automaton import Automaton, Event, Input, Output, State, Transition  # noqa: E402
-from .component import Component, Parameter, Proxy, Ros  # noqa: E402
+from .component import Component, Parameter, Proxy  # noqa: E402
 from .ending import report_abrupt_ends  # noqa: E402
 from .errors import ComponentError  # noqa: E402
 from .source_map import source_map  # noqa: E402
@@ -24,7 +24,6 @@ if program_file():
     report_abrupt_ends(program_file())  # before the document's libraries
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
     from typing import Any, NoReturn
 
     from .virtual._run import VirtualRun as VirtualRun
@@ -39,21 +38,23 @@ __all__ = [
     "Output",
     "Parameter",
     "Proxy",
-    "Ros",
     "State",
     "Transition",
     "VirtualRun",
     "add_to_path",
     "load_extension",
     "main",
-    "ros_message",
-    "ros_tf",
     "run",
     "source_map",
 ]
 
+_import, __dir__ = import_on_use(__name__)  # for tests
 
-__getattr__, __dir__ = import_on_use(__name__)  # for tests
+
+def __getattr__(name: str) -> Any:  # noqa: ANN401
+    from .kinds import NAMES, imported  # few components have endpoints
+
+    return imported(name) if name in NAMES else _import(name)
 
 
 def main(component: type[Component]) -> NoReturn:
@@ -62,21 +63,3 @@ def main(component: type[Component]) -> NoReturn:
     from .command import main as run_command  # a component in a test needs neither Zenoh nor a command line
 
     run_command(component)
-
-
-def ros_message(name: str, texts: Mapping[str, str] | None = None) -> Callable[..., Any]:
-    """Return a function that makes messages of a ROS type: see `visualhfsm_ros2._ends`."""
-    from visualhfsm_ros2._ends import (
-        ros_message as message,  # only components that use ROS need its libraries
-    )
-
-    return message(name, texts)
-
-
-def ros_tf() -> Any:  # noqa: ANN401
-    """Return the part of the module `tf` of ROS 1 that old documents use."""
-    from types import SimpleNamespace
-
-    from visualhfsm_ros2._ends import Transformations
-
-    return SimpleNamespace(transformations=Transformations)

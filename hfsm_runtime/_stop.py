@@ -13,7 +13,8 @@ from typing import Any, Final
 from zenoh_ice import ObjectPrx, ZenohIceError
 from zenoh_ice.objects.proxy import Call
 
-from .component import Component, proxies_of, ros_of
+from .component import Component, endpoints_of, proxies_of
+from .kinds import kinds_of
 
 _STOP_LIMIT: Final = 1.0
 """The longest wait in wall seconds for the robot's answer to being stopped."""
@@ -23,20 +24,17 @@ _logger = logging.getLogger(__name__)
 
 def may_move(component: Component) -> bool:
     """Return whether a component may have the robot move: whether its end stops anything."""
-    return bool(ros_of(component)) or any(True for _ in _stops_of(component))
+    return bool(endpoints_of(component)) or any(True for _ in _stops_of(component))
 
 
 def stop_robot(component: Component) -> None:
     """Stop everything that a component may have commanded: call the operations that the IDL marks as stops.
 
-    Over ROS, publish the messages that stop, and cancel goals. This takes at most 1.5 s; missing answers are
-    logged.
+    Endpoints of other kinds stop what they drive. This takes at most 1.5 s; missing answers are logged.
     """
     calls = _begin_stops(component, proxies_of(component))
-    if ros_of(component):
-        from visualhfsm_ros2._ends import stop_ends  # only components that use ROS need its libraries
-
-        stop_ends(component, ros_of(component))
+    for kind in kinds_of(component).values():
+        kind.stop(component, endpoints_of(component))
     done, late = wait(calls, _STOP_LIMIT)
     for call in done:
         _report_stop(calls[call], call)
@@ -52,10 +50,8 @@ def stop_named(component: Component, code: Callable[..., object]) -> None:
     names = names_in(component, code)
     for call, name in _begin_stops(component, names).items():
         call.add_done_callback(partial(_report_stop, name))
-    if not names.isdisjoint(ros_of(component)):
-        from visualhfsm_ros2._ends import stop_ends
-
-        stop_ends(component, names)
+    for kind in kinds_of(component).values():
+        kind.stop(component, names)
 
 
 def _begin_stops(component: Component, names: Container[str]) -> dict[Future[Any], str]:

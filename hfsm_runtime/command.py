@@ -6,12 +6,12 @@ import inspect
 import re
 import shlex
 import threading
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import AbstractContextManager, ExitStack
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path, PurePath
-from typing import TYPE_CHECKING, Annotated, Any, Final, NoReturn
+from typing import Annotated, Any, Final, NoReturn
 
 import msgspec
 import typer
@@ -28,14 +28,12 @@ from ._robot import Permission, servers_present
 from ._robot import connect as connect_proxies
 from ._runtime import Runtime
 from ._stop import may_move, stop_robot
-from .component import Component, Parameter, parameters_of, ros_of
-from .debugger._monitor import Monitor
+from .component import Component, Parameter, parameters_of
+from .debugger.monitor import Monitor
 from .debugger.snapshot import structure_of
 from .ending import CycleNotes
 from .errors import ComponentError, OnError, OnRefused
-
-if TYPE_CHECKING:
-    from zenoh_ros2 import Node
+from .kinds import OpenEnds, kind_of, kinds_of, options_of_kinds
 
 _CHECK_PERIOD: Final = 0.1  # s between two checks of the main thread for signals
 
@@ -106,38 +104,6 @@ def option_of(name: str) -> str:
     return f"--{name.replace('_', '-')}"
 
 
-def _ros_option(name: str, kind: Any, text: str, default: object = None, **more: Any) -> inspect.Parameter:  # noqa: ANN401
-    """Return an option of ROS."""
-    option = typer.Option(option_of(name), help=text, rich_help_panel="ROS 2", **more)
-    return inspect.Parameter(
-        name, inspect.Parameter.KEYWORD_ONLY, annotation=Annotated[kind, option], default=default
-    )
-
-
-_ROS_OPTIONS: Final = (
-    _ros_option(
-        "ros",
-        bool,
-        "Let ROS see and steer the component, as it does one with interfaces of ROS.",
-        default=False,
-    ),
-    _ros_option("ros_domain", int | None, "Domain of ROS. Default: ROS_DOMAIN_ID, or 0.", min=0, max=232),
-    _ros_option(
-        "ros_connect",
-        list[str] | None,
-        "Endpoint of the router of ROS, where it is not that of --connect; may be repeated.",
-        metavar="ENDPOINT",
-    ),
-    _ros_option("ros_namespace", str, "Where relative names begin.", default="/", metavar="NAME"),
-    _ros_option(
-        "remap",
-        list[str] | None,
-        "Use another topic, service or action, such as /cmd_vel:=/turtle1/cmd_vel; may be repeated.",
-        metavar="FROM:=TO",
-    ),
-)
-
-
 def main(component: type[Component]) -> NoReturn:
     """Run a component from the command line, and exit.
 
@@ -160,6 +126,7 @@ def make_app(
     component: type[Component], dry_run: Callable[[Communicator], AbstractContextManager[World]] | None = None
 ) -> typer.Typer:
     """Return the command of a component; a `dry_run`, given the realm's communicator, makes another world."""
+    options = options_of_kinds()
     app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
     module = getattr(inspect.getmodule(component), "__spec__", None)
     name = f"python -m {module.name}" if module else f"python {PurePath(inspect.getfile(component)).name}"
@@ -176,12 +143,12 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM, or that 
     @app.command(help=inspect.getdoc(component), epilog=examples)
     @cli.with_settings()
     @with_parameters(component)
-    @cli.with_options("ros", _ROS_OPTIONS, dict)
+    @cli.with_options("of_kinds", [each for of_one in options.values() for each in of_one], dict)
     def run(
         *,
         settings: Settings,
         parameters: dict[str, object],
-        ros: dict[str, Any],
+        of_kinds: dict[str, Any],
         on_error: _OnError = None,
         on_refused: _OnRefused = None,
         seconds: _Seconds = None,
@@ -198,16 +165,17 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM, or that 
             raise typer.BadParameter("--record-images needs --record")
         if record is not None and dry_run is not None:
             raise typer.BadParameter("a dry run is not recorded")
-        if ros["ros"] and dry_run is not None:
-            raise typer.BadParameter("a dry run is not shown in ROS")
+        asked = [name for name in options if of_kinds[name]]
+        if asked and dry_run is not None:
+            raise typer.BadParameter(f"a dry run takes no {option_of(asked[0])}")
         patience = Patience(server_wait)
         with patience.until_served(partial(initialize, settings)) as communicator, ExitStack() as stack:
-            made, node = make_component(component, parameters), None
+            made, ends = make_component(component, parameters), list[OpenEnds]()
             if dry_run is None:
-                world = World(communicator, partial(connect_proxies, communicator=communicator))
-                if ros["ros"] or ros_of(component):
-                    node = stack.enter_context(_ros_node(component, settings, ros))
-                    world = replace(world, connect=_with_endpoints(world.connect, node))
+                kinds = kinds_of(component) | {name: kind_of(name) for name in asked}
+                opened = (each.opened(component, settings, of_kinds) for each in kinds.values())
+                ends += map(stack.enter_context, opened)
+                world = World(communicator, partial(_connect, communicator, ends))
                 connect_proxies(made, communicator, patience)
             else:
                 world = stack.enter_context(dry_run(communicator))
@@ -236,7 +204,9 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM, or that 
                 runtime.tree.observers.append(CycleNotes(kept))
             if first is not None:
                 runtime.begin_at(*first)
-            with Monitor(runtime, communicator, breakpoints, world.connect) as monitor, _shown(monitor, node):
+            with Monitor(runtime, communicator, breakpoints, world.connect) as monitor, ExitStack() as shown:
+                for each in ends:
+                    shown.enter_context(each.shown(monitor))
                 safety = SafetyPrx.uncheckedCast(world.communicator.stringToProxy("Safety"))
                 _run(runtime, seconds, stop, safety, stay_halted=stay_halted)
             if runtime.failed and not stop.is_set():
@@ -329,49 +299,11 @@ def _wait(runtime: ComponentRun, seconds: float | None, stop: threading.Event, s
         runtime.ended.wait(wait)
 
 
-@contextmanager
-def _ros_node(component: type[Component], settings: Settings, options: Mapping[str, Any]) -> Iterator[Node]:
-    """Open a node of ROS for a component in a `with` block."""
-    from zenoh_ros2 import Node, RosError, settings_of_node  # only components that use ROS need its libraries
-
-    names: dict[str, str] = {}
-    for each in options["remap"] or []:
-        former, _, names[former] = each.partition(":=")
-        if not (former and names[former]):
-            raise typer.BadParameter(
-                f"--remap takes FROM:=TO, such as /cmd_vel:=/turtle1/cmd_vel, not {each!r}"
-            )
-    own = settings_of_node(settings, options["ros_connect"] or ())
-    name = re.sub(r"\W", "_", PurePath(component._hfsm_document).stem or component.__name__, flags=re.ASCII)
-    namespace, domain = options["ros_namespace"], options["ros_domain"]
-    try:
-        node = Node(name, namespace=namespace, domain=domain, settings=own, remap=names)
-    except RosError as error:
-        raise ComponentError(f"the node of ROS cannot start: {error}") from error
-    with node:
-        yield node
-
-
-def _with_endpoints(connect: Callable[[Component], None], node: Node) -> Callable[[Component], None]:
-    """Return a function that connects a component's proxies, and its ends of ROS."""
-    from visualhfsm_ros2._ends import Endpoints, make_end
-
-    endpoints = Endpoints(partial(make_end, node), node.types)
-
-    def connect_both(component: Component) -> None:
-        connect(component)
-        endpoints.connect(component)
-
-    return connect_both
-
-
-def _shown(monitor: Monitor, node: Node | None) -> AbstractContextManager[object]:
-    """Return a context manager that shows a component in the graph of ROS, if it has a node there."""
-    if node is None:
-        return nullcontext()
-    from visualhfsm_ros2._parameters import RosMonitor
-
-    return RosMonitor(monitor, node)
+def _connect(communicator: Communicator, ends: Iterable[OpenEnds], component: Component) -> None:
+    """Connect a component's proxies, and its endpoints of other kinds."""
+    connect_proxies(component, communicator)
+    for each in ends:
+        each.connect(component)
 
 
 _PREFIX: Final = "parameter_"

@@ -57,22 +57,20 @@ class Proxy(_Declared[P]):
         raise NotConnectedError(f"self.{self.name} (servant {self.identity}) is not connected")
 
 
-class Ros(_Declared[Any]):
-    """Declare a topic, service or action of ROS 2 that a component uses.
+class Endpoint(_Declared[Any]):
+    """Declare an endpoint that is no servant's, such as a topic of ROS, by its name there.
 
-    `kind` is `publish`, `subscribe`, `service` or `action`, and `qos` has fields of `zenoh_ros2.QoS`. With
-    `stop` a default message is published when the component stops, if it has published before.
+    Each kind has a subclass, which says `of` which kind it is, and as errors call it.
     """
 
-    def __init__(self, kind: str, target: str, type: str, *, stop: bool = False, **qos: object) -> None:
-        self.kind = kind
+    of: ClassVar[str]
+    title: ClassVar[str]
+
+    def __init__(self, target: str) -> None:
         self.target = target
-        self.type = type
-        self.stop = stop
-        self.qos = qos
 
     def _value(self) -> Any:  # noqa: ANN401
-        raise NotConnectedError(f"self.{self.name} ({self.target} of ROS) is not connected")
+        raise NotConnectedError(f"self.{self.name} ({self.target} of {self.title}) is not connected")
 
 
 class Parameter(_Declared[P]):
@@ -215,9 +213,19 @@ def proxies_of(component: Component | type[Component]) -> dict[str, Proxy[Any]]:
     return _declared(component, Proxy)
 
 
-def ros_of(component: Component | type[Component]) -> dict[str, Ros]:
-    """Return the topics, services and actions of ROS that a component declares, by attribute."""
-    return _declared(component, Ros)
+def endpoints_of(component: Component | type[Component]) -> dict[str, Endpoint]:
+    """Return the endpoints that a component declares, by attribute."""
+    return _declared(component, Endpoint)
+
+
+def type_texts_of(component: Component) -> Mapping[str, str]:
+    """Return the texts of the project's own types that the endpoints of a component use, by type."""
+    return component._hfsm_ros_types
+
+
+def name_of(component: Component | type[Component]) -> str:
+    """Return the name of a component, which is that of its log."""
+    return component._hfsm_log.name
 
 
 def parameters_of(component: Component | type[Component]) -> dict[str, Parameter[Any]]:

@@ -120,6 +120,8 @@ def how_to_install(error: ModuleNotFoundError) -> str:
 
 def _missing_library(error: ImportError | SystemExit, file: str) -> MissingLibraryError | None:
     """Return the problem of a component's library, None when the error has another cause."""
+    if isinstance(error, MissingLibraryError):
+        return error
     line, row = last_line(error, file)
     if row is None and isinstance(error, ModuleNotFoundError) and _raised_in(error) == file:
         return MissingLibraryError(

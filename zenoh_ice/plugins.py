@@ -7,8 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import cache
-from importlib.metadata import EntryPoint, entry_points
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint, EntryPoints
 
 
 class PluginError(Exception):
@@ -18,13 +20,13 @@ class PluginError(Exception):
 @cache
 def names(seam: str) -> tuple[str, ...]:
     """Return the names of what is installed for a seam, such as `naoserver.entrances`, without loading it."""
-    return tuple(sorted({point.name for point in entry_points(group=seam)}))
+    return tuple(sorted({point.name for point in _points(seam)}))
 
 
 @cache
 def find(seam: str, name: str) -> Any | None:  # noqa: ANN401 - the caller knows what a seam takes
     """Return what a plug-in adds to a seam under a name; None if none does. Raises PluginError."""
-    for point in entry_points(group=seam, name=name):
+    for point in _points(seam).select(name=name):
         if (found := _loaded(point)) is not None:
             return found
     return None
@@ -35,6 +37,12 @@ def each(seam: str) -> Iterator[tuple[str, Any]]:
     for name in names(seam):
         if (found := find(seam, name)) is not None:
             yield name, found
+
+
+def _points(seam: str) -> EntryPoints:
+    from importlib.metadata import entry_points  # loaded when first needed: it takes long
+
+    return entry_points(group=seam)
 
 
 def _loaded(point: EntryPoint) -> Any | None:  # noqa: ANN401

@@ -9,12 +9,11 @@ from enum import IntFlag
 from functools import lru_cache
 from typing import Final
 
-from visualhfsm_ros2._types import TF
-
 from ._possible_values import HARMLESS, NOTHING, PLAIN, SELF, SENDER, UNSURE, Value, Values, combined
 from .analysis import Analysis, Piece
 from .code.names import COMPONENT_ALIASES, COMPONENT_ATTRIBUTES, camel_case, component_name, reserved_names
 from .code.text import all_nodes, binds, bound_names, dotted, own_nodes
+from .document import TF
 
 _REFLECTION: Final = frozenset(
     {

@@ -314,6 +314,10 @@ class RosInterface(Node):
         return self.target.strip()
 
 
+TF: Final = "tf"
+"""The module of ROS 1 of which old documents with topics get the parts that they use."""
+
+
 class RosAlias(NamedTuple):
     """An operation of a ROS interface that has another name in the component."""
 

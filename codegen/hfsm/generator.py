@@ -13,8 +13,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from visualhfsm_ros2._types import TF, parse_qos, stops
-
 from ..diagnostics import Diagnostics, Location
 from ..logic import PROOFS
 from ..messages import Message
@@ -38,6 +36,7 @@ from .code.names import (
 )
 from .code.text import FUTURE, CodeError, CodeText, bound_names, compile_source, definitions, own_nodes
 from .codes import Code
+from .document import TF
 from .known_interfaces import KnownInterface, KnownInterfaces
 from .source_map import SourceMap, row_lines, written
 
@@ -159,7 +158,8 @@ class _Generator:
         )
         self._interfaces = {each.name: interfaces.find(each.type)[0] for each in self._document.interfaces}
         self._old = analysis.old_names
-        self._ros_types = interfaces.ros.own_texts([each.type.strip() for each in self._document.ros])
+        self._kind = interfaces.kind
+        self._types = self._kind.type_texts([each.type.strip() for each in self._document.ros])
         self._owners = {child: state for _, state in self._document.states() for child in state.children}
         self._automata = list(self._root_first())
         self._methods = self._make_methods()
@@ -275,11 +275,11 @@ class _Generator:
         yield from self._type_texts()
 
     def _type_texts(self) -> Iterator[str]:
-        """Yield the project's own types of ROS, and the messages that VisualStates imported."""
-        if self._ros_types:
+        """Yield the project's own types of endpoints, and the messages that VisualStates imported."""
+        if self._types:
             yield ""
             yield "ROS_TYPES = {"
-            for name, text in self._ros_types.items():
+            for name, text in self._types.items():
                 yield f"    {quoted(name)}: {quoted(text)},"
             yield "}"
         messages = self._old.messages
@@ -288,7 +288,7 @@ class _Generator:
         if self._uses_tf:
             yield f"{TF} = ros_tf()"
         for local_name, type_name in messages.items():
-            types = ", ROS_TYPES" if self._ros_types else ""
+            types = ", ROS_TYPES" if self._types else ""
             yield f"{local_name} = ros_message({quoted(type_name)}{types})"
 
     @property
@@ -308,7 +308,7 @@ class _Generator:
         policies = f"on_error={quoted(document.on_error.text.strip() or ON_ERROR[0])}"
         if document.on_refused.text.strip() not in ("", ON_REFUSED[0]):
             policies += f", on_refused={quoted(document.on_refused.text.strip())}"
-        if self._ros_types:
+        if self._types:
             policies += ", ros_types=ROS_TYPES"
         events = dict.fromkeys(event.name.strip() for event in document.events)
         if events:
@@ -332,10 +332,8 @@ class _Generator:
         if document.ros:
             yield ""
         for each in document.ros:
-            options: dict[str, object] = parse_qos(each.qos.text)
-            if stops(each.kind, each.type.strip(), each.stop.text.strip()):
-                options["stop"] = True
-            written = "".join(f", {name}={literal(value)}" for name, value in options.items())
+            options = self._kind.options(each).items()
+            written = "".join(f", {name}={literal(value)}" for name, value in options)
             where = f"{quoted(each.kind)}, {quoted(each.identity)}, {quoted(each.type.strip())}"
             yield f"    {each.name} = Ros({where}{written})"
         if self._old.attributes or self._old.aliases:

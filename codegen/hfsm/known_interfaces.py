@@ -17,12 +17,11 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
-from visualhfsm_ros2._types import RosTypes
-
 from ..diagnostics import Location
 from ..files import is_regular, read_regular
 from ..messages import Message, MessageError
 from ..reasons import reason
+from .kinds import Kind, find_kind
 
 _PACKAGE: Final = "interfaces"
 _OURS: Final = Path(__file__).resolve().parents[2]
@@ -79,12 +78,12 @@ class KnownInterface:
 class KnownInterfaces:
     """The known interfaces by their plain name; `generated` are files that are about to be written.
 
-    `ros` has the types of ROS interfaces.
+    `kind` knows the other endpoints that a document may declare.
     """
 
     by_name: Mapping[str, tuple[KnownInterface, ...]]
     generated: Mapping[Path, str] = field(default_factory=dict)
-    ros: RosTypes = field(default_factory=RosTypes)
+    kind: Kind = field(default_factory=find_kind)
 
     def find(self, name: str) -> tuple[KnownInterface, ...]:
         """Return the interfaces that a plain or a scoped name may mean (`Camera`, `nao::PoseHead`).
@@ -200,8 +199,8 @@ def find_interfaces(
         found.setdefault(known.scoped_name.rsplit("::", 1)[-1], {}).setdefault(known.scoped_name, known)
     by_name = {name: tuple(by_scope.values()) for name, by_scope in found.items()}
     places = interface_directories(document, include) if document else include
-    ros = RosTypes([each for place in places for each in (place, place / _PACKAGE)])
-    return KnownInterfaces(by_name, finder.generated, ros)
+    kind = find_kind([each for place in places for each in (place, place / _PACKAGE)])
+    return KnownInterfaces(by_name, finder.generated, kind)
 
 
 class _Finder:

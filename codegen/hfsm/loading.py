@@ -122,7 +122,7 @@ def explore_document(
 
     limit = DEFAULT_LIMIT if limit is None else limit
     errors = len(diagnostics.errors)
-    operations = read_operations(loaded.document.interfaces, loaded.interfaces, diagnostics)
+    operations = read_operations(loaded.document, loaded.interfaces, diagnostics)
     if len(diagnostics.errors) > errors:
         return None
     report = check_model(loaded.document, path, operations=operations, limit=limit, effects=loaded.effects)

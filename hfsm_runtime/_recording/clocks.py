@@ -16,19 +16,13 @@ from zenoh_ice.threads.clock import Clock, VirtualClock
 
 from .._timeline import Timeline
 from ..component import Component
+from ..kinds import Ask
 
 _TIME_FUNCTIONS: Final = (
     "time", "time_ns", "monotonic", "monotonic_ns", "perf_counter", "perf_counter_ns", "process_time",
     "sleep",
 )  # fmt: skip
 """The functions of the module `time` that are intercepted."""
-
-
-Ask = Callable[[str, Callable[[], Any], Callable[[], float] | None], Any]
-"""Return a reading of a kind: one function makes it, the other returns for how many s it waits, if it does.
-
-A recording calls the function and writes the reading down; a replay returns the recorded reading.
-"""
 
 
 class InterceptedClock:

@@ -28,8 +28,9 @@ from .._automaton import Automaton
 from .._marks import Mark
 from .._runtime import Runtime
 from .._timeline import Timeline
-from ..component import Component, parameter_values, proxies_of, ros_of, source_of
+from ..component import Component, parameter_values, proxies_of, source_of
 from ..errors import ComponentError, ComponentStoppedError, CycleCutError, ReloadRefusedError
+from ..kinds import kinds_of
 from ..source_map import sources_of
 from ..tree import Actor, Phase, Replaced, Tree
 from .clocks import InterceptedClock, InterceptedTime, InterceptedTimeline
@@ -86,12 +87,8 @@ def recording(component: Component, path: Path, *, with_images: bool = False) ->
         with contextlib.ExitStack() as stack:
             stack.enter_context(recorded_proxies(component, recorder))
             stack.enter_context(InterceptedTime(recorder.ask).shown_to(type(component)))
-            if ros_of(component):
-                from visualhfsm_ros2._recording import (
-                    recorded_ros,  # only components that use ROS need its libraries
-                )
-
-                stack.enter_context(recorded_ros(component, recorder.ask))
+            for kind in kinds_of(component).values():
+                stack.enter_context(kind.recorded(component, recorder.ask))
             yield recorder
     finally:
         logging.getLogger().removeHandler(log)

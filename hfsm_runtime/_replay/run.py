@@ -20,11 +20,13 @@ from .._automaton import Automaton, Transition
 from .._recording.clocks import InterceptedClock, InterceptedTime, InterceptedTimeline
 from .._recording.recorder import Recorder, automaton_context
 from .._recording.run import MONITOR, START, restore_random
+from .._recording.values import readable
 from .._timeline import SECOND, slot_after
-from ..component import Component, parameters_of, ros_of
+from ..component import Component, parameters_of
 from ..coroutine import Coroutine
 from ..debugger.reload import Replacement, first_values_of
 from ..errors import ComponentError, ComponentStoppedError, CycleCutError, OnError, OnRefused, describe
+from ..kinds import kinds_of
 from ..observer import Observer
 from ..tree import Actor, ChangeKind, Tree
 from ..virtual._run import VirtualRun
@@ -165,19 +167,15 @@ class Replay(Observer):
                 if name in declared and type(value) is type(declared[name].default):
                     setattr(component, name, value)
         self._transport.connect(component)
-        if ros_of(component):
-            from visualhfsm_ros2._recording import (
-                replayed_ros,  # only components that use ROS need its libraries
-            )
-
-            replayed_ros(component, self.answers.ask, self._differs)
+        for kind in kinds_of(component).values():
+            kind.replayed(component, self.answers.ask, self._differs)
         self._stack.enter_context(InterceptedTime(self.answers.ask).shown_to(type(component)))
 
     def _differs(self, what: str, recorded: object, replayed: object) -> None:
-        """Report a message that code sends over ROS and that differs from the recorded one."""
+        """Report what code sends by an endpoint and that differs from what was recorded."""
         context = self.answers.context
         if context is not None:
-            self.comparison.called(self.now(), context, what, recorded, replayed)
+            self.comparison.called(self.now(), context, what, _plain(recorded), _plain(replayed))
 
     def _note_document(self) -> None:
         """Note when the document is not the recorded one, judging by its name."""
@@ -483,6 +481,13 @@ def _number(action: Action, name: str) -> int:
 def _policy(kind: type[OnError | OnRefused], value: object) -> str | None:
     """Return a recorded policy; None where it is none, so that the document's applies."""
     return value if isinstance(value, str) and value in {each.value for each in kind} else None
+
+
+def _plain(value: object) -> object:
+    """Return a value that code sends, with its fields as mappings, as readable JSON."""
+    if isinstance(value, dict):
+        return {name: _plain(each) for name, each in value.items()}
+    return readable(value)
 
 
 def _periods(recording: Recording) -> dict[int, Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, Final, Self
+from typing import Any, Final, Self
 
 from interfaces.jderobot import CommandRefusedException
 from interfaces.nao import SafetyPrx
@@ -27,9 +27,6 @@ from ._journal import Call, Fired
 from ._run import VirtualRun
 from .errors import BehaviorFailed, UnknownName, says_it_all
 from .world import VirtualWorld
-
-if TYPE_CHECKING:
-    from visualhfsm_ros2._virtual import FakeRos
 
 __tracebackhide__ = says_it_all
 
@@ -213,7 +210,7 @@ class Execution(VirtualRun):
     # -- control from outside ------------------------------------------------------------------------------
 
     @property
-    def ros(self) -> FakeRos:
+    def ros(self) -> Any:  # noqa: ANN401
         """The ROS around it, to publish messages, answer calls, carry out goals, and read what was sent."""
         return self.world.ros
 

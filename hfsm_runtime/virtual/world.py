@@ -5,20 +5,17 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Final
+from typing import Any, Final
 
 from zenoh_ice import Object
 
 from .._robot import ROBOT, servant_of
-from ..component import Component, proxies_of, ros_of
+from ..component import Component, endpoints_of, proxies_of
+from ..kinds import Ends, kinds_of
 from ._stubs import StandIns, gives_pictures, make_stub
 from .clock import TaskClock
 from .errors import UnknownName, says_it_all
 from .network import VirtualNetwork
-
-if TYPE_CHECKING:
-    from visualhfsm_ros2._ends import Endpoints
-    from visualhfsm_ros2._virtual import FakeRos
 
 __tracebackhide__ = says_it_all
 
@@ -42,15 +39,15 @@ class VirtualWorld:
         self.journal: Final = self.network.journal
         self.communicator: Final = self.network.communicator
         self._stand_ins: Final = StandIns(self.network) if stand_ins else None
-        self._ros: FakeRos | None = None
-        self._endpoints: Endpoints | None = None
+        self._ends: Final[dict[str, Ends]] = {}
+        """The ends of each kind that a component declares."""
 
     @property
-    def ros(self) -> FakeRos:
+    def ros(self) -> Any:  # noqa: ANN401 - the plug-in's
         """The ROS of a connected component; raises UnknownName if it uses none."""
-        if self._ros is None:
+        if "ros" not in self._ends:
             raise UnknownName("this behavior has no interfaces of ROS")
-        return self._ros
+        return self._ends["ros"]
 
     def connect(self, component: Component) -> None:
         """Connect what a component declares and that is not connected yet."""
@@ -74,8 +71,14 @@ class VirtualWorld:
             # Without a servant only calls fail: a test need not stub interfaces that it does not reach.
             cast = declared.type.checkedCast if served else declared.type.uncheckedCast
             vars(component)[name] = cast(self.communicator.stringToProxy(identity))
-        if ros_of(component):
-            self._connect_ros(component)
+        for kind, made in kinds_of(component).items():
+            if kind not in self._ends:
+                clock, called, stand_ins = self.clock, self.journal.called, self._stand_ins is not None
+                self._ends[kind] = made.imitated(clock.now, clock.wait_for, called, stand_ins=stand_ins)
+            self._ends[kind].connect(component)
+        if self._stand_ins:
+            for name, endpoint in endpoints_of(component).items():
+                _logger.warning("self.%s is a stand-in for %s", name, endpoint.title)
 
     def stub(self, component: Component, name: str, stub: Object | Mapping[str, object]) -> None:
         """Serve one of a component's interfaces by a servant, or some of its operations, see `make_stub`.
@@ -108,18 +111,3 @@ class VirtualWorld:
     def close(self) -> None:
         """End the servants and the proxies."""
         self.communicator.destroy()
-
-    def _connect_ros(self, component: Component) -> None:
-        from visualhfsm_ros2._ends import Endpoints  # only components that use ROS need its libraries
-        from visualhfsm_ros2._virtual import FakeRos
-
-        stand_ins = self._stand_ins is not None
-        if self._endpoints is None:
-            clock = self.clock
-            called = self.journal.called
-            self._ros = FakeRos(clock.now, clock.wait_for, called, stand_ins=stand_ins)
-            self._endpoints = Endpoints(self._ros.make_end, self._ros.types)
-        self._endpoints.connect(component)
-        if stand_ins:
-            for name in ros_of(component):
-                _logger.warning("self.%s is a stand-in for ROS", name)

@@ -15,19 +15,20 @@ _PLAIN: Final = {"bool": "bool", "float32": "float", "float64": "float", "string
 _ARRAY: Final = re.compile(r"\[[^\]]*\]$")
 _MOST_CLASSES: Final = 200
 """Classes of messages."""
+_DECLARATION: Final = re.compile(r"^    (\w+) = Ros\(.*\)$", re.MULTILINE)
+_COMPONENT: Final = re.compile(r'^class \w+\(.*Component, document=.*\n    """.*"""\n', re.MULTILINE)
 
 
-def ros_classes(interfaces: Sequence[RosInterface], types: RosTypes) -> str:
-    """Return a class for the attribute of each interface, `_Ros_NAME`, and those of its messages."""
+def readable(component: str, interfaces: Sequence[RosInterface], types: RosTypes) -> str:
+    """Return a generated component in which each interface has a class, `_Ros_NAME`, as its messages do."""
+    if not interfaces:
+        return component
     messages = _Messages(types)
     written = [line for each in interfaces for line in _ends(each, messages)]
     imports = ["from concurrent.futures import Future", "from zenoh_ros2 import Types"]
-    return "\n".join([*imports, *messages.lines(), *written, ""])
-
-
-def class_of(name: str) -> str:
-    """Return the name of the class of an attribute."""
-    return f"{_PREFIX}{name}"
+    classes = "\n".join([*imports, *messages.lines(), *written, ""])
+    component = _DECLARATION.sub(rf"    \1: {_PREFIX}\1", component)
+    return _COMPONENT.sub(lambda found: f"{classes}{found[0]}    ros: Types\n", component, count=1)
 
 
 class _Messages:
@@ -68,7 +69,7 @@ class _Messages:
 def _ends(interface: RosInterface, messages: _Messages) -> Iterator[str]:
     """Yield the class of an attribute, and those of the results of its methods."""
     name, kind = interface.name, interface.type.strip()
-    own = class_of(name)
+    own = f"{_PREFIX}{name}"
     about = f"{interface.target.strip()} of ROS, {kind}".replace('"', "").replace("\\", "")
     if interface.kind == "subscribe":
         value = messages.name(kind)

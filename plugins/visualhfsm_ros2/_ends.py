@@ -1,24 +1,25 @@
 """A component's topics, services and actions of ROS 2, as user code sees them.
 
-Each has an end: at a node of ROS, or in the ROS of a test. All that user code does passes through `Used.do`,
-where a recording writes down what the end gives, and a replay, which has no ends, answers in its place.
+Each has an end: at a node of ROS (`_node`), in the ROS of a test (`_virtual`), or one that records what
+another end gives, and answers from the recording in a replay (`_recording`). Messages are made here, for all
+ends alike.
 """
 
 from __future__ import annotations
 
-import functools
 import logging
-import math
 import time
 from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from concurrent.futures import Future
-from typing import Any, Final, Protocol, TypeVar
+from typing import Any, Final
 
 import zenoh_ros2
-from hfsm_runtime.component import Component, Ros, ros_of
+from hfsm_runtime.component import Component, type_texts_of
 from hfsm_runtime.errors import ComponentError
 from zenoh_ice import Sample, ZenohIceError
-from zenoh_ros2 import Node, QoS, RosError, Status, Types
+from zenoh_ros2 import QoS, RosError, Types
+
+from ._declared import Ros, ros_of
 
 _LIMIT: Final = 0.5
 """The longest wait in wall seconds for all goals of a component to be cancelled."""
@@ -27,44 +28,8 @@ _LEAST: Final = 0.05
 
 _logger = logging.getLogger(__name__)
 
-_T = TypeVar("_T")
-
-
-class Do(Protocol):
-    """Let a function do something at an end, or answer in its place.
-
-    `name` is that of the method. `gives` says what comes of it: the end of the name of a message's type;
-    Sample, Goal or Future; None for nothing; or a number, the one that holds while none is known. `sent` is
-    the message that is sent, and `timeout` the longest wait in s.
-    """
-
-    def __call__(
-        self,
-        name: str,
-        act: Callable[[], _T],
-        gives: object = None,
-        /,
-        *,
-        sent: object = None,
-        timeout: float | None = None,
-    ) -> _T: ...
-
-
 MakeEnd = Callable[[Ros, QoS], Any]
-"""Make the end that a component declares; it behaves as one that `make_end` makes."""
-
-
-def make_end(node: Node, declared: Ros, qos: QoS) -> Any:  # noqa: ANN401
-    """Announce what a component declares. Raises RosError."""
-    match declared.kind:
-        case "publish":
-            return node.create_publisher(declared.type, declared.target, qos)
-        case "subscribe":
-            return node.create_subscription(declared.type, declared.target, qos=qos)
-        case "service":
-            return node.create_client(declared.type, declared.target)
-        case _:
-            return zenoh_ros2.ActionClient(node, declared.type, declared.target)
+"""Make the end that a component declares; it behaves as one at a node. Raises RosError."""
 
 
 class Used:
@@ -75,18 +40,15 @@ class Used:
 
     def __init__(self, end: Any, types: Types, declared: Ros) -> None:  # noqa: ANN401
         self.end = end
+        self.types: Final = types
         self.declared: Final = declared
-        self.do: Do = directly
-        self._make: Final[Callable[..., Any]] = functools.partial(types.coerce, declared.type + self._part)
+
+    def _make(self, message: object, **fields: object) -> Any:  # noqa: ANN401
+        return self.types.coerce(self.declared.type + self._part, message, **fields)
 
     def _hfsm_stops(self) -> Iterator[Callable[[float], object]]:
         """Yield functions that stop what was begun, each within some s."""
         yield from ()
-
-
-def directly(_name: str, act: Callable[[], _T], *_: object, **_more: object) -> _T:
-    """Do something at an end."""
-    return act()
 
 
 class Publisher(Used):
@@ -98,22 +60,19 @@ class Publisher(Used):
     @property
     def subscribers(self) -> int:
         """The current number of subscribers."""
-        return self.do("subscribers", lambda: self.end.subscribers, 0)
+        return self.end.subscribers
 
     def publish(self, message: Any = None, /, **fields: object) -> None:  # noqa: ANN401
         """Publish a message, or one with the given fields: the others are zero. Raises MessageError."""
         whole = self._make(message, **fields)
         self._is_driving = True  # set first: a stop may arrive during the publication
-        self._send(whole)
+        self.end.publish(whole)
 
     def _hfsm_stops(self) -> Iterator[Callable[[float], object]]:
         """Yield a function that publishes a default message, if that stops an earlier one."""
         if self.declared.stop and self._is_driving:
             self._is_driving = False
-            yield lambda _limit: self._send(self._make(None))
-
-    def _send(self, message: Any) -> None:  # noqa: ANN401
-        self.do("publish", lambda: self.end.publish(message), sent=message)
+            yield lambda _limit: self.end.publish(self._make(None))
 
 
 class Subscription(Used):
@@ -129,11 +88,11 @@ class Subscription(Used):
 
     def latest(self) -> Sample[Any] | None:
         """Return the newest sample, with its `value` and its `age`; None before the first."""
-        return self.do("latest", lambda: self.end.latest(), Sample)  # noqa: PLW0108 - a replay has no end
+        return self.end.latest()
 
     def next(self, timeout: float = 2.0) -> Sample[Any]:
         """Wait for the next sample, at most `timeout` s."""
-        return self.do("next", lambda: self.end.next(timeout), Sample, timeout=timeout)
+        return self.end.next(timeout)
 
 
 class Service(Used):
@@ -144,50 +103,15 @@ class Service(Used):
 
     def wait(self, timeout: float = 2.0) -> None:
         """Wait until a server offers the service, at most `timeout` s."""
-        self.do("wait", lambda: self.end.wait(timeout), False, timeout=timeout)
+        self.end.wait(timeout)
 
     def call(self, request: Any = None, /, *, timeout: float = 2.0, **fields: object) -> Any:  # noqa: ANN401
         """Call the service with a request, or one with the given fields, and return the response."""
-        whole = self._make(request, **fields)
-        return self.do(
-            "call", lambda: self.end.call(whole, timeout=timeout), "_Response", sent=whole, timeout=timeout
-        )
+        return self.end.call(self._make(request, **fields), timeout=timeout)
 
     def call_async(self, request: Any = None, /, **fields: object) -> Future[Any]:  # noqa: ANN401
         """Call the service without waiting: the response is the result of a future."""
-        whole = self._make(request, **fields)
-        return self.do("call_async", lambda: self.end.call_async(whole), Future, sent=whole)
-
-
-class Goal:
-    """A goal that an action's server has accepted."""
-
-    def __init__(self, do: Do, end: zenoh_ros2.Goal | Goal) -> None:
-        self._do: Final = do
-        self._end: Final = end
-
-    @property
-    def status(self) -> Status:
-        """Where it is."""
-        return self._do("status", lambda: self._end.status, Status.UNKNOWN)
-
-    @property
-    def feedback(self) -> Any:  # noqa: ANN401
-        """The newest feedback, or None."""
-        return self._do("feedback", lambda: self._end.feedback, "_Feedback")
-
-    @property
-    def done(self) -> bool:
-        """Whether it has ended, successfully or not."""
-        return self._do("done", lambda: self._end.done, True)
-
-    def result(self, timeout: float = 2.0) -> Any:  # noqa: ANN401
-        """Wait for its end, at most `timeout` s, and return the result."""
-        return self._do("result", lambda: self._end.result(timeout), "_Result", timeout=timeout)
-
-    def cancel(self, timeout: float = 2.0) -> bool:
-        """Ask the server to cancel it; return whether it will."""
-        return self._do("cancel", lambda: self._end.cancel(timeout), False, timeout=timeout)
+        return self.end.call_async(self._make(request, **fields))
 
 
 class Action(Used):
@@ -195,18 +119,11 @@ class Action(Used):
 
     end: zenoh_ros2.ActionClient
     _part = "_Goal"
-    _goals: Sequence[Goal] = ()
+    _goals: Sequence[zenoh_ros2.Goal] = ()
 
-    def send(self, goal: Any = None, /, *, timeout: float = 2.0, **fields: object) -> Goal:  # noqa: ANN401
+    def send(self, goal: Any = None, /, *, timeout: float = 2.0, **fields: object) -> zenoh_ros2.Goal:  # noqa: ANN401
         """Send a goal, or one with the given fields. Raises zenoh_ros2.GoalRejectedError."""
-        whole = self._make(goal, **fields)
-        sent = self.do(
-            "send",
-            lambda: Goal(directly, self.end.send(whole, timeout=timeout)),
-            Goal,
-            sent=whole,
-            timeout=timeout,
-        )
+        sent = self.end.send(self._make(goal, **fields), timeout=timeout)
         self._goals = [*(each for each in self._goals if not each.done), sent]
         return sent
 
@@ -240,7 +157,7 @@ class Endpoints:
         Another version of a component gets the ends that have the same declaration.
         """
         try:
-            for name, text in component._hfsm_ros_types.items():
+            for name, text in type_texts_of(component).items():
                 self._types.add(name, text)
             for attribute, declared in ros_of(component).items():
                 if attribute not in vars(component):
@@ -266,47 +183,12 @@ def used_by(component: Component) -> dict[str, Used]:
     return {name: used for name, used in found.items() if isinstance(used, Used)}
 
 
-def stop_ends(component: Component, names: Container[str]) -> None:
+def stop(component: Component, names: Container[str]) -> None:
     """Stop what a component drives over ROS by the ends with some names; failures are logged."""
     end = time.monotonic() + _LIMIT
     for name, used in used_by(component).items():
-        for stop in used._hfsm_stops() if name in names else ():
+        for stop_it in used._hfsm_stops() if name in names else ():
             try:
-                stop(max(_LEAST, end - time.monotonic()))
+                stop_it(max(_LEAST, end - time.monotonic()))
             except (RosError, ZenohIceError) as error:
                 _logger.warning("self.%s could not be stopped: %s", name, error)
-
-
-class Transformations:
-    """The part of the module `tf` of ROS 1 that documents of VisualStates use, as `tf.transformations`."""
-
-    @staticmethod
-    def euler_from_quaternion(quaternion: Sequence[float]) -> tuple[float, float, float]:
-        """Return roll, pitch and yaw in rad of a quaternion x, y, z, w (REP 103: about fixed x, y, z)."""
-        x, y, z, w = quaternion
-        roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
-        pitch = math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x))))
-        return roll, pitch, math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-
-
-def types_of(component: Component) -> Types:
-    """Return all types of ROS, with those of a component's project."""
-    return _types_with(tuple(component._hfsm_ros_types.items()))
-
-
-@functools.lru_cache(maxsize=8)
-def _types_with(texts: tuple[tuple[str, str], ...]) -> Types:
-    """Return all types of ROS, with a project's own ones, by their texts."""
-    types = Types()
-    for name, text in texts:  # each after those that it needs
-        types.add(name, text)
-    return types
-
-
-def ros_message(name: str, texts: Mapping[str, str] | None = None) -> Callable[..., Any]:
-    """Return a function that makes messages of a type with some fields, the others zero, as in ROS 1."""
-
-    def make(**fields: object) -> Any:  # noqa: ANN401
-        return _types_with(tuple((texts or {}).items())).make(name, **fields)
-
-    return make

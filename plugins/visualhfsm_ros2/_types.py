@@ -14,13 +14,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
 from codegen.files import read_regular
+from codegen.hfsm.kinds import NOT_INSTALLED
 from codegen.messages import Message, MessageError
 
 if TYPE_CHECKING:
     from zenoh_ros2 import Types
 
-TF: Final = "tf"
-"""The module of ROS 1 of which old documents with topics get the parts that they use."""
 FOLDERS: Final[Mapping[str, Literal["msg", "srv", "action"]]] = {
     "publish": "msg",
     "subscribe": "msg",
@@ -106,9 +105,7 @@ class RosTypes:
             return Message.verbatim(self._loaded.failures[name])
         types = self._loaded.types
         if types is None:
-            return Message(
-                "the types of ROS are not installed: `{command}`", command="pip install 'visualhfsm[ros2]'"
-            )
+            return NOT_INSTALLED
         if name in types.names(FOLDERS[kind]):
             return None
         return Message("there is no type `{name}`", name=name)
@@ -121,7 +118,7 @@ class RosTypes:
         types, name = self._loaded.types, type_name + _PARTS[operation]
         return dict(types.fields(name)) if types is not None and name in types else None
 
-    def own_texts(self, used: Sequence[str]) -> dict[str, str]:
+    def type_texts(self, used: Sequence[str]) -> dict[str, str]:
         """Return the texts of the project's own types among those used, each after the types it needs."""
         return _with_needed(used, self._own) if used else {}
 

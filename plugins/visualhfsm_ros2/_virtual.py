@@ -11,22 +11,24 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from typing import Any, Final, TypeVar
 
-from hfsm_runtime.component import Ros
 from hfsm_runtime.errors import describe
+from hfsm_runtime.kinds import Called
 from hfsm_runtime.virtual.errors import UnknownName, says_it_all
 from zenoh_ice import Sample
 from zenoh_ros2 import CallError, CallTimeoutError, GoalRejectedError, QoS, RosError, Status, Types
 
+from ._declared import Ros
+from ._ends import Endpoints
+
 __tracebackhide__ = says_it_all
 
 _T = TypeVar("_T", "Topic", "Service", "Action")
-Called = Callable[[str, dict[str, Any], object, Exception | None], object]
 Answer = Callable[[Any], object]
 
 _logger = logging.getLogger(__name__)
 
 
-class FakeRos:
+class FakeRos(Endpoints):
     """All topics, services and actions that a behavior uses, by their ROS names.
 
     `now` returns the time in s, and `wait` lets time pass until a condition holds or a limit in s is over. A
@@ -42,11 +44,12 @@ class FakeRos:
         stand_ins: bool = False,
     ) -> None:
         self.types: Final = Types()
+        super().__init__(self.make_end, self.types)
         self.now: Final = now
         self.wait: Final = wait
         self.called: Final = called
         self.stand_ins: Final = stand_ins
-        self._used: Final[dict[tuple[type[_Used], str], Any]] = {}
+        self._known: Final[dict[tuple[type[_Used], str], Any]] = {}
 
     def topic(self, name: str) -> Topic:
         """Return a topic; raises UnknownName for one that the behavior does not use."""
@@ -71,13 +74,13 @@ class FakeRos:
     def make_end(self, declared: Ros, _qos: QoS, /) -> _Used | _Publisher:
         """Return what the behavior uses."""
         kind, name = _KINDS.get(declared.kind, Topic), _full(declared.target)
-        used = self._used.setdefault((kind, name), kind(self, name, declared.type))
+        used = self._known.setdefault((kind, name), kind(self, name, declared.type))
         return _Publisher(used) if declared.kind == "publish" else used
 
     def _find(self, kind: type[_T], name: str) -> _T:
-        found: _T | None = self._used.get((kind, _full(name)))
+        found: _T | None = self._known.get((kind, _full(name)))
         if found is None:
-            names = ", ".join(known for each, known in self._used if each is kind) or "none"
+            names = ", ".join(known for each, known in self._known if each is kind) or "none"
             raise UnknownName(f"the behavior uses no {kind.__name__.lower()} {name!r}; there are {names}")
         return found
 

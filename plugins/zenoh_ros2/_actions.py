@@ -182,7 +182,7 @@ class Goal:
         """Return whether it has ended, successfully or not."""
         return self._future.done()
 
-    def result(self, timeout: float) -> Any:  # noqa: ANN401
+    def result(self, timeout: float = 2.0) -> Any:  # noqa: ANN401
         """Wait for its end and return its result; `status` says how it ended. Raises as calls do."""
         try:
             return self._future.result(timeout)

@@ -6,8 +6,6 @@ import os
 import signal
 import socket
 import subprocess
-import sys
-from contextlib import ExitStack
 from pathlib import Path
 
 import psutil
@@ -15,13 +13,9 @@ import pytest
 
 from tests.support.limits import END_LIMIT, RUN_LIMIT, START_LIMIT
 from tests.support.processes import ComponentProcess, assert_gone, free_endpoint, module
-from tests.support.rmw_zenoh import GREATEST, SMALLEST, GenuineNode
 from tests.support.security import Keys
+from tests.support.stacks import stack_in
 from tests.support.waiting import until
-from zenoh_ros2 import Types
-
-CLOCK, TEXT = "rosgraph_msgs/msg/Clock", "std_msgs/msg/String"
-CLOCK_HASH, TEXT_HASH = (Types().hash(name) for name in (CLOCK, TEXT))
 
 pytestmark = pytest.mark.slow
 
@@ -35,11 +29,6 @@ def child(stack: ComponentProcess, *words: str) -> psutil.Process | None:
         if all(word in command for word in words):
             return process
     return None
-
-
-def stack_in(folder: Path, name: str, *options: str, **environment: str) -> ComponentProcess:
-    program = f"import os; os.chdir({str(folder)!r}); from nao_tools.__main__ import main; main()"
-    return ComponentProcess([sys.executable, "-c", program, "stack", name, *options], environment)
 
 
 def test_a_killed_ball_is_back_while_the_robot_runs_on(tmp_path: Path) -> None:
@@ -82,31 +71,3 @@ def test_a_laboratory_starts_in_order_and_roles_hold(tmp_path: Path) -> None:
             refused = call("Head.setPose", "0.3", "0", "0.5")
             assert refused.returncode == 1
             assert "Head.setPose" in refused.stderr
-
-
-def test_genuine_nodes_find_the_robot_and_each_other_in_the_stack_for_ros(tmp_path: Path) -> None:
-    pytest.importorskip("mujoco")
-    endpoint = free_endpoint()
-    options = ("--set", f"endpoint={endpoint}", "--set", f"ros={endpoint}")
-    with stack_in(tmp_path, "ros", *options) as stack, ExitStack() as opened:
-        stack.wait_for("gateway is ready after", RUN_LIMIT)
-        nodes = [
-            opened.enter_context(GenuineNode(f"genuine{number}", endpoint, session_id=each))
-            for number, each in enumerate((SMALLEST, GREATEST))
-        ]
-        clocks = [node.hear(CLOCK, CLOCK_HASH, "/clock") for node in nodes]
-        chatter = [node.hear(TEXT, TEXT_HASH, "/chatter") for node in nodes]
-
-        def met() -> bool:
-            for number, node in enumerate(nodes):
-                node.publish(TEXT, TEXT_HASH, "/chatter", bytes([number]))
-            return all(clocks) and all(len(heard) == len(nodes) for heard in chatter)
-
-        until(met, START_LIMIT)
-        stopped = subprocess.run(
-            module("nao_tools", "stop", "--connect", endpoint),
-            capture_output=True,
-            text=True,
-            timeout=RUN_LIMIT,
-        )
-        assert stopped.returncode == 0, stopped.stderr

@@ -18,7 +18,7 @@ from hfsm_runtime._limits import LIMITS, RuntimeLimits
 from hfsm_runtime._recording.recorder import CodeLock
 from hfsm_runtime._recording.run import MONITOR, RecordedRuntime, recording
 from hfsm_runtime._runtime import Runtime
-from hfsm_runtime.debugger._monitor import Monitor
+from hfsm_runtime.debugger.monitor import Monitor
 from interfaces.hfsm import (
     Breakpoint,
     ComponentSnapshot,

@@ -18,7 +18,7 @@ import pytest
 from hfsm_runtime._limits import LIMITS, RuntimeLimits
 from hfsm_runtime._robot import connect
 from hfsm_runtime._runtime import Runtime
-from hfsm_runtime.debugger._monitor import Monitor
+from hfsm_runtime.debugger.monitor import Monitor
 from interfaces.hfsm import (
     Breakpoint,
     ComponentSnapshot,

@@ -24,7 +24,7 @@ from PIL import Image
 
 from hfsm_runtime import Component
 from hfsm_runtime._runtime import Runtime
-from hfsm_runtime.debugger._monitor import Monitor
+from hfsm_runtime.debugger.monitor import Monitor
 from hfsm_runtime.recording_file.reader import RecordingFile
 from interfaces.hfsm import ComponentStatus, ComponentStructure
 from interfaces.jderobot import CommandRefusedException

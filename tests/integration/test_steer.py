@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 from hfsm_runtime import Component
 from hfsm_runtime._limits import RuntimeLimits
 from hfsm_runtime._runtime import Runtime
-from hfsm_runtime.debugger._monitor import Monitor
+from hfsm_runtime.debugger.monitor import Monitor
 from interfaces.hfsm import ComponentStatus
 from nao_tools._command import app as nao_app
 from tests.conftest import Pair

@@ -20,6 +20,7 @@ from interfaces.hfsm import HfsmMonitorPrx
 from visualhfsm._base.errors import MissingPackageError, VisualHfsmError
 from visualhfsm._document.views import of_page
 from visualhfsm._monitor import messages
+from visualhfsm._monitor.graphs import read_ros_graph
 from visualhfsm._monitor.realm.audible import played_samples
 from visualhfsm._monitor.realm.description import nao
 from visualhfsm._monitor.realm.follower import Follower, LiveStructure, News, Silence
@@ -29,7 +30,6 @@ from visualhfsm._monitor.realm.realm import MONITOR_PREFIX, components, describe
 from visualhfsm._monitor.realm.robot import RobotFacts, RobotMonitor, RobotPresence
 from visualhfsm._monitor.realm.run_log import Interventions, LiveSnapshot, RunLog, Timeline
 from visualhfsm._monitor.run_page import MOST_PICTURES, Run, run_page
-from visualhfsm_ros2._graph import read_ros_graph
 from zenoh_ice import Communicator, Settings, ZenohIceError, initialize
 from zenoh_ice.data.keys import Target
 from zenoh_ice.data.text import printable

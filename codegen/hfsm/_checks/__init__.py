@@ -6,9 +6,6 @@ with the original generators is a warning and not an error, so that old document
 
 from __future__ import annotations
 
-from visualhfsm_ros2._checks import check_ros, check_ros_uses
-from visualhfsm_ros2._types import TF
-
 from ...diagnostics import Diagnostics, Location, Note
 from ...messages import Message
 from .._effects import CodeEffects
@@ -17,7 +14,9 @@ from ..code.language import first_foreign, report_foreign
 from ..code.names import RESERVED, reserved_names
 from ..code.others import language_of, notes_about
 from ..codes import Code
+from ..document import TF
 from ..known_interfaces import KnownInterfaces
+from ..report import Report
 from .attributes import check_attributes, check_old_names
 from .blocking import check_blocking
 from .component import (
@@ -34,7 +33,6 @@ from .flow import check_flow
 from .inputs import check_arguments, check_inputs
 from .names import check_names, check_reserved, check_start, check_variables
 from .outputs import check_outputs, check_results, check_taken
-from .report import Report
 from .scope import Above
 from .structure import check_automaton, check_tree
 
@@ -59,7 +57,7 @@ def check(effects: CodeEffects, interfaces: KnownInterfaces, diagnostics: Diagno
     check_neighbors(path, report)
     check_hidden_interfaces(analysis, report)
     check_component(document, interfaces, report)
-    check_ros(document, interfaces.ros, report)
+    interfaces.kind.check(document, report)
     check_tree(document, report)
     for automaton in document.automata:
         check_automaton(automaton, report)
@@ -111,7 +109,7 @@ def _check_code(effects: CodeEffects, interfaces: KnownInterfaces, report: Repor
         check_taken(code, report)
     if analysis.is_complete:
         check_attributes(analysis, interfaces, report)
-        check_ros_uses(analysis, interfaces.ros, report)
+        interfaces.kind.check_uses(analysis, report)
         check_old_names(analysis, report)
         if analysis.extension is None:
             for code in analysis.automata:

@@ -12,7 +12,7 @@ from ..analysis import Analysis, Piece, imported_names
 from ..code._values import milliseconds, seconds, truth
 from ..code.text import dotted, own_nodes
 from ..codes import Code
-from .report import Report
+from ..report import Report
 
 _SLEEPS: Final = frozenset({"time.sleep", "self.sleep", "self.clock.sleep"})
 _WAITS: Final = frozenset(

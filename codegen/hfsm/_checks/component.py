@@ -27,7 +27,7 @@ from ..codes import Code
 from ..document import Document, Interface, Parameter, RosInterface
 from ..formats.reader import looks_like_document
 from ..known_interfaces import KnownInterfaces
-from .report import Report
+from ..report import Report
 
 ON_ERROR: Final = ("stop", "continue")
 """Policies after an error in the code; the first is the default."""
@@ -48,8 +48,7 @@ STANDARD_OPTIONS: Final = frozenset(
 
 _LIBRARIES: Final = sys.stdlib_module_names | {
     *("cv2", "lz4", "mcap", "msgpack", "msgspec", "numpy", "rich", "typer", "zenoh", "zstandard"),
-    *("hfsm_runtime", "interfaces", "naoserver", "rosbags", "zenoh_ros2"),
-    "zenoh_ice",
+    *("hfsm_runtime", "interfaces", "naoserver", "rosbags", "visualhfsm_ros2", "zenoh_ice", "zenoh_ros2"),
 }
 """Packages that a component may import, directly or not."""
 

@@ -15,7 +15,7 @@ from ..analysis import Piece
 from ..code.text import all_nodes
 from ..codes import Code
 from ..document import REFUSED, Automaton, Document
-from .report import Report, transition_label
+from ..report import Report, transition_label
 
 
 def check_events(effects: CodeEffects, report: Report) -> None:

@@ -22,7 +22,7 @@ from ..analysis import AutomatonCode, Piece
 from ..code.text import bound_names, evaluated_at_once
 from ..codes import Code
 from ..document import State, Transition
-from .report import Report
+from ..report import Report
 from .scope import Above
 
 _MISSING_NAME = frozenset({"NameError", "UnboundLocalError", "Exception", "BaseException"})

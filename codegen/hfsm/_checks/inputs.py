@@ -13,7 +13,7 @@ from ..analysis import AutomatonCode
 from ..code._values import INPUT_TYPES, ValueTextError, parse_value
 from ..codes import Code
 from ..document import NO_CHILD, Argument, Automaton, Document, Parameter, Result, State
-from .report import Report, state_label
+from ..report import Report, state_label
 
 
 def check_inputs(document: Document, code: AutomatonCode, reserved: Collection[str], report: Report) -> None:

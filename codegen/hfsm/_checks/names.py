@@ -23,7 +23,7 @@ from ..code._scopes import INSPECTING
 from ..code.names import RESERVED
 from ..code.text import all_nodes, own_nodes, place_of_bound
 from ..codes import Code
-from .report import Report
+from ..report import Report
 from .scope import Above
 
 _DOUBTFUL: Final = (

@@ -13,8 +13,8 @@ from ..code._scopes import INSPECTING
 from ..code._values import INPUT_TYPES
 from ..codes import Code
 from ..document import Automaton, Parameter, Result, State
+from ..report import Report
 from .inputs import named, problem_of, target_of
-from .report import Report
 
 _KIND_OF_TYPE: Final[Mapping[str, str]] = {"int": "number", "float": "number", "bool": "truth", "str": "text"}
 _KINDS: Final[Mapping[type, str]] = {int: "number", float: "number", bool: "truth", str: "text"}

@@ -14,7 +14,7 @@ from ...diagnostics import Location, Note
 from ...messages import Message
 from ..analysis import Analysis, AutomatonCode
 from ..codes import Code
-from .report import Report, state_label
+from ..report import Report, state_label
 
 
 @dataclass(eq=False)

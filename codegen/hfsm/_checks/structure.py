@@ -20,7 +20,7 @@ from ..document import (
     State,
     Transition,
 )
-from .report import Report, state_label, transition_label
+from ..report import Report, state_label, transition_label
 
 _MAX_DEPTH: Final = 64
 """Levels of nested automata: far more than a person draws, far fewer than Python's stack allows."""

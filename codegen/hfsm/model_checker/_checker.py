@@ -9,10 +9,10 @@ from typing import Final, TypeVar
 
 from ...diagnostics import Diagnostics, Location, Note
 from ...messages import Message, Value, all_of
-from .._checks.report import Report, state_label, transition_label
 from .._effects import CodeEffects
 from ..codes import Code
 from ..document import Document, Text
+from ..report import Report, state_label, transition_label
 from ._conflicts import Commands, Conflict, Operations, Use, find_conflicts, uses_of
 from ._durations import slow_code
 from ._exploration import Budget

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Final
@@ -12,7 +12,7 @@ from ...diagnostics import Diagnostics, Location, Note
 from ...messages import Message
 from .._effects import CodeEffects
 from ..codes import Code
-from ..document import Interface, RosInterface, Text
+from ..document import Document, Interface, RosInterface, Text
 from ..known_interfaces import DescriptionError, KnownInterfaces
 from ._counterexample import Counterexample, counterexample
 from ._exploration import Budget, find
@@ -23,8 +23,6 @@ from .transition_system import ACTIVE, RUNNING, Configuration, TransitionSystem
 
 _COMMANDS: Final = re.compile(r"(set|send|play|stop|start|move|turn|walk|go|do|reset|say|command)(?![a-z])")
 _READS: Final = re.compile(r"(get|is|has|read|list|find|ice)(?![a-z])")
-_ROS: Final = {"publish": True, "send": True, "latest": False, "next": False, "value": False, "wait": False}
-"""Operations of ROS interfaces, true for those that command something, as a call of a service may."""
 Operations = Mapping[str, Mapping[str, bool]]
 """Operations, true for those that command something, by the attribute of `self` that holds the proxy."""
 
@@ -51,14 +49,14 @@ def is_command(operation: str, idempotent: bool | None = None) -> bool | None:
 
 
 def read_operations(
-    interfaces: Iterable[Interface], known: KnownInterfaces, diagnostics: Diagnostics
-) -> dict[str, dict[str, bool]]:
-    """Return the operations of a document's interfaces, as their packages describe them.
+    document: Document, known: KnownInterfaces, diagnostics: Diagnostics
+) -> dict[str, Mapping[str, bool]]:
+    """Return the operations of a document's endpoints, and of its interfaces as their packages describe them.
 
     A description that cannot be read is reported as an error. Hand-written proxies have none.
     """
-    found: dict[str, dict[str, bool]] = {}
-    for interface in interfaces:
+    found = {each.name: known.kind.commands for each in document.ros}
+    for interface in document.interfaces:
         candidates = known.find(interface.type)
         try:
             operations = known.operations(candidates[0]) if len(candidates) == 1 else None
@@ -92,7 +90,6 @@ class Commands:
         self._interfaces: dict[str, Interface | RosInterface] = {
             each.name: each for each in document.all_interfaces
         }
-        self._ros = {each.name for each in document.ros}
         for alias, name in document.proxy_aliases.items():
             self._interfaces.setdefault(alias, self._interfaces[name])
 
@@ -102,7 +99,7 @@ class Commands:
         certain, possible = set[Command](), set[Command]()
         for call in effects.calls | effects.possible:
             interface = self._interfaces[call.proxy]
-            described = _ROS if interface.name in self._ros else self._operations.get(interface.name, {})
+            described = self._operations.get(interface.name, {})
             changes = described.get(call.operation, is_command(call.operation))
             if changes is not False:
                 is_certain = changes is True and call in effects.calls

@@ -24,7 +24,7 @@ from hfsm_runtime._recording.clocks import TimeModule
 from hfsm_runtime._recording.run import restore_random
 from hfsm_runtime._stop import names_in
 from hfsm_runtime._variables import functions_of, short_repr, values_of
-from hfsm_runtime.component import Component, equip, make_automata, proxies_of, ros_of
+from hfsm_runtime.component import Component, endpoints_of, equip, make_automata, proxies_of
 from hfsm_runtime.debugger.reload import components_in
 from hfsm_runtime.errors import ComponentError, VariablesError
 from hfsm_runtime.loading import naming_libraries
@@ -114,7 +114,7 @@ class FarComponent:
         for name, declared in proxies_of(component).items():
             proxy = communicator.stringToProxy(declared.identity)
             vars(component)[name] = declared.type.uncheckedCast(proxy)
-        if ros_of(component):
+        if endpoints_of(component):
             raise ComponentError("a contained component cannot use ROS")
         equip(component, link.clock, link.clock.sleep_in_cycle, self._send, self._mark)
         handler = _Handler(link)

@@ -23,7 +23,6 @@ from codegen.hfsm.document import (
     Automaton,
     Document,
     Parameter,
-    RosInterface,
     State,
     Text,
     Transition,
@@ -33,8 +32,6 @@ from codegen.hfsm.known_interfaces import KnownInterfaces
 from codegen.python_layout import INDENT
 from codegen.source_rows import SOURCE_MAP
 from visualhfsm._document.places import Place, texts_in
-from visualhfsm_ros2._code_help import class_of, ros_classes
-from visualhfsm_ros2._types import FOLDERS
 
 _TYPED, _SHARED, _FUNCTIONS = "_hfsm_typed", "_hfsm_shared", "_hfsm_functions"
 _SHARING: Final = frozenset({"entry", "code", "exit", "fired"})
@@ -42,10 +39,8 @@ _DEFAULTS: Final = {"int": "0", "float": "0.0", "bool": "False", "str": '""', "o
 _READ_EASILY: Final = (
     (re.compile(r'^(\w+) = load_extension\(.*"(\w+)", "\w+"\)$', re.MULTILINE), r"from \2 import \1"),
     (re.compile(r"^(    \w+) = Proxy\(.*, (\w+)\)$", re.MULTILINE), r"\1: \2"),
-    (re.compile(r"^    (\w+) = Ros\(.*\)$", re.MULTILINE), rf"    \1: {class_of('')}\1"),
 )
 """Generated code, and an equivalent that jedi understands, or reads in half the time."""
-_COMPONENT: Final = re.compile(r'^class \w+\(.*Component, document=.*\n    """.*"""\n', re.MULTILINE)
 _WRITTEN: Final = re.compile(
     r"^ *(?:(?:def|class) (\w+)|(\w+) = (?:State|Transition)\(|from [\w.]+ import (\([^)]+|.+))", re.MULTILINE
 )
@@ -125,15 +120,17 @@ def generate_around(
             each for each in document.interfaces if _is_name(each.name) and interfaces.find(each.type)
         ),
         parameters=tuple(_usable(document.parameters)),
-        ros=tuple(replace(each, qos=Text()) for each in document.ros if _is_usable(each, interfaces)),
+        ros=tuple(
+            replace(each, qos=Text())
+            for each in document.ros
+            if _is_name(each.name) and interfaces.kind.can_generate(each)
+        ),
     )
     analysis = analyze(reduced, path)
     text, _, _ = generate(analysis, interfaces).text.partition(f"\n{SOURCE_MAP} = ")
     for written, read in _READ_EASILY:
         text = written.sub(read, text)
-    if reduced.ros:
-        classes = ros_classes(reduced.ros, interfaces.ros)
-        text = _COMPONENT.sub(lambda found: f"{classes}{found[0]}    ros: Types\n", text, count=1)
+    text = interfaces.kind.readable(text, reduced.ros)
     internal = {name for names in _WRITTEN.findall(text) for name in _LAST_WORD.findall(",".join(names))}
     own = {each.name for each in reduced.all_interfaces} | ({"ros"} if reduced.ros else set())
     own.update(each.name for each in reduced.parameters)
@@ -193,14 +190,6 @@ def _usable(parameters: Iterable[Parameter]) -> Iterator[Parameter]:
             kind = each.type.text.strip()
             kind = kind if kind in _DEFAULTS else "object"
             yield replace(each, type=Text(kind), default=Text(_DEFAULTS[kind]))
-
-
-def _is_usable(interface: RosInterface, interfaces: KnownInterfaces) -> bool:
-    """Return whether an interface of ROS can be generated."""
-    is_known = interface.kind in FOLDERS and not interfaces.ros.problem(
-        interface.type.strip(), interface.kind
-    )
-    return is_known and _is_name(interface.name)
 
 
 def _around(source: str, placeholder: str) -> TypedComponent:

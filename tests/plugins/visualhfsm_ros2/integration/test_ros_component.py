@@ -14,7 +14,7 @@ import pytest
 
 from hfsm_runtime import Component, Parameter, State
 from hfsm_runtime._runtime import Runtime
-from hfsm_runtime.debugger._monitor import Monitor
+from hfsm_runtime.debugger.monitor import Monitor
 from interfaces.hfsm import ComponentStatus
 from tests.conftest import Pair
 from tests.support.automata import after, automaton, on
@@ -23,7 +23,7 @@ from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, RUN_LIMIT, START_LIMIT
 from tests.support.places import ROOT
 from tests.support.processes import ComponentProcess, free_endpoint
 from tests.support.waiting import until
-from visualhfsm_ros2._parameters import RosMonitor
+from visualhfsm_ros2._monitor import RosMonitor
 from zenoh_ice import Settings, WallClock
 from zenoh_ros2 import Node, QoS
 

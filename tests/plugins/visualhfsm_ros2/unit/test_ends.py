@@ -11,7 +11,8 @@ from hfsm_runtime import Component, Ros, ros_message, ros_tf
 from hfsm_runtime.errors import ComponentError, NotConnectedError
 from tests.support.limits import EVENT_LIMIT
 from tests.support.ros_nodes import two_nodes
-from visualhfsm_ros2._ends import Endpoints, make_end, stop_ends, types_of
+from visualhfsm_ros2._ends import Endpoints, stop
+from visualhfsm_ros2._node import make_end
 from visualhfsm_ros2._virtual import FakeRos
 from zenoh_ros2 import ActionServer, CallError, MessageError, Status
 
@@ -30,12 +31,11 @@ def fake() -> FakeRos:
 
 def connected(ros: FakeRos) -> Player:
     player = Player()
-    Endpoints(ros.make_end, ros.types).connect(player)
+    ros.connect(player)
     return player
 
 
 def test_types_of_the_project_are_there_with_those_that_they_need() -> None:
-    assert types_of(Player()).make("my_msgs/msg/Ball", color={"name": "red"}).color.name == "red"
     assert ros_message("my_msgs/msg/Ball", TYPES)(x=2.0).x == 2.0
     ros = fake()
     connected(ros).ball.publish(color={"name": "blue"})
@@ -68,9 +68,8 @@ def test_a_type_that_nobody_knows_keeps_a_component_from_starting() -> None:
     class Lost(Component, document="lost.xml", ros_types={"my_msgs/msg/A": "Missing field\n"}):
         a = Ros("publish", "/a", "my_msgs/msg/A")
 
-    ros = fake()
     with pytest.raises(ComponentError, match="the component cannot start: my_msgs/msg/A"):
-        Endpoints(ros.make_end, ros.types).connect(Lost())
+        fake().connect(Lost())
 
 
 def test_stopping_again_publishes_nothing_more_and_one_failure_leaves_the_rest() -> None:
@@ -83,8 +82,8 @@ def test_stopping_again_publishes_nothing_more_and_one_failure_leaves_the_rest()
         raise CallError("gone")
 
     action.goals[1].cancel = fail  # type: ignore[method-assign]
-    stop_ends(player, ["ball", "count"])
-    stop_ends(player, ["ball", "count"])
+    stop(player, ["ball", "count"])
+    stop(player, ["ball", "count"])
     assert [each.x for each in ros.topic("/ball").messages] == [1.0, 0.0]
     assert [goal.done for goal in goals] == [True, False]
 

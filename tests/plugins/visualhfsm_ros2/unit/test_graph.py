@@ -9,7 +9,7 @@ import pytest
 from tests.support.processes import free_endpoint
 from tests.support.ros_nodes import DOMAIN
 from visualhfsm._base.errors import VisualHfsmError
-from visualhfsm_ros2._graph import read_ros_graph
+from visualhfsm._monitor.graphs import read_ros_graph
 from zenoh_ice import Settings
 from zenoh_ros2 import ActionServer, Node
 

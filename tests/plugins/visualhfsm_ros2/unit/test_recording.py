@@ -9,9 +9,10 @@ from typing import Any
 import pytest
 
 from hfsm_runtime._recording.values import readable
-from hfsm_runtime.component import Ros
+from hfsm_runtime.kinds import Differs
+from visualhfsm_ros2._declared import Ros
 from visualhfsm_ros2._ends import KINDS
-from visualhfsm_ros2._recording import Asked, Differs
+from visualhfsm_ros2._recording import ENDS
 from visualhfsm_ros2._virtual import FakeRos
 from zenoh_ros2 import CallTimeoutError, MessageError, QoS, RosError, Status
 
@@ -47,9 +48,8 @@ def used(
     ros: FakeRos, declared: Ros, ask: Any, differs: Differs = lambda *_: None, end: object = None
 ) -> Any:
     """Return what user code uses, with a genuine end or without."""
-    made = KINDS[declared.kind](end, ros.types, declared)
-    made.do = Asked(declared, ros.types, ask, differs)
-    return made
+    asked = ENDS[declared.kind](declared, ros.types, ask, differs, end)
+    return KINDS[declared.kind](asked, ros.types, declared)
 
 
 def recording(ros: FakeRos, tape: Tape, declared: Ros) -> Any:
@@ -142,7 +142,7 @@ def test_variables_that_hold_goals_and_responses_are_the_same_as_in_older_record
     ros.make_end(COUNT, QoS())
     ros.action("/count")
     for code in (recording(ros, tape, COUNT), used(ros, COUNT, tape.replay)):
-        assert readable(code.send()) == "<visualhfsm_ros2._recording._Goal object>"
+        assert readable(code.send()) == "<hfsm_runtime._recording.ros._Goal object>"
     ros.make_end(SET, QoS())
     ros.service("/set", lambda _request: {})
     for code in (recording(ros, tape, SET), used(ros, SET, tape.replay)):

@@ -12,7 +12,7 @@ from codegen.hfsm.document import RosInterface, Text
 from codegen.hfsm.known_interfaces import find_interfaces
 from codegen.hfsm.loading import check_document
 from tests.support.documents import compile_to, document, problems, state, sub
-from visualhfsm_ros2._types import QosError, is_ros_name, parse_qos, stops
+from visualhfsm_ros2._types import QosError, RosTypes, is_ros_name, parse_qos, stops
 
 ONE = sub(1, 0, state(1, "one", "self.cmd_vel.publish()\nself.ball.latest()", initial=True))
 ROS = """<ros>
@@ -117,7 +117,8 @@ def test_a_type_that_cannot_be_used_says_why(types: Path, name: str, message: st
 
 
 def test_types_are_found_with_their_fields(types: Path) -> None:
-    ros = find_interfaces(types / "main.xml").ros
+    ros = find_interfaces(types / "main.xml").kind
+    assert isinstance(ros, RosTypes)
     assert "my_msgs/msg/Ball" in ros.names("publish")
     assert ros.fields("my_msgs/msg/Ball") == {
         "place": "geometry_msgs/msg/Point",

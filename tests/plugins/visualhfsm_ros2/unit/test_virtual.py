@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from hfsm_runtime.component import Component
+from hfsm_runtime import Component, Ros
 from hfsm_runtime.errors import CycleCutError
-from hfsm_runtime.virtual.clock import TaskClock
+from hfsm_runtime.virtual import TaskClock, VirtualWorld
 from tests.support.documents import document, state, sub, transition
 from tests.support.places import ROOT
 from visualhfsm.testing import Behavior, MakeBehavior, UnknownName
@@ -230,3 +230,24 @@ def test_a_goal_is_followed_by_guards(behavior: MakeBehavior, tmp_path: Path) ->
     action.goals[0].succeed()
     run.run_until("there", limit=0.2)
     assert len(action.goals) == 1
+
+
+class UsesRos(Component, document="uses.xml"):
+    scan = Ros("subscribe", "/scan", "sensor_msgs/msg/LaserScan")
+    drive = Ros("publish", "/cmd_vel", "geometry_msgs/msg/Twist", stop=True)
+    switch = Ros("service", "/switch", "std_srvs/srv/SetBool")
+    count = Ros("action", "/count", "example_interfaces/action/Fibonacci")
+
+
+def test_of_ros_everything_is_a_stand_in() -> None:
+    world, component = VirtualWorld(stand_ins=True), UsesRos()
+    world.connect(component)
+    assert component.scan.latest() is None
+    component.drive.publish(linear={"x": 1.0})
+    assert component.switch.call(data=True).success is False
+    assert component.count.send(order=3).done
+    before = world.clock.now()
+    with pytest.raises(CallTimeoutError):
+        component.scan.next(0.05)
+    assert world.clock.now() == pytest.approx(before + 0.05)
+    world.close()

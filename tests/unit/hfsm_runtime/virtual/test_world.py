@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from hfsm_runtime import Automaton, Component, Proxy, Ros, State
+from hfsm_runtime import Automaton, Component, Proxy, State
 from hfsm_runtime.virtual import VirtualWorld, make_stub
 from interfaces.nao import HeadPose, PoseHeadPrx, SafetyPrx
 from tests.support.automata import automaton
 from tests.support.gripper import GripperPrx
 from zenoh_ice import ObjectNotExistException
-from zenoh_ros2 import CallTimeoutError
 
 
 class Uses(Component, document="uses.xml"):
@@ -19,13 +18,6 @@ class Uses(Component, document="uses.xml"):
 
     def automaton(self) -> Automaton:
         return automaton(1, "uses", [State(id=1, name="idle")])
-
-
-class UsesRos(Component, document="uses.xml"):
-    scan = Ros("subscribe", "/scan", "sensor_msgs/msg/LaserScan")
-    drive = Ros("publish", "/cmd_vel", "geometry_msgs/msg/Twist", stop=True)
-    switch = Ros("service", "/switch", "std_srvs/srv/SetBool")
-    count = Ros("action", "/count", "example_interfaces/action/Fibonacci")
 
 
 def test_a_call_that_nobody_serves_says_what_is_served() -> None:
@@ -68,18 +60,4 @@ def test_a_servant_of_another_interface_gives_way_to_a_stand_in() -> None:
     world.network.serve("Head", *make_stub("Head", GripperPrx.ice_interface, {}))
     world.connect(component)
     assert component.Head.getPose() == HeadPose()
-    world.close()
-
-
-def test_of_ros_everything_is_a_stand_in() -> None:
-    world, component = VirtualWorld(stand_ins=True), UsesRos()
-    world.connect(component)
-    assert component.scan.latest() is None
-    component.drive.publish(linear={"x": 1.0})
-    assert component.switch.call(data=True).success is False
-    assert component.count.send(order=3).done
-    before = world.clock.now()
-    with pytest.raises(CallTimeoutError):
-        component.scan.next(0.05)
-    assert world.clock.now() == pytest.approx(before + 0.05)
     world.close()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -40,8 +41,8 @@ RIGHT = Interface(name="RightMotors", proxy="RightShoulderMotors", type="Pose3DM
 LOOK = "self.Head.setPose(0.0, 0.0, 0.2)"
 
 
-def operations_of(doc: Document) -> dict[str, dict[str, bool]]:
-    return read_operations(doc.interfaces, KNOWN, Diagnostics())
+def operations_of(doc: Document) -> dict[str, Mapping[str, bool]]:
+    return read_operations(doc, KNOWN, Diagnostics())
 
 
 def commanded(code: str, functions: str = "", variables: str = "") -> set[tuple[str, str]]:

@@ -45,7 +45,7 @@ def verdict(doc: Document, kind: str, expression: str, within: str = "", limit: 
 @pytest.mark.parametrize("path", BEHAVIORS, ids=lambda path: path.stem)
 def test_the_behaviors_raise_no_alarm(path: Path) -> None:
     doc, diagnostics = read(path), Diagnostics()
-    operations = read_operations(doc.interfaces, KNOWN, diagnostics)
+    operations = read_operations(doc, KNOWN, diagnostics)
     report = check_model(doc, path, operations=operations)
     report_model(report, diagnostics)
     assert list(diagnostics) == []

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import inspect
+import re
 from pathlib import Path
 
 import pytest
 
+from codegen.diagnostics import Diagnostics
+from codegen.hfsm.loading import check_document
 from tests.support.documents import document, problems, state, sub
 from visualhfsm_ros2 import _ends as ros
-from visualhfsm_ros2._checks import ROS_OPERATIONS
+from visualhfsm_ros2._documents import ROS_OPERATIONS
 
+FAULTY = sorted((Path(__file__).parents[1] / "data" / "faulty").glob("*.xml"))
 SCAN = ("subscribe", "scan", "/scan", "sensor_msgs/msg/LaserScan")
 DRIVE = ("publish", "drive", "/cmd_vel", "geometry_msgs/msg/Twist")
 RESET = ("service", "reset", "/reset", "std_srvs/srv/SetBool")
@@ -126,3 +130,12 @@ def test_parameters_keep_clear_of_the_options_of_ros(tmp_path: Path, name: str) 
     (problem,) = problems(tmp_path / "plain.xml", document(plain, head=parameter))
     option = f"--{name.replace('_', '-')}"
     assert f"E526: `{option}` is an option of every component: choose another name" in problem
+
+
+@pytest.mark.parametrize("path", FAULTY, ids=lambda path: path.stem)
+def test_a_planted_fault_is_found_at_its_line_and_nothing_else(path: Path) -> None:
+    expected = re.search(r"Brings ([EW]\d{3}) in line (\d+)\.", path.read_text("utf-8"))
+    assert expected is not None
+    diagnostics = Diagnostics()
+    check_document(path, diagnostics)
+    assert [(each.code, str(each.location.line)) for each in diagnostics] == [expected.groups()]

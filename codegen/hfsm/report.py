@@ -7,10 +7,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
-from ...diagnostics import Diagnostics, Location, Note
-from ...messages import NO_MESSAGE, Message, all_of
-from ..codes import Code
-from ..document import Automaton, Node, State, Text, Transition
+from ..diagnostics import Diagnostics, Location, Note
+from ..messages import NO_MESSAGE, Message, all_of
+from .codes import Code
+from .document import Automaton, Node, State, Text, Transition
 
 _MAY_BE_IMPORTED: Final = {
     *(Code.UNDEFINED_NAME, Code.UNKNOWN_ATTRIBUTE, Code.UNSENT_EVENT),

@@ -13,16 +13,14 @@ from typing import Any, Final, Self
 
 import msgspec
 
-from hfsm_runtime._automaton import Automaton, Transition
-from hfsm_runtime.component import parameter_values, parameters_of
-from hfsm_runtime.debugger._monitor import Monitor
+from hfsm_runtime import Automaton, Transition
+from hfsm_runtime.component import name_of, parameter_values, parameters_of
+from hfsm_runtime.debugger.monitor import Monitor
 from hfsm_runtime.errors import ComponentError
 from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import Actor, ChangeKind
 from interfaces import hfsm
 from zenoh_ros2 import InvalidNameError, Node, Parameters, QoS, RosError, RosoutHandler, Service
-
-__all__ = ["RosMonitor"]
 
 _STATUS: Final = "smach_msgs/msg/SmachContainerStatus"
 _STRUCTURE: Final = "smach_msgs/msg/SmachContainerStructure"
@@ -85,7 +83,7 @@ class RosMonitor(Observer):
         ):
             node.create_service(_TRIGGER, f"~/{name}", self._handler(act))
         self._handler_of_logs = RosoutHandler(node)
-        self._logs = (self._runtime.component._hfsm_log, logging.getLogger("hfsm_runtime"))
+        self._logs = tuple(map(logging.getLogger, (name_of(self._runtime.component), "hfsm_runtime")))
         for log in self._logs:
             log.addHandler(self._handler_of_logs)
         self._runtime.tree.observers.append(self)

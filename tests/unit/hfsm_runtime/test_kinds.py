@@ -1,0 +1,145 @@
+"""Endpoints of components: a kind that a plug-in adds, and one that is not installed."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Container, Iterator, Mapping
+from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+import hfsm_runtime
+from hfsm_runtime import Automaton, Component, State
+from hfsm_runtime._stop import may_move, stop_robot
+from hfsm_runtime.command import make_app
+from hfsm_runtime.component import Endpoint, endpoints_of
+from hfsm_runtime.errors import ComponentError, MissingLibraryError, NotConnectedError
+from hfsm_runtime.kinds import NAMES, Ask, Called, Differs, Ends, Kind, kinds_of, options_of_kinds
+from hfsm_runtime.virtual import VirtualWorld
+from tests.support.absent import without
+from tests.support.automata import automaton
+from zenoh_ice import Settings, plugins
+
+
+class Signal(Endpoint):
+    of = "signals"
+    title = "signals"
+
+
+class Horn(Component, document="horn.xml"):
+    horn = Signal("harbor/horn")
+
+    def automaton(self) -> Automaton:
+        return automaton(1, "horn", [State(id=1, name="quiet")])
+
+
+class Imitated:
+    """Counts what is connected."""
+
+    def __init__(self, now: Callable[[], float]) -> None:
+        self.now = now
+
+    def connect(self, component: Component) -> None:
+        for name in endpoints_of(component):
+            vars(component).setdefault(name, SimpleNamespace(heard_at=self.now))
+
+
+class Signals:
+    """A kind as a plug-in writes it."""
+
+    def __init__(self) -> None:
+        self.stopped: list[str] = []
+
+    def opened(
+        self, component: type[Component], settings: Settings, options: Mapping[str, Any]
+    ) -> AbstractContextManager[Any]:
+        raise NotImplementedError
+
+    def imitated(
+        self,
+        now: Callable[[], float],
+        wait: Callable[[Callable[[], bool], float], bool],
+        called: Called,
+        *,
+        stand_ins: bool,
+    ) -> Ends:
+        return Imitated(now)
+
+    def recorded(self, component: Component, ask: Ask) -> AbstractContextManager[None]:
+        return nullcontext()
+
+    def replayed(self, component: Component, ask: Ask, differs: Differs) -> None: ...
+
+    def stop(self, component: Component, names: Container[str]) -> None:
+        self.stopped += [name for name in endpoints_of(component) if name in names]
+
+
+SIGNALS = Signals()
+
+
+@pytest.fixture
+def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Kind]:
+    """Install a distribution with the kind, as `pip` does."""
+    about = tmp_path / "signals-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: signals\nVersion: 1.0\n")
+    (about / "entry_points.txt").write_text(
+        f"[hfsm_runtime.kinds]\nsignals = {__name__}:SIGNALS\n[hfsm_runtime.options]\nsignals = {__name__}:options\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    plugins.names.cache_clear()
+    plugins.find.cache_clear()
+    SIGNALS.stopped.clear()
+    yield SIGNALS
+    plugins.names.cache_clear()
+    plugins.find.cache_clear()
+
+
+def options() -> list[inspect.Parameter]:
+    return [inspect.Parameter("signals", inspect.Parameter.KEYWORD_ONLY, annotation=bool, default=False)]
+
+
+def test_an_endpoint_is_connected_by_its_kind_and_stopped_by_it(installed: Kind) -> None:
+    component, world = Horn(), VirtualWorld()
+    with pytest.raises(NotConnectedError, match=r"self\.horn \(harbor/horn of signals\) is not connected"):
+        _ = component.horn
+    assert kinds_of(component) == {"signals": installed}
+    world.connect(component)
+    world.connect(component)  # as a reload does
+    assert component.horn.heard_at() == world.clock.now()
+    assert may_move(component)
+    stop_robot(component)
+    assert SIGNALS.stopped == ["horn"]
+    world.close()
+
+
+@pytest.mark.usefixtures("installed")
+def test_its_options_are_those_of_every_component() -> None:
+    assert [each.name for each in options_of_kinds()["signals"]] == ["signals"]
+
+    class Plain(Component): ...
+
+    (command,) = make_app(Plain).registered_commands
+    assert command.callback is not None
+    assert "signals" in inspect.signature(command.callback).parameters
+
+
+def test_a_kind_that_is_not_installed_is_named() -> None:
+    with pytest.raises(
+        ComponentError, match="the plug-in for endpoints of the kind 'signals' is not installed"
+    ):
+        VirtualWorld().connect(Horn())
+
+
+@pytest.mark.parametrize("name", sorted(NAMES))
+def test_a_generated_component_says_so_when_it_is_imported(name: str) -> None:
+    with without("visualhfsm_ros2"), pytest.raises(MissingLibraryError, match=r"visualhfsm\[ros2\]"):
+        getattr(hfsm_runtime, name)
+
+
+def test_a_command_then_has_no_options_of_ros() -> None:
+    with without("visualhfsm_ros2"):
+        assert "ros" not in options_of_kinds()
