@@ -21,7 +21,6 @@ from tests.support.places import ROOT
 TESTS: Final = ROOT / "tests"
 GENERATED: Final = {"interfaces", "behaviors"}
 TESTED_BY: Final = {
-    "codegen/options.py": "integration/test_codegen_command.py",
     "nao_tools/_call.py": "integration/test_nao_command.py",
     "nao_tools/_listing.py": "integration/test_nao_command.py",
     "nao_tools/_status.py": "integration/test_nao_command.py",
