@@ -70,6 +70,7 @@ def simulated(body: Body = H25) -> Iterator[Robot]:
 @contextmanager
 def fake_as_naoqi(body: Body = H25, speed: float = 1.0) -> Iterator[str]:
     """Serve the robot without physics as NAOqi does; yield its URL."""
+    pytest.importorskip("visualhfsm_naoqi_programs", reason="the robot behind NAOqi is that of a plug-in")
     from visualhfsm_naoqi_programs import serve_as_naoqi
 
     behind = FakeRobot(clock_at(speed), body=body)
