@@ -11,8 +11,8 @@ import typer
 
 from codegen.messages import Message
 from codegen.reasons import reason
-from visualhfsm._base.errors import VisualHfsmError
-from visualhfsm._base.options import examples
+from visualhfsm import VisualHfsmError
+from visualhfsm.plugins import examples
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 from codegen.hfsm import write_document
 from codegen.hfsm.document import Automaton, Document
-from visualhfsm._base.languages import system_languages
+from visualhfsm.plugins import system_languages
 from visualhfsm.trials import SUFFIX
 from visualhfsm_classes._errors import GradingError
 from visualhfsm_classes._exercise import FILE, VISIBLE

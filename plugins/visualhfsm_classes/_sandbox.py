@@ -17,7 +17,7 @@ import msgspec
 
 from hfsm_runtime.source_map import PLACE
 from interfaces import jderobot
-from visualhfsm._base.line_process import explain_signal
+from visualhfsm.plugins import explain_signal
 from visualhfsm_classes._errors import ComputerFailed, ComputerTooBusy
 from visualhfsm_classes._process import CodeProcess
 from visualhfsm_classes._walls import Walls

@@ -30,7 +30,7 @@ _PACKAGES: Final = ("codegen", "hfsm_runtime", "interfaces", "naoserver", "zenoh
 _SEAMS: Final = ("codegen.", "hfsm_runtime.")
 """Beginnings of the seams to which plug-ins add what compiles and runs documents."""
 _TOO: Final = ("visualhfsm_old_documents", "visualhfsm_ros2", "zenoh_ros2")
-_CONTAINED: Final = Path(__package__, "contained")
+_CONTAINED: Final = f"{__package__}/contained"
 """What runs the code."""
 _LIBRARIES: Final = ("/lib", "/lib64", "/usr/lib", "/usr/lib64", "/usr/local/lib")
 _FILES: Final = ("/etc/ld.so.cache", "/etc/alternatives", "/etc/localtime", "/usr/share/zoneinfo")
@@ -140,8 +140,8 @@ def _seen(python: Path, include: Sequence[Path]) -> dict[Path, Path]:
     sites = [Path(each).resolve() for each in sys.path if Path(each).name in _SITES and Path(each).is_dir()]
     for number, site in enumerate(dict.fromkeys([*sites, *_linked(sites)])):
         seen[site] = _INSIDE / f"site{number}"
-    for folder, names in ((_CORE, _PACKAGES), (_PLUGINS, (_CONTAINED, *_compiling()))):
-        seen |= {folder / name: _OURS / name for name in names}
+    seen |= {_CORE / name: _OURS / name for name in _PACKAGES}
+    seen |= {_PLUGINS / name: _OURS / name for name in (_CONTAINED, *_compiling())}
     seen[Path(__file__).with_name("_compile.py")] = _COMPILER
     for number, folder in enumerate(include):
         seen[folder] = _INSIDE / f"include{number}"

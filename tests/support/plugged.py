@@ -24,7 +24,8 @@ def plugged(folder: Path, code: str, **points: str) -> Iterator[None]:
     about.mkdir()
     (about / "METADATA").write_text("Metadata-Version: 2.1\nName: a-stranger\nVersion: 1.0\n")
     groups = [
-        f"[{seam.replace('__', '.')}]\n{point.replace('= ', '= stranger:')}" for seam, point in points.items()
+        f"[{seam.replace('__', '.')}]\n{point.replace(' = ', ' = stranger:')}"
+        for seam, point in points.items()
     ]
     (about / "entry_points.txt").write_text("\n".join(groups) + "\n")
     sys.path.insert(0, str(folder))

@@ -51,7 +51,7 @@ class TextsError(Exception):
     """The catalogs cannot be brought up to date."""
 
 
-_CODE: Final = ("codegen", "visualhfsm")
+_CODE: Final = ("codegen", "plugins", "visualhfsm")
 _OF_COMMANDS: Final = (
     *("codegen/_idl", "plugins/visualhfsm_classes", "visualhfsm/_base/html_file.py"),
     *(f"visualhfsm/_commands/{name}.py" for name in ("convert", "draw", "new", "report", "steer")),

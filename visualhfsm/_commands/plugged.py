@@ -12,6 +12,7 @@ from typing import Any, Final, NoReturn, cast
 import typer
 from typer.core import TyperCommand, TyperGroup
 
+from codegen.messages import Message
 from visualhfsm._base.errors import VisualHfsmError
 from zenoh_ice import plugins
 from zenoh_ice.application.cli import join_lines
@@ -55,7 +56,7 @@ def _plugged(seam: str, name: str) -> TyperCommand | None:
 
 def _broken(name: str, why: str) -> TyperCommand:
     def refuse() -> NoReturn:
-        raise VisualHfsmError.because("{reason}", reason=why)
+        raise VisualHfsmError(Message.verbatim(why))
 
     words = {"ignore_unknown_options": True, "allow_extra_args": True}
     return TyperCommand(name, callback=refuse, help=why, context_settings=words)

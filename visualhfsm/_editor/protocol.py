@@ -23,15 +23,16 @@ from visualhfsm._document.commands import AnyCommand
 from visualhfsm._document.commands.transitions import TransitionType
 from visualhfsm._document.places import Place
 from visualhfsm._document.problems import Problem
-from visualhfsm._monitor.messages import Push, tag
+from visualhfsm._monitor.messages import Push
 from visualhfsm.project._editing.shelf import ReadyState
 from visualhfsm.trials._messages import ChosenLimit, ChosenRobot, ChosenRuns
 from zenoh_ice import typed
 
+from .views import Request as BaseRequest
+from .views import RequestId, TabEdit, TabId, TabRequest, find_views
+
 # ------------------------------------------------------------------------------------------ requests
 
-RequestId = Annotated[int, msgspec.Meta(ge=0, le=2**53 - 1)]
-TabId = Annotated[int, msgspec.Meta(ge=1, le=2**31 - 1)]
 TrialNumber = Annotated[int, msgspec.Meta(ge=1, le=2**31 - 1)]
 ElementId = Annotated[int, msgspec.Meta(ge=0, le=2**31 - 1)]
 Position = Annotated[int, msgspec.Meta(ge=0, le=10_000_000)]
@@ -44,80 +45,66 @@ Code = Annotated[str, msgspec.Meta(max_length=1_000_000)]
 Ids = Annotated[list[ElementId], msgspec.Meta(max_length=100_000)]
 
 
-class _Request(
-    msgspec.Struct, kw_only=True, rename="camel", forbid_unknown_fields=True, tag_field="op", tag=tag
-):
-    id: RequestId
-
-
-class _TabRequest(_Request):
-    tab: TabId
-
-
-class Hello(_Request):
+class Hello(BaseRequest):
     """Ask for the whole state, in a language such as `es`; the first request of a window."""
 
     language: Name = ENGLISH
 
 
-class Open(_Request):
+class Open(BaseRequest):
     """Open a document in a tab."""
 
     path: Path
 
 
-class New(_Request):
+class New(BaseRequest):
     """Create a document from a template."""
 
     template: Name = "empty"
 
 
-class OpenText(_Request):
+class OpenText(BaseRequest):
     """Open a document whose text the page has, such as a dropped file; it has no path yet."""
 
     name: Name
     text: Annotated[str, msgspec.Meta(max_length=4_000_000)]
 
 
-class Close(_TabRequest):
+class Close(TabRequest):
     """Close a tab; one with unsaved changes only with `discard`."""
 
     discard: bool = False
 
 
-class Save(_TabRequest):
+class Save(TabRequest):
     """Save to the file that the document came from, with `overwrite` also over an older dialect."""
 
     overwrite: bool = False
 
 
-class SaveAs(_TabRequest):
+class SaveAs(TabRequest):
     """Save to another file, which is the document's from then on."""
 
     path: Path
     overwrite: bool = False
 
 
-class Recover(_Request):
+class Recover(BaseRequest):
     """Open a document again whose session ended without closing; one of `recoverable`."""
 
     journal: Name
 
 
-class Discard(_Request):
+class Discard(BaseRequest):
     """Discard the changes of such a document."""
 
     journal: Name
 
 
-class ListFiles(_Request):
+class ListFiles(BaseRequest):
     """List a directory; the root for an empty one."""
 
     directory: Path = ""
-
-
-class TabEdit(_TabRequest):
-    """A change of one document; requests of this kind are executed in order."""
 
 
 class _ChosenStates(TabEdit):
@@ -199,7 +186,7 @@ class PutOnShelf(TabEdit):
     description: Code = ""
 
 
-class Search(_Request):
+class Search(BaseRequest):
     """Search names and code, in one document or in all open ones, for a text or a whole word."""
 
     text: Name
@@ -207,19 +194,19 @@ class Search(_Request):
     tab: TabId | None = None
 
 
-class Resolve(_TabRequest):
+class Resolve(TabRequest):
     """Decide about a document whose file another program changed: keep it, read the file, or merge both."""
 
     choice: Literal["mine", "theirs", "merge"]
 
 
-class Diff(_TabRequest):
+class Diff(TabRequest):
     """Compare a document with another version: a file, or `saved`."""
 
     against: Path
 
 
-class Imported(_TabRequest):
+class Imported(TabRequest):
     """Ask for the content of the automata that a document imports from other files."""
 
 
@@ -236,17 +223,7 @@ class Inline(TabEdit):
     automaton: ElementId
 
 
-class Task(_TabRequest):
-    """Ask for the task of the exercise in whose folder the document lies, and for the marks beside it."""
-
-
-class HandIn(_TabRequest):
-    """Write a copy of the document to where a teacher collects it, with `overwrite` over an earlier one."""
-
-    overwrite: bool = False
-
-
-class Locate(_TabRequest):
+class Locate(TabRequest):
     """Ask which line of which piece of code a line of a log, or of an error's report, refers to.
 
     A report also has its `automaton` and `state`, which distinguish pieces that share a line.
@@ -257,7 +234,7 @@ class Locate(_TabRequest):
     state: ElementId = 0
 
 
-class CodeHelp(_TabRequest):
+class CodeHelp(TabRequest):
     """Ask about a piece of code, as it is being typed; `line` counts from 1, `column` from 0.
 
     `complete`: completions; `define`: where the name at the position is defined; `explain`: what it stands
@@ -271,15 +248,15 @@ class CodeHelp(_TabRequest):
     column: Position = 0
 
 
-class Interfaces(_Request):
+class Interfaces(BaseRequest):
     """Ask for the interfaces that documents may declare, with their operations."""
 
 
-class Generate(_TabRequest):
+class Generate(TabRequest):
     """Generate the component's Python."""
 
 
-class Start(_TabRequest):
+class Start(TabRequest):
     """Generate and start the component as a process; `arguments` are those of its command line.
 
     With `record`, the run is recorded into a new file below the root, which the answer names. A `dry_run` has
@@ -294,15 +271,15 @@ class Start(_TabRequest):
     beside: Annotated[list[Name], msgspec.Meta(max_length=1000)] = []
 
 
-class Stop(_TabRequest):
+class Stop(TabRequest):
     """Stop the process of a component that was started here."""
 
 
-class LookAtTrials(_TabRequest):
+class LookAtTrials(TabRequest):
     """Ask for the plan of a document's trials, and what those that were run say: the push `trials`."""
 
 
-class StartTrials(_TabRequest):
+class StartTrials(TabRequest):
     """Run those trials of a document that were not run yet; the push `trials` reports what they say.
 
     Of older outcomes, those of another version of document or plan are replaced only with `again`. `state`,
@@ -316,27 +293,27 @@ class StartTrials(_TabRequest):
     again: bool = False
 
 
-class StopTrials(_TabRequest):
+class StopTrials(TabRequest):
     """Stop the trials of a document; what is done is kept."""
 
 
-class RecordTrial(_TabRequest):
+class RecordTrial(TabRequest):
     """Run one of the trials again, and record it; the push `trials` says when that is done, and where."""
 
     number: TrialNumber
 
 
-class LookAtTests(_TabRequest):
+class LookAtTests(TabRequest):
     """Ask for the tests of a document: the push `tests` names them."""
 
 
-class StartTests(_TabRequest):
+class StartTests(TabRequest):
     """Run the tests of a document as it was saved, or some by name; the push `tests` has the results."""
 
     names: Annotated[list[Name], msgspec.Meta(max_length=1000)] = []
 
 
-class SaveTest(_TabRequest):
+class SaveTest(TabRequest):
     """Write what a followed component, or a recorded one, did as a new test.
 
     The answer has its `name`, and whether it is `complete`: its file says what it leaves out.
@@ -345,15 +322,15 @@ class SaveTest(_TabRequest):
     component: Name
 
 
-class StopTests(_TabRequest):
+class StopTests(TabRequest):
     """Stop the tests of a document."""
 
 
-class OutputShown(_Request):
+class OutputShown(BaseRequest):
     """Say that the last push `output` was shown, so that the next one may come."""
 
 
-class Simulate(_Request):
+class Simulate(BaseRequest):
     """Start a simulated robot, or start it again with other options; what was started here before is ended.
 
     The answer comes before the robot is present: the push `robot` reports the progress.
@@ -365,7 +342,7 @@ class Simulate(_Request):
     body: Name = ""
 
 
-class GuessRobot(_Request):
+class GuessRobot(BaseRequest):
     """Take a model of a robot, a URDF, xacro or MJCF below the root, for what it seems to be.
 
     The answer is an `OwnRobot`, whose text is to be corrected. The path may also be that of a body of the
@@ -375,14 +352,14 @@ class GuessRobot(_Request):
     path: Path
 
 
-class CheckRobot(_Request):
+class CheckRobot(BaseRequest):
     """Read the text of a robot's file, as that of `name` in the folder `robots`: an `OwnRobot`."""
 
     name: Name
     text: Code
 
 
-class SaveRobot(_Request):
+class SaveRobot(BaseRequest):
     """Write the file of a robot in the folder `robots`, with `overwrite` also over another one.
 
     The answer has its `path`, and all `bodies` that can be simulated then.
@@ -393,7 +370,7 @@ class SaveRobot(_Request):
     overwrite: bool = False
 
 
-class ConnectRobot(_Request):
+class ConnectRobot(BaseRequest):
     """Connect to a real robot at an address such as `nao.local`; `start` is its first action.
 
     It is refused while components run, because they would drive the robot at once.
@@ -403,29 +380,29 @@ class ConnectRobot(_Request):
     start: Literal["leave", "stiffen", "stand"] = "leave"
 
 
-class MoveBalls(_Request):
+class MoveBalls(BaseRequest):
     """Move the balls of the simulation along their routes, or leave them where they are."""
 
     moving: bool
 
 
-class EndRobot(_Request):
+class EndRobot(BaseRequest):
     """End the simulation, or the connection to the real robot, that was started here."""
 
 
-class Follow(_Request):
+class Follow(BaseRequest):
     """Follow a running component."""
 
     component: Name
 
 
-class Unfollow(_Request):
+class Unfollow(BaseRequest):
     """Stop following it; it keeps running."""
 
     component: Name
 
 
-class Steering(_Request):
+class Steering(BaseRequest):
     """An operation of the monitor of a component that is followed, in `interfaces/hfsm.idl`."""
 
     component: Name
@@ -489,20 +466,20 @@ class Reload(Steering):
     """Load the component's file again, and go on in it: a `ReloadReport`."""
 
 
-class StopPresent(_Request):
+class StopPresent(BaseRequest):
     """Stop a component that is followed, also one that was started elsewhere."""
 
     component: Name
 
 
-class Moment(_Request):
+class Moment(BaseRequest):
     """Ask for the snapshot of a component, or a recording, at a component time in s."""
 
     component: Name
     time: Time
 
 
-class Series(_Request):
+class Series(BaseRequest):
     """Ask for numbers over time, by their names: at most `points`, so that no peak is lost."""
 
     component: Name
@@ -512,7 +489,7 @@ class Series(_Request):
     points: Annotated[int, msgspec.Meta(ge=2, le=10_000)] = 1000
 
 
-class Picture(_Request):
+class Picture(BaseRequest):
     """Ask for the picture of a camera at a wall time, as JPEG; null if that was not kept."""
 
     component: Name
@@ -520,19 +497,19 @@ class Picture(_Request):
     at: Time
 
 
-class EmergencyStop(_Request):
+class EmergencyStop(BaseRequest):
     """Stop the robot and all components of the realm: a `StopReport`."""
 
 
-class ResetEmergencyStop(_Request):
+class ResetEmergencyStop(BaseRequest):
     """Let the robot accept commands again."""
 
 
-class StandRobot(_Request):
+class StandRobot(BaseRequest):
     """Put a simulated robot on its feet where it is."""
 
 
-class SceneRequest(_Request):
+class SceneRequest(BaseRequest):
     """An operation of a simulation's world, in `interfaces/nao.idl`."""
 
 
@@ -556,37 +533,37 @@ class SayToRobot(SceneRequest):
     text: Name
 
 
-class Facts(_Request):
+class Facts(BaseRequest):
     """Ask for the constants of the robot: `RobotFacts`."""
 
 
-class Body(_Request):
+class Body(BaseRequest):
     """Ask for a robot as it is drawn, by the hash of its description; null if it is not known any more."""
 
     hash: Annotated[str, msgspec.Meta(max_length=64)]
 
 
-class Identities(_Request):
+class Identities(BaseRequest):
     """Ask for the servants of the realm, each with the type ids of its interfaces."""
 
 
-class RosGraph(_Request):
+class RosGraph(BaseRequest):
     """Ask for the graph of ROS, which takes a second."""
 
 
-class Share(_Request):
+class Share(BaseRequest):
     """Ask for the read-only address of the page, relative to it; or withdraw it, so that all viewers go."""
 
     shared: bool = True
 
 
-class Export(_TabRequest):
+class Export(TabRequest):
     """Ask for the document as its file would hold it, or as one `page` of HTML, to download it."""
 
     page: bool = False
 
 
-class ExportRun(_Request):
+class ExportRun(BaseRequest):
     """Ask for the run of a followed component, or of an open recording, as one page of HTML, to download it.
 
     `tab` is the one that shows its document, 0 without one.
@@ -596,7 +573,7 @@ class ExportRun(_Request):
     tab: ElementId = 0
 
 
-class Record(_Request):
+class Record(BaseRequest):
     """Record a followed component into a new file below the root, whose path is the answer; or end that.
 
     `pictures` is their number per second and camera, None to end. The push `workspace` reports recordings.
@@ -606,22 +583,26 @@ class Record(_Request):
     pictures: Annotated[int, msgspec.Meta(ge=0, le=30)] | None = None
 
 
-class Recording(_Request):
+class Recording(BaseRequest):
     """Open the recording of a run."""
 
     path: Path
 
 
+REQUESTS: Final = [
+    found
+    for found in [*globals().values()]
+    if isinstance(found, type) and issubclass(found, BaseRequest) and not found.__name__.startswith("_")
+    if found not in (BaseRequest, SceneRequest, Steering, TabEdit, TabRequest)
+]
+"""Those of the page itself."""
+VIEWS: Final = find_views(REQUESTS)
+"""The views of plug-ins, by name."""
+
 if TYPE_CHECKING:
-    Request = _Request
+    Request = BaseRequest
 else:
-    _REQUESTS = [
-        found
-        for found in [*globals().values()]
-        if isinstance(found, type) and issubclass(found, _Request) and not found.__name__.startswith("_")
-        if found not in (SceneRequest, Steering, TabEdit)
-    ]
-    Request = Union[tuple(_REQUESTS)]  # noqa: UP007 - made of a tuple
+    Request = Union[(*REQUESTS, *(kind for view in VIEWS.values() for kind in view.requests))]
     """Any request."""
 
 decode_request: Final[Callable[[bytes | str], Request]] = typed.json_decoder(Request)
@@ -671,7 +652,7 @@ class TabState(msgspec.Struct, kw_only=True, rename="camel"):
     name of its running component, or of the one that it would become. `outside` says what another
     program did to the file: nothing, `changed` or `deleted`. `changed` says that the document differs from
     that of the running component. `recording` is the file that contains the document, which is read-only.
-    `task`: it lies in the folder of an exercise.
+    `views` are the plug-ins' that have something to show of it.
     """
 
     tab: int
@@ -682,7 +663,7 @@ class TabState(msgspec.Struct, kw_only=True, rename="camel"):
     outside: str
     changed: bool = False
     recording: str = ""
-    task: bool = False
+    views: list[str] = []
 
 
 class Recoverable(msgspec.Struct, kw_only=True, rename="camel"):

@@ -26,7 +26,6 @@ from visualhfsm.project._editing.imports import imported_views
 
 from . import protocol as p
 from .tab import Tab
-from .tasks import read_task
 from .window import Window
 from .workspace import Workspace
 
@@ -83,14 +82,6 @@ async def export(workspace: Workspace, _: Window, request: p.Export) -> dict[str
         return {"name": f"{name}.html", "text": page}
     text = await tab.edit(OpenDocument.text)
     return {"name": f"{tab.shown.title}.xml", "text": text}
-
-
-async def task(workspace: Workspace, window: Window, request: p.Task) -> dict[str, Any] | None:
-    """Return the task of a document, and the marks beside it."""
-    root, path = workspace.project.root, workspace.tabs.get(request.tab).shown.path
-    if path is None:
-        return None
-    return await workspace.threads.do(lambda: read_task(root, path, window.language))
 
 
 async def imported_by(workspace: Workspace, tab: Tab) -> list[dict[str, Any]]:

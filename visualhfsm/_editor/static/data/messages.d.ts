@@ -146,14 +146,6 @@ export type Recording = Followed & {
 /** A text as elements: their tags, attributes and content. */
 export type Words = (string | [tag: string, attributes: Record<string, string>, content: Words])[];
 
-/** A task, the marks that came back, and since when a teacher can collect what was handed in. */
-export interface Task {
-  text: Words;
-  marks: Words;
-  collected: string;
-  handedIn: number | null;
-}
-
 /** The answers by request; `codeHelp` answers what is asked for. */
 export interface Answers {
   hello: Greeting;
@@ -176,8 +168,6 @@ export interface Answers {
   discard: null;
   close: null;
   save: {path: string};
-  task: Task | null;
-  handIn: {path: string; collected: boolean};
   saveAs: {path: string; tab?: number};
   resolve: {conflicts?: string[]} | null;
   listFiles: {directory: string; parent: string | null; entries: Entry[]};

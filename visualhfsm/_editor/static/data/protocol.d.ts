@@ -824,8 +824,6 @@ export interface Requests {
   goTo: {tab: number; revision: number};
   /** Take a model of a robot, a URDF, xacro or MJCF below the root, for what it seems to be. */
   guessRobot: {path: string};
-  /** Write a copy of the document to where a teacher collects it, with `overwrite` over an earlier one. */
-  handIn: {tab: number; overwrite?: boolean};
   /** Ask for the whole state, in a language such as `es`; the first request of a window. */
   hello: {language?: string};
   /** Ask for the servants of the realm, each with the type ids of its interfaces. */
@@ -947,8 +945,6 @@ export interface Requests {
   stopTests: {tab: number};
   /** Stop the trials of a document; what is done is kept. */
   stopTrials: {tab: number};
-  /** Ask for the task of the exercise in whose folder the document lies, and for the marks beside it. */
-  task: {tab: number};
   /** Undo the last step. */
   undo: {tab: number};
   /** Stop following it; it keeps running. */
@@ -1120,7 +1116,7 @@ export interface TabState {
   outside: string;
   changed: boolean;
   recording: string;
-  task: boolean;
+  views: string[];
 }
 
 /** A test as the page shows it; without an outcome it was not run yet. */

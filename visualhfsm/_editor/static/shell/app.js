@@ -33,6 +33,7 @@ import {started} from "../data/started.js";
 import {actionButton} from "../kit/buttons.js";
 import {resizer, restoreSizes} from "../kit/resizer.js";
 import {banner, keepStopInView} from "./shell.js";
+import {isOffered, loadViews, views} from "./views.js";
 import {initTheme, switchTheme} from "../kit/theme.js";
 import {browserStorage, windowStorage} from "../kit/storage.js";
 import {store} from "../data/store.js";
@@ -54,7 +55,6 @@ const LAZY = {
   "hfsm-search": "../panels/search.js",
   "hfsm-output": "../panels/output.js",
   "hfsm-undo-steps": "../panels/undo-steps.js",
-  "hfsm-task": "../panels/task.js",
   "hfsm-tests-panel": "../trials/tests.js",
   "hfsm-trials-panel": "../trials/trials.js",
   "hfsm-monitor-toolbar": "../run/toolbar.js",
@@ -72,7 +72,6 @@ const SIDE = [
   ["hfsm-code-panel", t("Code")],
   ["hfsm-data-panel", t("Data")],
   ["hfsm-monitor-panel", t("Live")],
-  ["hfsm-task", t("Task")],
 ];
 const BOTTOM = [
   ["hfsm-problems", t("Problems")],
@@ -130,7 +129,7 @@ export class HfsmApp extends PageElement {
     this.listen(page, "tab", () => windowStorage.setItem(SHOWN, String(page.tab)));
     this.listen(page, "tab", () => (this.arrives = Boolean(this.elements.get("hfsm-start")?.isConnected)));
     this.listen(store, "connection", () => store.online && clearErrors(OFFLINE));
-    this.listen(page, "tab", () => this.#offerTask());
+    this.listen(page, "tab", () => this.#offerViews());
     this.listen(page, "save", () => perform("save", this.context));
     this.listen(page, "highlight", () => this.canvas.showLive(highlighted()));
     this.listen(page, "automaton", () => page.highlight && this.canvas.showLive(highlighted()));
@@ -171,7 +170,7 @@ export class HfsmApp extends PageElement {
     if (browserStorage.getItem("visualhfsm.layout"))
       import("./layouts.js").then((module) => module.restoreLayout(this));
     showImports();
-    store.connect();
+    loadViews().then(() => store.connect());
   }
 
   /** Show an element beside the canvas; an empty tag closes it. @param {string} tag */
@@ -297,20 +296,21 @@ export class HfsmApp extends PageElement {
     this.tree = this.showsTree ? "without-tree" : "with-tree";
   }
 
-  /** Show the task of the exercise, or fold it. */
-  async toggleTask() {
-    const panel = await this.showSide(this.side === "hfsm-task" ? "" : "hfsm-task");
+  /** Show the panel of a view, or fold it. @param {string} tag */
+  async toggleView(tag) {
+    const panel = await this.showSide(this.side === tag ? "" : tag);
     if (panel) panel.focusFirst?.();
     else this.canvas.focusSelected();
   }
 
-  /** Show the task of an exercise when this browser first shows its document. */
-  #offerTask() {
-    const {task, path} = page.tabState ?? {};
-    const shown = `visualhfsm.task ${store.greeting.root}/${path}`;
-    if (!task || viewing.on || browserStorage.getItem(shown)) return;
-    browserStorage.setItem(shown, "shown");
-    this.showSide("hfsm-task");
+  /** Show what plug-ins have to show of a document when this browser first shows it. */
+  #offerViews() {
+    for (const view of views.values()) {
+      const shown = `visualhfsm.${view.name} ${store.greeting.root}/${page.tabState?.path}`;
+      if (!isOffered(view) || browserStorage.getItem(shown)) continue;
+      browserStorage.setItem(shown, "shown");
+      this.showSide(view.tag);
+    }
   }
 
   /** Show the menu of the robot. */
@@ -406,7 +406,7 @@ export class HfsmApp extends PageElement {
                   this.side
                     ? html`<section class="side" aria-label=${t("Panel beside the canvas")}>
                         ${this.#panelTabs(
-                          SIDE.filter(([tag]) => tag !== "hfsm-task" || (page.tabState?.task && !viewing.on)),
+                          [...SIDE, ...[...views.values()].filter(isOffered).map(({tag, title}) => [tag, title])],
                           this.side,
                           (tag) => this.showSide(tag),
                         )}
@@ -496,10 +496,11 @@ export class HfsmApp extends PageElement {
    * @returns {Promise<Panel | undefined>}
    */
   async #load(tag) {
+    const file = LAZY[tag] ?? views.get(tag)?.module;
     try {
-      await Promise.all([import(LAZY[tag]), laterStyles()]);
+      await Promise.all([import(file), laterStyles()]);
     } catch (error) {
-      notifyError(new Error(t("{file} could not be loaded: {reason}", {file: LAZY[tag], reason: messageOf(error)})));
+      notifyError(new Error(t("{file} could not be loaded: {reason}", {file, reason: messageOf(error)})));
       return undefined;
     }
     if (!this.elements.has(tag)) {

@@ -1,0 +1,49 @@
+"""The view of the page: the task of an exercise beside the drawing, its marks, and handing in."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Final
+
+from visualhfsm import MissingError
+from visualhfsm.plugins import TabEdit, TabRequest, ViewedDocument
+from visualhfsm_classes._task import collected, has_task, read_task
+
+
+class Task(TabRequest):
+    """Ask for the task of the exercise in whose folder the document lies, and for the marks beside it."""
+
+
+class HandIn(TabEdit):
+    """Write a copy of the document to where a teacher collects it, with `overwrite` over an earlier one."""
+
+    overwrite: bool = False
+
+
+async def _task(_: Task, document: ViewedDocument) -> dict[str, Any] | None:
+    root, path, language = document.root, document.path, document.language
+    return None if path is None else await document.in_thread(lambda: read_task(root, path, language))
+
+
+async def _hand_in(request: HandIn, document: ViewedDocument) -> dict[str, Any]:
+    root, path = document.root, document.path
+    if path is None:
+        raise MissingError.because("{title} was never saved", title=document.title)
+    if (target := collected(root, path)) is not None:
+        await document.save_copy(target, overwrite=request.overwrite)
+    return {"path": root.name(target or path), "collected": target is not None}
+
+
+class _View:
+    """Implements `View` of `visualhfsm.plugins`."""
+
+    static: Final = Path(__file__).with_name("static")
+    requests: Final[Mapping[type[TabRequest], Any]] = MappingProxyType({Task: _task, HandIn: _hand_in})
+
+    def offers(self, path: Path | None) -> bool:
+        return has_task(path)
+
+
+view: Final = _View()

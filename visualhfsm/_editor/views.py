@@ -1,0 +1,138 @@
+"""Views of plug-ins: what they show of a document beside its drawing, and what the page may ask for that.
+
+A view is an entry point of the seam `visualhfsm.views`, whose name is that of the view. Its module `view.js`
+is loaded with the page: `addView` of `shell/views.js` adds actions, and a panel, whose own module is loaded
+when it is shown. Modules of the page have the names `visualhfsm/...` there.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Awaitable, Callable, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Final, Protocol, TypeVar
+
+import msgspec
+
+from visualhfsm._monitor.messages import tag
+from zenoh_ice import plugins
+
+if TYPE_CHECKING:
+    from visualhfsm.project._root import Root
+
+    from .tab import Tab
+    from .workspace import Workspace
+
+R = TypeVar("R")
+
+RequestId = Annotated[int, msgspec.Meta(ge=0, le=2**53 - 1)]
+TabId = Annotated[int, msgspec.Meta(ge=1, le=2**31 - 1)]
+
+ENTRY: Final = "view.js"
+_SEAM: Final = "visualhfsm.views"
+
+_logger = logging.getLogger(__name__)
+
+
+class Request(
+    msgspec.Struct, kw_only=True, rename="camel", forbid_unknown_fields=True, tag_field="op", tag=tag
+):
+    """A request of the page, whose `op` is the name of its class."""
+
+    id: RequestId
+
+
+class TabRequest(Request):
+    """A request about the document of a tab; it is executed beside others."""
+
+    tab: TabId
+
+
+class TabEdit(TabRequest):
+    """A change of one document; requests of this kind are executed in order."""
+
+
+@dataclass(frozen=True, slots=True)
+class ViewedDocument:
+    """The document that a request of a view is about."""
+
+    language: str
+    """The language of the window that asks."""
+    _workspace: Workspace
+    _tab: Tab
+
+    @property
+    def path(self) -> Path | None:
+        """The file of the document, None as long as it was never saved."""
+        return self._tab.shown.path
+
+    @property
+    def title(self) -> str:
+        """The name of the document."""
+        return self._tab.shown.title
+
+    @property
+    def root(self) -> Root:
+        """The folder of the project: what pages may reach."""
+        return self._workspace.project.root
+
+    async def in_thread(self, work: Callable[[], R]) -> R:
+        """Return the result of work that takes some time."""
+        return await self._workspace.threads.do(work)
+
+    async def save_copy(self, target: Path, *, overwrite: bool) -> None:
+        """Write the document to another file. Raises WouldOverwriteError, and EditError."""
+        from visualhfsm.project._document import OpenDocument
+
+        await self._tab.edit(OpenDocument.save_copy, target, overwrite=overwrite)
+
+
+class View(Protocol):
+    """What a plug-in shows of a document."""
+
+    @property
+    def static(self) -> Path:
+        """The folder with `view.js` and what it imports, served below `/plugins/NAME/`."""
+
+    @property
+    def requests(self) -> Mapping[type[TabRequest], Callable[[Any, ViewedDocument], Awaitable[object]]]:
+        """What the page may ask for, and what answers, which raises VisualHfsmError."""
+
+    def offers(self, path: Path | None) -> bool:
+        """Whether there is anything to show of a document; this is asked with each change of it."""
+
+
+def find_views(known: Iterable[type[Request]]) -> dict[str, View]:
+    """Return the views of plug-ins by name; what is wrong with one that is left out is logged.
+
+    Their requests have other names than those that are `known`.
+    """
+    names = {kind.__struct_config__.tag for kind in known}
+    views: dict[str, View] = {}
+    for name in plugins.names(_SEAM):
+        try:
+            view: View | None = plugins.find(_SEAM, name)
+            if view is None:
+                continue
+            added = {kind.__struct_config__.tag for kind in view.requests}
+            if names & added or not name.isidentifier() or not (view.static / ENTRY).is_file():
+                raise ValueError("it has a name or requests that there are, or no view.js")
+        except Exception as error:  # noqa: BLE001 - whatever the code of others raises
+            _logger.warning("the page has no view %s: %s", name, error)
+        else:
+            names |= added
+            views[name] = view
+    return views
+
+
+def offered(views: Mapping[str, View], path: Path | None) -> list[str]:
+    """Return the names of the views that have something to show of the document of a file."""
+    found = []
+    for name, view in views.items():
+        try:
+            if view.offers(path):
+                found.append(name)
+        except Exception:
+            _logger.exception("the view %s is not offered", name)
+    return found
