@@ -45,7 +45,7 @@ check: $(VENV)/dev.stamp bubblewrap ## Format, lint, check types and run the qui
 	@$(MAKE) --no-print-directory --jobs=2 quick-tests types
 
 quick-tests:
-	@TEST_EXAMPLES=0.1 $(PYTEST) tests/unit -m "not slow and not sim"
+	@TEST_EXAMPLES=0.1 $(PYTEST) tests/unit tests/plugins/*/unit -m "not slow and not sim"
 
 test: ## Run the linters and every test, and build the documentation, in 12 min on two processors
 	@$(PYTHON) tools/runs/measured.py 480 840 $(MAKE) --no-print-directory --jobs=2 --keep-going all-tests lint docs

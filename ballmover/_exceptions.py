@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from zenoh_ice.exceptions import ZenohIceError
+from zenoh_ice.data.exceptions import ZenohIceError
 
 
 class BallMoverException(ZenohIceError):

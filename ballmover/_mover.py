@@ -9,13 +9,13 @@ from typing import Final
 
 from interfaces.jderobot import Pose3DEncodersPrx, Pose3DMotorsData, Pose3DMotorsPrx
 from zenoh_ice import Communicator
-from zenoh_ice.clock import Clock
-from zenoh_ice.exceptions import (
+from zenoh_ice.data.exceptions import (
     ConnectionLostException,
     ObjectNotExistException,
     TimeoutException,
     ZenohIceError,
 )
+from zenoh_ice.threads.clock import Clock
 
 from ._axes import AxisLimits, AxisPosition
 from ._exceptions import NotArrivedException

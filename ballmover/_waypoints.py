@@ -28,8 +28,8 @@ from typing import Annotated, Final
 
 from msgspec import Meta, Struct
 
-from zenoh_ice.toml_file import convert, read_text
-from zenoh_ice.toml_file import parse_toml as parse
+from zenoh_ice.data.toml_file import convert, read_text
+from zenoh_ice.data.toml_file import parse_toml as parse
 
 from ._axes import Point
 from ._exceptions import WaypointException

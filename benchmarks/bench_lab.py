@@ -33,7 +33,7 @@ from nao_tools._deployment.admission import raise_file_limit
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.security import Keys
 from zenoh_ice import ConnectFailedException, SystemException, initialize
-from zenoh_ice.session import open_session
+from zenoh_ice.carriers.zenoh.session import open_session
 from zenoh_ice.settings import Settings, load_settings
 
 LONGEST: Final = 40.0  # s of an attack

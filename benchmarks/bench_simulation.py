@@ -35,8 +35,9 @@ from naoserver.bodies import find_body
 from naoserver.bodies.capabilities import STILL, WalkVelocity
 from naoserver.bodies.nao import H25
 from naoserver.body import Body
-from naoserver_sim.model import build_model, standing
+from naoserver_sim.model import build_model
 from naoserver_sim.robot import SimulatedRobot
+from naoserver_sim.standing import standing
 from tests.support.present import present
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from visualhfsm_learning import ENVIRONMENTS

@@ -31,9 +31,8 @@ from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.stranger import Stranger, stranger
 from tests.support.wire_doors import find_door
 from zenoh_ice import BusyException, Communicator, initialize
-from zenoh_ice._token_keys import servant_token
-from zenoh_ice._wire import ERROR_ENCODING, decode_error
-from zenoh_ice.transport import Target
+from zenoh_ice.data.keys import Target, servant_token
+from zenoh_ice.data.wire import ERROR_ENCODING, decode_error
 
 _ROWS = 12
 _IN_FLIGHT = 200

@@ -10,7 +10,7 @@ from types import FrameType
 from typing import Final
 
 from interfaces.hfsm import ComponentStatus, ErrorReport
-from zenoh_ice.clock import Clock
+from zenoh_ice.threads.clock import Clock
 
 from ._actor import make_event
 from ._automaton import Automaton

@@ -12,8 +12,8 @@ from typing import Final
 from interfaces.nao import SafetyPrx, SafetyState
 from zenoh_ice import Communicator, ConnectFailedException, ObjectNotExistException, ObjectPrx, ZenohIceError
 from zenoh_ice.application.patience import Patience
-from zenoh_ice.interface import Interface
-from zenoh_ice.text import few
+from zenoh_ice.data.interface import Interface
+from zenoh_ice.data.text import few
 
 from .component import Component, proxies_of
 from .errors import ComponentError

@@ -11,7 +11,7 @@ from functools import partial
 from typing import Any, Final
 
 from zenoh_ice import ObjectPrx, ZenohIceError
-from zenoh_ice.proxy import Call
+from zenoh_ice.objects.proxy import Call
 
 from .component import Component, proxies_of, ros_of
 

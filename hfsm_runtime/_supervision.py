@@ -13,7 +13,7 @@ import msgspec
 
 from interfaces.hfsm import ErrorReport
 from interfaces.jderobot import CommandRefusedException, HardwareFailedException
-from zenoh_ice.exceptions import (
+from zenoh_ice.data.exceptions import (
     BusyException,
     CommunicatorDestroyedException,
     ConnectionLostException,
@@ -21,7 +21,7 @@ from zenoh_ice.exceptions import (
     TimeoutException,
     ZenohIceError,
 )
-from zenoh_ice.text import printable
+from zenoh_ice.data.text import printable
 
 from ._advice import explain
 from ._automaton import Event, Transition

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from typing import Final
 
-from zenoh_ice.clock import Clock
+from zenoh_ice.threads.clock import Clock
 
 from ._limits import RuntimeLimits
 

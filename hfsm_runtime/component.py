@@ -9,8 +9,8 @@ from collections.abc import Callable, Collection, Mapping
 from pathlib import PurePath
 from typing import Any, ClassVar, Generic, Self, TypeVar, overload
 
-from zenoh_ice.clock import Clock, WallClock
-from zenoh_ice.exceptions import ZenohIceError
+from zenoh_ice.data.exceptions import ZenohIceError
+from zenoh_ice.threads.clock import Clock, WallClock
 
 from ._actor import make_event
 from ._automaton import Automaton

@@ -21,10 +21,11 @@ from nao_tools._connection import find_operation
 from nao_tools._dynamic import DynamicProxy, target_of
 from nao_tools._output import print_json, print_value
 from nao_tools._values import FromJson, Json, is_bytes, to_json
-from zenoh_ice import Communicator, initialize, typed
-from zenoh_ice.reflection import Member
+from zenoh_ice import Communicator, initialize
+from zenoh_ice.data import typed
+from zenoh_ice.data.reflection import Member
+from zenoh_ice.data.text import cut
 from zenoh_ice.settings import Settings
-from zenoh_ice.text import cut
 
 _BY_NAME: Final = re.compile(r"([A-Za-z_]\w*)=(.*)", re.DOTALL)
 _LARGEST_FILE: Final = 32 << 20  # bytes

@@ -15,11 +15,11 @@ from nao_tools._dynamic import DynamicProxy, target_of
 from nao_tools._output import lost_text
 from zenoh_ice import Communicator, ServantInfo, ZenohIceError
 from zenoh_ice.application.emergency_stop import SAFETY
-from zenoh_ice.reflection import OperationDescription
+from zenoh_ice.data.keys import Target
+from zenoh_ice.data.reflection import OperationDescription
+from zenoh_ice.data.status import ProcessStatus
+from zenoh_ice.data.text import few, printable
 from zenoh_ice.settings import host_and_port
-from zenoh_ice.status import ProcessStatus
-from zenoh_ice.text import few, printable
-from zenoh_ice.transport import Target
 
 _NEWS_LIMIT: Final = 0.1  # s without news after which all servants of a link are known; it arrives within ms
 _FIRST_NEWS_LIMIT: Final = 0.5  # s after which a link without any news has no servants

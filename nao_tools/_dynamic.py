@@ -14,13 +14,13 @@ from typing import Any, Final, cast
 import msgspec
 
 from zenoh_ice import MarshalException, ObjectPrx, UserException
+from zenoh_ice.data.interface import OBJECT_INTERFACE, RETURN_VALUE, Interface, Operation
+from zenoh_ice.data.keys import Target
+from zenoh_ice.data.reflection import Definition, Member, OperationDescription, Schema, unscoped
+from zenoh_ice.data.text import printable
+from zenoh_ice.data.values import Struct, StructType, Value
 from zenoh_ice.generated import Byte, Int, Long, Short
-from zenoh_ice.interface import RETURN_VALUE, Interface, Operation, Struct, StructType, Value
-from zenoh_ice.proxy import StreamedCall
-from zenoh_ice.reflection import Definition, Member, OperationDescription, Schema, unscoped
-from zenoh_ice.servant import OBJECT_INTERFACE
-from zenoh_ice.text import printable
-from zenoh_ice.transport import Target
+from zenoh_ice.objects.proxy import StreamedCall
 
 _BUILTIN_TYPES: Final[Mapping[str, Any]] = {
     "bool": bool,

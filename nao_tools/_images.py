@@ -15,7 +15,7 @@ from nao_tools._connection import find_servant
 from nao_tools._dynamic import DynamicProxy
 from nao_tools._output import print_json
 from zenoh_ice import initialize
-from zenoh_ice.interface import RETURN_VALUE
+from zenoh_ice.data.interface import RETURN_VALUE
 from zenoh_ice.settings import Settings
 
 # The pixel format that a camera is asked for, by the ending of the file.

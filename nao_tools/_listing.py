@@ -25,9 +25,9 @@ from nao_tools._dynamic import DynamicProxy
 from nao_tools._output import console, count_text, for_people, print_json, span_text, wrapped
 from nao_tools._values import Json
 from zenoh_ice import Communicator, ServantInfo, ZenohIceError, initialize
-from zenoh_ice.reflection import OperationDescription, unscoped
+from zenoh_ice.data.reflection import OperationDescription, unscoped
+from zenoh_ice.data.status import ProcessStatus
 from zenoh_ice.settings import Settings
-from zenoh_ice.status import ProcessStatus
 
 
 def list_servants(settings: Settings, pattern: str, *, as_json: bool) -> None:

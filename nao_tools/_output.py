@@ -16,7 +16,7 @@ from rich.highlighter import JSONHighlighter
 from rich.text import Text
 
 from nao_tools._values import Json
-from zenoh_ice.text import printable
+from zenoh_ice.data.text import printable
 
 _ANY_LENGTH: Final = 1 << 16  # columns
 _INDENT: Final = 2

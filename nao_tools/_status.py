@@ -14,10 +14,11 @@ from rich.table import Table
 from nao_tools._connection import ask_processes, find_servant, nobody, servants
 from nao_tools._output import console, count_text, lost_text, print_json, span_text
 from nao_tools._values import Json, to_json
-from zenoh_ice import Communicator, ServantInfo, ZenohIceError, initialize, typed
+from zenoh_ice import Communicator, ServantInfo, ZenohIceError, initialize
+from zenoh_ice.data import typed
+from zenoh_ice.data.status import ProcessStatus, ServantStatus
+from zenoh_ice.data.text import few, printable
 from zenoh_ice.settings import Settings
-from zenoh_ice.status import ProcessStatus, ServantStatus
-from zenoh_ice.text import few, printable
 
 _MOST_EVENTS: Final = 5
 _MOST_SERVANTS: Final = 8  # of a process that are shown, besides those with troubles

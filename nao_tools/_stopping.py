@@ -19,11 +19,12 @@ from typing import Any, Final, TypeVar
 
 import msgspec
 
-from zenoh_ice import ConnectFailedException, ZenohIceError, typed
+from zenoh_ice import ConnectFailedException, ZenohIceError
 from zenoh_ice.application import emergency_stop
-from zenoh_ice.messenger import Messenger
+from zenoh_ice.carriers.zenoh.messenger import Messenger
+from zenoh_ice.data import typed
+from zenoh_ice.data.text import printable
 from zenoh_ice.settings import Settings
-from zenoh_ice.text import printable
 
 OWN_SWITCH: Final = "use the robot's own switch"
 _LINKS: Final = 6  # tried for each endpoint; the firewall of a lab lets an address have sixteen

@@ -15,10 +15,11 @@ import msgspec
 
 from nao_tools import NaoError
 from nao_tools._dynamic import Types
-from zenoh_ice import ObjectPrx, ZenohIceError, typed
-from zenoh_ice.interface import TYPE_FIELD, Value, type_id_of
-from zenoh_ice.reflection import Member, Schema, unscoped
-from zenoh_ice.text import cut
+from zenoh_ice import ObjectPrx, ZenohIceError
+from zenoh_ice.data import typed
+from zenoh_ice.data.reflection import Member, Schema, unscoped
+from zenoh_ice.data.text import cut
+from zenoh_ice.data.values import TYPE_FIELD, Value, type_id_of
 
 Json: TypeAlias = bool | int | float | str | list["Json"] | dict[str, "Json"] | None
 

@@ -20,11 +20,11 @@ from naoserver.bodies.capabilities import Support
 from naoserver.bodies.kinematics import rotation
 from naoserver.bodies.parts import Axis
 from naoserver.body import Body
+from naoserver_sim._locomotion import FIRM, TILT
 from naoserver_sim._senses.record import SensorRecord
 from naoserver_sim._simulator import Simulator
 from naoserver_sim._support_polygon import Array, convex_hull, nearest_within
 from naoserver_sim._walk.walker import WEIGHT
-from naoserver_sim._way import FIRM, TILT
 from naoserver_sim.model import Model
 
 _LEFT, _RIGHT = 0, 1

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, closing
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Final
+from typing import Annotated, Any, Final
 
 import typer
 
@@ -24,18 +24,20 @@ from naoserver.options import CameraOptions, ServerOptions, capped
 from naoserver.robot import Robot
 from naoserver.safety.latch import latch_of
 from naoserver.serving.assembly import Assembly
-from naoserver.serving.server import Disk, JointSpeed, ResumeAfterReset, find_entrance, problem_of, serve
+from naoserver.serving.entrances import find_entrances, flag, later_port, options_of
+from naoserver.serving.server import JointSpeed, ResumeAfterReset, problem_of, serve
 from naoserver_sim.own_body import named_body, write_own_body
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import DEFAULT_WORLD, bundled_worlds, load_world
 from zenoh_ice import ConfigurationException, initialize
 from zenoh_ice.application import tether_command
-from zenoh_ice.application.cli import report_ready, stop_on_signals, with_settings
+from zenoh_ice.application.cli import report_ready, stop_on_signals, with_options, with_settings
 from zenoh_ice.settings import DEFAULT_ENDPOINT, Security, Settings
 
 MOST_ROBOTS: Final = 16
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+_ENTRANCES: Final = find_entrances()
 
 _CAMERA_OPTION: Final = re.compile(
     r"(?P<name>\w+)=(?P<width>\d{1,5})x(?P<height>\d{1,5})(?:@(?P<rate>\d+(?:\.\d+)?))?"
@@ -47,12 +49,6 @@ naoserver-sim                                              one robot, on the def
 naoserver-sim --speed 5                                    five times as fast; behaviors keep pace
 
 naoserver-sim --camera Camera=640x480@15                   larger images
-
-naoserver-sim --qi tcp://127.0.0.1:9559                    programs written for NAOqi drive it too
-
-naoserver-sim --body G1 --unitree                          its maker's programs drive it too
-
-naoserver-sim --body T1 --booster                          programs written for B1LocoClient drive it too
 
 naoserver-sim --world soccer --noise                       on a field, with noise like a real robot's
 
@@ -129,36 +125,15 @@ _Cameras = Annotated[
         " Without it: 320x240@10.",
     ),
 ]
-_Qi = Annotated[
-    str | None,
-    typer.Option(
-        metavar="URL",
-        help="Serve it as NAOqi too, for programs that use qi, such as at tcp://127.0.0.1:9559.",
-    ),
-]
-_Unitree = Annotated[
-    bool,
-    typer.Option("--unitree", help="Serve a G1 over DDS on loopback too, for its maker's programs."),
-]
-_Booster = Annotated[
-    bool,
-    typer.Option(
-        "--booster", help="Serve a T1 over DDS on loopback too, for programs that use B1LocoClient."
-    ),
-]
-_DdsDomain = Annotated[
-    int,
-    typer.Option(
-        min=0, max=232, help="With --unitree or --booster: the domain of DDS; real robots are in 0."
-    ),
-]
 
 
-@app.command(epilog=_EPILOG)
+@app.command(epilog="\n\n".join((_EPILOG, *("{:<59}{}".format(*each.example) for each in _ENTRANCES))))
 @with_settings(defaults={"listen": (DEFAULT_ENDPOINT,), "connect": (), "clock": "wall"})
+@with_options("entered", options_of(_ENTRANCES), dict)
 def naoserver_sim(
     *,
     settings: Settings,
+    entered: dict[str, Any],
     speed: _Speed = "1",
     world: _World = DEFAULT_WORLD,
     robots: _Robots = 1,
@@ -172,11 +147,6 @@ def naoserver_sim(
     camera: _Cameras = None,
     joint_speed: JointSpeed = None,
     resume_after_reset: ResumeAfterReset = False,
-    qi: _Qi = None,
-    disk: Disk = None,
-    unitree: _Unitree = False,
-    booster: _Booster = False,
-    dds_domain: _DdsDomain = 1,
 ) -> None:
     """Simulate a robot and its surroundings in MuJoCo, and serve them.
 
@@ -195,26 +165,19 @@ def naoserver_sim(
         write_own_body(Path(body), write_body, arguments=arguments, force=force, say=typer.echo)
         return
     facts = named_body(body, arguments=arguments, say=typer.echo)
-    if qi is not None and settings.security != Security():
+    entrances = [entrance for entrance in _ENTRANCES if entrance.is_wanted(entered)]
+    if entrances and settings.security != Security():
+        asked = flag(entrances[0].asked_by)
         raise ConfigurationException(
-            f"--qi {qi} beside [security]: NAOqi has no passwords, so that any program at this address"
-            " would do what no role grants; leave out --qi, or serve the robot without [security]"
+            f"{asked} beside [security]: programs of {entrances[0].programs} have no passwords, so that any"
+            f" would do what no role grants; leave out {asked}, or serve the robot without [security]"
         )
-    makers = [name for name, served in (("unitree", unitree), ("booster", booster)) if served]
-    if makers and settings.security != Security():
-        raise ConfigurationException(
-            f"--{makers[0]} beside [security]: its programs have no passwords, so that any would do what no"
-            f" role grants; leave out --{makers[0]}, or serve the robot without [security]"
-        )
-    entrances: dict[str, _Entering] = {}
-    if qi is not None:
-        entrances["NAOqi"] = partial(find_entrance("qi"), url=qi, disk=disk)
-    for maker in makers:
-        entrances[maker.capitalize()] = partial(find_entrance(maker), url=f"dds:{dds_domain}")
     if robots > 1:
         with stop_on_signals() as stop:
-            domain = dds_domain if makers else None
-            run_team(team_commands(sys.argv[1:], robots, settings, seed=seed, qi=qi, domain=domain), stop)
+            apart = {
+                name: partial(own, entered[name]) for each in entrances for name, own in each.apart.items()
+            }
+            run_team(team_commands(sys.argv[1:], robots, settings, seed=seed, apart=apart), stop)
         return
     sys.setswitchinterval(_SWITCH_INTERVAL)
     with (
@@ -225,21 +188,27 @@ def naoserver_sim(
     ):
         check_cameras(options.cameras, robot.cameras)
         robot.start()  # first: clients that find the server wait only briefly for its servants
-        _serve(robot, settings, options, entrances, stop)
+        _serve(
+            robot,
+            settings,
+            options,
+            [(each.programs, partial(each.serve, options=entered)) for each in entrances],
+            stop,
+        )
 
 
 def _serve(
     robot: SimulatedRobot,
     settings: Settings,
     options: ServerOptions,
-    entrances: Mapping[str, _Entering],
+    entrances: Iterable[tuple[str, _Entering]],
     stop: threading.Event,
 ) -> None:
     """Serve a started robot until `stop` is set, also by entrances, each with the name of its programs."""
     with initialize(settings) as communicator, latch_of(settings, body=robot.body.name) as latch:
         adapter = communicator.createObjectAdapter("NaoServer")
         with serve(robot, adapter, options, latch=latch) as assembly, ExitStack() as also:
-            for programs, enter in entrances.items():
+            for programs, enter in entrances:
                 typer.echo(f"{programs}: {also.enter_context(enter(robot, assembly))}")
             adapter.activate()
             endpoints = ", ".join(settings.reached_at)
@@ -306,9 +275,8 @@ def check_cameras(requested: Mapping[str, CameraOptions], cameras: Sequence[Came
             raise typer.BadParameter(message, param_hint="--camera")
 
 
-_REPLACED: Final = ("--robots", "--realm", "--listen", "--connect", "--seed", "--qi", "--dds-domain")
+_REPLACED: Final = ("--robots", "--realm", "--listen", "--connect", "--seed")
 """Options with a value that is different for each robot."""
-_PORT: Final = re.compile(r":(\d+)(?=$|[?#/])")
 _POLL_PERIOD: Final = 0.1  # s
 _END_LIMIT: Final = 5.0  # s for a robot's process to end on request
 
@@ -319,29 +287,27 @@ def team_commands(
     settings: Settings,
     *,
     seed: int | None = None,
-    qi: str | None = None,
-    domain: int | None = None,
+    apart: Mapping[str, Callable[[int], object]] | None = None,
 ) -> list[list[str]]:
     """Return the command of each robot: the given options, except those that differ between robots.
 
     The first has the realm and the endpoints of `settings`; the second has the realm with a 2 appended and
     the next ports, and so on. All connect to the first, so that clients connected to it find every realm.
+    `apart` has the values of other options that differ, by the number of the robot.
     """
-    shared = _without(options, _REPLACED)
+    shared = _without(options, (*_REPLACED, *map(flag, apart or {})))
     commands = []
     for number in range(robots):
         own = ["--realm", settings.realm + (str(number + 1) if number else "")]
         for endpoint in settings.listen:
-            own += ["--listen", _later_port(endpoint, number)]
+            own += ["--listen", later_port(endpoint, number)]
         for endpoint in (*settings.connect, *(settings.listen if number else ())):
             if not endpoint.endswith(":0"):
                 own += ["--connect", endpoint]
         if seed is not None:
             own += ["--seed", str(seed + number)]
-        if qi is not None:
-            own += ["--qi", _later_port(qi, number)]
-        if domain is not None:
-            own += ["--dds-domain", str(domain + number)]
+        for name, value in (apart or {}).items():
+            own += [flag(name), str(value(number))]
         commands.append([sys.executable, "-P", "-m", "naoserver_sim", *shared, *own])
     return commands
 
@@ -382,8 +348,3 @@ def _without(options: Sequence[str], names: Sequence[str]) -> list[str]:
         elif option.partition("=")[0] not in names:
             left.append(option)
     return left
-
-
-def _later_port(endpoint: str, number: int) -> str:
-    """Return an endpoint with its port increased by a number; port 0, which the system picks, stays."""
-    return _PORT.sub(lambda found: f":{int(found[1]) + number if int(found[1]) else 0}", endpoint)

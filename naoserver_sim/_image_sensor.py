@@ -109,7 +109,7 @@ class ImageSensor:
         index, _ = self._cameras[camera]
         return float(self._latencies[index])
 
-    def look(self, time: float, qpos: NDArray[np.float64]) -> None:
+    def expose(self, time: float, qpos: NDArray[np.float64]) -> None:
         """Keep the positions of the joints at the end of a control tick, if the exposure needs them."""
         tick = round(time * _TICKS)
         if tick % _EVERY == 0:

@@ -12,16 +12,16 @@ from numpy.typing import NDArray
 from naoserver.bodies.capabilities import STILL, Odometry, WalkVelocity
 from naoserver.bodies.parts import Wheels
 from naoserver.errors import InvalidCommand
+from naoserver_sim._locomotion import TILT, Locomotion, limp
 from naoserver_sim._senses.record import SensorRecord
 from naoserver_sim._simulator import Simulator
-from naoserver_sim._way import TILT, Way, limp
 from naoserver_sim.model import Model
 
 _LEAD: Final = 0.5
 """Angle in rad by which a wheel may be ahead of where it is: a blocked one does not wind up."""
 
 
-class DifferentialDrive(Way):
+class DifferentialDrive(Locomotion):
     """Drive by setting the setpoints of the wheels at each control tick, and count their turns."""
 
     def __init__(self, model: Model, simulator: Simulator, sensors: SensorRecord, wheels: Wheels) -> None:

@@ -44,8 +44,8 @@ from naoserver_sim._own.model_file import ModelFile, read_model
 from naoserver_sim._own.parts import OwnFile, fit_name, parts_of
 from naoserver_sim._own.toml_text import toml_text, torques_to_paste
 from naoserver_sim._own.xacro import NO_XACRO
-from zenoh_ice.text import printable
-from zenoh_ice.toml_file import convert, parse_toml, place, read_text
+from zenoh_ice.data.text import printable
+from zenoh_ice.data.toml_file import convert, parse_toml, place, read_text
 
 _THICKNESS: Final = 0.01
 """Half thickness in m of the box on which a foot stands."""

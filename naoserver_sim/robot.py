@@ -26,17 +26,18 @@ from naoserver_sim._footsteps.estimator import BodySensors
 from naoserver_sim._footsteps.limbs import limbs_of
 from naoserver_sim._footsteps.walker import FootstepWalker
 from naoserver_sim._image_sensor import ImageSensor, PictureNoise
+from naoserver_sim._locomotion import Locomotion
 from naoserver_sim._motors import AMBIENT, PLAY, Gears, SetpointController
 from naoserver_sim._senses.record import SenseNoise, SensorRecord
 from naoserver_sim._senses.simulated import SimulatedSenses
 from naoserver_sim._simulator import Pacer, SimulationClock, Simulator, Snapshot
 from naoserver_sim._stage import SimulatedStage
 from naoserver_sim._walk.walker import SimulatedWalker
-from naoserver_sim._way import Way
 from naoserver_sim._wheels import DifferentialDrive
 from naoserver_sim.appearance import Lamps
 from naoserver_sim.cameras import CameraLimits, CameraRenderer, put_cameras
-from naoserver_sim.model import DeviceIndex, Model, build_standing
+from naoserver_sim.model import DeviceIndex, Model
+from naoserver_sim.standing import build_standing
 from naoserver_sim.world import DEFAULT_WORLD, World, load_world, scattered
 from zenoh_ice import Clock, VirtualClock
 
@@ -133,7 +134,9 @@ class SimulatedDevice:
         self._simulator.order(partial(action, self._index.motors[places], *values))
 
 
-def _way_of(model: Model, simulator: Simulator, sensors: SensorRecord, *, noise: bool) -> Way | None:
+def _locomotion_of(
+    model: Model, simulator: Simulator, sensors: SensorRecord, *, noise: bool
+) -> Locomotion | None:
     """Return the part that moves a robot over the floor; None for one that stays where it is."""
     match model.body.walk:
         case Steps():
@@ -217,7 +220,9 @@ class SimulatedRobot(SimulatedDevice):
         self.cameras: Final = model.cameras
         self.gains: Final = self if body.gains else None
         self.senses: Final = SimulatedSenses(model, simulator, SenseNoise() if noise else None, random)
-        self.walker: Final[Way | None] = _way_of(model, simulator, self.senses.record, noise=noise)
+        self.walker: Final[Locomotion | None] = _locomotion_of(
+            model, simulator, self.senses.record, noise=noise
+        )
         walker = self.walker
         self.balancer: SimulatedBalancer | None = None
         if walker is not None and isinstance(body.walk, Steps):
@@ -227,7 +232,7 @@ class SimulatedRobot(SimulatedDevice):
         )
         self.control_loop: Final = ControlLoop()
         simulator.on_tick = self.control_loop.tick
-        simulator.watchers.append(self.senses.look)
+        simulator.watchers.append(self.senses.sample)
         for part in (self.walker, self.balancer, self.stage):
             if part is not None:
                 simulator.parts.append(part.tick)
@@ -239,7 +244,7 @@ class SimulatedRobot(SimulatedDevice):
         sensor = None
         if noise:
             sensor = ImageSensor(PictureNoise(), body.cameras, seed, data.qpos)
-            simulator.watchers.append(partial(sensor.look, qpos=data.qpos))
+            simulator.watchers.append(partial(sensor.expose, qpos=data.qpos))
         self._renderer = CameraRenderer(
             model.mj,
             model.cameras,

@@ -19,7 +19,7 @@ from msgspec import Meta, Struct
 from naoserver.bodies.parts import JointFacts
 from naoserver.errors import RobotError
 from naoserver.soccer_field.model import Field, Share, Size
-from zenoh_ice.toml_file import parse_toml, read_text
+from zenoh_ice.data.toml_file import parse_toml, read_text
 
 BALL_RADIUS: Final = 0.06
 """Radius in m of a carried ball."""
@@ -37,7 +37,7 @@ Height = Annotated[float, Meta(ge=0.1, le=50.0)]
 Name = Annotated[str, Meta(pattern=r"^[A-Z]\w{0,31}\Z")]
 
 
-class Start(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+class StartPose(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """Start of the robot."""
 
     position: tuple[Place, Place] = (0.0, 0.0)
@@ -141,7 +141,7 @@ class World(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """A world: the contents of its file."""
 
     description: str = ""
-    robot: Start = Start()
+    robot: StartPose = StartPose()
     carried_balls: tuple[CarriedBall, ...] = ()
     balls: tuple[LooseBall, ...] = ()
     boxes: tuple[Box, ...] = ()

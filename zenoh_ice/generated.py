@@ -8,10 +8,10 @@ from typing import Annotated
 
 from msgspec import Meta
 
-from ._values import NULL, Struct, Value
-from .exceptions import UserException
-from .proxy import ObjectPrx, operation, stream
-from .servant import Current, Object, publisher
+from zenoh_ice.data.exceptions import UserException
+from zenoh_ice.data.values import NULL, Struct, Value
+from zenoh_ice.objects._servant import Current, Object, publisher
+from zenoh_ice.objects.proxy import ObjectPrx, operation, stream
 
 __all__ = [
     "NULL",

@@ -1,78 +1,34 @@
 """The interface that proxies, servants and streams build on: a few operations on encoded payloads.
 
-Four transports implement it: over Zenoh (`zenoh_ice._zenoh`), within the process (`zenoh_ice.in_process`),
-one that records what passes to another communicator, and one that replays a recording (both in
-`hfsm_runtime`). Nothing else uses Zenoh.
+Two transports of this package implement it, in `routes/`: between processes, and within one. Others stand in
+front of a communicator: they record what passes, replay it, or run in virtual time (`hfsm_runtime`), or let
+code that nobody trusts call servants.
 """
 
 from __future__ import annotations
 
 import logging
 import math
-import re
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from functools import partial
 from typing import Any, Final, NamedTuple, Protocol
 
-from ._codec import Buffer, Parted, Pieces
-from ._pool import Job, Kind
-from ._values import NAME
-from ._wire import decode_attachment, decode_error, encode_error, encode_sample_attachment, unknown_exception
-from .clock import WALL, Clock
-from .exceptions import ConfigurationException, ObjectNotExistException, SystemException
-from .interface import Operation
-
-__all__ = [
-    "Arrived",
-    "Buffer",
-    "Caller",
-    "Inlet",
-    "Outcome",
-    "Outlet",
-    "Parted",
-    "Pieces",
-    "Relay",
-    "Target",
-    "decode_attachment",
-    "decode_error",
-    "encode_error",
-    "encode_sample_attachment",
-    "outcome_of",
-]
+from zenoh_ice.data.codec import Buffer, Parted, Pieces
+from zenoh_ice.data.exceptions import ObjectNotExistException, SystemException
+from zenoh_ice.data.interface import Operation
+from zenoh_ice.data.keys import Target
+from zenoh_ice.data.wire import (
+    encode_error,
+    unknown_exception,
+)
+from zenoh_ice.threads.clock import WALL, Clock
+from zenoh_ice.threads.pool import Job, Kind
 
 _REFUSALS: Final = Kind()
 
 _logger = logging.getLogger(__name__)
-
-
-class Target(NamedTuple):
-    """The address of a call; as text `identity@realm`."""
-
-    realm: str
-    identity: str
-
-    def __str__(self) -> str:
-        return f"{self.identity}@{self.realm}"
-
-    @property
-    def prefix(self) -> str:
-        """Prefix of the keys of its operations."""
-        return f"{self.realm}/{self.identity}"
-
-    def key(self, operation: str) -> str:
-        """Return the key of an operation."""
-        return f"{self.realm}/{self.identity}/{operation}"
-
-
-def check_name(name: str, what: str) -> str:
-    """Return the name of a realm or an identity; raises ConfigurationException for a text that is none."""
-    if not re.fullmatch(NAME, name):
-        raise ConfigurationException(
-            f"{name!r} is not a valid {what}: write at most 128 letters, digits, '_', '-' and '.'"
-        )
-    return name
 
 
 class Arrived(NamedTuple):

@@ -4,8 +4,8 @@ Two definitions have the same canonical form if and only if they are equal on th
 files, the order of definitions and members, the names of sequences and dictionaries, default values, tags and
 compact ids.
 
-The schema is JSON: `comment`, and `definitions` by scoped name. `zenoh_ice.reflection` has its classes, reads
-it and writes the canonical form.
+The schema is JSON: `comment`, and `definitions` by scoped name. `zenoh_ice.data.reflection` has its classes,
+reads it and writes the canonical form.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from typing import Any, cast
 
 import msgspec
 
-from zenoh_ice import reflection
-from zenoh_ice.reflection import Enumerator, Member, OperationDescription
+from zenoh_ice.data import reflection
+from zenoh_ice.data.reflection import Enumerator, Member, OperationDescription
 
 from . import ast
 from .doc_comments import DocComment

@@ -12,7 +12,7 @@ from contextlib import AbstractContextManager, contextmanager
 from types import ModuleType
 from typing import Any, Final
 
-from zenoh_ice.clock import Clock, VirtualClock
+from zenoh_ice.threads.clock import Clock, VirtualClock
 
 from .._timeline import Timeline
 from ..component import Component

@@ -12,9 +12,11 @@ from typing import Any, Final
 import msgspec
 
 from hfsm_runtime.recording_file.messages import Image, Message, Missing, Result, Stamp
-from zenoh_ice import MarshalException, ObjectPrx, ZenohIceError, typed
-from zenoh_ice.interface import Operation
-from zenoh_ice.transport import Parted, encode_error
+from zenoh_ice import MarshalException, ObjectPrx, ZenohIceError
+from zenoh_ice.data import typed
+from zenoh_ice.data.codec import Parted
+from zenoh_ice.data.interface import Operation
+from zenoh_ice.data.wire import encode_error
 
 from .recorder import Recorder, describe_error
 from .values import readable

@@ -19,9 +19,10 @@ import msgspec
 from hfsm_runtime.recording_file import messages
 from hfsm_runtime.recording_file.messages import SOURCES, Action
 from hfsm_runtime.recording_file.writer import RecordingFailedError, RecordingWriter
-from zenoh_ice import ObjectPrx, typed
-from zenoh_ice.clock import Clock
-from zenoh_ice.status import version_of
+from zenoh_ice import ObjectPrx
+from zenoh_ice.data import typed
+from zenoh_ice.data.status import version_of
+from zenoh_ice.threads.clock import Clock
 
 from .._automaton import Automaton
 from .._marks import Mark

@@ -17,20 +17,15 @@ from functools import partial
 from typing import Any, Final
 
 from zenoh_ice import Clock, Communicator, ObjectPrx, Sample, Settings, Subscription, UserException
-from zenoh_ice.exceptions import SystemException
-from zenoh_ice.in_process import InProcessTransport, Pool
-from zenoh_ice.interface import Operation
-from zenoh_ice.proxy import Call
-from zenoh_ice.transport import (
-    Arrived,
-    Caller,
-    Inlet,
-    Outcome,
-    Parted,
-    Target,
-    encode_error,
-    encode_sample_attachment,
-)
+from zenoh_ice.data.codec import Parted
+from zenoh_ice.data.exceptions import SystemException
+from zenoh_ice.data.interface import Operation
+from zenoh_ice.data.keys import Target
+from zenoh_ice.data.wire import encode_error, encode_sample_attachment
+from zenoh_ice.objects.proxy import Call
+from zenoh_ice.routes.in_process import InProcessTransport
+from zenoh_ice.threads.pool import Pool
+from zenoh_ice.transport import Arrived, Caller, Inlet, Outcome
 
 from ..component import Component, proxies_of
 from .clocks import InterceptedClock

@@ -12,8 +12,8 @@ import msgspec
 
 from hfsm_runtime.recording_file.messages import Action, Change, Cycle, Gap, Message, Overlap, Reading, Result
 from hfsm_runtime.recording_file.writer import Entry
-from zenoh_ice import typed
-from zenoh_ice.clock import VirtualClock
+from zenoh_ice.data import typed
+from zenoh_ice.threads.clock import VirtualClock
 
 from .._actor import make_event
 from .._automaton import Automaton, Transition

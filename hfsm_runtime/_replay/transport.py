@@ -12,19 +12,14 @@ from typing import Any, Final, NoReturn
 import msgspec
 
 from hfsm_runtime.recording_file.messages import Missing, Reading, Result
-from zenoh_ice import (
-    ConfigurationException,
-    MarshalException,
-    ObjectPrx,
-    Settings,
-    ZenohIceError,
-    exceptions,
-    typed,
-)
-from zenoh_ice.clock import VirtualClock
-from zenoh_ice.exceptions import SystemException, TimeoutException, UnknownException
-from zenoh_ice.interface import Operation
-from zenoh_ice.transport import Arrived, Caller, Inlet, Outcome, Target, decode_error
+from zenoh_ice import ConfigurationException, MarshalException, ObjectPrx, Settings, ZenohIceError
+from zenoh_ice.data import exceptions, typed
+from zenoh_ice.data.exceptions import SystemException, TimeoutException, UnknownException
+from zenoh_ice.data.interface import Operation
+from zenoh_ice.data.keys import Target
+from zenoh_ice.data.wire import decode_error
+from zenoh_ice.threads.clock import VirtualClock
+from zenoh_ice.transport import Arrived, Caller, Inlet, Outcome
 
 from .._recording.clocks import InterceptedClock
 from .._recording.results import put_bytes

@@ -11,7 +11,8 @@ from functools import partial
 from typing import Any, Final, Self
 
 from interfaces import hfsm
-from zenoh_ice import Communicator, Current, typed
+from zenoh_ice import Communicator, Current
+from zenoh_ice.data import typed
 
 from .._component_run import ComponentRun
 from .._robot import connect

@@ -23,7 +23,7 @@ from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.records import Attachment, Channel, Chunk, Footer, Metadata, Schema, Statistics
 
-from zenoh_ice import typed
+from zenoh_ice.data import typed
 
 from .messages import FORMAT, MESSAGES, METADATA, SOURCES, Image, Message, Picture
 

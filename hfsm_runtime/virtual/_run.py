@@ -17,7 +17,7 @@ from functools import partial
 from typing import Any, Final, NamedTuple, Protocol, cast
 from weakref import ref
 
-from zenoh_ice.clock import Clock
+from zenoh_ice.threads.clock import Clock
 
 from .._automaton import Automaton
 from .._code import Code, current_code, rest

@@ -16,7 +16,7 @@ import msgspec
 
 from interfaces import jderobot
 from zenoh_ice import Object, ObjectPrx
-from zenoh_ice.interface import Interface, Operation
+from zenoh_ice.data.interface import Interface, Operation
 
 from .errors import UnknownName
 from .network import VirtualNetwork

@@ -23,24 +23,15 @@ from zenoh_ice import (
     Settings,
     SystemException,
 )
-from zenoh_ice.in_process import InProcessTransport, Pool
-from zenoh_ice.interface import Operation
-from zenoh_ice.limits import LIMITS
-from zenoh_ice.streams import LOOKS
-from zenoh_ice.transport import (
-    Arrived,
-    Caller,
-    Inlet,
-    Outcome,
-    Outlet,
-    Pacer,
-    Pieces,
-    Target,
-    decode_attachment,
-    decode_error,
-    encode_sample_attachment,
-    outcome_of,
-)
+from zenoh_ice.data.codec import Pieces
+from zenoh_ice.data.interface import Operation
+from zenoh_ice.data.keys import Target
+from zenoh_ice.data.wire import decode_attachment, decode_error, encode_sample_attachment
+from zenoh_ice.objects.streams import LOOKS
+from zenoh_ice.routes.in_process import InProcessTransport
+from zenoh_ice.threads.limits import LIMITS
+from zenoh_ice.threads.pool import Pool
+from zenoh_ice.transport import Arrived, Caller, Inlet, Outcome, Outlet, Pacer, outcome_of
 
 from .._code import Code
 from .._robot import like

@@ -25,7 +25,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Final, cast
 
-from zenoh_ice.exceptions import EndpointInUseException
+from zenoh_ice.data.exceptions import EndpointInUseException
 from zenoh_ice.settings import host_and_port
 
 LISTENERS: Final = 32

@@ -22,7 +22,7 @@ import typer
 from nao_tools._deployment.stack import ON_PURPOSE, ProcessSpec, Restarts, Stack, StackError, program_path
 from zenoh_ice.application.child import ChildProcess
 from zenoh_ice.application.logs import rotating
-from zenoh_ice.text import signal_name
+from zenoh_ice.data.text import signal_name
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _STDIN = 0

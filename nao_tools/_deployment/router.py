@@ -20,11 +20,11 @@ from zenoh.handlers import Callback
 from nao_tools._deployment.admission import LIMITS, LISTENERS, Admission, AdmissionLimits
 from zenoh_ice.application.cli import stop_on_signals
 from zenoh_ice.application.watchdog import Watchdog
-from zenoh_ice.exceptions import ConfigurationException, EndpointInUseException
-from zenoh_ice.security import exposure
-from zenoh_ice.session import close_session, open_session, problem_of
+from zenoh_ice.carriers.zenoh.session import close_session, open_session, problem_of
+from zenoh_ice.data.exceptions import ConfigurationException, EndpointInUseException
+from zenoh_ice.data.text import printable
 from zenoh_ice.settings import Settings, host_and_port
-from zenoh_ice.text import printable
+from zenoh_ice.settings.security import exposure
 
 # For endpoints without TLS: a second thread that makes and ends links, so that silent connections shut nobody
 # out (docs/decisions/0007-limits-of-a-lab-network.md).
@@ -56,7 +56,7 @@ def serve(
     What it returns gets reports from then on that the router works: its session answers its own query.
 
     Raises ConfigurationException for settings that are not a router's, and the exceptions of
-    `zenoh_ice.session.open_session`.
+    `zenoh_ice.carriers.zenoh.session.open_session`.
     """
     check_router(settings)
     security = settings.security

@@ -18,8 +18,8 @@ from msgspec.structs import replace
 
 from zenoh_ice import ZenohIceError
 from zenoh_ice.application.tether import CANNOT_RUN
-from zenoh_ice.toml_file import parse_toml, read_text
-from zenoh_ice.transport import check_name
+from zenoh_ice.data.keys import check_name
+from zenoh_ice.data.toml_file import parse_toml, read_text
 
 _VARIABLE: Final = re.compile(r"\{(\w+)\}")
 _BEHAVIORS: Final = "behaviors"

@@ -14,9 +14,9 @@ from nao_tools._doctor.network import check_network
 from nao_tools._output import console, print_json, wrapped
 from nao_tools._values import Json
 from nao_tools.findings import Finding, Level, fail
-from zenoh_ice.exceptions import ZenohIceError
+from zenoh_ice.data.exceptions import ZenohIceError
+from zenoh_ice.data.text import printable
 from zenoh_ice.settings import Settings
-from zenoh_ice.text import printable
 
 _COLORS: Final = {Level.OK: "green", Level.NOTE: "cyan", Level.WARNING: "yellow", Level.FAILURE: "bold red"}
 _MARGIN: Final = 7
@@ -54,7 +54,7 @@ def examine(settings: Settings, *, as_json: bool) -> bool:
 def _check_network(settings: Settings) -> Iterator[Finding]:
     """Yield the findings about the network, if what makes links can be loaded."""
     try:
-        import_module("zenoh_ice.session")
+        import_module("zenoh_ice.carriers.zenoh.session")
     except Exception as error:  # noqa: BLE001 - a file that hides a package raises anything
         yield fail(f"not checked: {type(error).__name__}: {error}", "see what fails above")
         return

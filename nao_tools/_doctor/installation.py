@@ -16,7 +16,7 @@ from typing import Final
 
 from nao_tools.findings import Finding, fail, note, ok
 from zenoh_ice.application import hidden_interfaces
-from zenoh_ice.status import version_of
+from zenoh_ice.data.status import version_of
 
 _DISTRIBUTION: Final = "visualhfsm"
 _EXTRAS: Final[Mapping[str, str]] = {

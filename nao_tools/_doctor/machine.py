@@ -20,8 +20,8 @@ from nao_tools.findings import Finding, fail, note, ok, warn
 from zenoh_ice import plugins
 from zenoh_ice.application.kept_stop import UNREADABLE, Kept, kept_directory, read_kept
 from zenoh_ice.application.processor import IN_PART, is_in_part, lacks_of_mujoco
+from zenoh_ice.data.text import printable, signal_name
 from zenoh_ice.settings import LOOPBACK_6, has_address, has_only_ipv6
-from zenoh_ice.text import printable, signal_name
 
 _LIMIT: Final = 30.0  # s for another process; software rendering takes some to start
 _LONGEST: Final = 500  # characters of its last line

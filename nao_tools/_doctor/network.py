@@ -36,10 +36,10 @@ from zenoh_ice import (
     ZenohIceError,
     initialize,
 )
-from zenoh_ice.reflection import describe_package
+from zenoh_ice.data.reflection import describe_package
+from zenoh_ice.data.status import ProcessStatus, version_of
+from zenoh_ice.data.text import few, printable
 from zenoh_ice.settings import DEFAULT_ENDPOINT, LOOPBACK_6, Settings, has_only_ipv6, host_and_port
-from zenoh_ice.status import ProcessStatus, version_of
-from zenoh_ice.text import few, printable
 
 _PINGS: Final = 20
 _SLOW: Final = 0.01  # s; on one machine a ping takes a quarter of a millisecond

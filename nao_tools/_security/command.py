@@ -150,8 +150,8 @@ def _show_ros(roles: Mapping[str, Role]) -> None:
 def zenohd(file: _File) -> None:
     """Print the configuration with which Zenoh's own router, zenohd, does what ours does."""
     from nao_tools._deployment.router import check_router
-    from zenoh_ice.security import check_security
-    from zenoh_ice.session import session_config
+    from zenoh_ice.carriers.zenoh.session import session_config
+    from zenoh_ice.settings.security import check_security
 
     settings = load_settings(file, defaults=ROUTER_DEFAULTS, environment={})
     check_router(settings)

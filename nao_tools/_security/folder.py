@@ -24,8 +24,8 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
 from zenoh_ice import ZenohIceError
+from zenoh_ice.data.text import printable
 from zenoh_ice.settings import Settings, is_loopback, load_settings
-from zenoh_ice.text import printable
 
 _LOCAL_HOSTS: Final = ("localhost", "127.0.0.1", "::1")  # under which every machine reaches itself
 _NAME: Final = re.compile(r"[A-Za-z0-9_.\-]{1,64}")

@@ -18,8 +18,8 @@ from msgspec import Struct
 
 from naoserver.bodies.body import Body, read_body
 from naoserver.errors import RobotError
-from zenoh_ice import typed
-from zenoh_ice.toml_file import parse_toml, read_text
+from zenoh_ice.data import typed
+from zenoh_ice.data.toml_file import parse_toml, read_text
 
 
 class _Known(Struct, frozen=True, forbid_unknown_fields=True):

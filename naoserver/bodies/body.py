@@ -21,7 +21,7 @@ from naoserver.bodies import parts
 from naoserver.bodies._checks import check
 from naoserver.bodies.looks import Looks
 from naoserver.errors import RobotError
-from zenoh_ice.toml_file import convert
+from zenoh_ice.data.toml_file import convert
 
 LARGEST_DESCRIPTION: Final = (1 << 20) - 64
 """Most characters of a body, and of its looks, as JSON: what fits into an answer."""

@@ -75,12 +75,12 @@ class ServedRobot:
         """
         seen = [self.robot.read()]
 
-        def look() -> object:
+        def sample() -> object:
             if (reading := self.robot.read()) is not seen[-1]:
                 seen.append(reading)
             return done(seen[-1])
 
-        self.until(look, promise)
+        self.until(sample, promise)
         return seen
 
     def watched(self, seconds: float) -> list[JointReading]:

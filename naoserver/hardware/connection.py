@@ -15,7 +15,7 @@ from typing import Any, Final, Generic, Protocol, TypeAlias, TypeVar
 
 from interfaces.nao import Severity
 from naoserver.errors import HardwareFailure, RobotError
-from naoserver.safety.event_log import EventLog
+from naoserver.safety._event_log import EventLog
 from zenoh_ice import Clock
 
 

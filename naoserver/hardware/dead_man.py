@@ -23,7 +23,7 @@ import msgspec
 
 from naoserver.errors import HardwareFailure
 from naoserver.hardware.connection import L
-from zenoh_ice import typed
+from zenoh_ice.data import typed
 
 _logger = logging.getLogger(__name__)
 

@@ -83,8 +83,8 @@ class _Joint:
     changed: float = -math.inf
     """When it was sent a stiffness."""
 
-    def take(self, servo: Servo, now: float, silence: float) -> None:
-        """Take a reading; the setpoint of a servo that is limp, or was silent so long, is where it is."""
+    def receive(self, servo: Servo, now: float, silence: float) -> None:
+        """Receive a reading; the setpoint of a servo that is limp, or was silent so long, is where it is."""
         found = now - self.heard > silence
         self.servo, self.heard = servo, now
         if found or now - self.changed > _SETTLED:
@@ -244,7 +244,7 @@ class ServoRobot:
         with self._lock:
             for joint in self._joints.values():
                 joint.heard = -math.inf
-            self._take(found, now)
+            self._receive(found, now)
             self._reading = self._reading_at(now)
 
     def _tick(self, bus: ServoBus) -> None:
@@ -256,7 +256,7 @@ class ServoRobot:
             changes, self._changes = self._changes, {}
             for name, stiffness in changes.items():
                 self._joints[name].stiffness, self._joints[name].changed = stiffness, now
-            self._take(found, now)
+            self._receive(found, now)
             reached = {name: joint for name, joint in self._joints.items() if not self._is_lost(joint, now)}
             if not reached:
                 raise LinkLost(f"no servo has answered for {self._connection.limits.silence:g} s")
@@ -270,12 +270,12 @@ class ServoRobot:
             bus.stiffen(changes)
         bus.move(setpoints)
 
-    def _take(self, found: Mapping[str, Servo], now: float) -> None:
-        """Take readings of servos. Raises HardwareFailure for one of another robot."""
+    def _receive(self, found: Mapping[str, Servo], now: float) -> None:
+        """Receive readings of servos. Raises HardwareFailure for one of another robot."""
         for name, servo in found.items():
             if name not in self._joints:
                 raise HardwareFailure(f"the bus reports a joint {name!r}, which {self.name} lacks")
-            self._joints[name].take(servo, now, self._connection.limits.silence)
+            self._joints[name].receive(servo, now, self._connection.limits.silence)
 
     def _is_lost(self, joint: _Joint, now: float) -> bool:
         return now - joint.heard > self._connection.limits.silence

@@ -169,7 +169,7 @@ class JointPaths:
         with self._changed:
             return list(self._paths)
 
-    def take(self, joints: Iterable[str]) -> None:
+    def release(self, joints: Iterable[str]) -> None:
         """Remove joints from the paths that move them, which continue with the others."""
         with self._changed:
             for joint in joints:

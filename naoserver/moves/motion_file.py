@@ -43,7 +43,7 @@ from naoserver.bodies.body import Body
 from naoserver.bodies.kinematics import kinematics_of
 from naoserver.bodies.parts import Joint
 from naoserver.errors import RobotError
-from zenoh_ice.toml_file import parse_toml, place, read_text
+from zenoh_ice.data.toml_file import parse_toml, place, read_text
 
 
 class Interpolation(StrEnum):

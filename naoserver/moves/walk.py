@@ -21,7 +21,7 @@ from naoserver.bodies.capabilities import STILL, Odometry, Walker, WalkVelocity
 from naoserver.errors import InvalidCommand, RobotError
 from naoserver.options import SafetyOptions
 from naoserver.safety._guarded_device import GuardedDevice
-from zenoh_ice.text import few, printable
+from zenoh_ice.data.text import few, printable
 
 _GAIN: Final = 1.5
 """Ratio of the velocity to the rest of the way, in 1/s."""

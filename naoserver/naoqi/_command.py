@@ -14,7 +14,7 @@ from naoserver.hardware.serving import SERVER_DEFAULTS, serve_hardware
 from naoserver.naoqi._dead_man import SWITCH
 from naoserver.naoqi._libqi_link import connect
 from naoserver.naoqi._link import AddressError, RobotAddress
-from naoserver.naoqi._robot import End, Life, LifecycleOptions, NaoqiRobot, Start
+from naoserver.naoqi._robot import Life, LifecycleOptions, NaoEnd, NaoqiRobot, NaoStart
 from naoserver.options import ServerOptions, capped
 from naoserver.serving.server import JointSpeed, ResumeAfterReset
 from zenoh_ice.application.cli import with_settings
@@ -47,11 +47,11 @@ def naoserver_naoqi(
         str, typer.Option(envvar="NAOQI_PASSWORD", help="Password; others can see a command line.")
     ] = "",
     start: Annotated[
-        Start, typer.Option(help="At the start: do nothing, hold the joints, or stand up.")
-    ] = Start.LEAVE,
+        NaoStart, typer.Option(help="At the start: do nothing, hold the joints, or stand up.")
+    ] = NaoStart.LEAVE,
     end: Annotated[
-        End, typer.Option(help="At the end: do nothing, crouch and go limp, or go limp at once.")
-    ] = End.LEAVE,
+        NaoEnd, typer.Option(help="At the end: do nothing, crouch and go limp, or go limp at once.")
+    ] = NaoEnd.LEAVE,
     life: Annotated[
         Life, typer.Option(help="Autonomous Life: leave it on, disable it, or suspend it until the end.")
     ] = Life.DISABLE,

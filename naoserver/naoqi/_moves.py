@@ -331,7 +331,7 @@ class NaoqiPostures:
         self._reporter = reporter
         self._progress = PostureProgress()
         self.question: Final = Poll(
-            reporter, now, lambda: _POSTURE_PERIOD, self._take, "ALRobotPosture.getPosture"
+            reporter, now, lambda: _POSTURE_PERIOD, self._receive, "ALRobotPosture.getPosture"
         )
 
     def open(self, link: CallLink) -> None:
@@ -400,6 +400,6 @@ class NaoqiPostures:
                 self._going = None
                 self._progress = replace(self._progress, moving=False, message=_LOST)
 
-    def _take(self, answer: Any, _asked: float) -> None:  # noqa: ANN401
+    def _receive(self, answer: Any, _asked: float) -> None:  # noqa: ANN401
         name = str(answer)
         self._current = name if name != "Unknown" and name in self.names else ""

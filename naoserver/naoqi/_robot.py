@@ -33,7 +33,7 @@ _SECONDS: Final = 1.0
 """Seconds in which motors become stiff or limp."""
 
 
-class Start(StrEnum):
+class NaoStart(StrEnum):
     """Action of the robot before it is served."""
 
     LEAVE = "leave"  # nothing: a limp robot stays limp
@@ -41,7 +41,7 @@ class Start(StrEnum):
     STAND = "stand"  # wake up: hold every joint, and stand up
 
 
-class End(StrEnum):
+class NaoEnd(StrEnum):
     """Action of the robot when the server ends."""
 
     LEAVE = "leave"  # stay as it is, also stiff
@@ -61,8 +61,8 @@ class Life(StrEnum):
 class LifecycleOptions:
     """Actions of the robot at the start and at the end."""
 
-    start: Start = Start.LEAVE
-    end: End = End.LEAVE
+    start: NaoStart = NaoStart.LEAVE
+    end: NaoEnd = NaoEnd.LEAVE
     life: Life = Life.DISABLE
 
 
@@ -96,13 +96,13 @@ class _AutonomousLife:
 
 def _ending(options: LifecycleOptions, life: _AutonomousLife) -> Callable[[CallLink], object] | None:
     """Return what leaves the robot as the options say."""
-    if options.end is End.LEAVE and options.life is not Life.SUSPEND:
+    if options.end is NaoEnd.LEAVE and options.life is not Life.SUSPEND:
         return None
 
     def leave(link: CallLink) -> None:
-        if options.end is End.REST:
+        if options.end is NaoEnd.REST:
             call(link, "ALMotion.rest", timeout=_POSTURE_LIMIT)
-        elif options.end is End.LIMP:
+        elif options.end is NaoEnd.LIMP:
             _stiffen(link, 0.0)
         life.restore(link)
 
@@ -113,9 +113,9 @@ def _stiffen(link: CallLink, stiffness: float) -> None:
     call(link, "ALMotion.stiffnessInterpolation", "Body", stiffness, _SECONDS, timeout=_POSTURE_LIMIT)
 
 
-_STARTS: Final[Mapping[Start, Callable[[CallLink], object]]] = {
-    Start.STIFFEN: partial(_stiffen, stiffness=1.0),
-    Start.STAND: partial(call, operation="ALMotion.wakeUp", timeout=_POSTURE_LIMIT),
+_STARTS: Final[Mapping[NaoStart, Callable[[CallLink], object]]] = {
+    NaoStart.STIFFEN: partial(_stiffen, stiffness=1.0),
+    NaoStart.STAND: partial(call, operation="ALMotion.wakeUp", timeout=_POSTURE_LIMIT),
 }
 """What brings the robot into the state for the start; nothing leaves it as it is."""
 

@@ -12,8 +12,8 @@ from typing import Final
 
 from interfaces.nao import SafetyState, Severity
 from naoserver.errors import CommandRefused, InvalidCommand
+from naoserver.safety._event_log import EventLog
 from naoserver.safety._insistent import SILENCE, Insistent
-from naoserver.safety.event_log import EventLog
 from naoserver.safety.latch import Latch
 from zenoh_ice.application.kept_stop import KeptLease
 

@@ -12,8 +12,8 @@ from naoserver.bodies.parts import JointFacts
 from naoserver.errors import InvalidCommand, JointTaken
 from naoserver.protocol.robot import JointDevice, JointFault, JointReading
 from naoserver.safety._gate import Gate
-from naoserver.safety._limits import Goal, JointSafety, Outcome
-from zenoh_ice.text import few
+from naoserver.safety._limits import Goal, JointSafety, LimitedCommand
+from zenoh_ice.data.text import few
 
 _logger = logging.getLogger(__name__)
 
@@ -131,28 +131,28 @@ class GuardedDevice:
         *,
         client: str = "",
         activity: str = "",
-    ) -> Outcome:
+    ) -> LimitedCommand:
         """Send joints to targets. Raises InvalidCommand or CommandRefused, and then commands nothing.
 
         An `activity` may command joints that it has claimed, at full speed; it then ends the motion itself
         when its client is lost.
         """
 
-        def command(reading: JointReading) -> Outcome:
+        def command(reading: JointReading) -> LimitedCommand:
             self._admit(targets, reading, client, activity)
             sender = "" if activity else client
             return self._safety.safe_goals(targets, speeds, reading, sender, full_speed=bool(activity))
 
         return self._obey(command)
 
-    def drive(self, velocities: Mapping[str, float], client: str) -> Outcome:
+    def drive(self, velocities: Mapping[str, float], client: str) -> LimitedCommand:
         """Move joints at velocities until the timeout.
 
         Raises InvalidCommand or CommandRefused, and then commands nothing.
         """
         now = self.events.wall_time()
 
-        def command(reading: JointReading) -> Outcome:
+        def command(reading: JointReading) -> LimitedCommand:
             self._admit(velocities, reading, client)
             return self._safety.safe_velocities(velocities, reading, client, now)
 
@@ -252,7 +252,7 @@ class GuardedDevice:
         if reading.faults:
             require_reached(joints, reading.faults)
 
-    def _obey(self, command: Callable[[JointReading], Outcome]) -> Outcome:
+    def _obey(self, command: Callable[[JointReading], LimitedCommand]) -> LimitedCommand:
         with self._lock:
             reading = self.read()
             outcome = self._apply(command(reading))
@@ -263,7 +263,7 @@ class GuardedDevice:
             self.check_within(due)
         return outcome
 
-    def _apply(self, outcome: Outcome) -> Outcome:
+    def _apply(self, outcome: LimitedCommand) -> LimitedCommand:
         if not self._closed:
             if outcome.positions:
                 self._device.command_positions(outcome.positions, outcome.max_speeds)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from zenoh_ice.text import few, printable
+from zenoh_ice.data.text import few, printable
 
 SILENCE: Final = 1.0
 """Wall seconds after which the next command of a client is a new one."""

@@ -14,7 +14,7 @@ It treats commands as follows:
 - joints that one motor drives: the followers where their leader takes them;
 - a passive joint, which has no motor: refused with InvalidCommand.
 
-The `Outcome` reports every change. Callers serialise the calls (`naoserver.safety._guarded_device` does).
+The `LimitedCommand` reports every change. Callers serialise the calls, as `_guarded_device` does.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class Limitation(NamedTuple):
 
 
 @dataclass(slots=True)
-class Outcome:
+class LimitedCommand:
     """The command for the device, and the outcome for the client."""
 
     positions: dict[str, float] = field(default_factory=dict)
@@ -106,7 +106,7 @@ class _Drive:
 
 
 class JointSafety:
-    """Watch over the joints of one device; an Outcome reports what its rules change."""
+    """Watch over the joints of one device; an LimitedCommand reports what its rules change."""
 
     def __init__(
         self,
@@ -158,7 +158,7 @@ class JointSafety:
         client: str = "",
         *,
         full_speed: bool = False,
-    ) -> Outcome:
+    ) -> LimitedCommand:
         """Send joints to `targets` at most at `speeds`; without a speed, or with 0, at the default.
 
         The goals last until the joints are there, or `client` is lost; without one, nothing ends them.
@@ -170,7 +170,9 @@ class JointSafety:
         for joint, speed in limits.items():
             if speed < 0:
                 raise InvalidCommand(joint, f"{joint}: a speed of {speed:g} is negative")
-        outcome = Outcome(limitations=[*couple(wanted, self._couplings), *couple(limits, self._speeds)])
+        outcome = LimitedCommand(
+            limitations=[*couple(wanted, self._couplings), *couple(limits, self._speeds)]
+        )
         self._wake(reading)
         for joint, target in wanted.items():
             facts, problem = self._facts[joint], "{:.4g} is out of range"
@@ -191,13 +193,13 @@ class JointSafety:
 
     def safe_velocities(
         self, velocities: Mapping[str, float], reading: JointReading, client: str, now: float
-    ) -> Outcome:
+    ) -> LimitedCommand:
         """Move joints at `velocities` until `now` plus the timeout, in steady wall time.
 
         Raises InvalidCommand, and then commands nothing.
         """
         wanted = self.check(velocities, "velocity")
-        outcome = Outcome(limitations=couple(wanted, self._rates))
+        outcome = LimitedCommand(limitations=couple(wanted, self._rates))
         self._wake(reading)
         deadline = now + self.options.velocity_timeout
         for joint, velocity in wanted.items():
@@ -243,9 +245,9 @@ class JointSafety:
         for former in (self._drives, self._goals, self._clients, self._issued):
             former.pop(joint, None)
 
-    def hold(self, joints: Iterable[str], reading: JointReading) -> Outcome:
+    def hold(self, joints: Iterable[str], reading: JointReading) -> LimitedCommand:
         """Stop joints at once, wherever they are, except passive ones."""
-        outcome = Outcome()
+        outcome = LimitedCommand()
         for joint in joints:
             if joint not in self._passive:
                 self._hold(joint, reading, outcome)
@@ -264,9 +266,9 @@ class JointSafety:
             for joint in joints
         )
 
-    def drop_client(self, client: str, reading: JointReading) -> Outcome:
+    def drop_client(self, client: str, reading: JointReading) -> LimitedCommand:
         """Hold the joints that a lost client moves."""
-        outcome = Outcome()
+        outcome = LimitedCommand()
         sent = self._sent_by(client, reading)
         self._stop(lambda drive: drive.client == client, reading, outcome)
         for joint in sent:
@@ -274,9 +276,9 @@ class JointSafety:
             self._hold(joint, reading, outcome)
         return outcome
 
-    def watch(self, reading: JointReading, now: float) -> Outcome:
+    def watch(self, reading: JointReading, now: float) -> LimitedCommand:
         """Check the moving joints: stop expired velocities, continue ramps, keep clear of limits."""
-        outcome = Outcome()
+        outcome = LimitedCommand()
         self._stop(lambda drive: now >= drive.deadline, reading, outcome)
         self._command((), reading, outcome)
         return outcome
@@ -289,7 +291,7 @@ class JointSafety:
         return self.options.period if self._at_work(reading) else None
 
     def _clear_tables(
-        self, wanted: Mapping[str, float], reading: JointReading, client: str, outcome: Outcome
+        self, wanted: Mapping[str, float], reading: JointReading, client: str, outcome: LimitedCommand
     ) -> None:
         """Clamp goals to the range that the other joint's goal leaves, also goals of joints not named."""
         for table in self._tables:
@@ -305,7 +307,9 @@ class JointSafety:
             if safe != goal.target:
                 self._set_goal(joint, Goal(safe, goal.speed), self._clients[joint] or client)
 
-    def _leave_time(self, wanted: Mapping[str, float], reading: JointReading, outcome: Outcome) -> None:
+    def _leave_time(
+        self, wanted: Mapping[str, float], reading: JointReading, outcome: LimitedCommand
+    ) -> None:
         """Slow down a joint that would approach before the other, at full speed, is out of the way."""
         for table in self._tables:
             joint, other = table.independent, table.dependent
@@ -352,7 +356,7 @@ class JointSafety:
         return min(speed, self.speed_cap(joint, reading))
 
     def _limit(
-        self, joint: str, value: float, limits: tuple[float, float], problem: str, outcome: Outcome
+        self, joint: str, value: float, limits: tuple[float, float], problem: str, outcome: LimitedCommand
     ) -> float:
         """Return a value clamped to limits; `problem`, formatted with it, describes a value outside them."""
         lower, upper = limits
@@ -381,7 +385,7 @@ class JointSafety:
         self._issued[joint] = (goal.target, goal.speed)
         self._resting.add(joint)
 
-    def _hold(self, joint: str, reading: JointReading, outcome: Outcome) -> None:
+    def _hold(self, joint: str, reading: JointReading, outcome: LimitedCommand) -> None:
         self._stay(joint, reading)
         outcome.velocities[joint] = 0.0
         for table in self._tables:
@@ -394,7 +398,7 @@ class JointSafety:
         """Return the joints on the way to a goal that a client set."""
         return self._moving([joint for joint, sender in self._clients.items() if sender == client], reading)
 
-    def _stop(self, which: Callable[[_Drive], bool], reading: JointReading, outcome: Outcome) -> None:
+    def _stop(self, which: Callable[[_Drive], bool], reading: JointReading, outcome: LimitedCommand) -> None:
         """Hold the joints with some velocities."""
         for joint, drive in list(self._drives.items()):
             if which(drive):
@@ -402,7 +406,7 @@ class JointSafety:
                     outcome.stopped.append(joint)
                 self._hold(joint, reading, outcome)
 
-    def _command(self, named: Iterable[str], reading: JointReading, outcome: Outcome) -> None:
+    def _command(self, named: Iterable[str], reading: JointReading, outcome: LimitedCommand) -> None:
         """Fill in the commands to the device: for joints that are named, driven, or subject to a table."""
         elapsed = max(0.0, reading.time - self._time)
         self._time = reading.time
@@ -438,7 +442,7 @@ class JointSafety:
                 self._issue_position(joint, safe, self.speed_cap(joint, reading), outcome)
 
     def _command_drive(
-        self, joint: str, velocity: float, horizon: float, reading: JointReading, outcome: Outcome
+        self, joint: str, velocity: float, horizon: float, reading: JointReading, outcome: LimitedCommand
     ) -> None:
         lower, upper = self._range(joint, horizon, reading)
         setpoint = self._setpoint(joint, reading)
@@ -456,14 +460,14 @@ class JointSafety:
             self._issued[joint] = velocity
             outcome.velocities[joint] = velocity
 
-    def _issue_position(self, joint: str, target: float, speed: float, outcome: Outcome) -> None:
+    def _issue_position(self, joint: str, target: float, speed: float, outcome: LimitedCommand) -> None:
         if self._issued.get(joint) != (target, speed):
             self._issued[joint] = (target, speed)
             outcome.velocities.pop(joint, None)
             outcome.positions[joint] = target
             outcome.max_speeds[joint] = speed
 
-    def _report_once(self, joint: str, reason: str, outcome: Outcome) -> None:
+    def _report_once(self, joint: str, reason: str, outcome: LimitedCommand) -> None:
         if joint not in self._held_back:
             self._held_back.add(joint)
             outcome.limitations.append(Limitation(joint, reason))

@@ -21,7 +21,7 @@ from naoserver.options import SafetyOptions
 from naoserver.protocol.robot import JointReading
 from naoserver.safety._guarded_device import GuardedDevice, require_reached
 from naoserver.safety._limits import clamp
-from zenoh_ice.text import few
+from zenoh_ice.data.text import few
 
 _AHEAD: Final = 0.06
 """Seconds that are looked ahead, so that a joint makes way in time for one that could hit it."""

@@ -10,8 +10,8 @@ from interfaces.nao import Clock as ClockServant
 from interfaces.nao import ClockReading, Description, Health, HealthReport, Safety, SafetyState
 from naoserver.bodies.body import Body, write_body
 from naoserver.protocol.robot import Robot
+from naoserver.safety._event_log import ConditionWatch, JointWatch
 from naoserver.safety._gate import Gate
-from naoserver.safety.event_log import ConditionWatch, JointWatch
 from naoserver.serving._shared import refusals_raised, stream_of
 from naoserver.serving.camera import CameraI
 from zenoh_ice import Clock, Current

@@ -18,7 +18,8 @@ from naoserver.protocol.robot import JointReading
 from naoserver.safety._guarded_device import GuardedDevice
 from naoserver.safety.gain_guard import GainGuard
 from naoserver.serving import _shared as shared
-from zenoh_ice import Current, typed
+from zenoh_ice import Current
+from zenoh_ice.data import typed
 
 
 class Pose3DMotorsI(jderobot.Pose3DMotors):

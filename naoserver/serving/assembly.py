@@ -23,10 +23,10 @@ from naoserver.options import CameraOptions, SafetyOptions, ServerOptions
 from naoserver.protocol.expression import Hearing
 from naoserver.protocol.jobs import Job, Periodic, Watchdog, Watched
 from naoserver.protocol.robot import JointDevice, Robot
+from naoserver.safety._event_log import EventLog
 from naoserver.safety._gate import Gate
 from naoserver.safety._guarded_device import GuardedDevice
 from naoserver.safety._limits import JointSafety
-from naoserver.safety.event_log import EventLog
 from naoserver.safety.gain_guard import GainGuard
 from naoserver.safety.latch import Latch
 from naoserver.serving import _sensors as sensors

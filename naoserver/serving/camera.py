@@ -21,7 +21,7 @@ from naoserver.errors import HardwareFailure, RobotError
 from naoserver.options import CameraOptions
 from naoserver.protocol.jobs import Job, Periodic
 from naoserver.protocol.robot import Frame, Robot
-from naoserver.safety.event_log import EventLog
+from naoserver.safety._event_log import EventLog
 from naoserver.serving._shared import MOST_QUOTED, require_finite, to_time
 from zenoh_ice import Current
 
@@ -312,7 +312,7 @@ class CameraI(jderobot.Camera):
         """Take an image and send it to the listeners; return whether there was one."""
         try:
             with self._taking:
-                frame = self._take()
+                frame = self._capture()
         except HardwareFailure as failure:
             self._report(failure)
             return False
@@ -330,12 +330,12 @@ class CameraI(jderobot.Camera):
             ):
                 return frame
             try:
-                return self._take()
+                return self._capture()
             except HardwareFailure as failure:
                 self._report(failure)
                 raise jderobot.HardwareFailedException(str(failure)) from failure
 
-    def _take(self) -> Frame:
+    def _capture(self) -> Frame:
         settings = self._settings
         self._newest = None  # not kept if the next capture fails
         self._history.note()

@@ -1,22 +1,20 @@
-"""Serve a robot: its servants on an adapter, the threads that stream and watch, and entrances beside them."""
+"""Serve a robot: its servants on an adapter, and the threads that stream and watch."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, ExitStack, contextmanager
-from pathlib import Path
-from typing import Annotated, Final, Protocol
+from contextlib import ExitStack, contextmanager
+from typing import Annotated
 
 import typer
 
 from interfaces.nao import SafetyPrx
-from naoserver.errors import RobotError
 from naoserver.options import ServerOptions
 from naoserver.protocol.jobs import JobThreads
 from naoserver.protocol.robot import Robot
 from naoserver.safety.latch import Latch
 from naoserver.serving.assembly import Assembly
-from zenoh_ice import BusyException, Communicator, ObjectAdapter, SystemException, WallClock, plugins
+from zenoh_ice import BusyException, Communicator, ObjectAdapter, SystemException, WallClock
 
 _CAP = (
     "Cap every joint's speed at a fraction of its full speed."
@@ -86,30 +84,3 @@ def problem_of(communicator: Communicator, assembly: Assembly) -> str:
     except SystemException as error:
         return f"a call to the servant Safety failed: {error}"
     return ""
-
-
-_DISK: Final = "With --qi: the folder that stands for the robot's disk, where its sounds are."
-
-Disk = Annotated[Path | None, typer.Option(metavar="DIR", help=_DISK, exists=True, file_okay=False)]
-"""The option of commands with an entrance for NAOqi's programs."""
-
-
-class Entrance(Protocol):
-    """Serve a started robot at a URL in a `with` block, which gets the URL with the port that was picked."""
-
-    def __call__(
-        self, robot: Robot, assembly: Assembly, url: str, *, disk: Path | None = None
-    ) -> AbstractContextManager[str]:
-        """Serve it through the guards of `assembly`; raises RobotError when that is impossible."""
-
-
-def find_entrance(name: str) -> Entrance:
-    """Return the entrance of a name, such as `qi`; raises RobotError if no installed package provides it."""
-    try:
-        entrance: Entrance | None = plugins.find("naoserver.entrances", name)
-    except plugins.PluginError as error:
-        raise RobotError(str(error)) from error
-    if entrance is None:
-        message = f"no installed package serves robots as {name!r}: install visualhfsm again"
-        raise RobotError(message)
-    return entrance

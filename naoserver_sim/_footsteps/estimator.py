@@ -23,9 +23,9 @@ import numpy as np
 from naoserver.bodies.capabilities import InertialReading
 from naoserver.bodies.footsteps import GRAVITY, Footsteps
 from naoserver_sim._footsteps.limbs import LEFT, RIGHT, Array, Limbs, quaternion
+from naoserver_sim._locomotion import STANDING_TICKS, STILL_RATE, yaw_rate
 from naoserver_sim._senses.record import encoded
 from naoserver_sim._simulator import Simulator
-from naoserver_sim._way import STANDING_TICKS, STILL_RATE, yaw_rate
 
 
 class BodySensors:

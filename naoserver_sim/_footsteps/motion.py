@@ -84,7 +84,7 @@ class PlannedMotion:
         estimator, limbs, posture = self._estimator, self._limbs, self._posture
         posture.put(estimator.origin, estimator.data.qpos)
         posture.data.qpos[limbs.qpos] = angles
-        posture.look()
+        posture.update()
         center = posture.data.subtree_com[limbs.base]
         self._center = complex(center[0], center[1])
         self._velocity = estimator.velocity

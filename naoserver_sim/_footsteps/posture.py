@@ -98,7 +98,7 @@ class Posture:
         self.data.qpos[at : at + 3] = origin
         self._stale = True
 
-    def look(self) -> None:
+    def update(self) -> None:
         """Compute where all links are."""
         mujoco.mj_kinematics(self._mj, self.data)
         mujoco.mj_comPos(self._mj, self.data)
@@ -121,7 +121,7 @@ class Posture:
             self._improve(target)
 
     def _improve(self, target: Target) -> None:
-        self.look()
+        self.update()
         errors = self._differences(target)
         if self._stale or np.abs(errors).max() > _SMALL_ERROR:
             self._linearize()
@@ -177,8 +177,8 @@ class HeldPosture:
         self._data.qpos[limbs.base_qpos : limbs.base_qpos + 7] = 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0
         self._soles = np.zeros((2, 3))
 
-    def take(self, angles: Array) -> None:
-        """Take the angles in rad of all joints of the body."""
+    def set_angles(self, angles: Array) -> None:
+        """Set the angles in rad of all joints of the body."""
         data, limbs = self._data, self._limbs
         data.qpos[limbs.qpos] = angles
         mujoco.mj_kinematics(self._mj, data)

@@ -18,7 +18,7 @@ from typing import Final
 from naoserver.bodies.capabilities import STILL, WalkVelocity
 from naoserver.bodies.footsteps import Footsteps
 from naoserver_sim._footsteps.limbs import LEFT, RIGHT
-from naoserver_sim._way import nearer
+from naoserver_sim._locomotion import nearer
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,8 +17,8 @@ from naoserver_sim._footsteps.limbs import LEFT, RIGHT, Array, Limbs
 from naoserver_sim._footsteps.motion import PlannedMotion, SupportTorques
 from naoserver_sim._footsteps.posture import HeldPosture
 from naoserver_sim._footsteps.steps import Phase, Steps
+from naoserver_sim._locomotion import LYING, OFF_ITS_FEET, STUCK, TILT, ArmSwing, Locomotion, limp
 from naoserver_sim._simulator import Simulator
-from naoserver_sim._way import LYING, OFF_ITS_FEET, STUCK, TILT, ArmSwing, Way, limp
 
 _HANGING: Final = math.radians(45)
 """Angle to the vertical below which an arm hangs."""
@@ -52,7 +52,7 @@ class _Stage(Enum):
     """The legs are moved here, to stand or to walk."""
 
 
-class FootstepWalker(Way):
+class FootstepWalker(Locomotion):
     """Move the setpoints of the legs, and of arms that hang, at each control tick.
 
     It balances from the start, whenever it is on its feet
@@ -134,7 +134,7 @@ class FootstepWalker(Way):
             return
         stepping = self._steps.phase is Phase.STEPPING
         velocity = self._footsteps.possible(self._commanded) if stepping else STILL
-        self._look(seconds, velocity, self.odometry())
+        self._check_headway(seconds, velocity, self.odometry())
         if self._stage is _Stage.LOST:
             self._stage = _Stage.HELD
             self.balances = True
@@ -216,7 +216,7 @@ class FootstepWalker(Way):
         limbs, estimator, held = self._limbs, self._estimator, self._held
         angles = limbs.commanded(self._setpoints.setpoints)
         self._rested = 0.0 if moved else self._rested + seconds
-        held.take(angles)
+        held.set_angles(angles)
         if self._velocity != STILL or (self._rested >= _RESTING and held.is_stance()):
             self._steps.stand()
             for foot in (LEFT, RIGHT):

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 
 from naoserver_sim._own.kept_meshes import kept
 from naoserver_sim._own.tree import LARGEST_FILE, POINTER, is_pointer
-from zenoh_ice import typed
+from zenoh_ice.data import typed
 
 LARGEST_MESH: Final = 3 * LARGEST_FILE
 """Largest size of a mesh in bytes."""

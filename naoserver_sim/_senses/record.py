@@ -184,9 +184,9 @@ class SensorRecord:
         self._samples: deque[Sample] = deque(maxlen=1 + (noise.delay if noise else 0))
         self.newest: Sample
         """The newest available measurements: with noise, they are delayed."""
-        self.look(0.0)
+        self.sample(0.0)
 
-    def look(self, time: float) -> None:
+    def sample(self, time: float) -> None:
         """Record the measurements at the end of a control tick."""
         errors = None if self._errors is None else self._errors.next()
         values: list[float] = self._data.sensordata.tolist()
@@ -198,7 +198,7 @@ class SensorRecord:
     def begin_again(self) -> None:
         """Forget what was measured: the robot is placed elsewhere, and has not turned."""
         for _ in tuple(self._samples):
-            self.look(self._samples[-1].time)
+            self.sample(self._samples[-1].time)
 
     def _mean_turning(self, time: float, values: Sequence[float]) -> list[float]:
         """Return the mean turning rate in rad/s since the last reading."""

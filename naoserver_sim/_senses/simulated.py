@@ -190,7 +190,7 @@ class FallManager:
         self.falls = 0
         """Falls noticed so far."""
 
-    def look(self, time: float, seconds: float, tilt: float, load: float) -> None:
+    def check(self, time: float, seconds: float, tilt: float, load: float) -> None:
         """Check the torso's tilt in rad and the load on the soles in N, `seconds` after the last check."""
         rate, self._tilt = (tilt - self._tilt) / seconds, tilt
         on_feet = load >= self._rules.standing_load
@@ -307,14 +307,14 @@ class SimulatedSenses:
         """Press a touch sensor for some seconds from now on. Raises InvalidCommand when there is no such."""
         self._touch.press(sensor, self._simulator.newest().time, seconds)
 
-    def look(self, time: float) -> None:
+    def sample(self, time: float) -> None:
         """Record the measurements at the end of a control tick; for the thread of the physics only."""
-        self.record.look(time)
+        self.record.sample(time)
         self._ticks += 1
         period = self._simulator.tick_period
         if self.falls is not None and self._ticks % _FALLS_EVERY == 0:
             tilt = self.record.newest.inertial.tilt
-            self.falls.look(time, period * _FALLS_EVERY, tilt, self.record.weight())
+            self.falls.check(time, period * _FALLS_EVERY, tilt, self.record.weight())
         if self._ticks % self._sonar_every == 0:
             data = self._data
             if self._battery is not None:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from naoserver.bodies.capabilities import WalkVelocity
-from naoserver_sim._way import nearer
+from naoserver_sim._locomotion import nearer
 
 LEFT: Final = 0
 RIGHT: Final = 1

@@ -15,7 +15,7 @@ from typing import Final
 
 from naoserver.bodies.capabilities import InertialReading, Vector
 from naoserver.body import Body
-from naoserver_sim._way import STANDING_TICKS, STILL_RATE, yaw_rate
+from naoserver_sim._locomotion import STANDING_TICKS, STILL_RATE, yaw_rate
 
 _DIAGONAL: Final = math.sqrt(0.5)  # the axis of the first joint lies at 45 degrees
 _CLOSE_ENOUGH: Final = 1e-7

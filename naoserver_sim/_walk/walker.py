@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from naoserver.bodies.capabilities import STILL, Odometry, WalkVelocity
 from naoserver.body import Body
+from naoserver_sim._locomotion import LYING, OFF_ITS_FEET, STUCK, TILT, ArmSwing, Headway, Locomotion, limp
 from naoserver_sim._senses.record import SensorRecord
 from naoserver_sim._simulator import Simulator
 from naoserver_sim._walk.gait import AT_REST, LEFT, RIGHT, FootOffset, Gait
 from naoserver_sim._walk.legs import FootPose, Legs, Odometer, leg_motors
-from naoserver_sim._way import LYING, OFF_ITS_FEET, STUCK, TILT, ArmSwing, Headway, Way, limp
 from naoserver_sim.model import Model
 
 _TRIM_TIME: Final = 0.3
@@ -195,7 +195,7 @@ class _Stage(Enum):
     SETTLING = auto()
 
 
-class SimulatedWalker(Way):
+class SimulatedWalker(Locomotion):
     """Walk by setting the setpoints of the legs, and of arms that hang, at each control tick.
 
     With `noise`, the steps make up for the backlash of the gears.
@@ -249,7 +249,7 @@ class SimulatedWalker(Way):
             self.abandon(hindrance)
             return
         stepping = self._stage is _Stage.STEPPING
-        self._look(seconds, self._commanded if stepping else STILL, self.odometry())
+        self._check_headway(seconds, self._commanded if stepping else STILL, self.odometry())
         if self._is_turned_back(seconds):
             self._end(STUCK)
             self._controller.gait.come_down()

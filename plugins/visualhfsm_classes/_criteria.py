@@ -15,8 +15,8 @@ from visualhfsm_classes._errors import GradingError
 from visualhfsm_classes._exercise import Criterion, Exercise
 from visualhfsm_classes._judged_run import JudgedRun
 from visualhfsm_classes._words import figure, say
-from zenoh_ice import typed
-from zenoh_ice.text import encodable, printable
+from zenoh_ice.data import typed
+from zenoh_ice.data.text import encodable, printable
 
 _SLACK: Final = 1e-9
 """s by which a time in binary may be beyond its limit."""

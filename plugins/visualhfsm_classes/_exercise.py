@@ -14,7 +14,7 @@ from msgspec.structs import replace
 
 from visualhfsm.trials import SUFFIX, Function, Plan, read_plan
 from visualhfsm_classes._errors import GradingError, wrong_exercise
-from zenoh_ice.toml_file import parse_toml, place, read_text
+from zenoh_ice.data.toml_file import parse_toml, place, read_text
 
 FILE: Final = "exercise.toml"
 START: Final = "start.xml"

@@ -24,7 +24,7 @@ from visualhfsm_classes._exercise import SOLUTION, Exercise
 from visualhfsm_classes._judged_run import JudgedRun
 from visualhfsm_classes._marks import Earned, Marks
 from visualhfsm_classes._words import say
-from zenoh_ice.text import encodable, printable
+from zenoh_ice.data.text import encodable, printable
 
 if TYPE_CHECKING:
     from visualhfsm.trials import Plan

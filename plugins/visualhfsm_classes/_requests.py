@@ -14,11 +14,15 @@ from visualhfsm.simulation import Behavior
 from visualhfsm_classes._sandbox import ContainedError
 from visualhfsm_classes.contained import protocol
 from visualhfsm_classes.contained.protocol import Answered, Deliver, Done, Failed, Message, Polled, Sample
-from zenoh_ice import ObjectNotExistException, ObjectPrx, UserException, ZenohIceError, typed
-from zenoh_ice.exceptions import MarshalException, SystemException
-from zenoh_ice.interface import Operation
-from zenoh_ice.proxy import Call
-from zenoh_ice.transport import Arrived, Inlet, Parted, Target, encode_error
+from zenoh_ice import ObjectNotExistException, ObjectPrx, UserException, ZenohIceError
+from zenoh_ice.data import typed
+from zenoh_ice.data.codec import Parted
+from zenoh_ice.data.exceptions import MarshalException, SystemException
+from zenoh_ice.data.interface import Operation
+from zenoh_ice.data.keys import Target
+from zenoh_ice.data.wire import encode_error
+from zenoh_ice.objects.proxy import Call
+from zenoh_ice.transport import Arrived, Inlet
 
 Ask = Callable[[Message, type[Any], str], Any]
 

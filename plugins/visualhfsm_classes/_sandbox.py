@@ -22,9 +22,9 @@ from visualhfsm_classes._errors import ComputerFailed, ComputerTooBusy
 from visualhfsm_classes._process import CodeProcess
 from visualhfsm_classes._walls import Walls
 from visualhfsm_classes.contained import protocol
-from zenoh_ice import exceptions, typed
-from zenoh_ice.exceptions import SystemException
-from zenoh_ice.text import printable
+from zenoh_ice.data import exceptions, typed
+from zenoh_ice.data.exceptions import SystemException
+from zenoh_ice.data.text import printable
 
 _MEBIBYTE: Final = 1 << 20
 _END_LIMIT: Final = 5.0

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Final
 
 from visualhfsm_classes._errors import GradingError
-from zenoh_ice.text import encodable, printable
+from zenoh_ice.data.text import encodable, printable
 
 _SUFFIX: Final = ".xml"
 _LARGEST_DOCUMENT: Final = 12 << 20

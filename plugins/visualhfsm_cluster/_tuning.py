@@ -24,7 +24,7 @@ from visualhfsm.trials._quantities import Quantity, Spread, Value
 from visualhfsm.trials._series import Pool, Series, run_tasks
 from visualhfsm.trials._summary import Summary
 from visualhfsm.trials._worker import Task
-from zenoh_ice.status import version_of
+from zenoh_ice.data.status import version_of
 
 if TYPE_CHECKING:
     from optuna.distributions import BaseDistribution

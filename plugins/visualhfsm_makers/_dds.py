@@ -32,7 +32,7 @@ from naoserver.errors import RobotError
 from naoserver.protocol.jobs import Job, Periodic
 from visualhfsm_makers._introduction import Introduction
 from zenoh_ice import WallClock
-from zenoh_ice.text import printable
+from zenoh_ice.data.text import printable
 
 _logger = logging.getLogger(__name__)
 

@@ -31,8 +31,8 @@ from naoserver.safety.gain_guard import GainGuard
 from naoserver.serving.assembly import Assembly
 from naoserver.serving.lasting_walk import LastingWalk
 from naoserver.serving.moves import MOTION, POSTURE
-from zenoh_ice import typed
-from zenoh_ice.text import few
+from zenoh_ice.data import typed
+from zenoh_ice.data.text import few
 
 _LONGEST: Final = 4096
 """Most characters of a parameter."""

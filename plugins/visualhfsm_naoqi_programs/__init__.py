@@ -10,18 +10,27 @@ Where versions of NAOqi differ, it behaves as 2.8 on a NAO6. docs/how-to/virtual
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Any, Final
+
+import typer
 
 from naoserver.errors import RobotError
+from naoserver.serving.entrances import Entrance, later_port
 from zenoh_ice.application import missing_package
 
 if TYPE_CHECKING:
-    from naoserver.protocol.robot import Robot
+    from naoserver.robot import Robot
     from naoserver.serving.assembly import Assembly
 
-__all__ = ["serve_as_naoqi"]
+__all__ = ["ENTRANCE", "Disk", "serve_as_naoqi"]
+
+_QI: Final = "Serve it as NAOqi too, for programs that use qi, such as at tcp://127.0.0.1:9559."
+_DISK: Final = "With --qi: the folder that stands for the robot's disk, where its sounds are."
+
+Disk = Annotated[Path | None, typer.Option(metavar="DIR", help=_DISK, exists=True, file_okay=False)]
 
 
 def serve_as_naoqi(
@@ -45,3 +54,20 @@ def serve_as_naoqi(
     except ModuleNotFoundError as error:
         raise RobotError(missing_package(error, "naoqi")) from None
     return serve(robot, assembly, url, disk=disk, faults=faults)
+
+
+def _enter(robot: Robot, assembly: Assembly, options: Mapping[str, Any]) -> AbstractContextManager[str]:
+    return serve_as_naoqi(robot, assembly, options["qi"], disk=options["disk"])
+
+
+ENTRANCE: Final = Entrance(
+    programs="NAOqi",
+    options={
+        "qi": (Annotated[str | None, typer.Option(metavar="URL", help=_QI)], None),
+        "disk": (Disk, None),
+    },
+    serve=_enter,
+    example=("naoserver-sim --qi tcp://127.0.0.1:9559", "programs written for NAOqi drive it too"),
+    apart={"qi": later_port},
+)
+"""What `naoserver-sim` finds."""

@@ -8,8 +8,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from naoserver.serving.server import Disk
-from visualhfsm_naoqi_programs import serve_as_naoqi
+from visualhfsm_naoqi_programs import Disk, serve_as_naoqi
 from zenoh_ice.application import begin_loading
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
@@ -37,7 +36,7 @@ def serve_fake(
     from naoserver.serving.server import serve
     from zenoh_ice import Communicator, RobotClock, Settings
     from zenoh_ice.application.cli import report_ready, stop_on_signals
-    from zenoh_ice.in_process import InProcessTransport
+    from zenoh_ice.routes.in_process import InProcessTransport
 
     clock = RobotClock(0.0, speed, simulated=True, silence=math.inf)
     with (

@@ -449,7 +449,7 @@ class ALMotion(Service):
         calls = self._access.calls
         with calls.beginning() as may:
             if may:
-                self._paths.take(joints)
+                self._paths.release(joints)
                 self._body.move(goals, speeds, client=calls.current.client.name)
 
     def _stiffen(self, stiffnesses: Mapping[str, float], seconds: float, call: Call | None = None) -> bool:

@@ -37,7 +37,8 @@ from visualhfsm_naoqi_programs._motion import ALMotion
 from visualhfsm_naoqi_programs._tracker import ALTracker
 from visualhfsm_naoqi_programs._vision import LOOKING, Detector
 from visualhfsm_naoqi_programs._whole_body import WholeBody
-from zenoh_ice import WallClock, typed
+from zenoh_ice import WallClock
+from zenoh_ice.data import typed
 
 _MODULES: Final = [
     import_module(f"visualhfsm_naoqi_programs.{module.name}")

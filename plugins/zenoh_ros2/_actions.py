@@ -15,7 +15,7 @@ from concurrent.futures import TimeoutError as FutureTimeoutError
 from enum import IntEnum
 from typing import Any, Final
 
-from zenoh_ice.text import text_of
+from zenoh_ice.data.text import text_of
 
 from ._endpoint import Endpoint
 from ._graph import Sender

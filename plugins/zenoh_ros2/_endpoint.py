@@ -15,7 +15,7 @@ from typing import Any, Final, Protocol
 import zenoh
 import zenoh.ext
 
-from zenoh_ice.in_process import Pool
+from zenoh_ice.threads.pool import Pool
 
 from . import _wire as wire
 from ._graph import Discovery, EndpointsOf

@@ -15,7 +15,7 @@ from typing import Final
 
 import zenoh
 
-from zenoh_ice.tokens import Tokens
+from zenoh_ice.carriers.zenoh.tokens import Tokens
 
 from ._limits import LIMITS, NodeLimits
 from ._wire import SPACE, Entity, EntityKind, gid_of, tokens_of

@@ -22,7 +22,7 @@ import numpy as np
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, TypesysError, get_types_from_msg, get_typestore
 
-from zenoh_ice.text import encodable
+from zenoh_ice.data.text import encodable
 
 from ._codec import MISFITS, Codec, codec_of_humble, needed_by
 from ._exact import ARRAYS, ZEROS, Check, exact

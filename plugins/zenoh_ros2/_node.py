@@ -20,7 +20,7 @@ from typing import Any, Final, Self, TypeVar
 import zenoh
 
 from zenoh_ice import Settings, ZenohIceError
-from zenoh_ice.session import close_session, open_session
+from zenoh_ice.carriers.zenoh.session import close_session, open_session
 
 from . import _wire as wire
 from ._codec import LARGEST_MESSAGE

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from zenoh_ice.text import encodable, text_of
+from zenoh_ice.data.text import encodable, text_of
 
 from ._node import Node
 from ._wire import QoS

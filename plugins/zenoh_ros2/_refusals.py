@@ -7,7 +7,7 @@ import threading
 import time
 from typing import Final
 
-from zenoh_ice.text import printable
+from zenoh_ice.data.text import printable
 
 _FIRST: Final = 3
 """Refusals that are logged in any case."""

@@ -16,7 +16,7 @@ from typing import Any, Final, NamedTuple
 import zenoh
 from zenoh.handlers import Callback
 
-from zenoh_ice.text import encodable, printable, text_of
+from zenoh_ice.data.text import encodable, printable, text_of
 
 from ._codec import LARGEST_MESSAGE
 from ._endpoint import Endpoint, Handler, Owner, attachment_of, bytes_of

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable
 from typing import Final, Generic, TypeVar
 
 from zenoh_ice import BusyException
-from zenoh_ice.in_process import Pool
+from zenoh_ice.threads.pool import Pool
 
 from .exceptions import RosError
 

@@ -20,8 +20,8 @@ from tests.support.limits import EVENT_LIMIT, FOREVER, RUN_LIMIT
 from tests.support.local_strangers import SERVER, Echo, Visitor
 from tests.support.open_files import open_files
 from tests.support.waiting import until
-from zenoh_ice._local.channels import Channels, NotSent, Outgoing
-from zenoh_ice._local.messages import (
+from zenoh_ice.carriers._local.channels import Channels, NotSent, Outgoing
+from zenoh_ice.carriers._local.messages import (
     LARGEST_INLINE,
     LARGEST_MESSAGE,
     PART,
@@ -33,11 +33,11 @@ from zenoh_ice._local.messages import (
     decode_to_client,
     encode,
 )
-from zenoh_ice._local.server import _ACCEPT_PERIOD, LocalServer, local_space
-from zenoh_ice._pool import Pool
-from zenoh_ice._wire import decode_error
-from zenoh_ice.exceptions import ObjectNotExistException
-from zenoh_ice.limits import LIMITS, Limits
+from zenoh_ice.carriers._local.server import _ACCEPT_PERIOD, LocalServer, local_space
+from zenoh_ice.data.exceptions import ObjectNotExistException
+from zenoh_ice.data.wire import decode_error
+from zenoh_ice.threads.limits import LIMITS, Limits
+from zenoh_ice.threads.pool import Pool
 from zenoh_ice.transport import Receivers
 
 TARGET = "nao/Echo"
@@ -383,7 +383,7 @@ def test_a_process_of_another_user_that_found_the_socket_is_refused(
 ) -> None:
     caplog.set_level(logging.INFO)
     own = os.geteuid()
-    monkeypatch.setattr("zenoh_ice._local.messages.owner_of", lambda _: own + 1)
+    monkeypatch.setattr("zenoh_ice.carriers._local.messages.owner_of", lambda _: own + 1)
     with Visitor(server.address) as visitor, pytest.raises(ConnectionError):
         visitor.enter()
     assert "a process of another user" in caplog.text

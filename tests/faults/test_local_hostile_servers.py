@@ -25,8 +25,9 @@ from tests.support.soak import repeated
 from tests.support.stranger import stranger
 from tests.support.waiting import until
 from zenoh_ice import MarshalException, SystemException
-from zenoh_ice._local.channels import Channels, NotSent, Outgoing
-from zenoh_ice._local.messages import (
+from zenoh_ice.carriers._local.channels import Channels, NotSent, Outgoing
+from zenoh_ice.carriers._local.memory import Arena, Extent
+from zenoh_ice.carriers._local.messages import (
     HELLO,
     LARGEST_INLINE,
     LARGEST_MESSAGE,
@@ -37,12 +38,12 @@ from zenoh_ice._local.messages import (
     VERSION,
     encode,
 )
-from zenoh_ice._local.server import local_space
-from zenoh_ice._memory import Arena, Extent
-from zenoh_ice._pool import Pool
-from zenoh_ice._routes import Routes
-from zenoh_ice.limits import Limits
-from zenoh_ice.transport import NoAnswer, Outcome, Registration, Target
+from zenoh_ice.carriers._local.server import local_space
+from zenoh_ice.data.keys import Target
+from zenoh_ice.routes._calls import Routes
+from zenoh_ice.threads.limits import Limits
+from zenoh_ice.threads.pool import Pool
+from zenoh_ice.transport import NoAnswer, Outcome, Registration
 
 TARGET = Target("nao", "Calculator")
 LIMIT = 1 << 20
@@ -154,7 +155,7 @@ class TestGreetings:
         self, call: Call, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         own = os.geteuid()
-        monkeypatch.setattr("zenoh_ice._local.messages.owner_of", lambda _: own + 1)
+        monkeypatch.setattr("zenoh_ice.carriers._local.messages.owner_of", lambda _: own + 1)
         with (
             fake_server(replying(answer())) as address,
             pytest.raises(NotSent, match="user"),

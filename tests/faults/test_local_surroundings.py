@@ -22,7 +22,7 @@ from tests.support.limits import EVENT_LIMIT
 from tests.support.processes import STEADY, ComponentProcess, free_endpoint, module
 from tests.support.waiting import until
 from zenoh_ice import Communicator
-from zenoh_ice._token_keys import parse_servant_token
+from zenoh_ice.data.keys import parse_servant_token
 
 MakeCommunicator = Callable[..., Communicator]
 

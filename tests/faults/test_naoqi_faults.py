@@ -15,7 +15,7 @@ from naoserver.hardware.connection import HardwareLimits
 from naoserver.hardware.serving import serve_hardware
 from naoserver.naoqi._libqi_link import connect
 from naoserver.naoqi._link import RobotAddress
-from naoserver.naoqi._robot import LifecycleOptions, NaoqiRobot, Start
+from naoserver.naoqi._robot import LifecycleOptions, NaoqiRobot, NaoStart
 from naoserver.safety.latch import latch_of
 from tests.support.limits import CALL_LIMIT
 from tests.support.naoqi import call, connect_patiently
@@ -181,7 +181,7 @@ def hanging_when_it_wakes_up(process, address, limits, seconds=None):
         return link
 
     try:
-        with closing(NaoqiRobot(connected, LifecycleOptions(Start.STAND), limits=limits)) as robot:
+        with closing(NaoqiRobot(connected, LifecycleOptions(NaoStart.STAND), limits=limits)) as robot:
             yield robot, waking
     finally:
         process.process.send_signal(signal.SIGCONT)

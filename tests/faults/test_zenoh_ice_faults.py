@@ -38,8 +38,8 @@ from zenoh_ice import (
     TimeoutException,
     initialize,
 )
-from zenoh_ice._zenoh.transport import ZenohTransport
-from zenoh_ice.limits import Limits
+from zenoh_ice.routes._transport import ZenohTransport
+from zenoh_ice.threads.limits import Limits
 
 SERVER = "tests.support.calculator_server"
 CALLER = """
@@ -61,7 +61,7 @@ ONE_CALL = """
 import os, sys
 from tests.support.calculator import CalculatorPrx
 from zenoh_ice import initialize
-from zenoh_ice._zenoh.transport import ZenohTransport
+from zenoh_ice.routes._transport import ZenohTransport
 if sys.argv[2] == "quick":  # the process ends before anybody has got its token
     ZenohTransport.appear = lambda self, realm: None
 with initialize(clock="wall", connect=[sys.argv[1]]) as client:

@@ -27,10 +27,9 @@ from zenoh_ice import (
     UserException,
     ZenohIceError,
 )
-from zenoh_ice._token_keys import servant_token
-from zenoh_ice._wire import ERROR_ENCODING, decode_error, encode_error, encode_sample_attachment
-from zenoh_ice.limits import Limits
-from zenoh_ice.transport import Target
+from zenoh_ice.data.keys import Target, servant_token
+from zenoh_ice.data.wire import ERROR_ENCODING, decode_error, encode_error, encode_sample_attachment
+from zenoh_ice.threads.limits import Limits
 
 TARGET = Target("nao", "Calculator")
 PREFIX = TARGET.key("")

@@ -16,7 +16,7 @@ from tests.support.limits import EVENT_LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.waiting import listened, until
 from zenoh_ice import Communicator, Current, InterfaceMismatchException, Object, Publisher, generated
-from zenoh_ice.interface import Interface, Operation
+from zenoh_ice.data.interface import Interface, Operation
 
 MakeCommunicator = Callable[..., Communicator]
 

@@ -34,11 +34,12 @@ from zenoh_ice import (
     SystemException,
     TimeoutException,
 )
-from zenoh_ice._pool import Job, Kind
-from zenoh_ice._token_keys import servant_token
-from zenoh_ice._wire import ERROR_ENCODING, Attachment, decode_attachment, decode_error, encode_error
-from zenoh_ice._zenoh.transport import ZenohTransport
-from zenoh_ice.transport import Buffer, Ended, Reply, Target
+from zenoh_ice.data.codec import Buffer
+from zenoh_ice.data.keys import Target, servant_token
+from zenoh_ice.data.wire import ERROR_ENCODING, Attachment, decode_attachment, decode_error, encode_error
+from zenoh_ice.routes._transport import ZenohTransport
+from zenoh_ice.threads.pool import Job, Kind
+from zenoh_ice.transport import Ended, Reply
 
 MakeCommunicator = Callable[..., Communicator]
 

@@ -21,8 +21,8 @@ from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER, LONGEST_CALL
 from tests.support.processes import STEADY, ComponentProcess, module
 from tests.support.waiting import call_until_it_works, until
 from zenoh_ice import BusyException, Communicator, Sample
-from zenoh_ice._threads import UserCodeThread
-from zenoh_ice.limits import Limits
+from zenoh_ice.threads._starting import UserCodeThread
+from zenoh_ice.threads.limits import Limits
 
 MakeCommunicator = Callable[..., Communicator]
 
@@ -117,7 +117,7 @@ def test_a_call_that_comes_before_its_clients_token_needs_no_thread(
     pair = limited_pair(endpoint, make_communicator, Limits(token_looks=10))
     pair.adapter.add(CalculatorI(), "Calculator")
     calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
-    monkeypatch.setattr("zenoh_ice._presence.parse_client_token", lambda _: "")  # it never comes
+    monkeypatch.setattr("zenoh_ice.objects._presence.parse_client_token", lambda _: "")  # it never comes
     lost: list[str] = []
     pair.server.onClientLost(lost.append)
 

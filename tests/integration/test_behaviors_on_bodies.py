@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from hfsm_runtime.virtual import BehaviorFailed
 from naoserver.bodies.capabilities import WalkVelocity
 from naoserver.soccer_field.model import Field
-from naoserver_sim.world import Start, load_world
+from naoserver_sim.world import StartPose, load_world
 from tests.support.present import present
 from tests.support.soak import cases
 from visualhfsm.testing import Behavior, MakeBehavior
@@ -124,7 +124,7 @@ def test_a_g1_scores_in_most_matches(behavior: MakeBehavior) -> None:
 def score(behavior: MakeBehavior, body: str, seed: int) -> None:
     soccer = load_world("soccer")
     world = replace(
-        soccer, balls=(replace(soccer.balls[0], position=(3.5, 0.1)),), robot=Start(position=(2.9, 0.0))
+        soccer, balls=(replace(soccer.balls[0], position=(3.5, 0.1)),), robot=StartPose(position=(2.9, 0.0))
     )
     b = behavior(
         "behaviors/score.xml",
@@ -153,7 +153,7 @@ def score(behavior: MakeBehavior, body: str, seed: int) -> None:
 )
 def test_it_goes_to_the_ball(behavior: MakeBehavior, at: str, body: str) -> None:
     soccer, place = load_world("soccer"), PLACES[at]
-    world = replace(soccer, balls=(replace(soccer.balls[0], position=place),), robot=Start())
+    world = replace(soccer, balls=(replace(soccer.balls[0], position=place),), robot=StartPose())
     b = behavior("behaviors/drive_to_ball.xml", robot="sim", body=body, world=world, camera="rendered")
     b.run_until("there", limit=60.0)
     b.advance(2.0)
@@ -171,7 +171,7 @@ def test_it_goes_to_the_ball(behavior: MakeBehavior, at: str, body: str) -> None
 @pytest.mark.parametrize("body", ["H25", "Cart"])
 def test_it_goes_after_a_ball_that_is_taken_away(behavior: MakeBehavior, body: str) -> None:
     soccer = load_world("soccer")
-    world = replace(soccer, balls=(replace(soccer.balls[0], position=(0.7, 0.0)),), robot=Start())
+    world = replace(soccer, balls=(replace(soccer.balls[0], position=(0.7, 0.0)),), robot=StartPose())
     b = behavior("behaviors/drive_to_ball.xml", robot="sim", body=body, world=world, camera="rendered")
     b.run_until("there", limit=20.0)
     b.robot.device.stage.place_object("Ball", (1.3, -0.4, 0.05))  # type: ignore[union-attr]

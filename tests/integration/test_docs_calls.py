@@ -8,7 +8,8 @@ from interfaces.nao import HeadLimits, HeadPose, PoseHead
 from naoserver.fake import FakeRobot
 from tests.support.pages import DOCS, blocks_of
 from tests.support.robot_server import served
-from zenoh_ice import Current, exceptions
+from zenoh_ice import Current
+from zenoh_ice.data import exceptions
 
 
 class _StillHead(PoseHead):

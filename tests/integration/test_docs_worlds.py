@@ -13,7 +13,7 @@ from naoserver_sim.world import (
     CarriedBall,
     Light,
     LooseBall,
-    Start,
+    StartPose,
     Wall,
     World,
     bundled_worlds,
@@ -27,7 +27,7 @@ pytestmark = pytest.mark.sim
 
 PAGE = (DOCS / "how-to/worlds.md").read_text()
 TABLES: dict[str, type[msgspec.Struct]] = {
-    "robot": Start,
+    "robot": StartPose,
     "carried_balls": CarriedBall,
     "balls": LooseBall,
     "boxes": Box,

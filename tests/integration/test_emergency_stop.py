@@ -36,9 +36,9 @@ from visualhfsm._monitor import stopping as editor_stop
 from visualhfsm._monitor.messages import PartLimits
 from visualhfsm._monitor.stopping import StopReport
 from zenoh_ice import Communicator, Settings, initialize
-from zenoh_ice._wire import ERROR_ENCODING
 from zenoh_ice.application.emergency_stop import SAFETY, begin_stop
-from zenoh_ice.session import open_session
+from zenoh_ice.carriers.zenoh.session import open_session
+from zenoh_ice.data.wire import ERROR_ENCODING
 
 RECORDED = json.loads(Path("tests/data/emergency_stop/messages.json").read_text())
 MESSAGE = RECORDED["message"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from msgspec.structs import replace
 
-from naoserver_sim.world import Light, Start, load_world
+from naoserver_sim.world import Light, StartPose, load_world
 from visualhfsm.testing import MakeBehavior, RunTrials
 
 PLAN = "behaviors/score.trials.toml"
@@ -46,7 +46,7 @@ def test_it_scores_from_a_meter_before_the_goal_line(
     world = replace(
         soccer,
         balls=(replace(soccer.balls[0], position=ball),),
-        robot=Start(position=robot, heading=heading),
+        robot=StartPose(position=robot, heading=heading),
         light=light,
     )
     b = behavior(

@@ -16,7 +16,7 @@ from tests.support.limits import EVENT_LIMIT
 from tests.support.slice_compiler import imported
 from tests.support.waiting import listened
 from zenoh_ice import Communicator, InterfaceMismatchException, MarshalException
-from zenoh_ice.reflection import describe_package
+from zenoh_ice.data.reflection import describe_package
 
 SOURCE = Path(__file__).parents[1] / "data" / "slice_output" / "everything" / "everything.idl"
 ZOO = """

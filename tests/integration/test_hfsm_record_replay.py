@@ -50,8 +50,9 @@ from zenoh_ice import (
     initialize,
 )
 from zenoh_ice import generated as ice
+from zenoh_ice.data.keys import Target
+from zenoh_ice.data.wire import encode_sample_attachment
 from zenoh_ice.generated import Object, ObjectPrx
-from zenoh_ice.transport import Target, encode_sample_attachment
 
 FOREVER = 10**18
 

@@ -36,7 +36,7 @@ from tests.support.slice_compiler import imported
 from tests.support.stranger import session_of
 from tests.support.waiting import until
 from zenoh_ice import Current, Object, initialize, load_settings
-from zenoh_ice.status import version_of
+from zenoh_ice.data.status import version_of
 
 
 @pytest.fixture(scope="module")
@@ -392,9 +392,9 @@ def test_doctor_finds_the_robot_in_order(robot: ServedRobot) -> None:
 def test_a_server_that_describes_itself_otherwise_has_another_version(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("zenoh_ice.servant.Object.ice_describe", lambda *_: "[]")
+    monkeypatch.setattr("zenoh_ice.objects._servant.Object.ice_describe", lambda *_: "[]")
     status = msgspec.msgpack.encode({"version": "0.1.0"})
-    monkeypatch.setattr("zenoh_ice._communicator.encode_status", lambda *_, **__: status)
+    monkeypatch.setattr("zenoh_ice.objects._communicator.encode_status", lambda *_, **__: status)
     own = version_of("visualhfsm")
     expected = (
         f"Clock describes itself otherwise: its server has VisualHFSM 0.1.0, this is {own}: install the same"

@@ -14,7 +14,7 @@ from tests.support.carriers import is_used, over_both
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.robot_server import eventually, served_to_client, wait_for
 from tests.support.stranger import stranger
-from zenoh_ice._token_keys import client_token
+from zenoh_ice.data.keys import client_token
 
 
 @pytest.fixture

@@ -101,24 +101,6 @@ def test_what_it_cannot_do_it_says(endpoint, options, message):
 
 
 @pytest.mark.parametrize(
-    ("programs", "why"),
-    [
-        (("--qi", "tcp://127.0.0.1:0"), "--qi tcp://127.0.0.1:0 beside [security]: NAOqi has no passwords"),
-        (("--unitree",), "--unitree beside [security]: its programs have no passwords"),
-        (("--booster",), "--booster beside [security]: its programs have no passwords"),
-    ],
-    ids=["qi", "unitree", "booster"],
-)
-def test_programs_without_passwords_are_not_served_beside_roles(endpoint, tmp_path, programs, why):
-    secured = tmp_path / "robot.toml"
-    secured.write_text('[security]\nuser = "robot"\npassword = "secret"\n')
-    options = ("--config", str(secured), "--listen", endpoint, *programs)
-    done = run_here(app, "naoserver-sim", *options, expected=(RobotError,), columns=300)
-    assert done.returncode == 1
-    assert why in done.stderr
-
-
-@pytest.mark.parametrize(
     ("delay", "signal_number"),
     cases(
         [(0.0, signal.SIGINT), (0.2, signal.SIGTERM)],

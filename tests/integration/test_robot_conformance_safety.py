@@ -16,7 +16,7 @@ from interfaces.nao import (
     WalkPrx,
 )
 from naoserver.moves.motion_file import load_motions
-from naoserver_sim._way import STUCK
+from naoserver_sim._locomotion import STUCK
 from tests.support.conformance import FAMILIES, PATIENT, WAYS, in_simulation, robots
 from tests.support.robot_server import eventually, wait_for
 

@@ -20,8 +20,7 @@ from tests.support.security import Keys, routing
 from tests.support.stranger import session_of
 from tests.support.waiting import listened, until
 from zenoh_ice import Communicator, Current, ObjectAdapter, initialize
-from zenoh_ice._token_keys import client_token
-from zenoh_ice.exceptions import (
+from zenoh_ice.data.exceptions import (
     AccessDeniedException,
     ConfigurationException,
     ConnectFailedException,
@@ -31,8 +30,9 @@ from zenoh_ice.exceptions import (
     SystemException,
     TimeoutException,
 )
-from zenoh_ice.limits import Limits
+from zenoh_ice.data.keys import client_token
 from zenoh_ice.settings import Settings
+from zenoh_ice.threads.limits import Limits
 
 
 def pose(pan: float, tilt: float = 0.0) -> HeadPose:

@@ -18,9 +18,9 @@ from tests.support.limits import CALL_LIMIT, START_LIMIT
 from tests.support.security import Keys
 from tests.support.stranger import session_of
 from zenoh_ice import initialize
-from zenoh_ice.exceptions import ConfigurationException
-from zenoh_ice.security import check_security
+from zenoh_ice.data.exceptions import ConfigurationException
 from zenoh_ice.settings import ROUTER_DEFAULTS, load_settings
+from zenoh_ice.settings.security import check_security
 
 
 def security(*arguments: object) -> str:

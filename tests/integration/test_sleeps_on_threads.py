@@ -15,7 +15,7 @@ from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import Actor, ChangeKind
 from hfsm_runtime.virtual import Execution
 from tests.support.automata import after, automaton, component
-from zenoh_ice.clock import WALL
+from zenoh_ice.threads.clock import WALL
 
 SECONDS = 2.5
 LATE = 0.02

@@ -18,7 +18,7 @@ from naoserver.serving.server import problem_of
 from tests.support.limits import FOREVER, START_LIMIT
 from tests.support.processes import ComponentProcess, module
 from tests.support.robot_server import eventually, served_to_client
-from zenoh_ice._threads import UserCodeThread
+from zenoh_ice.threads._starting import UserCodeThread
 
 MOST_THREADS = 32  # more than a pool has here
 

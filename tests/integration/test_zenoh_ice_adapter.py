@@ -23,7 +23,8 @@ from zenoh_ice import (
     Current,
     ObjectNotExistException,
 )
-from zenoh_ice.limits import LIMITS, Limits
+from zenoh_ice.objects.home import Home
+from zenoh_ice.threads.limits import LIMITS, Limits
 
 MakeCommunicator = Callable[..., Communicator]
 
@@ -39,7 +40,7 @@ def pair(endpoint: str, make_communicator: MakeCommunicator, limits: Limits) -> 
     return limited_pair(endpoint, make_communicator, limits)
 
 
-def gripper(communicator: Communicator, text: str) -> GripperPrx:
+def gripper(communicator: Home, text: str) -> GripperPrx:
     return GripperPrx.checkedCast(communicator.stringToProxy(text))
 
 

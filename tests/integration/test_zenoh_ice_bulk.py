@@ -27,11 +27,11 @@ from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.soak import cases, repeated
 from tests.support.waiting import until
 from zenoh_ice import Communicator, Current, MarshalException, TimeoutException
-from zenoh_ice import _routes as routes
-from zenoh_ice._codec import LARGEST_BULK
-from zenoh_ice._local.server import local_space
-from zenoh_ice._memory import ArenaView, Extent
-from zenoh_ice.limits import Limits
+from zenoh_ice.carriers._local.memory import ArenaView, Extent
+from zenoh_ice.carriers._local.server import local_space
+from zenoh_ice.data.codec import LARGEST_BULK
+from zenoh_ice.routes import _calls as routes
+from zenoh_ice.threads.limits import Limits
 
 PIXELS = bytes(range(256)) * 400
 MEGABYTE = 1 << 20

@@ -27,13 +27,12 @@ from tests.support.soak import repeated
 from tests.support.stranger import session_of
 from tests.support.waiting import until
 from zenoh_ice import Communicator, Sample
-from zenoh_ice import _routes as routes
-from zenoh_ice._local.server import local_space
-from zenoh_ice._memory import ArenaView, Extent
-from zenoh_ice._token_keys import servant_token
-from zenoh_ice._zenoh.transport import ZenohTransport
-from zenoh_ice.limits import Limits
-from zenoh_ice.transport import Target
+from zenoh_ice.carriers._local.memory import ArenaView, Extent
+from zenoh_ice.carriers._local.server import local_space
+from zenoh_ice.data.keys import Target, servant_token
+from zenoh_ice.routes import _calls as routes
+from zenoh_ice.routes._transport import ZenohTransport
+from zenoh_ice.threads.limits import Limits
 
 MEGABYTE = 1 << 20
 

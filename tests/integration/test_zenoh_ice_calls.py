@@ -45,11 +45,11 @@ from zenoh_ice import (
     TimeoutException,
     UnknownException,
 )
-from zenoh_ice._token_keys import client_token
-from zenoh_ice._wire import ERROR_ENCODING, decode_error
-from zenoh_ice.interface import Operation, Struct
-from zenoh_ice.limits import Limits
-from zenoh_ice.transport import Target
+from zenoh_ice.data.interface import Operation
+from zenoh_ice.data.keys import Target, client_token
+from zenoh_ice.data.values import Struct
+from zenoh_ice.data.wire import ERROR_ENCODING, decode_error
+from zenoh_ice.threads.limits import Limits
 
 
 @pytest.fixture

@@ -25,9 +25,9 @@ from tests.support.gripper import GripperI, GripperPrx
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
 from tests.support.waiting import until
 from zenoh_ice import Communicator, ConnectionLostException, Current, TimeoutException
-from zenoh_ice._local.server import local_space
-from zenoh_ice._zenoh.transport import ZenohTransport
-from zenoh_ice.transport import Target
+from zenoh_ice.carriers._local.server import local_space
+from zenoh_ice.data.keys import Target
+from zenoh_ice.routes._transport import ZenohTransport
 
 MakeCommunicator = Callable[..., Communicator]
 

@@ -31,9 +31,8 @@ from zenoh_ice import (
     ServantStatus,
     UnknownException,
 )
-from zenoh_ice._token_keys import servant_token
-from zenoh_ice.limits import Limits
-from zenoh_ice.transport import Target
+from zenoh_ice.data.keys import Target, servant_token
+from zenoh_ice.threads.limits import Limits
 
 FINGERPRINT = "c0ffee0000000010"
 
@@ -318,7 +317,7 @@ class TestServersThatFail:
         assert servant.entered.acquire(timeout=EVENT_LIMIT)
         until(lambda: status(pair).waiting == 2)
         with monkeypatch.context() as patch:
-            patch.setattr("zenoh_ice.servant.Current", None)  # of the two that wait
+            patch.setattr("zenoh_ice.objects._servant.Current", None)  # of the two that wait
             servant.leave.set()
             assert [type(call.exception(CALL_LIMIT)) for call in calls] == [
                 type(None),

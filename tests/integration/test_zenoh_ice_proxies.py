@@ -18,10 +18,10 @@ from zenoh_ice import (
     InterfaceMismatchException,
     ObjectNotExistException,
 )
-from zenoh_ice._token_keys import servant_token
-from zenoh_ice._zenoh.transport import ZenohTransport
-from zenoh_ice.status import own_version
-from zenoh_ice.transport import Registration, Target
+from zenoh_ice.data.keys import Target, servant_token
+from zenoh_ice.data.status import own_version
+from zenoh_ice.routes._transport import ZenohTransport
+from zenoh_ice.transport import Registration
 
 OLD_STATUS = msgspec.msgpack.encode({"version": "0.2.0", "shared_memory": True})
 
@@ -123,7 +123,7 @@ class TestUnansweredCalls:
         key = "@servant/nao/Old/::test::Notebook/c0ffee0000000005" + form.format(id=pair.server.client_id)
         own = own_version()
         with session_of(pair.server).liveliness().declare_token(key), monkeypatch.context() as patch:
-            patch.setattr("zenoh_ice._communicator.encode_status", lambda *_, **__: OLD_STATUS)
+            patch.setattr("zenoh_ice.objects._communicator.encode_status", lambda *_, **__: OLD_STATUS)
             with pytest.raises((ObjectNotExistException, InterfaceMismatchException)) as caught:
                 NotebookPrx.checkedCast(pair.client.stringToProxy("Old"))
         assert str(caught.value) == f"{reason}, this is {own}: install the same version on both sides"

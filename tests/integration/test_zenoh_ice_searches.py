@@ -26,8 +26,8 @@ from zenoh_ice import (
     ObjectNotExistException,
     initialize,
 )
-from zenoh_ice.limits import Limits
-from zenoh_ice.transport import Target
+from zenoh_ice.data.keys import Target
+from zenoh_ice.threads.limits import Limits
 
 
 @pytest.mark.parametrize("named", [False, True])

@@ -31,7 +31,7 @@ from zenoh_ice import (
     Sample,
     TimeoutException,
 )
-from zenoh_ice.limits import LIMITS, Limits
+from zenoh_ice.threads.limits import LIMITS, Limits
 
 
 @pytest.fixture

@@ -19,7 +19,7 @@ from tests.support.carriers import LOCAL, LOCAL_SOCKETS, is_used, over_both
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, START_LIMIT
 from tests.support.processes import STEADY, ComponentProcess, module
 from zenoh_ice import Communicator
-from zenoh_ice._local.messages import (
+from zenoh_ice.carriers._local.messages import (
     LARGEST_MESSAGE,
     REQUEST,
     Response,
@@ -27,8 +27,8 @@ from zenoh_ice._local.messages import (
     decode_to_client,
     encode,
 )
-from zenoh_ice._threads import UserCodeThread
-from zenoh_ice.transport import Target
+from zenoh_ice.data.keys import Target
+from zenoh_ice.threads._starting import UserCodeThread
 
 CLIENTS = 5
 CONNECTIONS = 100

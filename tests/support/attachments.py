@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Sequence
 
-from zenoh_ice._wire import encode_attachment
+from zenoh_ice.data.wire import encode_attachment
 
 __all__ = ["encode_call_attachment"]
 

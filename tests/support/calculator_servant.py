@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from tests.support.calculator import CalculatorError, DivisionByZero, Node, OtherError, Reading, Scientific
 from zenoh_ice import Current
-from zenoh_ice.servant import ServedObject
+from zenoh_ice.objects._servant import ServedObject
 
 if TYPE_CHECKING:
     import pytest  # the processes of servers do not need it

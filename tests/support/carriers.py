@@ -14,8 +14,7 @@ import zenoh
 
 from tests.support.waiting import until
 from zenoh_ice import Communicator
-from zenoh_ice._token_keys import parse_servant_token, servant_token
-from zenoh_ice.transport import Target
+from zenoh_ice.data.keys import Target, parse_servant_token, servant_token
 
 if TYPE_CHECKING:
     from tests.conftest import Pair

@@ -37,7 +37,7 @@ def copy_packages(folder: Path, *, checkout: bool = False) -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
     wheel = project["tool"]["hatch"]["build"]["targets"]["wheel"]
     for name in wheel["packages"]:
-        shutil.copytree(ROOT / name, folder / name)
+        shutil.copytree(ROOT / name, folder / (name if checkout else Path(name).name))
     for name, place in wheel["force-include"].items():
         shutil.copytree(ROOT / name, folder / (name if checkout else place))
 
@@ -65,7 +65,7 @@ def make_environment(home: Path, extras: Iterable[str], *, packages: Path, edita
             )
             program.chmod(0o755)
     if editable:
-        (site / f"{OURS}.pth").write_text(f"{packages}\n")
+        (site / f"{OURS}.pth").write_text(f"{packages}\n{packages / 'plugins'}\n")
     else:
         for package in packages.iterdir():
             (site / package.name).symlink_to(package)

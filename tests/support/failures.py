@@ -17,7 +17,7 @@ from hfsm_runtime._automaton import REFUSED
 from hfsm_runtime._component_run import ComponentRun
 from hfsm_runtime.errors import CycleCutError
 from interfaces.jderobot import CommandRefusedException, InvalidValueException
-from zenoh_ice.exceptions import ConnectionLostException
+from zenoh_ice.data.exceptions import ConnectionLostException
 
 PERIOD: Final = 0.02
 

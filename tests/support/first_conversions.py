@@ -21,7 +21,7 @@ from typing import Any, Final
 
 import msgspec
 
-from zenoh_ice import typed
+from zenoh_ice.data import typed
 
 PACKAGES: Final = [
     "ballmover",

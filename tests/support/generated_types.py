@@ -10,7 +10,7 @@ from types import ModuleType
 import msgspec
 
 from zenoh_ice import ObjectPrx, UserException
-from zenoh_ice.interface import Interface
+from zenoh_ice.data.interface import Interface
 
 
 def modules_of(package: ModuleType) -> Iterator[ModuleType]:

@@ -9,7 +9,7 @@ import pytest
 
 from tests.conftest import Pair
 from zenoh_ice import Communicator
-from zenoh_ice.limits import Limits
+from zenoh_ice.threads.limits import Limits
 
 __all__ = ["HASTY", "limited", "limited_pair"]
 

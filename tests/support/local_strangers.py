@@ -12,8 +12,7 @@ from typing import Final
 
 from tests.support.limits import EVENT_LIMIT
 from zenoh_ice import Communicator
-from zenoh_ice._codec import Pieces
-from zenoh_ice._local.messages import (
+from zenoh_ice.carriers._local.messages import (
     HELLO,
     LARGEST_MESSAGE,
     REQUEST,
@@ -27,10 +26,11 @@ from zenoh_ice._local.messages import (
     encode,
     receive_with_file,
 )
-from zenoh_ice._local.server import _bind, local_space
-from zenoh_ice._pool import Job, Kind
-from zenoh_ice._token_keys import parse_servant_token
-from zenoh_ice.transport import Buffer, Ended, Reply
+from zenoh_ice.carriers._local.server import _bind, local_space
+from zenoh_ice.data.codec import Buffer, Pieces
+from zenoh_ice.data.keys import parse_servant_token
+from zenoh_ice.threads.pool import Job, Kind
+from zenoh_ice.transport import Ended, Reply
 
 from .stranger import session_of
 

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from naoserver.bodies.nao import H25
 from naoserver_sim._body import add_sensors
 from naoserver_sim._senses.record import SenseNoise, SensorRecord
-from naoserver_sim.model import build_model, standing
+from naoserver_sim.model import build_model
+from naoserver_sim.standing import standing
 
 Array = NDArray[np.float64]
 
@@ -35,7 +36,7 @@ class Lab:
     def step(self, steps: int = 1) -> None:
         """Step the physics, and read the sensors."""
         mujoco.mj_step(self.mj, self.data, nstep=steps)
-        self.record.look(self.data.time)
+        self.record.sample(self.data.time)
 
     def lift(self, height: float) -> None:
         """Lift the robot into the air."""

@@ -16,7 +16,7 @@ from tests.support.limits import CALL_LIMIT, MOVE_LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.waiting import until
 from zenoh_ice import RobotClock
-from zenoh_ice.proxy import StreamedCall
+from zenoh_ice.objects.proxy import StreamedCall
 
 __all__ = [
     "HASTE",

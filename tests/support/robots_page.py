@@ -16,7 +16,7 @@ from naoserver.robot import Robot
 from tests.support.processes import ComponentProcess, module
 from tests.support.robot_server import served_to_client
 from zenoh_ice import Communicator, ObjectPrx
-from zenoh_ice.transport import Target
+from zenoh_ice.data.keys import Target
 
 __all__ = ["PAGE", "robots_page"]
 

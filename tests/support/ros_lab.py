@@ -15,7 +15,7 @@ from tests.support.security import Keys, routing
 from visualhfsm_ros2.gateway._command import serve
 from visualhfsm_ros2.gateway._telemetry import Telemetry
 from zenoh_ice import Communicator, initialize
-from zenoh_ice.limits import Limits
+from zenoh_ice.threads.limits import Limits
 from zenoh_ros2 import Node, QoS, settings_of_node
 
 __all__ = ["Lab", "secured_lab"]

@@ -12,9 +12,8 @@ import zenoh
 
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
 from zenoh_ice import Communicator
-from zenoh_ice._token_keys import servant_token
-from zenoh_ice._zenoh.transport import ZenohTransport
-from zenoh_ice.transport import Target
+from zenoh_ice.data.keys import Target, servant_token
+from zenoh_ice.routes._transport import ZenohTransport
 
 __all__ = ["Stranger", "session_of", "stranger"]
 

@@ -15,7 +15,7 @@ from typing import Final
 
 from msgspec.structs import replace
 
-from naoserver_sim.world import Start, load_world
+from naoserver_sim.world import StartPose, load_world
 from tests.support.places import ROOT
 from visualhfsm.simulation import simulate
 
@@ -36,7 +36,7 @@ def trace(body: str, seconds: float) -> str:
     """
     soccer = load_world("soccer")
     ball = replace(soccer.balls[0], position=(3.5, 0.1))
-    world = replace(soccer, balls=(ball,), robot=Start(position=(2.9, 0.0)))
+    world = replace(soccer, balls=(ball,), robot=StartPose(position=(2.9, 0.0)))
     digest = hashlib.sha256()
     with simulate(
         ROOT / "behaviors" / "score.xml",

@@ -10,8 +10,9 @@ import pytest
 
 from tests.support.calculator import CalculatorPrx
 from tests.support.limits import EVENT_LIMIT, FOREVER, START_LIMIT
-from zenoh_ice import Communicator, Publisher, SystemException
-from zenoh_ice._zenoh.transport import ZenohTransport
+from zenoh_ice import Publisher, SystemException
+from zenoh_ice.objects.home import Home
+from zenoh_ice.routes._transport import ZenohTransport
 
 __all__ = ["at_once", "call_until_it_works", "links", "listened", "until"]
 
@@ -46,7 +47,7 @@ def call_until_it_works(calculator: CalculatorPrx) -> None:
     until(works, START_LIMIT)
 
 
-def links(communicator: Communicator) -> set[str]:
+def links(communicator: Home) -> set[str]:
     """Return the ids of the processes that a communicator is linked to."""
     transport = communicator.transport
     assert isinstance(transport, ZenohTransport)

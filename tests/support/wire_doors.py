@@ -32,8 +32,9 @@ from zenoh_ice import (
     UserException,
     ZenohIceError,
 )
-from zenoh_ice._codec import DECODE_ERRORS, LARGE, Codec
-from zenoh_ice._local.messages import (
+from zenoh_ice.application.cli import describe
+from zenoh_ice.carriers._local.memory import Arena, ArenaView, Extent
+from zenoh_ice.carriers._local.messages import (
     HELLO,
     LARGEST_INLINE,
     PART,
@@ -58,27 +59,25 @@ from zenoh_ice._local.messages import (
     decode_to_server,
     encode,
 )
-from zenoh_ice._memory import Arena, ArenaView, Extent
-from zenoh_ice._pool import Pool
-from zenoh_ice._presence import Presence
-from zenoh_ice._token_keys import client_token, parse_client_token, servant_token
-from zenoh_ice._wire import (
+from zenoh_ice.carriers.zenoh.session import session_config
+from zenoh_ice.data.codec import DECODE_ERRORS, LARGE, Codec
+from zenoh_ice.data.keys import Target, client_token, parse_client_token, servant_token
+from zenoh_ice.data.reflection import first_difference, parse_schema, schema_of
+from zenoh_ice.data.status import ProcessStatus, ServantStatus, decode_status
+from zenoh_ice.data.text import LONGEST_TEXT
+from zenoh_ice.data.wire import (
     Attachment,
     decode_attachment,
     decode_error,
     encode_error,
     encode_sample_attachment,
 )
-from zenoh_ice.application.cli import describe
-from zenoh_ice.clock import RobotClock
 from zenoh_ice.generated import Int, Long, Struct, Value
-from zenoh_ice.in_process import InProcessTransport
-from zenoh_ice.reflection import first_difference, parse_schema, schema_of
-from zenoh_ice.session import session_config
+from zenoh_ice.objects._presence import Presence
+from zenoh_ice.routes.in_process import InProcessTransport
 from zenoh_ice.settings import load_settings
-from zenoh_ice.status import ProcessStatus, ServantStatus, decode_status
-from zenoh_ice.text import LONGEST_TEXT
-from zenoh_ice.transport import Target
+from zenoh_ice.threads.clock import RobotClock
+from zenoh_ice.threads.pool import Pool
 
 from .attachments import encode_call_attachment
 from .calculator import CALCULATOR, CalculatorError, DivisionByZero

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 
 from tests.support.any_text import any_text
 from zenoh_ice import ObjectPrx
-from zenoh_ice._codec import Codec, encode
-from zenoh_ice._values import TYPE_FIELD, Value, derived_classes
-from zenoh_ice.transport import Target
+from zenoh_ice.data.codec import Codec, encode
+from zenoh_ice.data.keys import Target
+from zenoh_ice.data.values import TYPE_FIELD, Value, derived_classes
 
 TOGETHER = 10
 """How many structs a property is tried with at once: for each alone, Hypothesis takes three times as long."""

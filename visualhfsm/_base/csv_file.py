@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from visualhfsm._base.errors import VisualHfsmError
-from zenoh_ice.text import encodable, printable
+from zenoh_ice.data.text import encodable, printable
 
 _FORMULA: Final = ("=", "+", "-", "@")
 """What a text begins with that a spreadsheet would calculate."""

@@ -21,7 +21,7 @@ from collections.abc import Callable, Mapping
 from typing import Final
 
 from visualhfsm._base.environment import child_environment
-from zenoh_ice.text import signal_name
+from zenoh_ice.data.text import signal_name
 
 _MEMORY: Final = 4 << 30
 """Limit of the memory of a process that answers questions, in bytes."""

@@ -12,7 +12,7 @@ from typing import Any, Final, Generic, TypeVar
 import msgspec
 
 from visualhfsm._base.line_process import LineProcess, NoAnswerError, answer_lines
-from zenoh_ice import typed
+from zenoh_ice.data import typed
 
 _ENVIRONMENT: Final[Mapping[str, str]] = {
     "PYTHONHASHSEED": "0",  # the order of sets

@@ -13,7 +13,7 @@ from typing import Final, Literal
 
 from codegen.messages import Message
 from zenoh_ice.application.child import ChildProcess
-from zenoh_ice.text import signal_name
+from zenoh_ice.data.text import signal_name
 
 Stream = Literal["out", "err"]
 

@@ -27,8 +27,8 @@ from visualhfsm._monitor.realm.realm import MONITOR_PREFIX, RELOAD_PATIENCE, did
 from visualhfsm._monitor.target import Address, Target, steered
 from zenoh_ice import TimeoutException
 from zenoh_ice.application.cli import finite, with_settings
+from zenoh_ice.data.text import printable
 from zenoh_ice.settings import Settings
-from zenoh_ice.text import printable
 
 _Component = Annotated[str, typer.Argument(metavar="COMPONENT", help="Name of a running component.")]
 _Automaton = Annotated[

@@ -25,7 +25,7 @@ from visualhfsm._monitor.realm.realm import MONITOR_PREFIX, components, missing_
 from visualhfsm._monitor.run_page import write_run_page
 from zenoh_ice import Communicator
 from zenoh_ice.application.cli import stop_on_signals
-from zenoh_ice.text import printable
+from zenoh_ice.data.text import printable
 
 _PERIOD: Final = 0.1
 _LINE_PERIOD: Final = 1.0  # s

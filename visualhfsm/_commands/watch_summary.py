@@ -17,7 +17,7 @@ from visualhfsm._commands.watch_line import CAMERA, IMAGE_SIZE
 from visualhfsm._monitor.realm.automata import Automata
 from visualhfsm._monitor.realm.run_log import RunLog
 from visualhfsm._monitor.run_page import Figure
-from zenoh_ice.text import printable
+from zenoh_ice.data.text import printable
 
 _MOST_ERRORS: Final = 20
 """A component sends its newest ones alone."""

@@ -20,7 +20,7 @@ from codegen.hfsm.loading import check_document
 from codegen.messages import NO_MESSAGE, Message
 from visualhfsm._base.languages import encode_message
 from visualhfsm._base.line_process import answer_lines
-from zenoh_ice import typed
+from zenoh_ice.data import typed
 
 from .imported_places import ImportedPlaces, shown_path
 from .places import Locator, Place

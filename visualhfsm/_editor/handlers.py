@@ -10,7 +10,7 @@ from typing import Any, Final, TypeVar
 
 from visualhfsm._monitor.messages import Simulation
 from visualhfsm.project._document import OpenDocument
-from zenoh_ice import typed
+from zenoh_ice.data import typed
 
 from . import documents, edits, questions, steering
 from . import protocol as p

@@ -27,9 +27,9 @@ from visualhfsm._monitor.realm.description import describe
 from visualhfsm._processes.bodies import FOLDER
 from visualhfsm.project._editing.files import make_folder, read_file, write_file
 from visualhfsm.project._root import BODY_SUFFIX, Root
-from zenoh_ice import typed
 from zenoh_ice.application.child import ChildProcess
-from zenoh_ice.text import printable
+from zenoh_ice.data import typed
+from zenoh_ice.data.text import printable
 
 _NAME: Final = re.compile(r"\w[\w .\-]{0,59}")
 _NOT_OF_NAMES: Final = re.compile(r"[^\w\-]+")

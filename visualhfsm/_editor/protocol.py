@@ -26,7 +26,7 @@ from visualhfsm._document.problems import Problem
 from visualhfsm._monitor.messages import Push
 from visualhfsm.project._editing.shelf import ReadyState
 from visualhfsm.trials._messages import ChosenLimit, ChosenRobot, ChosenRuns
-from zenoh_ice import typed
+from zenoh_ice.data import typed
 
 from .views import Request as BaseRequest
 from .views import RequestId, TabEdit, TabId, TabRequest, find_views

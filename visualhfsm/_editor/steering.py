@@ -13,7 +13,7 @@ from visualhfsm._processes.bodies import find_bodies
 from visualhfsm._processes.test_from_run import run_as_test
 from visualhfsm.project._version import stem
 from visualhfsm.trials._messages import Choices
-from zenoh_ice import typed
+from zenoh_ice.data import typed
 
 from . import protocol as p
 from .questions import imported_by

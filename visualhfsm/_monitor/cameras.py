@@ -14,7 +14,8 @@ from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._monitor.realm.pictures import Pictures, encode_jpeg, require_pillow
 from visualhfsm._monitor.realm.realm import has_interface
 from zenoh_ice import Communicator, Sample, UserException, ZenohIceError
-from zenoh_ice.text import printable
+from zenoh_ice.data.text import printable
+from zenoh_ice.objects.home import Home
 
 KEPT_APART: Final = 1.0
 """Seconds between two images that are kept of a camera that no window shows."""
@@ -28,7 +29,7 @@ _PICTURE_LIMIT: Final = 1000
 _logger = logging.getLogger(__name__)
 
 
-async def take_picture(communicator: Communicator, camera: str) -> tuple[float, bytes] | None:
+async def take_picture(communicator: Home, camera: str) -> tuple[float, bytes] | None:
     """Return the wall time and the JPEG of the present image of a camera; None when it gives none in time."""
     proxy = communicator.stringToProxy(camera).ice_invocationTimeout(_PICTURE_LIMIT)
     with contextlib.suppress(VisualHfsmError, ZenohIceError, UserException):  # the next one may succeed

@@ -30,8 +30,8 @@ from visualhfsm._monitor.realm.run_log import Interventions, LiveSnapshot, RunLo
 from visualhfsm._monitor.run_page import MOST_PICTURES, Run, run_page
 from visualhfsm_ros2._graph import read_ros_graph
 from zenoh_ice import Communicator, Settings, ZenohIceError, initialize
-from zenoh_ice.text import printable
-from zenoh_ice.transport import Target
+from zenoh_ice.data.keys import Target
+from zenoh_ice.data.text import printable
 
 from .cameras import KEPT_APART, MOST_CAMERAS, Cameras
 from .open_recordings import OpenRecordings

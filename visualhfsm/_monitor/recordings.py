@@ -36,8 +36,8 @@ from visualhfsm._monitor.realm.robot import RobotState
 from visualhfsm._monitor.realm.run_log import Intervention, Interventions, LiveSnapshot, RunLog, is_sound
 from visualhfsm._monitor.realm.world import sound_objects, sound_placement, sound_shapes
 from visualhfsm._monitor.run_page import MOST_PICTURES, Run
-from zenoh_ice import typed
-from zenoh_ice.text import printable
+from zenoh_ice.data import typed
+from zenoh_ice.data.text import printable
 
 _INTERVAL: Final = 100_000_000
 """Nanoseconds between two moments, as of a monitor, unless a state changes."""

@@ -37,10 +37,10 @@ from hfsm_runtime.recording_file.reader import RecordingError, RecordingFile
 from visualhfsm._base.environment import child_environment
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._base.reporting_process import ReportingProcess
-from zenoh_ice import typed
 from zenoh_ice.application.cli import stop_on_signals
-from zenoh_ice.status import own_version
-from zenoh_ice.text import printable
+from zenoh_ice.data import typed
+from zenoh_ice.data.status import own_version
+from zenoh_ice.data.text import printable
 
 _T = TypeVar("_T", Step, Divergence, Difference)
 

@@ -26,10 +26,10 @@ from zenoh_ice import (
     TimeoutException,
     UnknownException,
     ZenohIceError,
-    typed,
 )
 from zenoh_ice.application.emergency_stop import SAFETY
-from zenoh_ice.text import printable
+from zenoh_ice.data import typed
+from zenoh_ice.data.text import printable
 
 _SCENE: Final = "Scene"
 

@@ -20,7 +20,7 @@ from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._monitor.realm.automata import Automata
 from visualhfsm._monitor.realm.realm import MONITOR_PREFIX, did_you_mean, missing_component, refusals
 from zenoh_ice import Communicator, ObjectNotExistException, Settings, initialize
-from zenoh_ice.text import printable
+from zenoh_ice.data.text import printable
 
 _DISCOVERY_TIME: Final = 1.0
 """Seconds in which other components are discovered, for suggestions."""

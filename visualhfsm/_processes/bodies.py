@@ -16,7 +16,7 @@ import msgspec
 from codegen.messages import Message
 from codegen.reasons import known_text
 from visualhfsm._base.errors import VisualHfsmError
-from zenoh_ice.text import few, printable
+from zenoh_ice.data.text import few, printable
 
 FOLDER: Final = "robots"
 """The folder of a project that has the files of its bodies."""

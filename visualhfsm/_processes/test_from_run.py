@@ -24,7 +24,7 @@ from codegen.hfsm.code.names import component_name
 from codegen.hfsm.document import Automaton, Document
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._monitor.realm.run_log import Intervention, Interventions, Timeline
-from zenoh_ice.text import printable
+from zenoh_ice.data.text import printable
 
 _LATEST_START: Final = 0.5
 """Component time in s at which a run that was seen from its beginning was seen first."""

@@ -31,8 +31,8 @@ from visualhfsm._base.work import PerDocument
 from visualhfsm._document.places import Place
 from visualhfsm._monitor.messages import Source
 from visualhfsm._processes.test_results import Passed, PassedCode, TestResult, TestsPush, TestView, reason_of
-from zenoh_ice import typed
 from zenoh_ice.application.child import ChildProcess
+from zenoh_ice.data import typed
 
 Publish = Callable[[TestsPush], None]
 Files = dict[Path, tuple[int, int]]

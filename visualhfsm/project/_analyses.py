@@ -19,7 +19,7 @@ from visualhfsm._document.problems import UNTITLED, Findings, Problem, Proof
 from visualhfsm._document.serialization import parse_file, written
 from visualhfsm.project._code_help.protocol import Completions, Explanation, Signature, Wanted
 from visualhfsm.project._editing.files import read_file
-from zenoh_ice import typed
+from zenoh_ice.data import typed
 
 from ._version import Version
 

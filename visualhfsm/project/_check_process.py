@@ -19,7 +19,7 @@ from visualhfsm._base.line_process import LineProcess, NoAnswerError
 from visualhfsm._document import problems
 from visualhfsm._document.problems import UNTITLED, Findings, Problem, Question
 from visualhfsm._document.serialization import written
-from zenoh_ice import typed
+from zenoh_ice.data import typed
 
 _CHECK_LIMIT: Final = 20.0
 """Limit of a check in seconds, and again without the model checker."""

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 import pytest
 
 from zenoh_ice.application import hidden_interfaces
-from zenoh_ice.text import text_of
+from zenoh_ice.data.text import text_of
 
 if TYPE_CHECKING:
     from hfsm_runtime import Component

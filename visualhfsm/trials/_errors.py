@@ -27,7 +27,7 @@ _FILE: Final = (
     template("{file}: not TOML: {what}"),
     template("{file}: cannot be read: {what}"),
 )
-"""What `zenoh_ice.toml_file` and the quantities of a plan say of its file."""
+"""What `zenoh_ice.data.toml_file` and the quantities of a plan say of its file."""
 
 
 class TrialsError(VisualHfsmError):

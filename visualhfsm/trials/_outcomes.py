@@ -17,8 +17,8 @@ import msgspec
 
 from codegen.messages import Message
 from codegen.reasons import reason
-from zenoh_ice import typed
-from zenoh_ice.status import version_of
+from zenoh_ice.data import typed
+from zenoh_ice.data.status import version_of
 
 from ._errors import TrialsError
 from ._quantities import Value

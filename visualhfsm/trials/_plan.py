@@ -16,8 +16,8 @@ import msgspec
 from msgspec import Meta, Struct
 
 from visualhfsm.simulation import CameraKind, RobotKind
-from zenoh_ice.toml_file import parse_toml, read_text
-from zenoh_ice.toml_file import place as place_in
+from zenoh_ice.data.toml_file import parse_toml, read_text
+from zenoh_ice.data.toml_file import place as place_in
 
 from ._errors import TrialsError, wrong_plan
 from ._quantities import Choice, Quantity, Same, Spread, Value, Values, draw_all, read_quantities, varies

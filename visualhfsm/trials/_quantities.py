@@ -10,7 +10,7 @@ from typing import Annotated, Any, Final
 import msgspec
 from msgspec import Meta, Struct
 
-from zenoh_ice.toml_file import convert, place
+from zenoh_ice.data.toml_file import convert, place
 
 Value = bool | int | float | str
 """What a quantity is in one trial."""

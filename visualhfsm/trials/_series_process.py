@@ -20,8 +20,8 @@ from msgspec import UNSET, UnsetType
 from codegen.reasons import reason
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._base.languages import encode_message
-from zenoh_ice import typed
 from zenoh_ice.application.cli import stop_on_signals
+from zenoh_ice.data import typed
 
 from ._errors import TrialsError
 from ._facts import facts_of

@@ -28,7 +28,7 @@ from visualhfsm._base.reporting_process import ReportingProcess
 from visualhfsm._base.work import PerDocument
 from visualhfsm._document.serialization import written
 from visualhfsm._monitor.messages import Source
-from zenoh_ice import typed
+from zenoh_ice.data import typed
 
 from ._messages import Action, Choices, Order, Report, TrialsPush
 from ._outcomes import SUFFIX as OUTCOMES

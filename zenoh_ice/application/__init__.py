@@ -71,7 +71,7 @@ def end_at_ctrl_c() -> None:
 def say_version() -> None:
     """Print the version of the installed wheel and exit, if the command is `--version`."""
     if sys.argv[1:] == ["--version"]:
-        from zenoh_ice.status import own_version, program_name
+        from zenoh_ice.data.status import own_version, program_name
 
         sys.stdout.write(f"{program_name()} {own_version()}\n")
         sys.exit(0)

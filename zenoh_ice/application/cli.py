@@ -26,12 +26,12 @@ from typer.models import CommandInfo, TyperInfo
 
 from zenoh_ice.application.logs import set_up_logging
 from zenoh_ice.application.watchdog import Watchdog
-from zenoh_ice.exceptions import ZenohIceError
-from zenoh_ice.security import exposure
+from zenoh_ice.data.exceptions import ZenohIceError
+from zenoh_ice.data.status import program_name
+from zenoh_ice.data.text import printable
+from zenoh_ice.data.toml_file import shown
 from zenoh_ice.settings import CONFIG_VARIABLE, DEFAULT_ENDPOINT, Settings, load_settings
-from zenoh_ice.status import program_name
-from zenoh_ice.text import printable
-from zenoh_ice.toml_file import shown
+from zenoh_ice.settings.security import exposure
 
 _logger = logging.getLogger(__name__)
 

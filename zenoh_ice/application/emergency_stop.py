@@ -20,10 +20,12 @@ from typing import Final
 import msgspec
 
 from zenoh_ice import Communicator, SystemException, ZenohIceError
-from zenoh_ice.interface import Operation
-from zenoh_ice.proxy import Call
-from zenoh_ice.text import cut, encodable
-from zenoh_ice.transport import NoAnswer, Outcome, Target, decode_error
+from zenoh_ice.data.interface import Operation
+from zenoh_ice.data.keys import Target
+from zenoh_ice.data.text import cut, encodable
+from zenoh_ice.data.wire import decode_error
+from zenoh_ice.objects.proxy import Call
+from zenoh_ice.transport import NoAnswer, Outcome
 
 __all__ = [
     "SAFETY",

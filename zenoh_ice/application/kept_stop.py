@@ -11,8 +11,7 @@ from typing import Final
 import msgspec
 
 from zenoh_ice.application.directories import state_directory
-
-from .. import typed
+from zenoh_ice.data import typed
 
 _LARGEST_FILE: Final = 1 << 16
 """Bytes of a file that can be ours."""

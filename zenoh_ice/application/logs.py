@@ -9,9 +9,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from zenoh_ice.exceptions import ConfigurationException
+from zenoh_ice.data.exceptions import ConfigurationException
+from zenoh_ice.data.status import program_name
 from zenoh_ice.settings import Settings
-from zenoh_ice.status import program_name
 
 if TYPE_CHECKING:
     from logging.handlers import RotatingFileHandler

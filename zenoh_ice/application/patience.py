@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from typing import Final, TypeVar
 
-from ..exceptions import ConnectFailedException, ObjectNotExistException, SystemException
+from zenoh_ice.data.exceptions import ConnectFailedException, ObjectNotExistException, SystemException
 
 _PERIOD: Final = 0.05  # s between two tries
 _T = TypeVar("_T")

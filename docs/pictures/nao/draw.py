@@ -18,8 +18,9 @@ from PIL import Image
 
 from naoserver.bodies.nao import H25
 from naoserver_sim.appearance import VISUAL_GROUP
-from naoserver_sim.model import Model, build_model, standing
+from naoserver_sim.model import Model, build_model
 from naoserver_sim.robot import SimulatedRobot
+from naoserver_sim.standing import standing
 from naoserver_sim.world import load_world
 from zenoh_ice import VirtualClock
 

@@ -26,9 +26,10 @@ from naoserver.bodies.capabilities import Vector
 from naoserver.bodies.parts import Axis
 from naoserver.body import Body
 from naoserver_sim.appearance import VISUAL_GROUP
-from naoserver_sim.model import FreeIndex, Model, build_model, standing
+from naoserver_sim.model import FreeIndex, Model, build_model
 from naoserver_sim.robot import SimulatedRobot
-from naoserver_sim.world import Start, World, load_world
+from naoserver_sim.standing import standing
+from naoserver_sim.world import StartPose, World, load_world
 from visualhfsm.simulation import RobotUnderTest, simulate
 
 FOLDER: Final = Path(__file__).parent
@@ -138,7 +139,7 @@ def scene(shown: Scene) -> NDArray[np.uint8]:
 def kick(shown: Kick) -> NDArray[np.uint8]:
     """Return a robot whose ball has begun to roll."""
     soccer = load_world("soccer")
-    world = replace(soccer, balls=(replace(soccer.balls[0], position=(0.6, 0.1)),), robot=Start())
+    world = replace(soccer, balls=(replace(soccer.balls[0], position=(0.6, 0.1)),), robot=StartPose())
     run = simulate(
         DOCUMENTS / "score.xml",
         robot="sim",

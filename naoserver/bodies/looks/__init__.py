@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from naoserver.bodies.capabilities import Color, Vector
 from naoserver.bodies.parts import NO_TURN, Quaternion
 from naoserver.errors import RobotError
-from zenoh_ice.toml_file import parse_toml
+from zenoh_ice.data.toml_file import parse_toml
 
 _BODIES: Final = resources.files("naoserver") / "bodies"
 OFF: Final[Color] = (0.0, 0.0, 0.0)

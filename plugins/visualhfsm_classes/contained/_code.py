@@ -42,7 +42,7 @@ from visualhfsm_classes.contained.protocol import (
     RunCode,
     Variables,
 )
-from zenoh_ice import typed
+from zenoh_ice.data import typed
 
 _MODULE: Final = "contained_component"
 _LONGEST_NAME: Final = 200

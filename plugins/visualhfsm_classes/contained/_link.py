@@ -18,13 +18,17 @@ from hfsm_runtime._code import Code, current_code
 from hfsm_runtime._recording.transport import ObservedTransport
 from hfsm_runtime.errors import EventError
 from visualhfsm_classes.contained import protocol
-from zenoh_ice import Settings, exceptions, typed
-from zenoh_ice.clock import VirtualClock
-from zenoh_ice.exceptions import SystemException, UnknownException
-from zenoh_ice.interface import Operation
-from zenoh_ice.limits import LIMITS
-from zenoh_ice.streams import LOOKS
-from zenoh_ice.transport import Arrived, Caller, Inlet, Outcome, Parted, Target, decode_attachment, outcome_of
+from zenoh_ice import Settings
+from zenoh_ice.data import exceptions, typed
+from zenoh_ice.data.codec import Parted
+from zenoh_ice.data.exceptions import SystemException, UnknownException
+from zenoh_ice.data.interface import Operation
+from zenoh_ice.data.keys import Target
+from zenoh_ice.data.wire import decode_attachment
+from zenoh_ice.objects.streams import LOOKS
+from zenoh_ice.threads.clock import VirtualClock
+from zenoh_ice.threads.limits import LIMITS
+from zenoh_ice.transport import Arrived, Caller, Inlet, Outcome, outcome_of
 
 _POLL_PERIOD: Final = 0.01
 """Seconds between two looks at an event that code waits for."""

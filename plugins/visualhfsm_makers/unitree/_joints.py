@@ -22,7 +22,7 @@ from naoserver.bodies.capabilities import InertialReading
 from naoserver.errors import HardwareFailure
 from naoserver.protocol.robot import LIMP, JointReading, Robot
 from visualhfsm_makers._programs import Programs
-from zenoh_ice.text import few
+from zenoh_ice.data.text import few
 
 PERIOD: Final = 0.002
 """Wall seconds between two states."""

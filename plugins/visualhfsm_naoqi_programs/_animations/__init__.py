@@ -19,7 +19,7 @@ from naoserver.bodies.nao import H25
 from naoserver.bodies.parts import Stance
 from naoserver.moves.motion_file import Key, Motion, MotionError, parse_motion
 from naoserver.moves.routes import MotionRoute, RouteError, Situation, stance_of
-from zenoh_ice.toml_file import read_text
+from zenoh_ice.data.toml_file import read_text
 
 _BACK: Final = 1.5
 """Seconds of the way back."""

@@ -23,7 +23,7 @@ from visualhfsm_ros2.gateway._frames import (
 )
 from visualhfsm_ros2.gateway._messages import BodyFrames, Fields, Stamps
 from zenoh_ice import Sample, Subscription
-from zenoh_ice.proxy import StreamedCall
+from zenoh_ice.objects.proxy import StreamedCall
 from zenoh_ros2 import LATCHED, Node, Publisher, QoS
 
 CLOCK: Final = "clock"

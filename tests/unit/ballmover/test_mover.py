@@ -19,7 +19,7 @@ from ballmover._route import Route, Stop
 from ballmover._waypoints import Waypoint
 from tests.support.limits import EVENT_LIMIT
 from tests.support.stepped_clock import SteppedClock
-from zenoh_ice.exceptions import ConnectionLostException
+from zenoh_ice.data.exceptions import ConnectionLostException
 
 LIMITS = AxisLimits(-math.pi, math.pi, 0.3, 2.0, 0.05, 1.2, 2.0, 1.0)
 HOME = AxisPosition(0.0, 1.0, 0.5)

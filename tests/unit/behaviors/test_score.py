@@ -15,7 +15,7 @@ from msgspec.structs import replace
 
 from hfsm_runtime.loading import load_module
 from naoserver.bodies.capabilities import Truth
-from naoserver_sim.world import Start, load_world
+from naoserver_sim.world import StartPose, load_world
 from tests.support.soak import cases
 from visualhfsm.testing import Behavior, MakeBehavior
 
@@ -25,7 +25,9 @@ GOAL_LINE = 4.5
 pytestmark = [pytest.mark.sim, pytest.mark.gl]
 
 
-def play(behavior: MakeBehavior, x: float, y: float, start: Start | None = None, **settings: Any) -> Behavior:
+def play(
+    behavior: MakeBehavior, x: float, y: float, start: StartPose | None = None, **settings: Any
+) -> Behavior:
     """Begin with the ball somewhere on the field, and the robot perhaps not where it believes."""
     soccer = load_world("soccer")
     ball = replace(soccer.balls[0], position=(x, y))
@@ -41,7 +43,7 @@ def truth(b: Behavior) -> Truth:
 def test_it_kicks_towards_the_goal_with_the_foot_that_is_nearer_though_it_was_put_down_carelessly(
     behavior: MakeBehavior,
 ) -> None:
-    start = Start(position=(2.6, 0.1), heading=-0.14)
+    start = StartPose(position=(2.6, 0.1), heading=-0.14)
     b = play(behavior, 3.3, 0.3, start, seed=2, noise=True, parameters={"start_x": 2.7})
     b.run_until("kick", limit=40.0)
     kick = b.calls("Motions.play")[-1]
@@ -65,7 +67,7 @@ def test_it_knows_where_the_ball_is_on_the_field(behavior: MakeBehavior, x: floa
 
 
 def test_pictures_correct_where_it_believes_to_face(behavior: MakeBehavior) -> None:
-    b = play(behavior, 0.0, 0.0, Start(position=(-0.75, 0.0), heading=0.14))
+    b = play(behavior, 0.0, 0.0, StartPose(position=(-0.75, 0.0), heading=0.14))
     b.run_until("approach", limit=10.0)
     b.advance(2.0)
     _, facing = b.component.place()
@@ -115,7 +117,7 @@ def test_a_robot_with_a_wrong_start_looks_for_lines_and_knows_it_then(
 
 
 def test_a_robot_that_cannot_kick_for_long_looks_for_lines(behavior: MakeBehavior) -> None:
-    b = play(behavior, 3.3, 0.0, Start(position=(3.05, 0.05)), parameters={"start_x": 3.05})
+    b = play(behavior, 3.3, 0.0, StartPose(position=(3.05, 0.05)), parameters={"start_x": 3.05})
     b.guard("before the foot", False)
     b.run_until("orient", limit=30.0)
     assert b.variables("score")["lost"]
@@ -146,7 +148,9 @@ def test_what_it_saw_to_all_sides_counts_when_it_looks_down_and_sees_no_line(beh
 def test_a_ball_on_the_goal_line_is_no_goal(
     behavior: MakeBehavior, ball: tuple[float, float], y: float, seed: int, scored: bool
 ) -> None:
-    b = play(behavior, *ball, Start(position=(2.5, y)), seed=seed, noise=True, parameters={"start_x": 2.5})
+    b = play(
+        behavior, *ball, StartPose(position=(2.5, y)), seed=seed, noise=True, parameters={"start_x": 2.5}
+    )
     if scored:
         b.run_until("scored", limit=15.0)
     else:
@@ -177,7 +181,7 @@ def test_one_camera_finds_a_ball_beside_the_robot_without_a_step(
     behavior: MakeBehavior, distance: float, bearing: float
 ) -> None:
     ball = complex(1.0, 0.5) + cmath.rect(distance, math.radians(bearing))
-    start, place = Start(position=(1.0, 0.5)), {"start_x": 1.0, "start_y": 0.5}
+    start, place = StartPose(position=(1.0, 0.5)), {"start_x": 1.0, "start_y": 0.5}
     b = play(behavior, ball.real, ball.imag, start, body="G1", parameters=place)
     b.run_until("approach", limit=15.0)
     assert abs(b.variables("score")["ball"] - ball) < 0.1

@@ -26,7 +26,11 @@ def test_every_code_has_an_entry_and_every_entry_a_code() -> None:
 
 
 def test_every_code_is_reported_somewhere() -> None:
-    paths = [*(ROOT / "codegen" / "hfsm").rglob("*.py"), ROOT / "visualhfsm" / "_document" / "conversion.py"]
+    paths = [
+        *(ROOT / "codegen" / "hfsm").rglob("*.py"),
+        *(ROOT / "plugins").rglob("*.py"),
+        ROOT / "visualhfsm" / "_document" / "conversion.py",
+    ]
     sources = "".join(path.read_text("utf-8") for path in paths)
     assert {code for code in Code if f"Code.{code.name}" not in sources} == set()
 

@@ -66,7 +66,7 @@ def listed_exceptions() -> set[str]:
         "interfaces.jderobot.common",
         "naoserver.errors",
         "visualhfsm._base.errors",
-        "zenoh_ice.exceptions",
+        "zenoh_ice.data.exceptions",
     ],
 )
 def test_every_exception_is_listed(module: str) -> None:

@@ -12,7 +12,7 @@ from hfsm_runtime import Automaton, Input, State, VirtualRun, run
 from hfsm_runtime._automaton import Arguments
 from hfsm_runtime.errors import DefinitionError
 from tests.support.automata import after, automaton, component
-from zenoh_ice.exceptions import ConnectionLostException
+from zenoh_ice.data.exceptions import ConnectionLostException
 
 
 class Child:

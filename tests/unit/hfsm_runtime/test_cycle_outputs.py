@@ -21,7 +21,7 @@ from tests.support.automata import Code, after, automaton, component, finished, 
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.waiting import until
 from zenoh_ice import WallClock
-from zenoh_ice.exceptions import ConnectionLostException
+from zenoh_ice.data.exceptions import ConnectionLostException
 
 N = Output(name="n", type=int, default=0)
 

@@ -12,7 +12,7 @@ from hfsm_runtime import Automaton, Component, State, Transition, VirtualRun, ru
 from hfsm_runtime.errors import DefinitionError
 from hfsm_runtime.tree import ChangeKind
 from tests.support.automata import after, automaton, component, when
-from zenoh_ice.exceptions import ConnectionLostException, ObjectNotExistException, TimeoutException
+from zenoh_ice.data.exceptions import ConnectionLostException, ObjectNotExistException, TimeoutException
 
 Code = Callable[[], object]
 

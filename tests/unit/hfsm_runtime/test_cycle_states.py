@@ -11,7 +11,7 @@ from hfsm_runtime import Automaton, Component, State, Transition, VirtualRun, ru
 from hfsm_runtime.errors import CycleCutError
 from hfsm_runtime.tree import ChangeKind
 from tests.support.automata import Code, after, automaton, component, finished, when
-from zenoh_ice.exceptions import ConnectionLostException
+from zenoh_ice.data.exceptions import ConnectionLostException
 
 
 class Log:

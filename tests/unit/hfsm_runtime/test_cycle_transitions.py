@@ -11,7 +11,7 @@ from hfsm_runtime import Automaton, Component, Event, State, Transition, Virtual
 from hfsm_runtime._actor import CAPACITY, DropReason
 from hfsm_runtime.errors import DefinitionError, EventError
 from tests.support.automata import Code, after, automaton, component, on, when
-from zenoh_ice.exceptions import ConnectionLostException
+from zenoh_ice.data.exceptions import ConnectionLostException
 
 
 def states(*names: str) -> list[State]:

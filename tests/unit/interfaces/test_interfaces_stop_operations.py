@@ -16,7 +16,7 @@ from naoserver.options import SafetyOptions, ServerOptions
 from naoserver.serving.assembly import Assembly
 from tests.support.present import present
 from zenoh_ice import Object, VirtualClock
-from zenoh_ice.interface import Interface, Operation
+from zenoh_ice.data.interface import Interface, Operation
 
 MOVES_NOTHING = {
     "::jderobot::Camera": "takes images; others may be watching when a component ends",

@@ -27,12 +27,11 @@ from tests.support.places import DATA
 from tests.support.slice_compiler import imported
 from tests.support.wire_values import Desk, pack, plain, struct_values
 from zenoh_ice import MarshalException
-from zenoh_ice._codec import encode
-from zenoh_ice._values import TYPE_FIELD
-from zenoh_ice._wire import decode_error
-from zenoh_ice.interface import Interface
-from zenoh_ice.reflection import Schema, parse_schema, schema_of
-from zenoh_ice.servant import OBJECT_INTERFACE
+from zenoh_ice.data.codec import encode
+from zenoh_ice.data.interface import OBJECT_INTERFACE, Interface
+from zenoh_ice.data.reflection import Schema, parse_schema, schema_of
+from zenoh_ice.data.values import TYPE_FIELD
+from zenoh_ice.data.wire import decode_error
 
 EVERYTHING = DATA / "slice_output" / "everything" / "everything.idl"
 DESK: Any = Desk()

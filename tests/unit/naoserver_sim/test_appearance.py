@@ -10,7 +10,8 @@ from naoserver.bodies.looks import read_looks, skin_names
 from naoserver_sim._simulator import Snapshot
 from naoserver_sim.appearance import VISUAL_GROUP, Lamps
 from naoserver_sim.cameras import CameraRenderer
-from naoserver_sim.model import build_model, build_standing
+from naoserver_sim.model import build_model
+from naoserver_sim.standing import build_standing
 from naoserver_sim.world import load_world
 from tests.support.looks import model_of
 

@@ -12,7 +12,8 @@ from msgspec.structs import replace
 from naoserver.bodies.nao import H25
 from naoserver.errors import RobotError
 from naoserver_sim._body import neighbors_of
-from naoserver_sim.model import build_model, standing
+from naoserver_sim.model import build_model
+from naoserver_sim.standing import standing
 
 pytestmark = pytest.mark.sim
 

@@ -34,16 +34,16 @@ def test_what_is_given_for_all_goes_to_each():
         assert "--robots" not in command
 
 
-def test_robots_draw_different_numbers_and_serve_naoqi_at_different_ports():
-    commands = team_commands(["--seed", "7"], 2, SETTINGS, seed=7, qi="tcp://127.0.0.1:9559")
-    assert own(commands[1])[-4:] == ["--seed", "8", "--qi", "tcp://127.0.0.1:9560"]
+def test_robots_draw_different_numbers_and_have_what_they_cannot_share_apart():
+    commands = team_commands(
+        ["--seed", "7", "--an-address=tcp://127.0.0.1:9559"],
+        2,
+        SETTINGS,
+        seed=7,
+        apart={"an_address": lambda number: f"tcp://127.0.0.1:{9559 + number}"},
+    )
+    assert own(commands[1])[-4:] == ["--seed", "8", "--an-address", "tcp://127.0.0.1:9560"]
     assert commands[1].count("--seed") == 1
-
-
-def test_each_robot_serves_its_makers_programs_in_a_domain_of_its_own():
-    commands = team_commands(["--booster", "--dds-domain=7"], 2, SETTINGS, domain=7)
-    assert [own(command)[-2:] for command in commands] == [["--dds-domain", "7"], ["--dds-domain", "8"]]
-    assert own(commands[1]).count("--booster") == 1
 
 
 def test_port_that_the_system_picks_stays_so():

@@ -53,7 +53,7 @@ def test_exposure_has_limits(mean, expected):
 def test_exposure_follows_the_brightness_slowly():
     camera, values = sensor(), []
     for tick in range(5, 405, 5):
-        camera.look(tick / 100, np.array([60.0 if tick >= 200 else 118.0]))
+        camera.expose(tick / 100, np.array([60.0 if tick >= 200 else 118.0]))
         picture = camera.develop(grey(60), "Camera", tick / 100, STILL, lambda qpos: float(qpos[0] or 118.0))
         values.append(picture.mean())
     before, after = np.array(values[:39]), np.array(values[39:])
@@ -151,7 +151,7 @@ def test_noise_is_another_in_each_picture_and_each_camera():
 
 def test_a_picture_that_is_drawn_late_is_exposed_as_at_its_time():
     late, timely = sensor(), sensor()
-    late.look(0.25, np.array([60.0]))
+    late.expose(0.25, np.array([60.0]))
     pictures = [
         each.develop(grey(60), "Camera", 0.2, STILL, lambda qpos: float(qpos[0] or 118.0))
         for each in (late, timely)

@@ -12,7 +12,8 @@ from naoserver.bodies.nao import H25
 from naoserver.bodies.parts import TouchSensor
 from naoserver.errors import RobotError
 from naoserver_sim._body import sole
-from naoserver_sim.model import build_model, standing
+from naoserver_sim.model import build_model
+from naoserver_sim.standing import standing
 from naoserver_sim.world import load_world
 from tests.support import published
 

@@ -5,7 +5,7 @@ from msgspec.structs import replace
 
 from interfaces.nao import Severity
 from naoserver.bodies.parts import Shape
-from naoserver.safety.event_log import ConditionWatch, EventLog, JointWatch
+from naoserver.safety._event_log import ConditionWatch, EventLog, JointWatch
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
 from tests.support.linkage import LINKAGE

@@ -8,8 +8,9 @@ import pytest
 from naoserver.bodies import find_body
 from naoserver.bodies.parts import Axis
 from naoserver.moves.motion_file import Interpolation
-from naoserver_sim.model import build_model, standing
+from naoserver_sim.model import build_model
 from naoserver_sim.robot import SimulatedRobot
+from naoserver_sim.standing import standing
 from naoserver_sim.world import load_world
 from tests.support.soak import cases, repeated
 from zenoh_ice import VirtualClock

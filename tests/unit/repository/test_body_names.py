@@ -32,27 +32,24 @@ SPELLED: Final = {
     "naoserver/moves/motion_file.py": "an example",
     "plugins/visualhfsm_learning/_environment.py": "the name of a part of an observation",
     "naoserver_sim/self_collision.py": "an example",
-    "visualhfsm/_monitor/realm/nao_h25.json": "the body of recordings that describe none",
     "visualhfsm/_monitor/realm/run_log.py": "an example",
     "visualhfsm/_commands/template/tests/test_blinker.py": "a user's test, for the default body",
     "visualhfsm/_commands/template_hardware/bust.toml": "a user's robot",
-    "zenoh_ice/exceptions.py": "an example",
+    "zenoh_ice/data/exceptions.py": "an example",
 }
 """Files that name joints or links, and why they may."""
 NAMED: Final = {
-    "naoserver/naoqi/names.py": "names of NAOqi",
-    "naoserver/bodies/body.py": "an example",
     "plugins/visualhfsm_learning/_environment.py": "a Nao learns",
     "plugins/visualhfsm_learning/_tasks.py": "a Nao learns",
     "naoserver_sim/robot.py": "the default",
-    "visualhfsm/_monitor/realm/nao_h25.json": "that body",
     "visualhfsm/testing/_plugin.py": "an example",
 }
 """Files that name the bodies of a Nao, and why they may."""
 
 
 def sources() -> Iterator[Path]:
-    for package in {path.parent for path in ROOT.glob("*/__init__.py")} - GENERATED:
+    packages = {path.parent for folder in (ROOT, ROOT / "plugins") for path in folder.glob("*/__init__.py")}
+    for package in packages - GENERATED:
         for path in package.rglob("*"):
             if path.suffix in SUFFIXES and not path.relative_to(ROOT).as_posix().startswith(FREE):
                 yield path

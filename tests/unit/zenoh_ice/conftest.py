@@ -9,9 +9,9 @@ from contextlib import closing
 import pytest
 
 from tests.support.limits import EVENT_LIMIT
-from zenoh_ice._memory import Arena, ArenaView
-from zenoh_ice._pool import Pool
-from zenoh_ice.limits import LIMITS, Limits
+from zenoh_ice.carriers._local.memory import Arena, ArenaView
+from zenoh_ice.threads.limits import LIMITS, Limits
+from zenoh_ice.threads.pool import Pool
 
 
 @pytest.fixture

@@ -15,23 +15,13 @@ from tests.support.calculator import CALCULATOR
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.waiting import at_once, until
 from zenoh_ice import ConnectionLostException, Settings, SystemException, UnknownException
-from zenoh_ice._codec import LARGE
-from zenoh_ice._pool import Job, Kind, Pool
-from zenoh_ice._wire import decode_attachment, decode_error, encode_error, encode_sample_attachment
-from zenoh_ice._zenoh.transport import ZenohTransport
-from zenoh_ice.in_process import InProcessTransport
-from zenoh_ice.transport import (
-    Arrived,
-    Buffer,
-    Caller,
-    Ended,
-    Inlet,
-    NoAnswer,
-    Outcome,
-    Reply,
-    Target,
-    Transport,
-)
+from zenoh_ice.data.codec import LARGE, Buffer
+from zenoh_ice.data.keys import Target
+from zenoh_ice.data.wire import decode_attachment, decode_error, encode_error, encode_sample_attachment
+from zenoh_ice.routes._transport import ZenohTransport
+from zenoh_ice.routes.in_process import InProcessTransport
+from zenoh_ice.threads.pool import Job, Kind, Pool
+from zenoh_ice.transport import Arrived, Caller, Ended, Inlet, NoAnswer, Outcome, Reply, Transport
 
 TARGET = Target("nao", "Calculator")
 ADD = CALCULATOR.all_operations["add"]

@@ -16,7 +16,7 @@ from tests.support.limits import RUN_LIMIT
 def test_what_type_checkers_see_is_what_programs_get() -> None:
     text = Path(zenoh_ice.__file__).read_text("utf-8")
     declared = {
-        name: module for module, name in re.findall(r"^    from (\.\w+) import (\w+) as \2$", text, re.M)
+        name: module for module, name in re.findall(r"^    from (\.[\w.]+) import (\w+) as \2$", text, re.M)
     }
     assert {"Communicator", "Subscription"} < {*declared} <= {*dir(zenoh_ice)}
     for name, module in declared.items():

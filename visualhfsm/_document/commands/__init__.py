@@ -12,7 +12,7 @@ import msgspec
 
 from codegen.reasons import reason
 from visualhfsm._base.errors import EditError
-from zenoh_ice import typed
+from zenoh_ice.data import typed
 
 from . import automata, component, group, items, notes, paste, states, text, transitions, variables
 from .base import Command

@@ -16,7 +16,7 @@ import msgspec
 from interfaces.nao import SoundSamples, SoundsPrx, SoundState, SpeechPrx, SpeechState, Tone
 from visualhfsm._monitor.realm.realm import Newest
 from zenoh_ice import Communicator, Sample
-from zenoh_ice.text import printable
+from zenoh_ice.data.text import printable
 
 _SPEECH: Final = "Speech"
 _SOUNDS: Final = "Sounds"

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from interfaces import hfsm
-from zenoh_ice.text import printable
+from zenoh_ice.data.text import printable
 
 _DEEPEST_AUTOMATON: Final = 64
 """Levels of automata that are shown; codegen makes no more."""

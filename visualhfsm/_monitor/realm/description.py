@@ -15,7 +15,6 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from hashlib import sha256
-from importlib import resources
 from typing import Annotated, Any, Final, Literal, TypeVar
 
 import msgspec
@@ -26,16 +25,15 @@ from codegen.reasons import reason
 from interfaces.nao import DescriptionPrx
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._monitor.realm.realm import PolledValue
-from zenoh_ice import Communicator, typed
-from zenoh_ice.text import printable
-from zenoh_ice.transport import Target
+from zenoh_ice import Communicator
+from zenoh_ice.data import typed
+from zenoh_ice.data.keys import Target
+from zenoh_ice.data.text import printable
 
 DESCRIPTION: Final = "Description"
 """The identity of the servant that describes the robot."""
 LARGEST_TEXT: Final = 8 << 20
 """Most characters of the body, and of the looks."""
-_FILE: Final = "nao_h25.json"
-"""The description of a Nao, written by naoserver_sim._description: this package imports no robot server."""
 _MOST_PARTS: Final = 1000
 _MOST_SHAPES: Final = 5000
 _GREY: Final = (0.62, 0.65, 0.69)
@@ -226,8 +224,13 @@ def describe(body: str, looks: str) -> DescribedRobot:
 @cache
 def nao() -> DescribedRobot:
     """Return a Nao: the robot of servers and recordings that describe none."""
-    content = typed.from_json((resources.files(__package__) / _FILE).read_bytes(), dict[str, msgspec.Raw])
-    return describe(bytes(content["body"]).decode(), bytes(content["looks"]).decode())
+    # Late: most robots describe themselves, and a page without robots needs none of it.
+    from naoserver.bodies import DEFAULT_BODY, find_body
+    from naoserver.bodies.looks.description import write_looks
+    from naoserver.body import write_body
+
+    nao = find_body(DEFAULT_BODY)
+    return describe(write_body(nao), write_looks(nao))
 
 
 class DescriptionMonitor:

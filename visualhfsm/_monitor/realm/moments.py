@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from codegen.messages import Message, joined
 from visualhfsm._monitor.realm.run_log import LiveSnapshot
 from visualhfsm._monitor.realm.translation import translated
-from zenoh_ice import typed
+from zenoh_ice.data import typed
 
 __all__ = ["translate_moment", "translate_snapshot"]
 

@@ -18,8 +18,8 @@ from interfaces.jderobot import JderobotException
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._monitor.realm.translation import translated
 from zenoh_ice import Communicator, MarshalException, Sample, ZenohIceError
-from zenoh_ice.text import printable
-from zenoh_ice.transport import Target
+from zenoh_ice.data.keys import Target
+from zenoh_ice.data.text import printable
 
 MONITOR_PREFIX: Final = "Hfsm."
 """Prefix of the identities of monitors of components."""

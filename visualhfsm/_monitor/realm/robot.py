@@ -15,7 +15,7 @@ from visualhfsm._monitor.realm.description import DescribedRobot, DescriptionMon
 from visualhfsm._monitor.realm.realm import Newest, PolledValue, has_interface
 from visualhfsm._monitor.realm.world import Placement, WorldMonitor
 from zenoh_ice import Communicator
-from zenoh_ice.text import printable
+from zenoh_ice.data.text import printable
 
 STALE: Final = 0.8
 """Wall seconds after which a value that is sent at least ten times a second is too old."""

@@ -18,7 +18,7 @@ from visualhfsm._document.commands.text import SetText
 from visualhfsm._document.places import Place
 from visualhfsm._document.problems import UNTITLED, Problem
 from visualhfsm._document.serialization import written
-from zenoh_ice import typed
+from zenoh_ice.data import typed
 
 from .protocol import Question, Wanted
 

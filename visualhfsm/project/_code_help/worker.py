@@ -20,7 +20,7 @@ from visualhfsm._base.languages import encode_message
 from visualhfsm._base.line_process import answer_lines
 from visualhfsm._document.places import Place
 from visualhfsm._document.problems import Problem, find_problems
-from zenoh_ice import typed
+from zenoh_ice.data import typed
 
 from .completion import complete, explain, signature
 from .component import TypedComponent, generate_around

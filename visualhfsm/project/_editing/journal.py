@@ -26,8 +26,8 @@ from codegen.messages import Message
 from codegen.reasons import reason
 from visualhfsm._base.errors import EditError
 from visualhfsm.project._editing.files import FileVersion
-from zenoh_ice import typed
 from zenoh_ice.application.directories import state_directory
+from zenoh_ice.data import typed
 
 _logger = logging.getLogger(__name__)
 

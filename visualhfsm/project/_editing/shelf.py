@@ -21,7 +21,7 @@ from codegen.hfsm.document import Document, Parameter
 from codegen.hfsm.document import Shelf as ShelfEntry
 from codegen.messages import NO_MESSAGE, Message
 from visualhfsm._base.errors import EditError, MissingError, VisualHfsmError
-from zenoh_ice.text import printable
+from zenoh_ice.data.text import printable
 
 from .imports import with_functions
 

@@ -8,7 +8,7 @@ pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualh
 from naoserver.fake import __main__ as fake
 from naoserver.hardware.connection import HardwareLimits
 from naoserver.naoqi import _command as naoqi
-from naoserver.naoqi._robot import End, Life, Start
+from naoserver.naoqi._robot import Life, NaoEnd, NaoStart
 from tests.support.pages import DOCS
 
 PAGE = (DOCS / "how-to/real-nao.md").read_text(encoding="utf-8")
@@ -24,7 +24,7 @@ def test_every_option_of_its_own_is_explained():
     assert [option for option in own if f"`{option}" not in PAGE] == []
 
 
-@pytest.mark.parametrize(("option", "choices"), [("start", Start), ("end", End), ("life", Life)])
+@pytest.mark.parametrize(("option", "choices"), [("start", NaoStart), ("end", NaoEnd), ("life", Life)])
 def test_every_choice_is_named_in_its_order(option, choices):
     assert rf"`--{option} " + r"\|".join(choices) + "`" in PAGE
 

@@ -53,7 +53,7 @@ from visualhfsm_ros2.gateway._trajectory import (
     TYPE,
 )
 from zenoh_ice import RobotClock, Settings
-from zenoh_ice.limits import Limits
+from zenoh_ice.threads.limits import Limits
 from zenoh_ros2 import LATCHED, ActionClient, Node, QoS, Status, Subscription
 from zenoh_ros2._wire import Attachment, key
 

@@ -17,7 +17,7 @@ from tests.support.malformed_cdr import malformed
 from tests.support.processes import free_endpoint
 from tests.support.waiting import until
 from zenoh_ice import Settings
-from zenoh_ice.session import close_session, open_session
+from zenoh_ice.carriers.zenoh.session import close_session, open_session
 from zenoh_ros2 import MessageError, Node, QoS
 
 MANY = 5_000

@@ -18,7 +18,7 @@ from tests.support.soak import cases
 from visualhfsm_ros2.gateway._command import serve
 from visualhfsm_ros2.gateway._telemetry import Telemetry
 from zenoh_ice import Settings, initialize
-from zenoh_ice.limits import Limits
+from zenoh_ice.threads.limits import Limits
 from zenoh_ros2 import Node, Sender, Types
 
 Mode = Literal["client", "peer"]

@@ -16,7 +16,7 @@ from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
 from tests.support.processes import free_endpoint
 from tests.support.waiting import until
 from zenoh_ice import Settings
-from zenoh_ice.session import close_session, open_session
+from zenoh_ice.carriers.zenoh.session import close_session, open_session
 from zenoh_ros2 import LATCHED, SENSOR_DATA, CallError, Node, QoS
 
 STRING = (

@@ -9,7 +9,7 @@ from functools import partial
 import pytest
 
 from tests.support.limits import EVENT_LIMIT
-from zenoh_ice.in_process import Pool
+from zenoh_ice.threads.pool import Pool
 from zenoh_ros2 import RosError
 from zenoh_ros2._workers import Job, Line, make_pool
 

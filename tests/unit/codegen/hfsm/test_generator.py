@@ -24,7 +24,7 @@ from tests.support.any_text import any_text
 from tests.support.documents import compile_to, document, load, state, sub, transition
 from tests.support.examples import examples
 from tests.support.limits import RUN_LIMIT
-from zenoh_ice.clock import VirtualClock
+from zenoh_ice.threads.clock import VirtualClock
 
 
 def component(tmp_path: Path, text: str, name: str = "behavior") -> Component:

@@ -29,7 +29,7 @@ from tests.support.slice_grammar import slice_files
 from tests.support.soak import repeated
 from tests.support.wire_values import TOGETHER, Desk, pack, packed, plain, struct_values, unpacked
 from zenoh_ice import MarshalException
-from zenoh_ice._codec import Codec
+from zenoh_ice.data.codec import Codec
 
 PROGRAMS = sorted(directory for directory in (DATA / "slice_output").iterdir() if directory.is_dir())
 AWKWARD = DATA / "slice_awkward"

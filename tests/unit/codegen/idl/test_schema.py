@@ -11,7 +11,7 @@ import msgspec
 import pytest
 
 from tests.support.slice_compiler import compile_text
-from zenoh_ice.reflection import Definition, Schema, canonical_lines
+from zenoh_ice.data.reflection import Definition, Schema, canonical_lines
 
 SWITCH = "  interface Switch { void off(); idempotent void rest(); };\n"
 

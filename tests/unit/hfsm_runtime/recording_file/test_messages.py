@@ -41,7 +41,7 @@ from tests.support.examples import examples
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.stepped_clock import SteppedClock
 from tests.support.waiting import until
-from zenoh_ice.clock import WallClock
+from zenoh_ice.threads.clock import WallClock
 
 STATE = {"name": "test", "start": "1000"}
 

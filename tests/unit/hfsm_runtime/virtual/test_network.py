@@ -35,7 +35,7 @@ from zenoh_ice import (
     UnknownException,
     ZenohIceError,
 )
-from zenoh_ice.limits import Limits
+from zenoh_ice.threads.limits import Limits
 
 
 class Nothing(Component):

@@ -15,7 +15,7 @@ from naoserver.fake.robot import LAG, Ball, project
 from naoserver.robot import Robot
 from tests.support.bodies import ARM, CART
 from tests.support.linkage import LINKAGE
-from zenoh_ice.clock import VirtualClock
+from zenoh_ice.threads.clock import VirtualClock
 
 
 @pytest.fixture

@@ -357,7 +357,7 @@ def test_the_stop_of_a_path_is_no_error(rig):
 
 
 def test_joints_that_are_taken_from_a_path_stay_where_they_are(rig):
-    rig.clock.call_every(0.5, lambda: rig.paths.take(["HeadPitch", "HeadYaw"]))
+    rig.clock.call_every(0.5, lambda: rig.paths.release(["HeadPitch", "HeadYaw"]))
     follow(rig, 0.5)
     assert rig.yaw == pytest.approx(0.25, abs=0.02)
 

@@ -13,10 +13,10 @@ from naoserver.fake import FakeRobot
 from naoserver.fake.robot import LIMITS, FakeWalker
 from naoserver.moves.walk import WalkGuard
 from naoserver.options import SafetyOptions
+from naoserver.safety._event_log import EventLog
 from naoserver.safety._gate import Gate
 from naoserver.safety._guarded_device import GuardedDevice
 from naoserver.safety._limits import JointSafety
-from naoserver.safety.event_log import EventLog
 from naoserver_sim.robot import SimulatedRobot
 from tests.support.present import present
 from zenoh_ice import VirtualClock

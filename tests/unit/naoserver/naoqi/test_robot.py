@@ -7,7 +7,7 @@ import pytest
 
 from naoserver.errors import HardwareFailure
 from naoserver.hardware.connection import CallFailed
-from naoserver.naoqi._robot import End, Life, LifecycleOptions, NaoqiRobot, Start
+from naoserver.naoqi._robot import Life, LifecycleOptions, NaoEnd, NaoqiRobot, NaoStart
 from naoserver.options import ServerOptions
 from naoserver.serving.assembly import Assembly
 from tests.support.scripted_naoqi import HASTY, ScriptedNaoqi
@@ -29,14 +29,16 @@ def test_nothing_moves_unless_it_is_wished(naoqi):
 
 
 @pytest.mark.parametrize(
-    ("start", "call"), [(Start.STAND, (WAKE,)), (Start.STIFFEN, (STIFFEN, "Body", 1.0, 1.0))]
+    ("start", "call"), [(NaoStart.STAND, (WAKE,)), (NaoStart.STIFFEN, (STIFFEN, "Body", 1.0, 1.0))]
 )
 def test_the_start(naoqi, start, call):
     with naoqi.robot(LifecycleOptions(start=start)):
         assert call in naoqi.calls
 
 
-@pytest.mark.parametrize(("end", "call"), [(End.REST, (REST,)), (End.LIMP, (STIFFEN, "Body", 0.0, 1.0))])
+@pytest.mark.parametrize(
+    ("end", "call"), [(NaoEnd.REST, (REST,)), (NaoEnd.LIMP, (STIFFEN, "Body", 0.0, 1.0))]
+)
 def test_the_end(naoqi, end, call):
     with naoqi.robot(LifecycleOptions(end=end)):
         assert call not in naoqi.calls
@@ -44,7 +46,7 @@ def test_the_end(naoqi, end, call):
 
 
 def test_a_robot_that_is_still_stopped_does_not_move_for_the_start(naoqi, caplog):
-    options = LifecycleOptions(start=Start.STAND)
+    options = LifecycleOptions(start=NaoStart.STAND)
     with closing(NaoqiRobot(naoqi.connect, options)) as robot:
         robot.lifecycle.is_stopped = lambda: True
         robot.start()
@@ -53,7 +55,7 @@ def test_a_robot_that_is_still_stopped_does_not_move_for_the_start(naoqi, caplog
 
 
 def test_a_robot_that_was_stopped_stays_as_it_is_at_the_end(naoqi):
-    with naoqi.robot(LifecycleOptions(end=End.REST, life=Life.SUSPEND)) as robot:
+    with naoqi.robot(LifecycleOptions(end=NaoEnd.REST, life=Life.SUSPEND)) as robot:
         assembly = Assembly(robot, ServerOptions(), robot.clock)
         robot.lifecycle.report_to(assembly)
         assembly.gate.stop("a hand in the way")
@@ -98,7 +100,7 @@ def test_autonomous_life_that_is_off_is_left_alone(naoqi):
 
 
 def test_autonomous_life_comes_back_as_the_last_thing(naoqi):
-    with naoqi.robot(LifecycleOptions(end=End.REST, life=Life.SUSPEND)):
+    with naoqi.robot(LifecycleOptions(end=NaoEnd.REST, life=Life.SUSPEND)):
         pass
     assert naoqi.called(LIFE) == [("disabled",), ("solitary",)]
     names = [call[0] for call in naoqi.calls]
@@ -125,7 +127,7 @@ def test_an_end_that_fails_is_reported_and_the_rest_is_done(naoqi, caplog):
 
     naoqi.answers[REST] = fail
     naoqi.answers["ALVideoDevice.getImageRemote"] = "no picture, but a subscription"
-    with naoqi.robot(LifecycleOptions(end=End.REST)) as robot, pytest.raises(HardwareFailure):
+    with naoqi.robot(LifecycleOptions(end=NaoEnd.REST)) as robot, pytest.raises(HardwareFailure):
         robot.capture("Camera", 320, 240)
     assert "hangs in the air" in caplog.text
     assert naoqi.called("ALVideoDevice.unsubscribe") == [("handle",)]

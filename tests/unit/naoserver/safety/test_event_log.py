@@ -11,7 +11,7 @@ from naoserver.bodies.capabilities import BatteryReading, Pose, Truth
 from naoserver.bodies.parts import NO_TURN
 from naoserver.fake import FakeRobot
 from naoserver.robot import BodyState
-from naoserver.safety.event_log import ConditionWatch, EventLog
+from naoserver.safety._event_log import ConditionWatch, EventLog
 from tests.support.bodies import ARM
 from zenoh_ice import VirtualClock
 

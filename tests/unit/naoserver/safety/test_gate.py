@@ -5,8 +5,8 @@ from msgspec.structs import replace
 
 from interfaces.nao import HealthEvent, SafetyState, Severity
 from naoserver.errors import CommandRefused, InvalidCommand
+from naoserver.safety._event_log import EventLog
 from naoserver.safety._gate import LONGEST_LEASE, Gate
-from naoserver.safety.event_log import EventLog
 
 
 class Rig:

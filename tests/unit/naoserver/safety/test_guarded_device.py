@@ -12,10 +12,10 @@ from naoserver.fake import FakeDevice
 from naoserver.options import SafetyOptions
 from naoserver.protocol.jobs import JobThreads, Watchdog
 from naoserver.robot import JointFault
+from naoserver.safety._event_log import KEPT, EventLog
 from naoserver.safety._gate import Gate
 from naoserver.safety._guarded_device import GuardedDevice
 from naoserver.safety._limits import JointSafety
-from naoserver.safety.event_log import KEPT, EventLog
 from tests.support.limits import EVENT_LIMIT
 from zenoh_ice import VirtualClock, WallClock
 

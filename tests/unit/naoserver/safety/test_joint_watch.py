@@ -9,7 +9,7 @@ import pytest
 from interfaces.nao import Severity
 from naoserver.fake import FakeRobot
 from naoserver.robot import JointFault
-from naoserver.safety.event_log import EventLog, JointWatch
+from naoserver.safety._event_log import EventLog, JointWatch
 from tests.support.bodies import ARM
 from zenoh_ice import VirtualClock
 

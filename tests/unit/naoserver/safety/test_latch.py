@@ -16,8 +16,8 @@ import pytest
 
 from interfaces.nao import Severity
 from naoserver.errors import CommandRefused, RobotError
+from naoserver.safety._event_log import EventLog
 from naoserver.safety._gate import LONGEST_LEASE, Gate
-from naoserver.safety.event_log import EventLog
 from naoserver.safety.latch import Latch, latch_of
 from tests.support.limits import FOREVER
 from tests.support.waiting import at_once

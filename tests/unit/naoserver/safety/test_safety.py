@@ -17,7 +17,7 @@ from naoserver.robot import LIMP, JointFault, JointReading
 from naoserver.safety._limits import Goal, JointSafety
 from tests.support.examples import examples
 from tests.support.linkage import LINKAGE
-from zenoh_ice.clock import VirtualClock
+from zenoh_ice.threads.clock import VirtualClock
 
 LIMITS = {joint.name: joint for joint in H25.joints}
 TABLES = {table.dependent: table for table in H25.tables}

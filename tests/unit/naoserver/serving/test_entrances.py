@@ -1,46 +1,74 @@
-import tomllib
-from importlib.metadata import EntryPoint
+"""Other ways into a robot: what plug-ins add to `naoserver-sim`."""
+
+import logging
+from contextlib import nullcontext
+from typing import Annotated
 
 import pytest
+import typer
 
-from naoserver.bodies import find_body
-from naoserver.errors import RobotError
-from naoserver.fake import FakeRobot
-from naoserver.options import ServerOptions
-from naoserver.serving.assembly import Assembly
-from naoserver.serving.server import find_entrance
-from tests.support.bodies import CART
-from tests.support.places import ROOT
-from visualhfsm_makers.booster import serve_as_booster
-from visualhfsm_makers.unitree import serve_as_unitree
-from visualhfsm_naoqi_programs import serve_as_naoqi
-from zenoh_ice import VirtualClock
+from naoserver.serving.entrances import Entrance, find_entrances, flag, later_port, options_of
+from tests.support.plugins import installed
 
+SEAM = "naoserver.entrances"
+MADE = """
+from contextlib import nullcontext
+from naoserver.serving.entrances import Entrance
 
-def test_naoqi_is_an_entrance_of_an_installed_package():
-    assert find_entrance("qi") is serve_as_naoqi
-
-
-@pytest.mark.parametrize(("maker", "serve"), [("unitree", serve_as_unitree), ("booster", serve_as_booster)])
-def test_the_project_declares_the_entrances_of_makers(maker, serve):
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
-    declared = project["entry-points"]["naoserver.entrances"][maker]
-    assert EntryPoint(maker, declared, "naoserver.entrances").load() is serve
-    assert project["optional-dependencies"][maker] == ["cyclonedds==11.0.1"]
+made = Entrance(
+    programs="Morse",
+    options={"morse_key": (int, 0)},
+    serve=lambda robot, assembly, options: nullcontext("by wire"),
+    example=("naoserver-sim --morse-key 7", "who taps drives it"),
+)
+"""
 
 
-def test_an_entrance_that_no_package_provides():
-    with pytest.raises(RobotError, match="no installed package serves robots as 'ros1'"):
-        find_entrance("ros1")
+def an_entrance(**options):
+    return Entrance(
+        programs="Morse",
+        options=options,
+        serve=lambda robot, assembly, options: nullcontext(""),
+        example=("", ""),
+    )
+
+
+def test_the_entrance_of_a_stranger_is_found(tmp_path):
+    with installed(tmp_path, {SEAM: {"morse": "stranger:made"}}, stranger=MADE):
+        assert "Morse" in [each.programs for each in find_entrances()]
+    assert "Morse" not in [each.programs for each in find_entrances()]
+
+
+def test_one_that_cannot_be_loaded_is_named_and_leaves_the_others(tmp_path, caplog):
+    points = {SEAM: {"morse": "stranger:made", "broken": "breaks:made"}}
+    with (
+        installed(tmp_path, points, stranger=MADE, breaks="raise ValueError('no key')"),
+        caplog.at_level(logging.WARNING),
+    ):
+        assert "Morse" in [each.programs for each in find_entrances()]
+    assert "the plug-in broken of a-stranger (breaks:made) cannot be loaded: no key" in caplog.text
 
 
 @pytest.mark.parametrize(
-    ("body", "title"), [(find_body("T1"), "Booster T1"), (CART, "Cart")], ids=lambda value: str(value)[:4]
+    ("value", "wanted"), [(None, False), (False, False), (True, True), (0, True), ("", True)]
 )
-def test_no_other_robot_than_a_nao_is_served_as_naoqi(body, title):
-    clock = VirtualClock()
-    robot = FakeRobot(clock, body=body)
-    assembly = Assembly(robot, ServerOptions(), clock)
-    message = f"--qi serves NAOqi, the system of the Nao; this robot is a {title}"
-    with pytest.raises(RobotError, match=message):
-        serve_as_naoqi(robot, assembly, "tcp://127.0.0.1:0")
+def test_its_first_option_asks_for_it(value, wanted):
+    entrance = an_entrance(first_one=(str, None), other=(int, 1))
+    assert entrance.is_wanted({"first_one": value, "other": 3}) is wanted
+    assert flag(entrance.asked_by) == "--first-one"
+
+
+def test_what_several_have_in_common_is_one_option():
+    kind = Annotated[int, typer.Option(min=0)]
+    options = options_of(
+        [an_entrance(a=(bool, False), wire=(kind, 1)), an_entrance(b=(bool, False), wire=(kind, 1))]
+    )
+    assert [(each.name, each.default) for each in options] == [("a", False), ("wire", 1), ("b", False)]
+
+
+@pytest.mark.parametrize(
+    ("address", "later"),
+    [("tcp://127.0.0.1:9559", "tcp://127.0.0.1:9561"), ("tcp://127.0.0.1:0", "tcp://127.0.0.1:0")],
+)
+def test_each_robot_has_a_port_of_its_own_unless_the_system_picks_it(address, later):
+    assert later_port(address, 2) == later

@@ -35,12 +35,12 @@ def test_a_foot_goes_where_it_is_wanted_and_the_body_stays(robot):
     posture = Posture(robot.mj, limbs)
     posture.put(robot.data.qpos[:3].copy(), robot.data.qpos)
     angles = robot.data.qpos[limbs.qpos]
-    posture.look()
+    posture.update()
     center = posture.data.subtree_com[limbs.base].copy()
     wanted = limbs.soles(posture.data) + np.array([[0.1, 0.02, 0.05], [0.0, 0.0, 0.0]])
     target = Target(center, wanted, np.array([quaternion(0.2), quaternion(0.0), quaternion(0.1)]))
     posture.solve(target, angles, 20)
-    posture.look()
+    posture.update()
     assert limbs.soles(posture.data) == pytest.approx(wanted, abs=1e-4)
     assert posture.data.subtree_com[limbs.base] == pytest.approx(center, abs=1e-4)
     assert posture.data.xquat[limbs.feet[0]] == pytest.approx(quaternion(0.2), abs=1e-3)
@@ -51,7 +51,7 @@ def test_angles_stay_within_the_ranges_of_the_joints(robot):
     limbs = robot.limbs
     posture = Posture(robot.mj, limbs)
     posture.put(robot.data.qpos[:3].copy(), robot.data.qpos)
-    posture.look()
+    posture.update()
     soles = limbs.soles(posture.data)
     center = posture.data.subtree_com[limbs.base] + np.array([0.0, 0.0, 1.0])
     target = Target(center, soles, np.array(3 * [quaternion(0.0)]))

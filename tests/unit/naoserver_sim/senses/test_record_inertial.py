@@ -74,7 +74,7 @@ def test_roll_and_pitch_are_reported_against_the_vertical(standing, roll, pitch,
     x, y, z = (wanted[2, 1] - wanted[1, 2], wanted[0, 2] - wanted[2, 0], wanted[1, 0] - wanted[0, 1])
     standing.data.qpos[standing.base + 3 : standing.base + 7] = [w, *(part / (4 * w) for part in (x, y, z))]
     mujoco.mj_forward(standing.mj, standing.data)
-    standing.record.look(0.0)
+    standing.record.sample(0.0)
     reported = standing.record.newest.inertial
     assert math.sin(reported.roll - roll) == pytest.approx(0.0, abs=1e-6)
     assert reported.pitch == pytest.approx(pitch, abs=1e-6)
@@ -86,7 +86,7 @@ def test_positive_is_forwards_and_to_the_right_side(standing):
         quaternion[axis] = math.sin(0.1)
         standing.data.qpos[standing.base + 3 : standing.base + 7] = quaternion
         mujoco.mj_forward(standing.mj, standing.data)
-        standing.record.look(0.0)
+        standing.record.sample(0.0)
         assert getattr(standing.record.newest.inertial, name) == pytest.approx(0.2)
     _, axes = standing.pose()
     assert axes[2, 0] < 0  # pitched by 0.2 rad, its x axis looks down

@@ -9,7 +9,7 @@ import pytest
 from naoserver_sim._senses.record import Errors, SenseNoise
 from naoserver_sim.robot import SimulatedRobot
 from tests.support.physics import Lab
-from zenoh_ice.clock import VirtualClock
+from zenoh_ice.threads.clock import VirtualClock
 
 pytestmark = pytest.mark.sim
 
@@ -56,7 +56,7 @@ def measured(noise, looks=2000):
     lab = Lab(noise=noise)
     readings = []
     for _ in range(looks):
-        lab.record.look(0.0)
+        lab.record.sample(0.0)
         readings.append((lab.record.newest.inertial, *lab.record.feet(), lab.record.loads()))
     return readings
 

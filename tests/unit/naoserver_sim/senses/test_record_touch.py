@@ -9,7 +9,7 @@ from naoserver.errors import InvalidCommand
 from naoserver_sim._senses.record import SensorRecord
 from naoserver_sim.robot import SimulatedRobot
 from tests.support.physics import loose_parts
-from zenoh_ice.clock import VirtualClock
+from zenoh_ice.threads.clock import VirtualClock
 
 pytestmark = pytest.mark.sim
 
@@ -27,7 +27,7 @@ def bumped(*blocks, speed=0.3):
     pressed: set[str] = set()
     for _ in range(120):
         mujoco.mj_step(mj, data)
-        record.look(data.time)
+        record.sample(data.time)
         forces = record.felt(record.newest)
         pressed.update(name for name, force in forces.items() if force >= 1.0)
     return pressed

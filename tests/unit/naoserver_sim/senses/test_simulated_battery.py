@@ -5,7 +5,7 @@ import pytest
 from naoserver.bodies.nao import H25
 from naoserver_sim.robot import SimulatedRobot
 from tests.support.present import present
-from zenoh_ice.clock import VirtualClock
+from zenoh_ice.threads.clock import VirtualClock
 
 pytestmark = pytest.mark.sim
 

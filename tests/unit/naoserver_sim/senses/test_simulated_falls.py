@@ -10,7 +10,7 @@ from naoserver_sim._senses.simulated import FALLING_TILT, FallManager
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
 from tests.support.present import present
-from zenoh_ice.clock import VirtualClock
+from zenoh_ice.threads.clock import VirtualClock
 
 pytestmark = pytest.mark.sim
 
@@ -75,7 +75,7 @@ class Watched:
     def look(self, seconds, load, rate=0.0):
         for _ in range(round(seconds / TICK)):
             self.tilt += rate * TICK
-            self.manager.look(0.0, TICK, self.tilt, load)
+            self.manager.check(0.0, TICK, self.tilt, load)
 
 
 def test_bending_down_slowly_is_no_fall():

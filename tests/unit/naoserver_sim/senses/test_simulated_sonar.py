@@ -16,7 +16,7 @@ from naoserver_sim.world import BALL_RADIUS
 from tests.support.examples import examples
 from tests.support.physics import rotation
 from tests.support.present import present
-from zenoh_ice.clock import VirtualClock
+from zenoh_ice.threads.clock import VirtualClock
 
 pytestmark = pytest.mark.sim
 

@@ -75,7 +75,9 @@ def ids(catalog: Catalog) -> set[Any]:
 
 def test_no_text_that_is_looked_up_is_put_together() -> None:
     names = {"Message", "because", "template", "EditError", "ChangedOutsideError", "OldFormatError"}
-    paths = [path for folder in ("codegen", "visualhfsm") for path in (ROOT / folder).rglob("*.py")]
+    paths = [
+        path for folder in ("codegen", "plugins", "visualhfsm") for path in (ROOT / folder).rglob("*.py")
+    ]
     found = [
         f"{path.relative_to(ROOT)}:{call.lineno}"
         for path in paths

@@ -13,7 +13,7 @@ from hfsm_runtime.recording_file.writer import RecordingWriter
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._commands.replay import replay
 from visualhfsm._monitor.replay import outcome_lines
-from zenoh_ice.status import own_version
+from zenoh_ice.data.status import own_version
 
 
 def side(state: str) -> Side:

@@ -23,7 +23,7 @@ import gc, sys, time, typer
 from pathlib import Path
 from zenoh_ice.application.cli import *
 from zenoh_ice.settings import Settings
-from zenoh_ice.exceptions import ConnectFailedException
+from zenoh_ice.data.exceptions import ConnectFailedException
 
 app = typer.Typer()
 """

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from zenoh_ice.application.logs import rotating, set_up_logging
-from zenoh_ice.exceptions import ConfigurationException
+from zenoh_ice.data.exceptions import ConfigurationException
 from zenoh_ice.settings import Settings, load_settings
 
 logger = logging.getLogger("robot.arm")

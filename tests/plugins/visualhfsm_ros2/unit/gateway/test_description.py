@@ -14,7 +14,7 @@ from naoserver.serving.server import serve
 from tests.support.bodies import CART
 from visualhfsm_ros2.gateway._description import DescribedRobot, GatewayError
 from zenoh_ice import Communicator, Settings, VirtualClock
-from zenoh_ice.in_process import InProcessTransport
+from zenoh_ice.routes.in_process import InProcessTransport
 
 
 class AnyDescription(Description):

@@ -13,7 +13,7 @@ from codegen.hfsm._checks.attributes import STREAM
 from codegen.hfsm.loading import check_document
 from tests.support.checked_documents import with_code
 from tests.support.documents import document, problems, state, sub
-from zenoh_ice.proxy import StreamedCall
+from zenoh_ice.objects.proxy import StreamedCall
 
 
 def test_streams_are_known_as_they_are() -> None:

@@ -5,7 +5,7 @@ import pytest
 
 from naoserver.bodies.looks import Skin, read_looks, skin_names
 from naoserver.errors import RobotError
-from zenoh_ice.toml_file import parse_toml
+from zenoh_ice.data.toml_file import parse_toml
 
 ROBOTS = ("booster_t1", "cart", "nao", "unitree_g1")
 

@@ -22,7 +22,7 @@ from visualhfsm._document.commands.variables import (
     TakeOutput,
 )
 from visualhfsm._document.serialization import written
-from zenoh_ice import typed
+from zenoh_ice.data import typed
 
 
 def tree(

@@ -16,8 +16,8 @@ from hfsm_runtime.debugger._explanation import explain
 from hfsm_runtime.virtual import Execution
 from interfaces.hfsm import Explanation
 from naoserver.errors import CommandRefused
+from naoserver.safety._event_log import EventLog
 from naoserver.safety._gate import Gate
-from naoserver.safety.event_log import EventLog
 from tests.support.automata import component
 from tests.support.places import ROOT
 from visualhfsm._base.languages import encoder
@@ -133,9 +133,7 @@ def test_what_a_reload_could_not_keep_is_said_in_spanish() -> None:
 
 
 ERRORS = {"CommandRefused", "InvalidCommand", "InvalidValueException", "RouteError", "JointTaken", "LinkLost"}
-DOORS = tuple(
-    f"naoserver/{each}" for each in ("_joint_paths.py", "_programs.py", "booster", "qi", "ros2", "unitree")
-)
+DOORS = ("naoserver/moves/joint_paths.py",)
 """Programs for other robots come through these, and read what their own robot says."""
 WORDS = {
     "{}; {}": ("the robot is held by Ana", "wait until the lease is given back"),

@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 import visualhfsm.project._code_help
-from zenoh_ice import generated, proxy, streams
+from zenoh_ice import generated
+from zenoh_ice.objects import proxy, streams
 
 STUB = Path(visualhfsm.project._code_help.__file__).parent / "stubs" / "zenoh_ice-stubs" / "generated.pyi"
 CLASSES = {node.name: node for node in ast.parse(STUB.read_text()).body if isinstance(node, ast.ClassDef)}

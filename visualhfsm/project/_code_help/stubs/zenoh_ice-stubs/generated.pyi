@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from typing import Any, Generic, TypeVar
 
-from zenoh_ice.proxy import ObjectPrx as ObjectPrx
+from zenoh_ice.objects.proxy import ObjectPrx as ObjectPrx
 
 F = TypeVar("F")
 

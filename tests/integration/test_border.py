@@ -1,0 +1,84 @@
+"""The core stands without plug-ins: its tests, the demo and the page pass in a tree that has none."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+import pytest
+
+from tests.support.environments import make_environment
+from tests.support.limits import RUN_LIMIT
+from tests.support.places import ROOT
+from tests.support.soak import cases
+
+LEFT_OUT: Final = {".git", ".venv", "coverage", "demo", "dist", "node_modules", "plugins", "site"}
+"""Folders that the tree does not get, wherever they are: plug-ins and their tests, and what is made."""
+PLUG_INS: Final = tuple(path.parent.name for path in (ROOT / "plugins").glob("*/__init__.py"))
+LONGEST: Final = 60 * RUN_LIMIT
+
+
+def left_out(folder: str, names: list[str]) -> set[str]:
+    return LEFT_OUT.intersection(names)
+
+
+@pytest.fixture(scope="module")
+def tree(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """A checkout without plug-ins, beside the environment in which it is installed."""
+    home = tmp_path_factory.mktemp("core")
+    tree = Path(shutil.copytree(ROOT, home / "tree", ignore=left_out))
+    for modules in (ROOT / "tests").glob("*/node_modules"):
+        (tree / modules.relative_to(ROOT)).symlink_to(modules)
+    make_environment(home / "environment", ["dev"], packages=tree, editable=True)
+    yield tree
+    shutil.rmtree(home)
+
+
+def run(tree: Path, *command: str) -> str:
+    """Run a program of the environment in the tree; return what it printed."""
+    program = tree.parent / "environment" / "bin" / command[0]
+    done = subprocess.run(
+        [program, *command[1:]], cwd=tree, capture_output=True, text=True, timeout=LONGEST, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def test_no_plug_in_is_there(tree: Path) -> None:
+    code = f"from importlib.util import find_spec; print([n for n in {PLUG_INS} if find_spec(n)])"
+    assert len(PLUG_INS) > 7
+    assert run(tree, "python", "-c", code) == "[]\n"
+
+
+def test_commands_offer_nothing_of_them(tree: Path) -> None:
+    assert "grade" not in run(tree, "visualhfsm", "--help")
+    assert "--qi" not in run(tree, "naoserver-sim", "--help")
+    assert "check" in run(tree, "visualhfsm", "--help")
+
+
+def test_what_codegen_writes_is_the_same(tree: Path) -> None:
+    run(tree, "codegen", "--check", *map(str, sorted((tree / "behaviors").glob("*.xml"))))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "tests",
+    cases(
+        [
+            (
+                "tests/unit/codegen/hfsm/checks",
+                "tests/unit/hfsm_runtime/virtual",
+                "-m",
+                "not slow and not sim",
+            ),
+            ("tests/e2e/test_demo.py", "tests/e2e/test_editor_menus.py"),
+        ],
+        [("tests",)],
+    ),
+    ids=lambda tests: Path(tests[-1]).stem,
+)
+def test_its_tests_pass(tree: Path, tests: tuple[str, ...]) -> None:
+    run(tree, "python", "-m", "pytest", "-q", "-p", "no:cacheprovider", *tests)

@@ -1,0 +1,49 @@
+"""Plug-ins of somebody else, installed for a test."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from zenoh_ice import plugins
+
+__all__ = ["installed", "write_distribution"]
+
+
+def write_distribution(folder: Path, name: str, points: Mapping[str, Mapping[str, str]]) -> None:
+    """Write what says that a distribution is installed in a folder, with entry points by group."""
+    about = folder / f"{name.replace('-', '_')}-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
+    lines = [
+        line
+        for group, named in points.items()
+        for line in (f"[{group}]", *(f"{point} = {value}" for point, value in named.items()))
+    ]
+    (about / "entry_points.txt").write_text("\n".join(lines) + "\n")
+
+
+@contextmanager
+def installed(folder: Path, points: Mapping[str, Mapping[str, str]], **modules: str) -> Iterator[None]:
+    """Let a distribution `a-stranger` be installed in a folder, with entry points by group, and modules by name."""
+    for name, code in modules.items():
+        (folder / f"{name}.py").write_text(code)
+    write_distribution(folder, "a-stranger", points)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(folder)
+        _forget()
+        try:
+            yield
+        finally:
+            for name in modules:
+                sys.modules.pop(name, None)
+            _forget()
+
+
+def _forget() -> None:
+    plugins.names.cache_clear()
+    plugins.find.cache_clear()

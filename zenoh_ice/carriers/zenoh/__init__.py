@@ -1,0 +1,1 @@
+"""Calls, samples and tokens over Zenoh."""

@@ -1,0 +1,1 @@
+"""The choice between the carriers, for each call and each stream, in one order."""

@@ -1,0 +1,272 @@
+"""Calls, samples and tokens within one process: for tests, and for servants of the caller's own process."""
+
+from __future__ import annotations
+
+import itertools
+import threading
+from collections import defaultdict, deque
+from collections.abc import Callable, Sequence
+from functools import partial
+from queue import Empty, SimpleQueue
+from typing import Any, Final
+
+import msgspec
+
+from zenoh_ice.data.codec import Buffer, Parted, Pieces
+from zenoh_ice.data.exceptions import ConnectionLostException, SystemException
+from zenoh_ice.data.interface import Operation
+from zenoh_ice.data.keys import Target
+from zenoh_ice.routes._calls import Route, RoutedCaller
+from zenoh_ice.routes._given_up import OwnCalls
+from zenoh_ice.threads.clock import WALL, Clock
+from zenoh_ice.threads.pool import Pool
+from zenoh_ice.transport import (
+    Answer,
+    Arrived,
+    Caller,
+    Inlet,
+    NoAnswer,
+    Outcome,
+    Outlet,
+    Receiver,
+    Receivers,
+    Registration,
+    Relay,
+    outcome_of,
+    refusal,
+)
+
+__all__ = ["InProcessTransport", "Pool"]
+
+_MOST_TOKENS: Final = 1 << 15  # remembered ones; no robot has as many: more means a flood
+
+_numbers: Final = itertools.count(1)
+
+
+class InProcessTransport:
+    """Join the servants and the proxies of one process, without a network.
+
+    With a pool of no threads, everything happens at once, on the thread that calls or publishes.
+    """
+
+    endpoints: Sequence[str] = ()
+    token_delay = 0.0
+    clock: Clock = WALL
+    local_address = ""
+    relay: Relay | None = None
+
+    def __init__(self, pool: Pool) -> None:
+        self.id = f"{next(_numbers):x}"
+        self.calls = OwnCalls(self.id)
+        self.pool: Final = pool
+        self.receivers: Final = Receivers()
+        self.awaited: Final[set[SimpleQueue[Answer | None]]] = set()
+        """Where calls wait for their answers: None, once the transport is closed."""
+        self._lock: Final = threading.RLock()
+        self._streams: Final = defaultdict[str, list[_Inlet]](list)  # listeners by key
+        self._tokens: Final[dict[str, None]] = {}
+        self._watchers: Final[list[tuple[str, Callable[[str, bool], object]]]] = []
+        self._status: Final[dict[tuple[str, str], Callable[[], bytes]]] = {}  # by realm and process
+
+    def is_near(self, target: Target) -> bool:  # noqa: ARG002
+        return True
+
+    def explain_unreachable(self, limit: float) -> str:  # noqa: ARG002
+        return ""  # it connects to nobody
+
+    def caller(
+        self,
+        target: Target,
+        operation: Operation[..., Any],
+        *,
+        timeout: float,
+        fingerprint: str | None = None,
+    ) -> Caller:
+        carrier = InProcessCarrier(self, target.key(operation.name), timeout)
+        return RoutedCaller(
+            self.calls,
+            target,
+            operation,
+            timeout=timeout,
+            fingerprint=fingerprint,
+            served_here=self.receivers,
+            here=carrier,
+            route=Route(),
+            network=carrier,
+        )
+
+    def serve(self, target: Target, receiver: Receiver) -> Registration:
+        prefix = target.prefix
+        self.receivers[prefix] = receiver
+
+        def close() -> None:
+            if self.receivers.get(prefix) is receiver:
+                del self.receivers[prefix]
+
+        return Registration(close)
+
+    def publish(self, target: Target, operation: Operation[..., Any]) -> Outlet:
+        return _Outlet(self._streams[target.key(operation.name)])
+
+    def subscribe(self, target: Target, operation: Operation[..., Any], queue: int = 1) -> Inlet:
+        return _Inlet(self._streams[target.key(operation.name)], queue)
+
+    def announce(self, token: str) -> Registration:
+        self.notify(token, True)
+        return Registration(partial(self.notify, token, False))
+
+    def watch(self, pattern: str, changed: Callable[[str, bool], object]) -> Registration:
+        # Patterns are distinguished by the text before their first asterisk.
+        watcher = prefix, _ = pattern.partition("*")[0], changed
+        with self._lock:
+            self._watchers.append(watcher)
+            for token in [token for token in self._tokens if token.startswith(prefix)]:
+                changed(token, True)
+
+        def close() -> None:
+            with self._lock:  # while tokens are reported, none may be passed over
+                self._watchers.remove(watcher)
+
+        return Registration(close)
+
+    def notify(self, token: str, came: bool) -> None:
+        """Report a token that appeared or disappeared to the watchers."""
+        with self._lock:
+            if not came:
+                self._tokens.pop(token, None)
+            elif len(self._tokens) < _MOST_TOKENS:
+                self._tokens[token] = None
+            for changed in [changed for prefix, changed in self._watchers if token.startswith(prefix)]:
+                changed(token, came)
+
+    def watch_links(self, changed: Callable[[str, bool], object]) -> Registration:  # noqa: ARG002
+        return Registration(lambda: None)  # there are no links
+
+    def serve_status(self, realm: str, status: Callable[[], bytes]) -> Registration:
+        self._status[realm, self.id] = status
+        return Registration(partial(self._status.pop, (realm, self.id), None))
+
+    def ask_status(self, realm: str, process: str, timeout: float) -> Buffer:  # noqa: ARG002
+        if (status := self._status.get((realm, process))) is None:
+            raise ConnectionLostException(f"there is no process {process} of realm {realm}")
+        return status()
+
+    def close(self) -> None:
+        self.receivers.clear()  # first: a call registers its queue, then looks up its receiver
+        for outcomes in tuple(self.awaited):
+            outcomes.put(None)
+        for inlet in [inlet for inlets in list(self._streams.values()) for inlet in inlets]:
+            inlet.close()
+
+
+class InProcessCarrier(msgspec.Struct, frozen=True, eq=False):
+    """Carries the calls of one operation to a receiver of this process."""
+
+    transport: InProcessTransport
+    key: str
+    timeout: float
+
+    def call(self, payload: bytes, attachment: bytes) -> Outcome:
+        transport = self.transport
+        prefix, _, name = self.key.rpartition("/")
+        answers: SimpleQueue[Answer | None] = SimpleQueue()
+
+        def reply(ok: bool, answer: bytes | Pieces) -> None:
+            answers.put((ok, answer))
+
+        transport.awaited.add(answers)
+        try:
+            if (receiver := transport.receivers.get(prefix)) is None:
+                raise NoAnswer(timed_out=False)
+            try:
+                job = receiver.admit(name, payload, attachment or None, reply)
+            except BaseException as failure:  # noqa: BLE001 - it is logged, and answered
+                job = refusal(failure, self.key, reply)
+            if job is not None:
+                kind, run = job
+                if receiver.runs_here:
+                    run()
+                else:
+                    transport.pool.submit(run, kind)
+            with transport.pool.blocked():
+                answer = answers.get(timeout=self.timeout)
+        except Empty:
+            raise NoAnswer(timed_out=True) from None
+        finally:
+            transport.awaited.discard(answers)
+        if answer is None:
+            raise NoAnswer(timed_out=False)
+        ok, result = answer
+        return ok, _arrived(result)
+
+    def begin(
+        self, payload: bytes, attachment: bytes, done: Callable[[Outcome | SystemException], object]
+    ) -> Callable[[], object]:
+        self.transport.pool.submit(lambda: done(outcome_of(partial(self.call, payload, attachment))))
+        return lambda: None
+
+
+class _Outlet:
+    def __init__(self, inlets: list[_Inlet]) -> None:
+        self._inlets = inlets
+
+    @property
+    def listening(self) -> bool:
+        return bool(self._inlets)
+
+    def put(self, payload: bytes | Pieces, attachment: bytes) -> None:
+        arrived = Arrived(_arrived(payload), attachment)
+        for inlet in tuple(self._inlets):
+            inlet.put(arrived)
+
+    def close(self) -> None:
+        self._inlets = []
+
+
+class _Inlet:
+    def __init__(self, inlets: list[_Inlet], queue: int) -> None:
+        self._inlets: Final = inlets
+        self._samples: Final[deque[Arrived]] = deque(maxlen=queue)
+        self._callback: Callable[[Any], object] | None = None
+        self._waiting: threading.Condition | None = None
+        self._delivering: Final = threading.RLock()  # a callback may publish, too
+        inlets.append(self)
+
+    def poll(self) -> Arrived | None:
+        with self._delivering:
+            return self._samples.popleft() if self._samples else None
+
+    def wait(self, changed: threading.Condition, holds: Callable[[], bool], timeout: float) -> bool:
+        self._waiting = changed
+        return changed.wait_for(holds, timeout)
+
+    def deliver(self, callback: Callable[[Any], object], rate: float | None = None) -> None:  # noqa: ARG002
+        with self._delivering:
+            self._callback = callback
+            while (sample := self.poll()) is not None:
+                callback(sample)
+
+    def put(self, sample: Arrived) -> None:
+        with self._delivering:
+            (self._callback or self._samples.append)(sample)
+        if (changed := self._waiting) is not None:  # without our lock, which a poll takes
+            with changed:
+                changed.notify_all()
+
+    def open(self, sample: Arrived) -> Arrived:
+        return sample
+
+    def close(self, timeout: float = 0.0) -> bool:
+        if self in self._inlets:
+            self._inlets.remove(self)
+        ended = self._delivering.acquire(timeout=timeout)
+        if ended:
+            self._delivering.release()
+        return ended
+
+
+def _arrived(payload: bytes | Pieces) -> bytes | Parted:
+    """Return a payload as it arrives, without a copy of its large byte sequences."""
+    if isinstance(payload, Pieces):
+        return Parted(payload.without_large(), payload.places, payload.large)
+    return payload

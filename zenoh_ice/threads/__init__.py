@@ -1,0 +1,1 @@
+"""Threads, the clocks by which they wait, and the limits of their waits."""
