@@ -15,19 +15,24 @@ from typing import Any, Final
 
 import msgspec
 
-from hfsm_runtime._actor import make_event
-from hfsm_runtime._advice import explain
-from hfsm_runtime._automaton import Automaton, Event, State
-from hfsm_runtime._cycle import hand_over, outputs_of
-from hfsm_runtime._marks import Mark
-from hfsm_runtime._recording.clocks import TimeModule
-from hfsm_runtime._recording.run import restore_random
-from hfsm_runtime._stop import names_in
-from hfsm_runtime._variables import functions_of, short_repr, values_of
+from hfsm_runtime import Automaton, Event, State
 from hfsm_runtime.component import Component, equip, make_automata, proxies_of, ros_of
 from hfsm_runtime.debugger.reload import components_in
 from hfsm_runtime.errors import ComponentError, VariablesError
 from hfsm_runtime.loading import naming_libraries
+from hfsm_runtime.plugins import (
+    Mark,
+    TimeModule,
+    explain,
+    functions_of,
+    hand_over,
+    make_event,
+    names_in,
+    outputs_of,
+    restore_random,
+    short_repr,
+    values_of,
+)
 from hfsm_runtime.source_map import locate
 from interfaces.jderobot import JderobotException
 from visualhfsm_classes.contained import protocol

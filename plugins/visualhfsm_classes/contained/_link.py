@@ -14,9 +14,8 @@ from typing import Any, Final, TypeVar
 
 import msgspec
 
-from hfsm_runtime._code import Code, current_code
-from hfsm_runtime._recording.transport import ObservedTransport
 from hfsm_runtime.errors import EventError
+from hfsm_runtime.plugins import Code, ObservedTransport, current_code
 from visualhfsm_classes.contained import protocol
 from zenoh_ice import Settings
 from zenoh_ice.data import exceptions, typed

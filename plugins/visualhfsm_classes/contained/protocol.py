@@ -17,8 +17,8 @@ from typing import Annotated, Final
 
 import msgspec
 
-from hfsm_runtime._recording.run import random_state
 from hfsm_runtime.errors import ComponentStoppedError, CycleCutError
+from hfsm_runtime.plugins import random_state
 
 LARGEST_REQUEST: Final = 4 << 20
 """Bytes of the largest message of the far end."""
