@@ -23,8 +23,12 @@ class HandIn(TabEdit):
 
 
 async def _task(_: Task, document: ViewedDocument) -> dict[str, Any] | None:
-    root, path, language = document.root, document.path, document.language
-    return None if path is None else await document.in_thread(lambda: read_task(root, path, language))
+    if (path := document.path) is None:
+        return None
+    found: dict[str, Any] = await document.in_thread(
+        lambda: read_task(document.root, path, document.language)
+    )
+    return found
 
 
 async def _hand_in(request: HandIn, document: ViewedDocument) -> dict[str, Any]:
@@ -32,7 +36,7 @@ async def _hand_in(request: HandIn, document: ViewedDocument) -> dict[str, Any]:
     if path is None:
         raise MissingError.because("{title} was never saved", title=document.title)
     if (target := collected(root, path)) is not None:
-        await document.save_copy(target, overwrite=request.overwrite)
+        await document.save_copy(target, request.overwrite)
     return {"path": root.name(target or path), "collected": target is not None}
 
 

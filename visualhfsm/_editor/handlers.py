@@ -6,6 +6,7 @@ from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 from enum import Enum
 from functools import partial
+from pathlib import Path
 from typing import Any, Final, TypeVar
 
 from visualhfsm._monitor.messages import Simulation
@@ -162,7 +163,14 @@ _on(p.Undo, lambda w, _, r: edits.step(w, r, OpenDocument.undo))
 
 def _on_view(kind: type[TabRequest], handle: Callable[[Any, ViewedDocument], Awaitable[object]]) -> None:
     def handled(w: Workspace, window: Window, r: TabRequest) -> Awaitable[object]:
-        return handle(r, ViewedDocument(window.language, w, w.tabs.get(r.tab)))
+        tab = w.tabs.get(r.tab)
+        shown, root, in_thread = tab.shown, w.project.root, w.threads.do
+
+        def save_copy(target: Path, overwrite: bool) -> Awaitable[object]:
+            return tab.edit(OpenDocument.save_copy, target, overwrite=overwrite)
+
+        document = ViewedDocument(shown.path, shown.title, window.language, root, in_thread, save_copy)
+        return handle(r, document)
 
     _on(kind, handled, Lane.IN_ORDER if issubclass(kind, TabEdit) else Lane.BESIDE)
 

@@ -11,20 +11,13 @@ import logging
 from collections.abc import Awaitable, Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final, Protocol, TypeVar
+from typing import Annotated, Any, Final, Protocol
 
 import msgspec
 
 from visualhfsm._monitor.messages import tag
+from visualhfsm.project._root import Root
 from zenoh_ice import plugins
-
-if TYPE_CHECKING:
-    from visualhfsm.project._root import Root
-
-    from .tab import Tab
-    from .workspace import Workspace
-
-R = TypeVar("R")
 
 RequestId = Annotated[int, msgspec.Meta(ge=0, le=2**53 - 1)]
 TabId = Annotated[int, msgspec.Meta(ge=1, le=2**31 - 1)]
@@ -57,35 +50,17 @@ class TabEdit(TabRequest):
 class ViewedDocument:
     """The document that a request of a view is about."""
 
+    path: Path | None
+    """The file of the document, None as long as it was never saved."""
+    title: str
     language: str
     """The language of the window that asks."""
-    _workspace: Workspace
-    _tab: Tab
-
-    @property
-    def path(self) -> Path | None:
-        """The file of the document, None as long as it was never saved."""
-        return self._tab.shown.path
-
-    @property
-    def title(self) -> str:
-        """The name of the document."""
-        return self._tab.shown.title
-
-    @property
-    def root(self) -> Root:
-        """The folder of the project: what pages may reach."""
-        return self._workspace.project.root
-
-    async def in_thread(self, work: Callable[[], R]) -> R:
-        """Return the result of work that takes some time."""
-        return await self._workspace.threads.do(work)
-
-    async def save_copy(self, target: Path, *, overwrite: bool) -> None:
-        """Write the document to another file. Raises WouldOverwriteError, and EditError."""
-        from visualhfsm.project._document import OpenDocument
-
-        await self._tab.edit(OpenDocument.save_copy, target, overwrite=overwrite)
+    root: Root
+    """The folder of the project: what pages may reach."""
+    in_thread: Callable[[Callable[[], Any]], Awaitable[Any]]
+    """Returns the result of work that takes some time."""
+    save_copy: Callable[[Path, bool], Awaitable[object]]
+    """Writes the document to a file, perhaps over an earlier one. Raises WouldOverwriteError, EditError."""
 
 
 class View(Protocol):

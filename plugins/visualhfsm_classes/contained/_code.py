@@ -35,17 +35,15 @@ from hfsm_runtime.plugins import (
 )
 from hfsm_runtime.source_map import locate
 from interfaces.jderobot import JderobotException
-from visualhfsm_classes.contained import protocol
+from visualhfsm_classes.contained import _protocol as protocol
 from visualhfsm_classes.contained._link import FarTransport, Link
-from visualhfsm_classes.contained.protocol import (
+from visualhfsm_classes.contained._protocol import (
     LARGEST_TEXT,
     LARGEST_VALUES,
-    Answered,
     Begin,
     Done,
     Raised,
     RunCode,
-    Variables,
 )
 from zenoh_ice.data import typed
 
@@ -91,7 +89,7 @@ class FarComponent:
                 case protocol.Deliver():
                     self._transport.inlets[message.stream].push(message.sample)
                 case protocol.ListVariables():
-                    return Variables(_encoded(self._variables(message.automaton)))
+                    return Done(variables=_encoded(self._variables(message.automaton)))
                 case protocol.ListNames():
                     return protocol.Names(self._names(message))
         except protocol.PipeError:
@@ -137,10 +135,10 @@ class FarComponent:
 
     def _send(self, name: str, data: object) -> None:
         event = make_event(name, data)
-        self._link.ask(protocol.Send(event.name, msgspec.json.encode(event.data)), Answered)
+        self._link.ask(protocol.Send(event.name, msgspec.json.encode(event.data)))
 
     def _mark(self, mark: Mark) -> None:
-        self._link.ask(protocol.SetMark(mark.camera, float(mark.u), float(mark.v), mark.label), Answered)
+        self._link.ask(protocol.SetMark(mark.camera, float(mark.u), float(mark.v), mark.label))
 
     def _variables(self, automaton: int) -> dict[str, object]:
         found = values_of(self._automata[automaton])
@@ -194,7 +192,7 @@ class _Handler(logging.Handler):
         except Exception:  # noqa: BLE001 - arguments of others
             self.handleError(record)
             return
-        self._link.ask(protocol.Log(record.levelno, _sendable(text)), Answered)
+        self._link.ask(protocol.Log(record.levelno, _sendable(text)))
 
 
 def _load(message: Begin) -> type[Component]:
