@@ -30,6 +30,7 @@ _PACKAGES: Final = ("codegen", "hfsm_runtime", "interfaces", "naoserver", "zenoh
 _SEAMS: Final = ("codegen.", "hfsm_runtime.")
 """Beginnings of the seams to which plug-ins add what compiles and runs documents."""
 _TOO: Final = ("visualhfsm_old_documents", "visualhfsm_ros2", "zenoh_ros2")
+"""Names of others, where they are installed."""
 _CONTAINED: Final = f"{__package__}/contained"
 """What runs the code."""
 _LIBRARIES: Final = ("/lib", "/lib64", "/usr/lib", "/usr/lib64", "/usr/local/lib")
