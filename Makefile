@@ -47,7 +47,7 @@ check: $(VENV)/dev.stamp bubblewrap ## Format, lint, check types and run the qui
 quick-tests:
 	@TEST_EXAMPLES=0.1 $(PYTEST) tests/unit tests/plugins/*/unit -m "not slow and not sim"
 
-test: ## Run the linters and every test, and build the documentation, in 12 min on two processors
+test: ## Run the linters and every test, and build the documentation, in 17 to 20 min on two processors
 	@$(PYTHON) tools/runs/measured.py 480 840 $(MAKE) --no-print-directory --jobs=2 --keep-going all-tests lint docs
 
 all-tests: $(VENV)/dev.stamp packages node-modules
@@ -109,7 +109,7 @@ check-page: tests/page/node_modules/.stamp
 node-modules: node
 	@if command -v npm >/dev/null; then \
 		$(MAKE) --no-print-directory tests/hub/node_modules/.stamp tests/page/node_modules/.stamp; \
-	else echo "Node.js is not installed: the tests of catalogs and those with a JupyterHub are skipped"; fi
+	else echo "Node.js is not installed: tests of catalogs, with axe and with a JupyterHub are skipped"; fi
 
 tests/%/node_modules/.stamp: tests/%/package-lock.json
 	npm ci --silent --prefix tests/$*

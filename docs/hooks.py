@@ -62,10 +62,11 @@ _LINK: Final = re.compile(r"(!?)\[([^\]]*)\]\(([^)#\s]+)(#[^)]*)?\)")
 
 
 def on_config(config: MkDocsConfig) -> MkDocsConfig:
-    """List the decisions in the navigation, in their order."""
-    decisions = [
+    """List the decisions in the navigation below their index, in their order."""
+    decisions: list[str | dict[str, str]] = ["decisions/README.md"]
+    decisions += [
         {page.read_text("utf-8").split("\n", 1)[0].removeprefix("# "): f"decisions/{page.name}"}
-        for page in sorted((ROOT / "docs" / "decisions").glob("*.md"))
+        for page in sorted((ROOT / "docs" / "decisions").glob("0*.md"))
     ]
     for section in config.nav or []:
         if "Explanation" in section:
@@ -221,7 +222,7 @@ def exceptions() -> str:
         for node in found:
             base = next((name for name in map(ast.unparse, node.bases) if name in names), "")
             below.setdefault(base, []).append(node)
-        parts.append("\n".join([f"### {package}\n", *_tree(below, "", 0)]))
+        parts.append("\n".join([f"### {Path(package).name}\n", *_tree(below, "", 0)]))
     return "\n\n".join(parts)
 
 

@@ -13,7 +13,7 @@ import sys
 import termios
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Final
 
 import typer
@@ -121,7 +121,8 @@ def _result(stopping: Stopping) -> Json:
 
 
 def _report(text: str) -> None:
-    typer.echo(text, err=True)
+    with suppress(OSError):  # nobody reads it any more, and the stop goes on
+        typer.echo(text, err=True)
 
 
 def _outcome(realm: Realm) -> str:

@@ -54,7 +54,7 @@ class StopLimits:
 
 
 STOP_LIMITS: Final = StopLimits()
-"""Those of every stop that gets no others."""
+"""The limits of a stop that gets no others."""
 
 
 @dataclass
@@ -64,10 +64,10 @@ class Route:
     name: str
     settings: Settings
     required: bool
-    """Whether the robots behind it count as unstopped while it makes no link."""
+    """True if the robots behind it count as unstopped while it makes no link."""
     reached: bool = False
     settled: bool = False
-    """Whether the realms that it leads to are known."""
+    """True once the realms that it leads to are known."""
     trouble: str = ""
 
 
@@ -77,7 +77,7 @@ class Realm(emergency_stop.RobotStop):
 
     name: str
     required: bool = True
-    """Whether it is there, as far as we know."""
+    """False for a robot that may not be there."""
     trouble: str = ""
     """Why it did not stop, last."""
     lost_for: float = 0.0
@@ -138,17 +138,19 @@ class Stopping:
         Raises ConfigurationException, or EndpointInUseException, for settings that allow no link.
         """
         deadline = time.monotonic() + self._limit
-        self._start()
         said = ""
-        while (left := deadline - time.monotonic()) > 0:
-            with self._changed:
-                if self._changed.wait_for(self._complete, min(left, _REPORT_PERIOD)):
-                    break
-                missing = self._missing()
-            if missing != said:
-                said = missing
-                say(f"not stopped yet: {missing}; trying again; {OWN_SWITCH}")
-        self._close()
+        try:
+            self._start()
+            while (left := deadline - time.monotonic()) > 0:
+                with self._changed:
+                    if self._changed.wait_for(self._complete, min(left, _REPORT_PERIOD)):
+                        break
+                    missing = self._missing()
+                if missing != said:
+                    said = missing
+                    say(f"not stopped yet: {missing}; trying again; {OWN_SWITCH}")
+        finally:
+            self._close()
         if self._fault is not None:
             raise self._fault
 
@@ -269,7 +271,7 @@ class Stopping:
                 state, safety = _result(moves, _JointState), _result(may, _SafetyAnswer)
                 if safety is not None:
                     realm.lost_for = safety.returnValue.lostFor
-                realm.look(
+                realm.observe(
                     None if state is None else state.returnValue.velocities,
                     None if safety is None else safety.returnValue.lost,
                     self._limits.standstill,

@@ -25,7 +25,7 @@ SIDES: Final = ("left", "right")
 BASE: Final = "base"
 """The free joint of the root link."""
 MOUNT: Final = "mount"
-"""What fixes the root of a mounted body to the place where the robot starts."""
+"""The weld of a mounted body's root to the place where the robot starts."""
 SHAPES: Final[Mapping[parts.ShapeKind, mujoco.mjtGeom]] = {
     "box": mujoco.mjtGeom.mjGEOM_BOX,
     "sphere": mujoco.mjtGeom.mjGEOM_SPHERE,

@@ -83,7 +83,7 @@ class Headway:
         self._place: complex | None = None
 
     def tick(self, seconds: float, velocity: WalkVelocity, now: Odometry) -> bool:
-        """Advance by some seconds at a velocity, at the end of which it is `now`; return if it gets on."""
+        """Advance by some seconds at a velocity, to the place `now`; return whether it gets on."""
         wanted, place = complex(velocity.forward, velocity.left), complex(now.x, now.y)
         if abs(self._expected) > abs(wanted):  # it slows down sooner
             self._expected *= abs(wanted) / abs(self._expected)

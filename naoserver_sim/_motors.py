@@ -104,7 +104,7 @@ class Motors:
         self.limp: NDArray[np.intp] = np.zeros(0, dtype=np.intp)
         """The limp motors."""
         self.follows: NDArray[np.bool_] = np.zeros(mj.nu, dtype=bool)
-        """Whether each motor follows commands with gains."""
+        """True for each motor that follows commands with gains."""
         self.following: NDArray[np.intp] = self.limp
         """The motors that do."""
         self.loose: NDArray[np.intp] = self.limp
@@ -196,7 +196,7 @@ class Motors:
 
 
 PLAY: Final = Play(delay=2, least_backlash=math.radians(0.5), most_backlash=math.radians(2.0))
-"""How imperfect the gears of a body are that does not say it: those of a Nao.
+"""The play of a body that names none: the gears of a Nao.
 
 A joint moves 30 to 40 ms after the command. B-Human finds a request in the angles of a NAO 6 three cycles of
 12 ms later, and expects the ankles of a good robot within 1.0 deg of the requested angles, its hips and knees

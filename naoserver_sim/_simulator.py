@@ -80,7 +80,7 @@ class Simulator:
         self.on_tick: Callable[[], None] = lambda: None
         """Called at the very end of each tick, when its state is published; it gives orders for the next."""
         self.virtual = True
-        """Whether no thread steps it, but who advances a virtual clock."""
+        """True while no thread steps it, but who advances a virtual clock."""
         self._ticks = 0
         self.tick_period: Final = float(mj.opt.timestep) * STEPS_PER_TICK
         self._option = mj.opt

@@ -210,7 +210,7 @@ class _Description:
 
 
 def _guessed(path: Path, name: str, arguments: Mapping[str, str]) -> tuple[Guesses, _Description]:
-    """Return the TOML file for which a model alone is taken, called `name` in it, and what that describes."""
+    """Return the TOML file that a model alone stands for, called `name` in it, and what it describes."""
     parts_in = partial(parts_of, own=OwnFile(model=name), mounted=False)
     model = read_model(path, path.parent, arguments=arguments, check=parts_in)
     found = Guesses({"model": name, "name": _name(path), "xacro": dict(arguments)})

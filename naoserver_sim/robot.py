@@ -42,7 +42,7 @@ from naoserver_sim.world import DEFAULT_WORLD, World, load_world, scattered
 from zenoh_ice import Clock, VirtualClock
 
 _SEED: Final = 0
-"""That of the noise in virtual time, which is the same each time unless a seed is given."""
+"""The seed of the noise in virtual time, the same each time unless another one is given."""
 _CAMERA_LIMITS: Final = CameraLimits()
 
 

@@ -29,6 +29,7 @@ from tests.support.examples import examples, more_asked_for
 from tests.support.leaks import Leaks, watched_leaks
 from tests.support.limits import CALL_LIMIT
 from tests.support.memory import Memory
+from tests.support.places import ROOT
 from tests.support.processes import free_endpoint
 from tests.support.soak import LEFT_TO_SOAK, OTHERS, SOAKS, repeated
 from zenoh_ice import Communicator, ObjectAdapter, initialize
@@ -63,6 +64,7 @@ LAST_LIMIT = 30.0
 """How long after its limit a test that does not fail ends its process, in s."""
 
 _memory: Final = Memory()
+_WARNINGS: Final = ROOT / "MUJOCO_LOG.TXT"
 _stderr: Final = pytest.StashKey[int]()
 """The standard error of the process, while that of tests is captured."""
 
@@ -195,13 +197,17 @@ def module_leak_check(leaks: Leaks, request: pytest.FixtureRequest) -> Iterator[
 def each_test(
     leaks: Leaks, request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[None]:
-    """Fail a test that leaves threads, Zenoh sessions or child processes behind, and tidy up around it.
+    """Fail a test that leaves threads, Zenoh sessions, child processes or MuJoCo's file behind, and tidy up around it.
 
     This is one fixture, because each of them takes time for each test.
     """
     with leaks.check("the test"), log_handlers(), rendering(request.node), own_state(tmp_path_factory):
         yield
     _memory.give_back()
+    if _WARNINGS.exists():
+        text = _WARNINGS.read_text("utf-8")
+        _WARNINGS.unlink(missing_ok=True)  # the next test has nothing to do with it
+        pytest.fail(f"MuJoCo warned in a file, as it does where nobody takes its warnings:\n{text}")
 
 
 @contextmanager

@@ -64,16 +64,16 @@ class AdmissionLimits:
     most_handshakes: int = 512
     """All of them; fewer where the system permits few open files."""
     fair_share: float = 0.25
-    """How long a handshake may take, in s, before it loses its place to another one."""
+    """The longest handshake in s that keeps its place when another one wants it."""
     links_of_certificate: int = 512
     links_of_address: int = 256
-    """Those of a certificate at one address: a class behind a common one has some hundred."""
+    """The most links of a certificate at one address: a class behind a common one has some hundred."""
     report: float = 10.0
     """s between two reports of what was refused."""
 
 
 LIMITS: Final = AdmissionLimits()
-"""Those of every router that gets no others."""
+"""The limits of a router that gets no others."""
 
 
 class Admission:

@@ -241,7 +241,7 @@ class _StackProcess:
         self._logging = True
         self._handler: logging.Handler | None = None
         self._rest = b""
-        self._child: ChildProcess | None = None
+        self._child = ChildProcess(self._receive)
 
     async def start(self) -> ChildProcess:
         """Start the process; it is ready at once when the stack file gives no pattern to wait for."""
@@ -251,9 +251,8 @@ class _StackProcess:
         if not self.spec.foreground:
             self._handler = rotating(self.log)
             self._handler.handleError = lambda record: self._cannot_log()  # type: ignore[method-assign]  # noqa: ARG005
-        child = ChildProcess(self._take)
         try:
-            await child.start(
+            await self._child.start(
                 [program_path(program), *arguments],
                 {**os.environ, **self.spec.environment},
                 foreground=self.spec.foreground,
@@ -262,20 +261,18 @@ class _StackProcess:
         except BaseException:
             self._close_log()
             raise
-        self._child = child
         if not self.spec.ready:
             self.ready.set()
-        return child
+        return self._child
 
     async def stop(self, force: asyncio.Event | None = None) -> None:
         """End the process and its whole group: SIGINT, SIGTERM after `stop_timeout`, then SIGKILL.
 
         Setting `force` shortens every wait to nothing.
         """
-        if self._child is not None:
-            await self._child.stop([self.spec.stop_timeout] * 2, force, group=True)
+        await self._child.stop([self.spec.stop_timeout] * 2, force, group=True)
 
-    def _take(self, _descriptor: int, data: bytes) -> None:
+    def _receive(self, _descriptor: int, data: bytes) -> None:
         """Copy output line by line into the log; empty data end it."""
         *lines, self._rest = (self._rest + data).split(b"\n")
         if len(self._rest) > _LONGEST_LINE or (not data and self._rest):

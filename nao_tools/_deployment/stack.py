@@ -61,7 +61,7 @@ class ProcessSpec(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True)
     restart_limit: Limit = 5
     restart_pause: Seconds = 1.0
     notify: bool = False
-    """Whether it reports to systemd that it is ready, as those of our commands that serve do."""
+    """True if it reports to systemd that it is ready, as our commands that serve do."""
     watchdog: Annotated[float, Meta(ge=0.0, lt=3600.0, description="write seconds from 0, below 3600")] = 0.0
     """Seconds after which systemd ends it unless it reported that it works, as robot servers do; 0: never."""
 

@@ -26,9 +26,9 @@ from zenoh_ice.settings import LOOPBACK_6, has_address, has_only_ipv6
 _LIMIT: Final = 30.0  # s for another process; software rendering takes some to start
 _LONGEST: Final = 500  # characters of its last line
 _MISSING: Final = "missing "
-"""How a program ends that lacks a package, before the name of it."""
+"""The last words of a program that lacks a package, before the name of that."""
 _IMPORT: Final = "import "
-"""How a program ends that cannot import a package, before the error."""
+"""The last words of a program that cannot import a package, before the error."""
 
 # A picture is taken in another process: a broken driver may crash the one that loads it, and so may MuJoCo.
 # It is imported as by naoserver-sim, which renders without a window whatever MUJOCO_GL says.
@@ -66,9 +66,9 @@ print(f"a picture of 64x64 with {os.environ['MUJOCO_GL']}")
 _GL: Final = "MUJOCO_GL"
 _GL_OFF: Final = ("disable", "disabled", "off", "false", "0")
 _GL_RENDERS: Final = ("egl", "osmesa", *_GL_OFF)
-"""What the simulated cameras obey."""
+"""The values that the simulated cameras obey."""
 _GL_WINDOWS: Final = ("", "enable", "enabled", "on", "true", "1", "glfw", "glx")
-"""What else MuJoCo accepts."""
+"""The other values that MuJoCo accepts."""
 _GL_PACKAGES: Final = "sudo apt-get install libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libopengl0"
 _SOFTWARE_GL: Final = "render in software: MUJOCO_GL=osmesa, after sudo apt-get install libosmesa6"
 _REPAIR: Final = (

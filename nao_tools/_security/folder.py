@@ -12,7 +12,7 @@ import os
 import re
 import tomllib
 from collections.abc import Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -167,8 +167,8 @@ class SecurityFolder:
         files = _client_files(
             self._authority(), name, role, realm=router.realm, connect=connect[0], valid=valid
         )
-        self._write(files)
-        router_file.write_text(with_user, encoding="utf-8")
+        self._write(files | {"new.router.toml": with_user.encode()})
+        self._renew("router.toml")
         return [self.path / each for each in (f"{_AUTHORITY}.pem", *files)]
 
     def renew(self, name: str, *, valid: timedelta) -> None:
@@ -180,11 +180,15 @@ class SecurityFolder:
         old = load_certificate(self.path / f"{name}.pem")
         files = _pem(name, *self._authority().issue(common_name(old), hosts_of(old), valid))
         self._write({f"new.{each}": content for each, content in files.items()})
-        for each in files:
-            (self.path / f"new.{each}").replace(self.path / each)
+        self._renew(*files)
 
     def _authority(self) -> _Authority:
         return _Authority.load(self.path / f"{_AUTHORITY}.pem", self.path / f"{_AUTHORITY}.key")
+
+    def _renew(self, *names: str) -> None:
+        """Put new files in the place of old ones."""
+        for name in names:
+            (self.path / f"new.{name}").replace(self.path / name)
 
     def _write(self, files: Mapping[str, bytes]) -> None:
         """Write new files, all or none; keys can be read by their owner alone.
@@ -234,12 +238,13 @@ def _with_user(file: Path, name: str, role: str) -> str:
     before = file.read_text(encoding="utf-8")
     after = f"{before.rstrip()}\n{_user_line(name, role)}"
     wanted = tomllib.loads(before)
-    wanted["security"]["users"][name] = role
-    if tomllib.loads(after) != wanted:
-        raise SecurityFilesError(
-            f"{file}: [security.users] is not its last table; move it to the end of the file"
-        )
-    return after
+    wanted["security"].setdefault("users", {})[name] = role
+    with suppress(tomllib.TOMLDecodeError):  # another table has this name already
+        if tomllib.loads(after) == wanted:
+            return after
+    raise SecurityFilesError(
+        f"{file}: [security.users] is not its last table; move it to the end of the file"
+    )
 
 
 @dataclass(frozen=True, slots=True)

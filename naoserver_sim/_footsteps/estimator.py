@@ -95,7 +95,7 @@ class Estimator:
         self.soles: Array = np.zeros((2, 3))
         """The middles of the soles in m, left and right."""
         self.levers: Final[Array] = np.zeros((12, mj.nv))
-        """How each degree of freedom moves and turns the left sole, then the right one: 6 rows each."""
+        """The motion of the left sole by each degree of freedom, then of the right one: 6 rows each."""
         self._levers = [(self.levers[row : row + 3], self.levers[row + 3 : row + 6]) for row in (0, 6)]
         self.center = 0j
         """Place of the center of mass on the floor."""

@@ -181,7 +181,7 @@ class Steps:
         self.count = 0
         """Number of steps that have ended."""
         self.held_back = False
-        """Whether something kept the last one from its way."""
+        """True if something kept the last step from its way."""
         self.feet = [Foot(0.5j * footsteps.width, 0.0), Foot(-0.5j * footsteps.width, 0.0)]
         """Left and right foot."""
         self._step: _Step | None = None

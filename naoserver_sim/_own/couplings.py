@@ -47,7 +47,7 @@ class Couplings(NamedTuple):
     couplings: tuple[Coupling, ...]
     """The joints that follow another one, each with the joint that leads it and follows none."""
     pulls: Mapping[str, tuple[Pull, ...]]
-    """What moves each joint that has a motor; a follower has none."""
+    """The pulls on each joint that has a motor; a follower has none."""
     passive: frozenset[str]
     """The joints that no actuator moves, in a model that has actuators."""
     notes: tuple[str, ...]
@@ -59,7 +59,7 @@ class Loops(NamedTuple):
     loops: tuple[dict[str, Any], ...]
     """Tables of `loops`."""
     mounted: bool
-    """Whether the root is welded to the world."""
+    """True if the root is welded to the world."""
     notes: tuple[str, ...]
 
 
@@ -69,7 +69,7 @@ class _Chain:
 
     leader: str
     ways: dict[str, Coupling]
-    """How each joint, also the leader itself, follows the leader."""
+    """The coupling of each joint, the leader itself included, to the leader."""
     pulls: list[Pull] = field(default_factory=list)
 
     def stretches(self, tendon: Mapping[str, float]) -> float:
@@ -293,7 +293,7 @@ _LIMP: Final = {False: 0.3, True: 0.05}
 _STRONGEST: Final = 20.0
 """Largest such torque, as a multiple of what gravity asks of it: more would only make light links tremble."""
 _SPARE: Final = 2.0
-"""What is added to it, in N m: grips and wheels need more than gravity asks."""
+"""The torque in N m beyond gravity's, which grips and wheels need."""
 _SAGS: Final = {False: 0.01, True: 0.001}
 """Angle in rad, or way in m, by which the weight that a joint carries may bend such a servo."""
 _BENDS: Final = 0.5

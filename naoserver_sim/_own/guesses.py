@@ -69,7 +69,7 @@ class Guesses:
     reasons: dict[Path, str] = field(default_factory=dict)
     """By the keys of an entry."""
     doubts: list[str] = field(default_factory=list)
-    """What could not be guessed, a sentence each."""
+    """A sentence for each part that could not be guessed."""
 
     def add(self, value: object, why: str, *path: str | int) -> None:
         """Put a value to a place in the file; a number is the place in a list."""

@@ -35,7 +35,7 @@ _MOST_FILES: Final = 1000
 _MOST_FOLDERS: Final = 16
 """Most folders of a file's name in a model that are looked for."""
 _LEVELS: Final = 5
-"""How many folders up from the model those of ROS packages are looked for."""
+"""The most folders up from the model in which ROS packages are looked for."""
 _MOST_SIBLINGS: Final = 500
 _BESIDE: Final = frozenset(("meshes", "mesh", "assets", "dae", "stl", "obj", "visual", "collision", "common"))
 """Folders beside that of the model which are read, too."""
@@ -120,11 +120,11 @@ class Files:
     assets: dict[str, bytes] = field(default_factory=dict)
     """The contents by the names that MuJoCo gets."""
     names: dict[str, str] = field(default_factory=dict)
-    """How the model calls these files."""
+    """The model's names of these files."""
     left_out: dict[str, str] = field(default_factory=dict)
     """The meshes that cannot be used, as the model calls them, with the reason."""
     bare: bool = False
-    """Whether no mesh is read: each is a block, to see what else is wrong with the model."""
+    """True to read no mesh: each is a block, to see what else is wrong with the model."""
     _read: dict[Path, tuple[str, MeshFile]] = field(default_factory=dict)
     _used: int = 0
     _failed: int = 0

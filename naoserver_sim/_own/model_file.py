@@ -147,7 +147,7 @@ def _listed(names: list[str]) -> str:
 _MOST_READ: Final = 500_000
 """Most elements that MuJoCo reads, in all, to find those that it refuses: it names one at a time."""
 _REFUSALS: Final = (ValueError, RuntimeError, mujoco.FatalError)
-"""What MuJoCo raises; RuntimeError for want of memory."""
+"""The exceptions of MuJoCo; RuntimeError for want of memory."""
 _TAG: Final = re.compile(r"#(\d+)\s*$")
 _PLACE: Final = re.compile(r"\s*Element '[^']*', line (\d+)\s*$")
 _ATTRIBUTE: Final = re.compile(r"attribute:? '(\w+)'")
@@ -172,22 +172,22 @@ class ModelFile:
     left_out: Mapping[str, str] = field(default_factory=dict)
     """The meshes that are not there or cannot be read, with the reason; their shapes are left out."""
     notes: tuple[str, ...] = ()
-    """What was repaired, fused or left out, a sentence each, with file, line and name."""
+    """A sentence for each repair, fusion and omission, with file, line and name."""
     lines: Mapping[tuple[str, str], int] = field(default_factory=dict)
     """The line in the file of each ("joint" | "link" | "body", name)."""
     kind: Literal["urdf", "mjcf"] = "mjcf"
     fixed: bool = False
-    """Whether its root does not move: a URDF's is `world`, an MJCF's has no free joint."""
+    """True if its root does not move: a URDF's is `world`, an MJCF's has no free joint."""
     actuated: frozenset[str] = frozenset()
     """The joints that a URDF's `<transmission>` or `<ros2_control>` names."""
     sensors: tuple[Sensor, ...] = ()
     """The cameras and inertial units that a URDF names."""
     compiled: mujoco.MjModel = None
-    """What `spec` compiles to."""
+    """The compiled `spec`."""
     where: str = ""
     """The path of the file."""
     bare: bool = False
-    """Whether each of its meshes is a block, and none was read."""
+    """True if each of its meshes is a block, and none was read."""
 
     @cached_property
     def figure(self) -> Figure:

@@ -41,7 +41,7 @@ FIELD_OF_VIEW: Final = 1.0
 FRICTION: Final = 1.0
 """MuJoCo's friction of a shape that names none."""
 _SLIPPERY: Final = 0.02
-"""That of casters."""
+"""The friction of casters."""
 _LEVEL: Final = 0.9999
 """Cosine of the tilt of a root link up to which its own frame is that of the robot."""
 _ALIGNED: Final = 0.9998
@@ -65,7 +65,7 @@ class OwnJoint(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     lower: float | None = None
     upper: float | None = None
     reversed: bool = False
-    """Whether it counts its angles the other way round than the model."""
+    """True if it counts its angles the other way round than the model."""
 
 
 class OwnServo(Gear, frozen=True, kw_only=True):
@@ -82,7 +82,7 @@ class OwnFile(Struct, frozen=True, kw_only=True):
     meshes: str = "."
     name: str = ""
     balance: bool | None = None
-    """Whether inertias that no body can have are repaired; None: those that are only a little off."""
+    """True to repair inertias that no body can have; None to repair the ones that are only a little off."""
     slippery: tuple[str, ...] = ()
     """Links that slide over the floor, such as casters."""
     xacro: dict[str, str | bool | int | float] = {}
@@ -120,7 +120,7 @@ class Parts:
     """The joints whose speed nobody says."""
     views: list[View] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
-    """What was changed or cannot be kept, a sentence each."""
+    """A sentence for each part that was changed or cannot be kept."""
 
 
 def parts_of(model: ModelFile, own: OwnFile, *, mounted: bool) -> Parts:

@@ -28,7 +28,7 @@ _TEXTS: Final = re.compile(
 _COMMENT: Final = re.compile(rb"<!--.*?(?:-->|\Z)", re.DOTALL)
 _WORD: Final = re.compile(r"\S+")
 _POINTER: Final = b"version https://git-lfs.github.com/spec/"
-"""How a file begins whose content Git LFS has not fetched (git-lfs 3.7, docs/spec.md)."""
+"""The first bytes of a file whose content Git LFS has not fetched (git-lfs 3.7, docs/spec.md)."""
 POINTER: Final = "is a pointer of Git LFS: run git lfs pull"
 
 

@@ -53,7 +53,7 @@ _ONCE: Final = {
     "material": ("color",),
     "joint": ("origin", "parent", "child", "axis", "limit", "dynamics", "mimic"),
 }
-"""What an element has once: urdfdom takes the first, MuJoCo refuses a second."""
+"""The elements that an element has once: urdfdom takes the first, MuJoCo refuses a second."""
 _OLD: Final = ("", "1", "1.0")
 """The versions of URDF in which urdfdom ignores `quat_xyzw`."""
 _NOT_KEPT: Final = ("acceleration", "deceleration", "jerk")

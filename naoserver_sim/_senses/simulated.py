@@ -186,7 +186,7 @@ class FallManager:
         self._stood = 0.0
         self._off_feet = 0.0
         self.watching = False
-        """Whether a fall would be noticed."""
+        """True while a fall would be noticed."""
         self.falls = 0
         """Falls noticed so far."""
 

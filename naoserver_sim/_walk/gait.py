@@ -61,7 +61,7 @@ class Gait:
 
     def __init__(self) -> None:
         self.walking = False
-        """Whether it makes steps; false when both feet are at rest."""
+        """True while it makes steps; false when both feet are at rest."""
         self.swing = RIGHT
         """The foot that is in the air."""
         self.steps = 0

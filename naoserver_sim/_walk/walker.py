@@ -166,7 +166,7 @@ LIMITS: Final = WalkVelocity(forward=0.3, left=0.12, turn=0.9)
 # Measured by benchmarks/bench_walk.py.
 _EXACT_GAINS: Final = WalkVelocity(forward=1.16, left=1.17, turn=1.14)
 _BACKLASH_GAINS: Final = WalkVelocity(forward=1.27, left=1.42, turn=1.36)
-"""Those of a robot whose gears have backlash, which takes away a part of each step."""
+"""The gains of a robot whose gears have backlash, which takes away a part of each step."""
 _BACKLASH_TURN: Final = 0.7
 """Turn in rad for each m to the left that makes up for the one by which that robot turns to the right."""
 

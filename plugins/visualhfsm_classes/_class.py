@@ -37,7 +37,7 @@ R = TypeVar("R")
 _MARGIN: Final = 60.0
 """Wall s beyond the limits of its trials after which a submission is given up."""
 _ATTEMPTS: Final = 2
-"""How often a submission is graded whose process is killed, perhaps by somebody else."""
+"""The most attempts to grade a submission whose process is killed, perhaps by somebody else."""
 _HARMLESS: Final = (
     '<VisualHFSM><SubAutomata id="1" idFather="0"><state initial="true" id="1"><name>rests</name></state>'
     "</SubAutomata></VisualHFSM>"
@@ -122,9 +122,9 @@ class _ProgramEnded(Exception):
     def __init__(self, what: str, how: str) -> None:
         super().__init__(what, how)
         self.what: Final = what
-        """What that says of the submission, if it is to blame."""
+        """The verdict on the submission, if it is to blame."""
         self.how: Final = how
-        """How the program ended."""
+        """The end of the program, in words."""
 
 
 class _Processes(TaskProcesses[GradingResult]):

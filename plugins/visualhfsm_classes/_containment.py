@@ -40,7 +40,7 @@ _LONGEST_ERRORS: Final = 4000  # characters
 _MOST_SHOWN: Final = 1 << 20
 """Bytes, encoded, of all variables that a recording shows."""
 _NUMBER: Final = re.compile(r"^\[Errno \d+\] ")
-"""What Python writes before the words of the system."""
+"""Python's number before the words of the system."""
 _LINE: Final = re.compile(r"\(([^()]+):(\d+)\)$")
 
 
@@ -194,7 +194,7 @@ class _Code:
         self._size = 0
         """Bytes of all of them."""
         self._broken = ""
-        """What the sandbox said at its end."""
+        """The last words of the sandbox."""
         self._too_busy = False
         self.behavior: Behavior | None = None
 

@@ -37,7 +37,7 @@ class Verdict(Struct, frozen=True):
     """Of the points, from 0 to 1."""
     words: str
     failed: bool = False
-    """Whether its judge failed: a fault of the exercise."""
+    """True if its judge failed: a fault of the exercise."""
 
 
 def judge(run: JudgedRun, criterion: Criterion, exercise: Exercise, language: str) -> Verdict:

@@ -34,7 +34,7 @@ class Criterion(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """What earns points: a state that is entered in time, or what a function of the teacher's judges."""
 
     asks: Words
-    """What is asked for."""
+    """The task, in words."""
     points: Annotated[float, Meta(gt=0, le=1000, description="write points above 0, at most 1000")]
     state: str | None = None
     """Name or path of a state that must be entered, or be current already."""
@@ -68,7 +68,7 @@ class Exercise(Struct, frozen=True, kw_only=True):
     folder: Path
     name: str
     languages: tuple[str, ...]
-    """Those of its title, the first one by default."""
+    """The languages of its title, the first one by default."""
     title: Mapping[str, str]
     criteria: tuple[Criterion, ...]
     robots: tuple[str, ...]
@@ -76,7 +76,7 @@ class Exercise(Struct, frozen=True, kw_only=True):
     plans: Mapping[str, Plan]
     """By name: `trials`, `hidden/far`; their document is a placeholder, and each goes on to its limit."""
     events: Mapping[str, Mapping[str, str]]
-    """What disturbances are called in words, by their name."""
+    """The disturbances in words, by their name."""
     mistakes: Mapping[str, float]
     """The points that each document in `mistakes/` is expected to earn, by name."""
 

@@ -35,7 +35,7 @@ _ENOUGH: Final = 2
 """States of one name by which another exercise is recognized."""
 _DIGITS: Final = 3
 _ATTEMPTS: Final = 3
-"""How often a trial is run for which the computer has no time, or no process."""
+"""The most attempts at a trial for which the computer has no time, or no process."""
 _AROUND: Final = re.compile(r" cannot be (run|read):$|^\d+ errors?\b")
 """Lines of the compiler before and after the errors."""
 _COMPILED: Final = re.compile(r"\S+\.py:\d+ \(([^()\n]*)\)")
@@ -51,7 +51,7 @@ class _Judged:
     verdicts: Sequence[Verdict | None]
     """One for each criterion, None where the trial does not count for it."""
     error: str = ""
-    """What ended it."""
+    """The error that ended it."""
     did: str = ""
     """Its states, in words."""
 

@@ -41,11 +41,11 @@ class JudgedRun:
     def __init__(self, plan: Plan) -> None:
         self._disturbances = tuple(plan.disturbances)
         self.behavior: Behavior
-        """What runs: everything that a test can read."""
+        """The running behavior: everything that a test can read."""
         self.values: Mapping[str, Value] = {}
-        """What the quantities of the plan are."""
+        """The values of the plan's quantities."""
         self.moments: list[Moment] = []
-        """How the robot is ten times a second."""
+        """The state of the robot ten times a second."""
         self.changes: list[tuple[float, tuple[str, ...]]] = []
         """The paths of the current states from a time in s on."""
         self.events: dict[str, float] = {}
@@ -103,7 +103,7 @@ class JudgedRun:
         self._note(0.0)
         behavior.tree.observers.append(_Changes(self._note))
 
-    def look(self, behavior: Behavior) -> None:
+    def observe(self, behavior: Behavior) -> None:
         """See where the robot is."""
         if not behavior.has_robot:
             return

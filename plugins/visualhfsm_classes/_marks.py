@@ -25,7 +25,7 @@ class Earned(Struct, frozen=True):
     of: float
     words: str
     failed: bool = False
-    """Whether its judge failed: a fault of the exercise."""
+    """True if its judge failed: a fault of the exercise."""
 
 
 class Marks(Struct, frozen=True, kw_only=True):

@@ -57,7 +57,7 @@ class Allowance:
     begin: float = 30.0
     """The same in which its modules load and its variables get their values."""
     delay: float = 12.0
-    """How many times as long each may take by the wall, on a busy computer."""
+    """The factor by which each may take longer by the wall, on a busy computer."""
     sleep: float = 120.0
     """Seconds of the trial that one piece of code may wait."""
     memory: int = 2048
@@ -107,7 +107,7 @@ class Sandbox:
     def __init__(self, walls: Walls, allowance: Allowance) -> None:
         self.broken = ""
         self.too_busy = False
-        """Whether it cannot go on because the computer had no time for it."""
+        """True if it cannot go on because the computer had no time for it."""
         self.serve: Callable[[Any], protocol.Message] = _nobody
         self._allowance: Final = allowance
         self._encoder: Final = msgspec.msgpack.Encoder()

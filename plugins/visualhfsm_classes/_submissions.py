@@ -23,7 +23,7 @@ _LARGEST_DOCUMENT: Final = 12 << 20
 _MOST_FILES: Final = 50
 _LONGEST_NAME: Final = 100
 _LEFT_OUT: Final = frozenset({"__MACOSX", "Thumbs.db", "desktop.ini"})
-"""What systems put into folders and archives, besides names that begin with a dot."""
+"""The files that systems put into folders and archives, besides names that begin with a dot."""
 
 
 class UnreadableSubmission(Exception):

@@ -26,13 +26,13 @@ _INSIDE: Final = Path("/packages")
 _OURS: Final = _INSIDE / "ours"
 _COMPILER: Final = _INSIDE / "compile.py"
 _PACKAGES: Final = ("codegen", "hfsm_runtime", "interfaces", "naoserver", "zenoh_ice")
-"""What behaviors import, and what compiles them: neither the judge nor behaviors of others."""
+"""The packages that behaviors import, and that compile them: neither the judge nor behaviors of others."""
 _SEAMS: Final = ("codegen.", "hfsm_runtime.")
 """Beginnings of the seams to which plug-ins add what compiles and runs documents."""
 _TOO: Final = ("visualhfsm_old_documents", "visualhfsm_ros2", "zenoh_ros2")
-"""Names of others, where they are installed."""
+"""The names of others that may be there."""
 _CONTAINED: Final = f"{__package__}/contained"
-"""What runs the code."""
+"""The program that runs the code."""
 _LIBRARIES: Final = ("/lib", "/lib64", "/usr/lib", "/usr/lib64", "/usr/local/lib")
 _FILES: Final = ("/etc/ld.so.cache", "/etc/alternatives", "/etc/localtime", "/usr/share/zoneinfo")
 _SYSTEM: Final = (Path("/usr"), Path("/usr/local"))

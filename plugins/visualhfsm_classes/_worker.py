@@ -35,7 +35,7 @@ class Task:
     unsafe: bool
     page: Path | None = None
     marks: Marks | None = None
-    """Those of the page."""
+    """The marks of the page."""
 
 
 class GradingResult(msgspec.Struct, frozen=True):

@@ -60,9 +60,9 @@ class Tuning:
             )
         self.settings: Final = settings
         self.given_up = 0
-        """How many settings were given up."""
+        """The number of settings that were given up."""
         self.most_trials: Final = plan.runs * (settings + (cost != TIME))
-        """How many trials a search has, if none is given up."""
+        """The number of trials of a search in which none is given up."""
         self._plan: Final = plan
         self._cost: Final = cost
         self._series: Final = Series(plan)

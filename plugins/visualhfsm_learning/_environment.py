@@ -40,7 +40,7 @@ class Options(TypedDict, total=False):
     render_mode: str | None
     """`rgb_array`, or None not to render."""
     noise: bool
-    """Whether the senses are as imperfect and late as a real robot's; by default True."""
+    """True, the default, for senses as imperfect and late as a real robot's."""
     body: str
     """The name of a body, by default `H25`; its joints decide how long actions and observations are."""
     world: str

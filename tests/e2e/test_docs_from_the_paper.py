@@ -85,7 +85,6 @@ def watch(shown: EditorPage) -> None:
     expect(page.locator("hfsm-robot-view canvas")).to_be_visible()
     eventually(lambda: page.evaluate("document.querySelector('hfsm-robot-view').grabbing.enabled"))
     page.evaluate("document.querySelector('hfsm-robot-view').drawing.drawn()")
-    picture(page, "running")
     moving_picture(page, "running", seconds=12)
 
 

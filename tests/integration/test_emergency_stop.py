@@ -11,11 +11,8 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
-import msgspec
 import pytest
-import zenoh
 
 from codegen.messages import Message
 from interfaces.nao import SafetyPrx
@@ -29,16 +26,16 @@ from tests.support.nao_command import Outcome, at, nao
 from tests.support.processes import free_endpoint
 from tests.support.relay import Relay
 from tests.support.robot_server import RobotClient, served, served_to_client
+from tests.support.scripted_robot import STOPPED, Answer, ScriptedRobot, error, joints, listening, state
 from tests.support.security import Keys, routing
 from tests.support.stranger import stranger
 from tests.support.waiting import until
 from visualhfsm._monitor import stopping as editor_stop
 from visualhfsm._monitor.messages import PartLimits
 from visualhfsm._monitor.stopping import StopReport
-from zenoh_ice import Communicator, Settings, initialize
+from zenoh_ice import Communicator, initialize
 from zenoh_ice.application.emergency_stop import SAFETY, begin_stop
 from zenoh_ice.carriers.zenoh.session import open_session
-from zenoh_ice.data.wire import ERROR_ENCODING
 
 RECORDED = json.loads(Path("tests/data/emergency_stop/messages.json").read_text())
 MESSAGE = RECORDED["message"]
@@ -48,75 +45,6 @@ HASTY = StopLimits(state=0.3, standstill=0.2)
 """For robots that say nothing of their joints, or never come to rest: what others do ends before."""
 LOST = StopLimits(state=CALL_LIMIT, standstill=1.0)
 """For robots that are lost for good."""
-STOPPED = b"\x80"
-
-Sent = tuple[str, str, str | None]
-Answer = tuple[bool, bytes]
-
-
-def error(text: str) -> Answer:
-    """The answer of a robot that could not stop."""
-    encoded = {"exception": "::zenoh_ice::UnknownException", "message": text}
-    return False, msgspec.msgpack.encode(encoded)
-
-
-def joints(*speeds: float) -> Answer:
-    return True, msgspec.msgpack.encode({"returnValue": {"velocities": speeds}})
-
-
-def state(lost: str = "", seconds: float = 0.0) -> Answer:
-    return True, msgspec.msgpack.encode({"returnValue": {"lost": lost, "lostFor": seconds}})
-
-
-class ScriptedRobot:
-    """A robot that answers as another release did, or as a test says: the last answer again and again."""
-
-    def __init__(self, session: zenoh.Session, realm: str = "nao", token: str = "") -> None:
-        self.sent: list[Sent] = []
-        self.stops: list[Answer] = [(True, STOPPED)]
-        self.joints: list[Answer] = [joints(0.0)]
-        self.states: list[Answer] = [state()]
-        self._declared: list[Any] = [
-            session.declare_queryable(f"{realm}/Safety/emergencyStop", self._stop),
-            session.declare_queryable(
-                f"{realm}/Body/getJointState", lambda query: _reply(query, self.joints)
-            ),
-            session.declare_queryable(
-                f"{realm}/Safety/getSafetyState", lambda query: _reply(query, self.states)
-            ),
-        ]
-        if token:
-            self._declared.append(session.liveliness().declare_token(token))
-
-    def _stop(self, query: zenoh.Query) -> None:
-        payload, attachment = query.payload, query.attachment
-        assert payload is not None
-        self.sent.append(
-            (
-                str(query.selector),
-                payload.to_bytes().hex(),
-                None if attachment is None else attachment.to_bytes().hex(),
-            )
-        )
-        _reply(query, self.stops)
-
-
-def _reply(query: zenoh.Query, answers: list[Answer]) -> None:
-    with query:
-        if not answers:
-            return
-        ok, payload = answers.pop(0) if len(answers) > 1 else answers[0]
-        if ok:
-            query.reply(query.key_expr, payload)
-        else:
-            query.reply_err(payload, encoding=ERROR_ENCODING)
-
-
-@contextmanager
-def listening(endpoint: str) -> Iterator[zenoh.Session]:
-    """Open a session that others connect to."""
-    with open_session(Settings(listen=(endpoint,), connect=(), lease=CALL_LIMIT)) as session:
-        yield session
 
 
 @pytest.fixture

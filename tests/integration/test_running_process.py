@@ -16,7 +16,7 @@ import pytest
 from tests.support.limits import END_LIMIT, RUN_LIMIT
 from tests.support.processes import REPOSITORY
 from tests.support.waiting import until
-from visualhfsm._base.watched_process import LineReports, Lines, WatchedProcess
+from visualhfsm._base.output_lines import LineReports, Lines
 from zenoh_ice.application.child import ChildProcess
 
 
@@ -61,13 +61,13 @@ def test_both_streams_are_reported_line_by_line_with_the_exit_code() -> None:
 def test_of_two_that_start_a_process_at_once_one_is_refused_until_it_has_ended() -> None:
     async def go() -> None:
         ends: asyncio.Queue[tuple[int, bool]] = asyncio.Queue()
-        process = WatchedProcess(lambda *_: None, lambda *end: ends.put_nowait(end))
+        process = ChildProcess(lambda *_: None, lambda *end: ends.put_nowait(end))
         command = [sys.executable, "-c", "import time; time.sleep(1000)"]
         try:
             started = await asyncio.gather(
                 *(process.start(command, os.environ) for _ in range(2)), return_exceptions=True
             )
-            assert [type(each) for each in started] == [type(None), RuntimeError]
+            assert [type(each) for each in started] == [type(None), OSError]
             await process.stop((END_LIMIT, END_LIMIT))
             assert (ends.get_nowait()[1], process.is_running) == (True, False)
             await process.start([sys.executable, "-c", ""], os.environ)

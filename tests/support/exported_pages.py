@@ -7,7 +7,7 @@ from typing import Literal
 
 from playwright.sync_api import Page
 
-from tests.support.browser import AXE
+from tests.support.browser import load_axe
 from tests.support.targets import small_targets
 
 __all__ = ["FOUND", "TOO_WIDE", "check"]
@@ -30,6 +30,6 @@ def check(page: Page, path: Path) -> None:
         page.emulate_media(color_scheme=theme)
         page.goto(path.as_uri())
         page.get_by_role("heading", level=1).wait_for()
-        page.evaluate(AXE.read_text("utf-8"))
+        load_axe(page)
         assert page.evaluate(FOUND) == [], theme
         assert small_targets(page) == []

@@ -5,12 +5,14 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import random
+from asyncio import SubprocessProtocol as Protocol
 from collections import Counter
-from collections.abc import Awaitable, Callable, Iterable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Iterable, Sequence
 from typing import TypeVar
 
 from tests.support.limits import RUN_LIMIT
 from visualhfsm._base.errors import VisualHfsmError
+from zenoh_ice.application import tether_command
 
 __all__ = ["Nursery", "interleave"]
 
@@ -51,6 +53,7 @@ class Nursery:
         self.alive: Counter[str] = Counter()
         self.most: Counter[str] = Counter()
         """How many of a role were alive together."""
+        self._children: list[_Transport] = []
 
     async def turns(self) -> None:
         for _ in range(self.chance.randrange(6)):
@@ -63,38 +66,50 @@ class Nursery:
         await self.turns()
         return result
 
-    def child(self, _take: Callable[[int, bytes], None]) -> _Child:
-        """Stand in for `ChildProcess`."""
-        return _Child(self)
+    async def subprocess_exec(
+        self, protocol: Callable[[], Protocol], *command: str, **_: object
+    ) -> tuple[_Transport, Protocol]:
+        """Stand in for the event loop's `subprocess_exec`, with a child that may end by itself at once."""
+        await self.turns()
+        child = _Transport(self, self.role(command[len(tether_command()) :]), protocol())
+        self._children.append(child)
+        self.alive[child.role] += 1
+        self.most |= self.alive
+        if self.chance.random() < 0.2:
+            child.send_signal(0)
+        await self.turns()
+        return child, child.protocol
+
+    def killpg(self, pid: int, number: int) -> None:
+        """Stand in for `os.killpg`."""
+        self._children[pid].send_signal(number)
 
 
-class _Child:
-    def __init__(self, nursery: Nursery) -> None:
+class _Transport:
+    """A child that ends some turns after any signal."""
+
+    def __init__(self, nursery: Nursery, role: str, protocol: Protocol) -> None:
+        self.role = role
+        self.protocol = protocol
         self._nursery = nursery
-        self._role = ""
-        self._ended = asyncio.Event()
+        self._pid = len(nursery._children)
+        self._end: asyncio.Task[None] | None = None
 
-    async def start(self, command: Sequence[str], _environment: Mapping[str, str]) -> None:
-        nursery = self._nursery
-        await nursery.turns()
-        self._role = nursery.role(command)
-        nursery.alive[self._role] += 1
-        nursery.most |= nursery.alive
-        if nursery.chance.random() < 0.2:
-            self.kill()  # it ends by itself
-        await nursery.turns()
+    def send_signal(self, _number: int) -> None:
+        self._end = self._end or asyncio.create_task(self._ends())
 
-    async def wait(self) -> int:
-        await self._ended.wait()
-        await self._nursery.turns()
+    def get_pid(self) -> int:
+        return self._pid
+
+    def get_returncode(self) -> int:
         return 0
 
-    async def stop(self, _patience: Sequence[float]) -> None:
-        await self._nursery.turns()
-        self.kill()
-        await self._nursery.turns()
+    def close(self) -> None:
+        pass
 
-    def kill(self) -> None:
-        if not self._ended.is_set():
-            self._ended.set()
-            self._nursery.alive[self._role] -= 1
+    async def _ends(self) -> None:
+        await self._nursery.turns()
+        self._nursery.alive[self.role] -= 1
+        self.protocol.process_exited()
+        await self._nursery.turns()
+        self.protocol.connection_lost(None)

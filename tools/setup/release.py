@@ -76,12 +76,18 @@ def check_contents(sdist: Path, wheel: Path) -> None:
     """
     tracked = run("git", "ls-files").splitlines()
     contents = PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]
-    places = {name: name for name in contents["packages"]} | contents["force-include"]
+    places = {name: Path(name).name for name in contents["packages"]} | contents["force-include"]
     with tarfile.open(sdist) as archive:
         missing({name.partition("/")[2] for name in archive.getnames()}, tracked)
     with zipfile.ZipFile(wheel) as archive:
-        parts = (name.partition("/") for name in tracked)
-        wanted = [f"{places[folder]}/{name}" for folder, _, name in parts if folder in places]
+        wanted = [
+            f"{place}/{name.removeprefix(f'{folder}/')}"
+            for folder, place in places.items()
+            for name in tracked
+            if name.startswith(f"{folder}/")
+        ]
+        licences = f"visualhfsm-{PROJECT['project']['version']}.dist-info/licenses"
+        wanted += [f"{licences}/{name}" for name in PROJECT["project"]["license-files"]]
         missing(set(archive.namelist()), wanted)
 
 

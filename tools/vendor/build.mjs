@@ -8,7 +8,6 @@ import { fileURLToPath } from "node:url";
 
 const here = dirname(fileURLToPath(import.meta.url));
 const shipped = join(here, "../../visualhfsm/_editor/static/vendor");
-const testsOnly = join(here, "../../tests/support/vendor");
 
 // Not styleMap: it writes the attribute `style`, which the page's content security policy forbids.
 const litDirectives = {
@@ -103,8 +102,3 @@ const licences = await Promise.all(Object.entries(report.packages).map(
 await writeFile(join(shipped, "LICENSES.txt"),
   "The bundles in this folder hold these packages (made by tools/vendor/build.mjs).\n\n" +
   licences.join(`\n${"-".repeat(100)}\n\n`));
-
-// The checker of accessibility is for the tests alone: it is not part of the package.
-await mkdir(testsOnly, { recursive: true });
-await copyFile(join(here, "node_modules/axe-core/axe.min.js"), join(testsOnly, "axe.min.js"));
-await copyFile(join(here, "node_modules/axe-core/LICENSE"), join(testsOnly, "axe.LICENSE.txt"));

@@ -11,7 +11,7 @@ from visualhfsm._base.errors import VisualHfsmError
 from zenoh_ice.data.text import encodable, printable
 
 _FORMULA: Final = ("=", "+", "-", "@")
-"""What a text begins with that a spreadsheet would calculate."""
+"""The first characters of texts that a spreadsheet would calculate."""
 
 
 def write_csv(path: Path, rows: Iterable[Sequence[str | float]]) -> None:

@@ -28,7 +28,6 @@ _MEMORY: Final = 4 << 30
 _LONGEST_ANSWER: Final = 64 << 20  # bytes
 _NEW_OBJECTS: Final = 100_000
 """New objects between two garbage collections: Python's default of 700 cost a quarter of the time."""
-_END_PERIOD: Final = 0.01  # s
 _KILL_LIMIT: Final = 2.0
 """Limit in seconds for the process to end after SIGKILL."""
 
@@ -83,9 +82,8 @@ class LineProcess:
             try:
                 return self._ask(question, patience)
             except (OSError, EOFError) as error:
-                found, how = _end_of(self._process)
-                self._stop()
-                raise (KilledError if found == signal.SIGKILL else NoAnswerError)(how) from error
+                code = self._stop(_KILL_LIMIT)
+                raise (KilledError if code == -signal.SIGKILL else NoAnswerError)(_ended(code)) from error
             except BaseException:
                 self._stop()
                 raise
@@ -94,13 +92,13 @@ class LineProcess:
         """End the process; waiting questions are not answered."""
         self._closed = True
         process = self._process
-        if process is not None:
+        if process is not None and process.returncode is None:
             _kill(process)
         with self._lock:
             self._stop()
 
     def _ask(self, question: bytes, patience: float) -> bytes:
-        if self._process is not None and _has_ended(self._process):
+        if self._process is not None and self._process.poll() is not None:
             self._stop()
         process = self._process or self._start()
         assert process.stdin is not None
@@ -133,7 +131,7 @@ class LineProcess:
         except TooSlowError as error:
             raise NotReadyError(f"it was not ready within {self._start_limit:g} s") from error
         except EOFError as error:
-            raise NotReadyError(f"{_end_of(self._process)[1]} before it was ready") from error
+            raise NotReadyError(f"{_ended(self._stop(_KILL_LIMIT))} before it was ready") from error
         return self._process
 
     def _read_line(self, descriptor: int, until: float) -> bytes:
@@ -148,15 +146,21 @@ class LineProcess:
                 raise NoAnswerError(f"its answer is longer than {self._longest_answer >> 20} MB")
         return bytes(found[:-1])
 
-    def _stop(self) -> None:
+    def _stop(self, patience: float = 0.0) -> int:
+        """End the process with its group; return its exit code, 0 if it lives on for `patience` s."""
         process, self._process = self._process, None
         if process is None:
-            return
+            return 0
+        try:
+            code = process.wait(patience)
+        except subprocess.TimeoutExpired:
+            code = 0
         _kill(process)
         for stream in (process.stdin, process.stdout):
             if stream is not None:
                 stream.close()
         process.wait(_KILL_LIMIT)
+        return code
 
 
 def answer_lines(answer: Callable[[bytes], bytes], memory: int = _MEMORY) -> None:
@@ -184,22 +188,8 @@ def answer_lines(answer: Callable[[bytes], bytes], memory: int = _MEMORY) -> Non
         goes_on = is_read(answer(question))
 
 
-def _has_ended(process: subprocess.Popen[bytes]) -> bool:
-    """Return whether a process has ended, without giving up its id, which is that of its group."""
-    return _end_signal(process) is not None
-
-
-def _end_of(process: subprocess.Popen[bytes] | None) -> tuple[int | None, str]:
-    """Return the signal that ended a process whose pipe is closed, 0 or None if none did, and that in words.
-
-    Waits a moment for its end.
-    """
-    found = None
-    if process is not None:
-        until = time.monotonic() + _KILL_LIMIT
-        while (found := _end_signal(process)) is None and time.monotonic() < until:
-            time.sleep(_END_PERIOD)
-    return found, f"it was ended by {explain_signal(found)}" if found else "it has ended"
+def _ended(code: int) -> str:
+    return f"it was ended by {explain_signal(-code)}" if code < 0 else "it has ended"
 
 
 def explain_signal(number: int) -> str:
@@ -209,22 +199,10 @@ def explain_signal(number: int) -> str:
     return f"{name} ({lacks})" if number == signal.SIGILL else name
 
 
-def _end_signal(process: subprocess.Popen[bytes]) -> int | None:
-    """Return the number of the signal that ended a process, 0 when none did, None while it runs."""
-    try:
-        found = os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT)
-    except ChildProcessError:  # it has been waited for
-        return -min(process.wait(), 0)
-    if found is None:
-        return None
-    return found.si_status if found.si_code == os.CLD_KILLED else 0
-
-
 def _kill(process: subprocess.Popen[bytes]) -> None:
-    """Kill a process and its group, unless it has been waited for: its id may then be another one's."""
-    if process.returncode is None:
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(process.pid, signal.SIGKILL)
+    """Kill what is left of the group of a process, whose id stays taken while one of the group lives."""
+    with contextlib.suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGKILL)
 
 
 def _write(descriptor: int, text: bytes, until: float) -> None:

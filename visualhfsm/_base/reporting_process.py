@@ -7,31 +7,31 @@ from typing import BinaryIO, Final, Generic, TypeVar
 
 import msgspec
 
-from visualhfsm._base.watched_process import WatchedProcess
+from zenoh_ice.application.child import ChildProcess
 
 R = TypeVar("R")
 
 _LONGEST_WORDS: Final = 2000  # bytes
 
 
-class ReportingProcess(WatchedProcess, Generic[R]):
-    """A `WatchedProcess` that writes reports to stdout, each a line of JSON of `longest` bytes at most.
+class ReportingProcess(ChildProcess, Generic[R]):
+    """A `ChildProcess` that writes reports to stdout, each a line of JSON of `longest` bytes at most.
 
-    `take` gets them on the event loop as `decode` returns them. A process that writes anything else is
+    `receive` gets them on the event loop as `decode` returns them. A process that writes anything else is
     killed. What it writes to stderr goes to `errors`, too, if that is given.
     """
 
     def __init__(
         self,
         decode: Callable[[bytes], R],
-        take: Callable[[R], object],
+        receive: Callable[[R], object],
         ended: Callable[[int, bool], None],
         longest: int,
         errors: BinaryIO | None = None,
     ) -> None:
         super().__init__(self._read, ended)
         self._decode = decode
-        self._report = take
+        self._report = receive
         self._longest = longest
         self._errors = errors
         self._rest = bytearray()

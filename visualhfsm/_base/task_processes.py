@@ -41,11 +41,11 @@ class TaskProcesses(Generic[Result]):
         self._module: Final = module
         self._answer: Final = answer
         self._prefix: Final = prefix
-        self._here = threading.local()
         self._lock = threading.Lock()
-        self._all: list[LineProcess] = []
+        self._of_thread: dict[int, LineProcess] = {}
+        """By the number of the thread; one that has ended leaves its process to the next of its number."""
         self._files: TemporaryDirectory[str] | None = None
-        """What they unpack and write: one that is killed removes nothing."""
+        """The folder into which they unpack and write: a process that is killed removes nothing."""
         self.closed = False
 
     def ask(self, task: object, patience: float) -> Result:
@@ -63,8 +63,7 @@ class TaskProcesses(Generic[Result]):
         """End all processes."""
         with self._lock:
             self.closed = True
-            processes = [*self._all]
-        for process in processes:
+        for process in self._of_thread.values():
             process.close()
         if self._files is not None:
             self._files.cleanup()
@@ -73,15 +72,9 @@ class TaskProcesses(Generic[Result]):
         with self._lock:
             if self.closed:
                 raise EndedError
-            process: LineProcess | None = getattr(self._here, "process", None)
-            if process is None:
-                self._files = self._files or TemporaryDirectory(
-                    prefix=self._prefix, ignore_cleanup_errors=True
-                )
-                process = LineProcess(self._module, {**_ENVIRONMENT, "TMPDIR": self._files.name})
-                self._all.append(process)
-                self._here.process = process
-            return process
+            self._files = self._files or TemporaryDirectory(prefix=self._prefix, ignore_cleanup_errors=True)
+            environment = {**_ENVIRONMENT, "TMPDIR": self._files.name}
+            return self._of_thread.setdefault(threading.get_ident(), LineProcess(self._module, environment))
 
 
 def answer_tasks(answer: Callable[[Any], msgspec.Struct]) -> None:

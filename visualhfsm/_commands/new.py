@@ -21,7 +21,7 @@ _HARDWARE: Final = Path(__file__).with_name("template_hardware")
 _HIDDEN: Final = ("_gitattributes", "_gitignore")
 """Files whose names begin with a dot in a project; here Git and packagers would obey them."""
 _KEPT: Final = frozenset({".git"})
-"""What a folder may contain: one may make a repository first."""
+"""The names that a folder may contain: one may make a repository first."""
 _UNMADE: Final = "{folder} cannot be made: {reason}"
 _NEXT: Final = """\
 Next:

@@ -42,7 +42,7 @@ class WatchState:
     robot: RobotState = field(default_factory=RobotState)
     robot_age: float = math.inf
     robot_lost: bool = False
-    """Whether the robot's server does not reach it: only a real one can be lost."""
+    """True while the robot's server does not reach it: only a real one can be lost."""
     camera: str = CAMERA
     image_size: tuple[int, int] = IMAGE_SIZE
 

@@ -45,7 +45,7 @@ _NAMED: Final = {
     "trigger": Message("trigger"),
     "variables": Message("variables"),
 }
-"""What the parts of a document are called in messages; the others have the names of their elements."""
+"""The names in messages of the parts of a document; the others have the names of their elements."""
 _MOST_HITS: Final = 1000
 _LONGEST_EXCERPT: Final = 160
 

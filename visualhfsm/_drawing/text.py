@@ -35,7 +35,7 @@ _WIDE: Final = 1.0
 _WITHOUT_WIDTH: Final = frozenset({"Mn", "Me", "Cf"})
 """Categories of characters that take no room: accents, and what joins characters."""
 BOLD: Final = 1.14
-"""How many times as wide as other letters bold ones are."""
+"""The width of bold letters in widths of other ones."""
 _SIZES: Final = (13.0, 12.0, 11.0, 10.0)
 _LINE: Final = 1.16
 _MOST_LINES: Final = 3

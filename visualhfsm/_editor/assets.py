@@ -177,7 +177,7 @@ def _without_css_comments(style: str) -> str:
 
 
 _STRIPPED: Final = {".js": without_comments, ".css": _without_css_comments}
-"""What takes the comments out of files, by their suffixes."""
+"""The functions that take the comments out of files, by the suffixes of these."""
 
 
 @functools.cache

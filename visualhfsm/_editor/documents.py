@@ -54,7 +54,7 @@ async def open_file(workspace: Workspace, path: str) -> dict[str, Any]:
 
 
 async def recover(workspace: Workspace, _: Window, request: p.Recover) -> dict[str, Any]:
-    """Open a document whose session ended without closing, as it was then."""
+    """Open a document that was still open when its editor ended, as it was then."""
     opened = await shown(workspace, partial(workspace.project.recover, request.journal))
     await workspace.look_for_recoverable()
     return opened

@@ -48,7 +48,7 @@ class Handler:
     limit: float | None = None
     """The longest duration in s; None for that of most operations."""
     for_viewers: bool = False
-    """Whether those may ask it who only look on: it reads what they are shown anyway, or stops what moves."""
+    """True if viewers may ask it: it reads what they are shown anyway, or stops what moves."""
 
 
 async def _output_shown(_: Workspace, window: Window, _request: p.OutputShown) -> None:
@@ -108,7 +108,7 @@ _on(
     lambda w, _, r: w.parts.started.locate(w.tabs.get(r.tab).source, r.text, r.automaton, r.state),
     Lane.BESIDE,
 )
-_on(p.LookAtTests, lambda w, _, r: w.parts.tests.look(w.tabs.get(r.tab).source), Lane.BESIDE)
+_on(p.LookAtTests, lambda w, _, r: w.parts.tests.find(w.tabs.get(r.tab).source), Lane.BESIDE)
 _on(p.LookAtTrials, steering.look_at_trials, Lane.BESIDE)
 _on(p.Moment, lambda w, _, r: w.parts.followers.moment(r.component, r.time), Lane.BESIDE, for_viewers=True)
 _on(p.MoveBalls, lambda w, _, r: w.parts.robot.move_balls(moving=r.moving), Lane.BESIDE)

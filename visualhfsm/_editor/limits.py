@@ -49,19 +49,19 @@ class Limits:
     """Characters of these lines."""
 
     quiet_seconds: float = 0.15
-    """How long a document must be unchanged before it is checked."""
+    """The time for which a document must be unchanged before it is checked."""
 
     file_check_seconds: float = 1.0
     """Seconds between two checks of the open files for changes by other programs."""
 
     component_end_seconds: float = 4.0
-    """How long components may take to end at STOP before their processes are ended."""
+    """The time that components have to end at STOP before their processes are ended."""
 
     component_leaving_seconds: float = 1.0
-    """How long a component that has ended may still be listed as running."""
+    """The time for which a component that has ended may still be listed as running."""
 
     merge_seconds: float = MERGE_WITHIN
-    """How long after a change another one of the same kind belongs to the same step."""
+    """The time after a change in which another one of the same kind belongs to the same step."""
 
     def room_for_output(self) -> RecentLines:
         """Return room for the output of a component."""

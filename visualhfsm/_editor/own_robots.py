@@ -22,7 +22,7 @@ import msgspec
 from codegen.messages import NO_MESSAGE, Message
 from visualhfsm._base.environment import child_environment
 from visualhfsm._base.errors import MissingPackageError, VisualHfsmError, WouldOverwriteError
-from visualhfsm._base.watched_process import describe_exit
+from visualhfsm._base.output_lines import describe_exit
 from visualhfsm._monitor.realm.description import describe
 from visualhfsm._processes.bodies import FOLDER
 from visualhfsm.project._editing.files import make_folder, read_file, write_file
@@ -55,7 +55,7 @@ class OwnRobot(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_d
     problem: Message = NO_MESSAGE
     line: int = 0
     robot: msgspec.Raw | None = None
-    """JSON for `static/monitor/robot-drawing.js`."""
+    """JSON for `static/robot3d/robot-drawing.js`."""
 
 
 class OwnRobots:

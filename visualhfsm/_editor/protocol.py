@@ -90,7 +90,7 @@ class SaveAs(TabRequest):
 
 
 class Recover(BaseRequest):
-    """Open a document again whose session ended without closing; one of `recoverable`."""
+    """Open a document that was still open when its editor ended: one of `recoverable`."""
 
     journal: Name
 
@@ -595,7 +595,7 @@ REQUESTS: Final = [
     if isinstance(found, type) and issubclass(found, BaseRequest) and not found.__name__.startswith("_")
     if found not in (BaseRequest, SceneRequest, Steering, TabEdit, TabRequest)
 ]
-"""Those of the page itself."""
+"""The requests of the page itself."""
 VIEWS: Final = find_views(REQUESTS)
 """The views of plug-ins, by name."""
 
@@ -667,7 +667,7 @@ class TabState(msgspec.Struct, kw_only=True, rename="camel"):
 
 
 class Recoverable(msgspec.Struct, kw_only=True, rename="camel"):
-    """A document with unsaved changes whose session ended without closing; `changed_at` in s since 1970."""
+    """A document with unsaved changes that was open when its editor ended; `changed_at` in s since 1970."""
 
     journal: str
     name: str

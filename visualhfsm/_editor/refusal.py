@@ -49,7 +49,7 @@ _ABOUT_KEYS: Final = (
     ),
     Message("Changes that were not saved are kept: the editor offers to recover them."),
 )
-"""What the owner of the editor may want to know, who alone has a terminal."""
+"""Words for the owner of the editor, who alone has a terminal."""
 _SAID_AGAIN: Final = 60.0
 """Seconds until a reason is logged again: one who asks on and on must not fill the terminal."""
 

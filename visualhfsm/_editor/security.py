@@ -58,7 +58,7 @@ _OTHER_SITE: Final = Message("Open the editor itself: the request comes from ano
 _WHY_LOCKED_OUT: Final = "an address of the editor that locks out all others was used"
 _NO_ORIGIN: Final = "use a browser: a websocket needs the header Origin"
 _ELSEWHERE: Final = frozenset({"cross-site", "same-site"})
-"""What a browser says of a request (`Sec-Fetch-Site`) to which a page of another site has led it."""
+"""The words of a browser (`Sec-Fetch-Site`) for a request to which a page of another site has led it."""
 _WELCOME: Final = """<!doctype html>
 <html lang="en">
 <meta charset="utf-8">

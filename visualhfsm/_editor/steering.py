@@ -76,7 +76,7 @@ async def look_at_trials(workspace: Workspace, _: Window, request: p.LookAtTrial
     """Read the plan and the outcomes that are there."""
     tab = workspace.tabs.get(request.tab)
     source = tab.source
-    if await workspace.parts.trials.look(source):
+    if await workspace.parts.trials.read(source):
         tab.trials.of = source.document
 
 

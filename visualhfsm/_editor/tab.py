@@ -185,9 +185,9 @@ class Tab:
         self.recording = recording
         self.outside: Outside | None = None
         self.findings: Problems | None = None
-        """What the checks found last."""
+        """The newest result of the checks."""
         self.failures: list[Failed] = []
-        """What has failed since its component was started."""
+        """The failures since its component was started."""
         self.started: StartedPush | None = None
         self.output = output
         self.generated: Document | None = None

@@ -58,9 +58,9 @@ class ViewedDocument:
     root: Root
     """The folder of the project: what pages may reach."""
     in_thread: Callable[[Callable[[], Any]], Awaitable[Any]]
-    """Returns the result of work that takes some time."""
+    """The function that returns the result of work that takes some time."""
     save_copy: Callable[[Path, bool], Awaitable[object]]
-    """Writes the document to a file, perhaps over an earlier one. Raises WouldOverwriteError, EditError."""
+    """The function that writes the document to a file, perhaps over an earlier one. Raises EditError."""
 
 
 class View(Protocol):

@@ -70,9 +70,9 @@ class Window:
         """Make a window; one that says nothing for `patience` s has shown its output."""
         self.greeted = False
         self.is_viewer: Final = is_viewer
-        """Whether it only looks on."""
+        """True if it only looks on."""
         self.kind: Final[Stopper] = "viewer" if is_viewer else "window"
-        """What it is for others when it stops a run."""
+        """The word for it that others read when it stops a run."""
         self.key: Final = key
         """The key by which its page is let in again after a restart of the editor."""
         self.language = ENGLISH

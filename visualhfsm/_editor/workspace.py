@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import secrets
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from pathlib import Path
 from types import TracebackType
 from typing import Final, Self
@@ -86,8 +86,12 @@ class Workspace:
         self.code_questions = CodeQuestions(self.project.code_help)
         self.own_robots = OwnRobots(self.project.root)
         self.components = Components(self)
-        await self.look_for_recoverable()
-        await self._look_at_shelf()
+        try:
+            await self.look_for_recoverable()
+            await self._look_at_shelf()
+        except BaseException:
+            await self._close()
+            raise
         self._tasks = [
             asyncio.create_task(self._watch_files(), name="watch of the files"),
             asyncio.create_task(self._checks.run(), name="checks"),
@@ -100,22 +104,19 @@ class Workspace:
         for task in self._tasks:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
-        await asyncio.to_thread(self.project.end_processes)
-        await self._checks.close()
+        await self._close()
+
+    async def _close(self) -> None:
+        """Close everything; what fails, or takes too long, keeps nothing else open."""
+        await _end("the checks", asyncio.to_thread(self.project.end_processes))
+        await _end("the checks", self._checks.close())
         parts = self.parts
         for part in (parts.tests, parts.trials, parts.started, parts.robot, parts.followers):
-            try:
-                async with asyncio.timeout(_CLOSE_LIMIT):
-                    await part.close()
-            except Exception:
-                _logger.exception("%s did not close", type(part).__name__)
+            await _end(type(part).__name__, part.close())
         for tab in self.tabs:
-            try:
-                await tab.edit(OpenDocument.abandon)
-            except Exception:
-                _logger.exception("%s did not close", tab.shown.title)
-        await self.threads.close()
-        self.project.close()
+            await _end(tab.shown.title, tab.edit(OpenDocument.abandon))
+        await _end("the threads", self.threads.close())
+        await _end("the project", asyncio.to_thread(self.project.close))
 
     # ---------------------------------------------------------------------------------------- documents
 
@@ -261,3 +262,11 @@ class Workspace:
 
     def _name(self, path: Path | None) -> str:
         return "" if path is None else self.project.root.name(path)
+
+
+async def _end(what: str, work: Awaitable[object]) -> None:
+    try:
+        async with asyncio.timeout(_CLOSE_LIMIT):
+            await work
+    except Exception:
+        _logger.exception("%s did not close", what)

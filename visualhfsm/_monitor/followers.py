@@ -176,7 +176,7 @@ class Followers:
         stop = asyncio.create_task(self._emergency_stop(), name="emergency stop")
         self._stops.add(stop)
         stop.add_done_callback(self._stops.discard)
-        return await stop
+        return await asyncio.shield(stop)
 
     async def reset_robot(self) -> None:
         """Let the robot accept commands again, once no stop is repeated any more, which would undo that."""
@@ -264,7 +264,9 @@ class Followers:
         return played_samples(self._communicator)
 
     async def close(self) -> None:
-        """Stop listening, and close the session."""
+        """Stop listening, and close the session, once no stop is repeated any more."""
+        if self._stops:
+            await asyncio.wait(self._stops)
         for task in self._tasks:
             task.cancel()
         await asyncio.wait(self._tasks)
@@ -279,27 +281,33 @@ class Followers:
         self._communicator.destroy()
 
     async def _keep(self) -> None:
-        """Update everything, by default ten times a second."""
+        """Update everything, by default ten times a second; what fails may succeed in the next round."""
         while True:
             try:
-                self._robot.update()
-                self._observe(self._robot.presence())
-                for name, recorder in list(self._recorders.items()):
-                    if recorder.is_over:
-                        await self.end_record(name)
-                running = [
-                    {"component": name} | (it.shown if (it := self._recorders.get(name)) else {})
-                    for name in components(self._communicator)
-                ]
-                news = messages.Present(running)
-                if news != self._published:
-                    self._published = news
-                    self._publish(news)
-                for follower in list(self._followers.values()):
-                    follower.update()
-            except Exception:  # the next round may succeed, and without it nothing would be updated
+                await self._update()
+            except Exception:
                 _logger.exception("the components could not be updated")
+            for follower in list(self._followers.values()):
+                try:
+                    follower.update()
+                except Exception:
+                    _logger.exception("%s could not be updated", follower.component)
             await asyncio.sleep(self._limits.refreshment)
+
+    async def _update(self) -> None:
+        self._robot.update()
+        self._observe(self._robot.presence())
+        for name, recorder in list(self._recorders.items()):
+            if recorder.is_over:
+                await self.end_record(name)
+        running = [
+            {"component": name} | (it.shown if (it := self._recorders.get(name)) else {})
+            for name in components(self._communicator)
+        ]
+        news = messages.Present(running)
+        if news != self._published:
+            self._published = news
+            self._publish(news)
 
     async def _keep_pictures(self) -> None:
         """Keep pictures of all cameras while something that runs is followed, for looking back."""
@@ -314,7 +322,7 @@ class Followers:
     def _publisher(self, component: str) -> Callable[[News], None]:
         def publish(news: News) -> None:
             if (recorder := self._recorders.get(component)) is not None:
-                recorder.take(news)
+                recorder.record(news)
             match news:
                 case LiveSnapshot():
                     self._publish(messages.Snapshot(component=component, value=translate_snapshot(news)))

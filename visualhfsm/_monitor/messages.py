@@ -35,7 +35,7 @@ class PartLimits:
     """How long the parts of the server wait for a robot and for components, in s of wall time."""
 
     refreshment: float = 0.1
-    """What is known of the robot and of the components is looked at again."""
+    """The period in s at which robot and components are looked at again."""
     silence: float = 1.0
     """A component sends its next snapshot, of ten per second; after that it is shown as silent."""
     appearance: float = 5.0
@@ -202,7 +202,7 @@ class Robot(Push, omit_defaults=True):
     name: str = ""
     """The address of a real robot that was connected here."""
     title: Message = NO_MESSAGE
-    """What a person calls the robot, as far as it is known."""
+    """The robot's name for people, if it is known."""
     speed: float = 0.0
     """Measured robot seconds per second of wall time."""
     since: float = 0.0
@@ -214,9 +214,9 @@ class Robot(Push, omit_defaults=True):
     simulation: Simulation = Simulation()
     """The simulation that was last requested."""
     has_balls: bool = False
-    """Whether it has balls that can be moved."""
+    """True if it has balls that can be moved."""
     postures: tuple[str, ...] = ()
-    """Those that it can be brought into, as far as they are known."""
+    """The postures that it can be brought into, as far as they are known."""
     trouble: Message = NO_MESSAGE
     """Why the robot that was started here has ended, or is not seen."""
 

@@ -4,7 +4,7 @@ The angles come from the encoders, the torso's tilt from the robot's health; whe
 ground truth, it determines all places. All frames are JSON: those with a field `body` name the robot by the
 hash of its description, which the page asks for once, those with a field `world` contain the shapes of the
 world, those with a field `heard` what the robot says and plays, and in `ages` since when, and the others are
-a `BodyState`. The page computes the places of the links (`static/monitor/body.js`).
+a `BodyState`. The page computes the places of the links (`static/robot3d/body.js`).
 """
 
 from __future__ import annotations

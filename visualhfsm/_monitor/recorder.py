@@ -57,8 +57,8 @@ class Recorder:
         self._writer.look("/world", World(list(robot.world.shapes)), self._since)
         if (described := follower.described) is not None:
             self._writer.look("/description", Description.of(described.body, described.looks), self._since)
-        self.take(structure)
-        self.take(newest)
+        self.record(structure)
+        self.record(newest)
         self._task = asyncio.create_task(self._take_pictures(pictures))
 
     @property
@@ -69,7 +69,7 @@ class Recorder:
         gone = self._follower.identity not in self._communicator.identities()
         return other or gone or time.time() - self._since > _LONGEST_RECORDING
 
-    def take(self, news: News) -> None:
+    def record(self, news: News) -> None:
         """Record news of the component; called from any thread."""
         look = self._writer.look
         match news:

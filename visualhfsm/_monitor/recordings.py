@@ -42,7 +42,7 @@ from zenoh_ice.data.text import printable
 _INTERVAL: Final = 100_000_000
 """Nanoseconds between two moments, as of a monitor, unless a state changes."""
 _MOST_STEPS: Final = 600_000
-"""How much is read of a recording: some two hours of a behavior with four automata, in some 12 s.
+"""The part of a recording that is read: some two hours of a behavior with four automata, in some 12 s.
 
 A message is one step, and another one for each 8 kB; a moment has one for each automaton.
 """
@@ -144,7 +144,7 @@ class RecordedPictures:
             found[camera] = [(time, jpeg) for time in times if (jpeg := self.at(camera, time)) is not None]
         return found
 
-    def take(self, message: RawMessage) -> None:
+    def add(self, message: RawMessage) -> None:
         """Remember the place of an image in the file. Raises RecordingError when it has no hash."""
         attribute = message.topic.rpartition("/")[2]
         camera = self._identities.get(attribute, attribute)[:_LONGEST_TEXT]
@@ -200,7 +200,7 @@ def open_recording(path: Path, most_steps: int = _MOST_STEPS) -> RecordedRun:
             if run.steps >= most_steps:
                 shortened = _shortened(run.seconds, recording)
                 break
-            run.take(message)
+            run.apply(message)
     run.finish()
     is_known = recorded.WATCHED not in recording.metadata or recorded.INTERVENTIONS in recording.metadata
     if run.log.newest is None:
@@ -280,7 +280,7 @@ class _Reader:
         self._next = 0
         self._now = 0
         self.steps = 0
-        """What was read so far, as `_MOST_STEPS` counts it."""
+        """The steps that were read so far, as `_MOST_STEPS` counts them."""
         self._status = ComponentStatus.Running
         self._intervention: Intervention | None = None
         """The last one: the next message may say that it was refused."""
@@ -289,10 +289,10 @@ class _Reader:
 
     @property
     def seconds(self) -> float:
-        """The component time until which messages were taken."""
+        """The component time until which messages were applied."""
         return self._now / 1e9
 
-    def take(self, message: RawMessage) -> None:
+    def apply(self, message: RawMessage) -> None:
         """Process the next message; a malformed one is skipped."""
         self.steps += 1 + (len(message.data) >> 13)
         is_picture = message.kind in (recorded.Image, recorded.Picture)
@@ -301,7 +301,7 @@ class _Reader:
             return
         with suppress(RecordingError):
             if take is None:
-                self.pictures.take(message)
+                self.pictures.add(message)
                 return
             decoded = decode(message, message.kind)
             now = max(self._now, message.time - self._start)

@@ -36,7 +36,7 @@ _LARGEST_MOMENTS: Final = 64 << 20
 """Bytes of the moments as JSON, which the browser unpacks; some minutes at 20 a second fit, longer runs have
 fewer a second."""
 _SAYS: Final = re.compile(rb'"message":|"refusal":"[^"]')
-"""What is in each moment with errors, a refusal or events of the robot."""
+"""The bytes of each moment with errors, a refusal or events of the robot."""
 _ENTRY: Final = "onefile/run-page.js"
 _STYLES: Final = (
     "vendor/uplot",

@@ -59,7 +59,7 @@ async def stop_robot(
             robot.confirm()
         if robot.confirmed:
             velocities = await _velocities(communicator, limits) if _BODY in outcomes else []
-            robot.look(velocities, None, limits.standstill, answered=velocities is not None)
+            robot.observe(velocities, None, limits.standstill, answered=velocities is not None)
             if robot.over:
                 if robot.moving and robot.speed is not None:
                     outcomes[_BODY] = Message(

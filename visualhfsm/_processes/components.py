@@ -23,7 +23,7 @@ from codegen.messages import NO_MESSAGE, Message
 from codegen.reasons import reason
 from visualhfsm._base.environment import child_environment
 from visualhfsm._base.errors import VisualHfsmError
-from visualhfsm._base.watched_process import LineReports, Lines, WatchedProcess
+from visualhfsm._base.output_lines import LineReports, Lines
 from visualhfsm._base.work import PerDocument
 from visualhfsm._document.generate import generate_component, summary
 from visualhfsm._document.origins import Origin, Origins, read_origins
@@ -32,6 +32,7 @@ from visualhfsm._processes.bodies import body_option, require_body
 from visualhfsm._processes.failures import Failure, LastWords, describe_end
 from zenoh_ice import Settings
 from zenoh_ice.application import last_cycle
+from zenoh_ice.application.child import ChildProcess
 
 _Status = Literal["generating", "starting", "started", "stopping", "ended"]
 
@@ -190,7 +191,7 @@ class StartedComponent:
         self._make_directory = make_directory
         self._directory = make_directory()
         self._generated: _Generated | None = None
-        self._process = WatchedProcess(LineReports(self._take), self._end)
+        self._process = ChildProcess(LineReports(self._receive), self._end)
         self._words = LastWords()
         self._last_cycle: Path | None = None
         """The file in which the component keeps what it executes."""
@@ -200,7 +201,7 @@ class StartedComponent:
         """The name of the component that starts or runs; empty when there is none."""
         self._is_dry = False
         self._next = ("", False)
-        """That of the one that starts once the former one has ended, and whether it is a dry run."""
+        """The name of the component that starts once the former one has ended, and true for a dry run."""
 
     @property
     def names(self) -> list[tuple[str, bool]]:
@@ -267,9 +268,8 @@ class StartedComponent:
 
     async def stop(self) -> None:
         """End the process, if there is one."""
-        if self._process.is_running:
-            self.announce_stop()
-            await self._process.stop(self.patience)
+        self.announce_stop()
+        await self._process.stop(self.patience)
 
     async def close(self) -> None:
         """End the process, and delete its temporary files."""
@@ -329,7 +329,7 @@ class StartedComponent:
                 messages.Failed(tab=self._tab, origin=each.origin, message=each.message, texts=texts)
             )
 
-    def _take(self, written: Lines) -> None:
+    def _receive(self, written: Lines) -> None:
         lines = [self._line(stream, text) for stream, text in written.lines]
         self._publish(messages.Output(tab=self._tab, lines=lines, dropped=written.dropped))
 

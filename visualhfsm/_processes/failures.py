@@ -12,7 +12,7 @@ from typing import Final, NamedTuple
 
 from codegen.messages import Message
 from codegen.reasons import known_text
-from visualhfsm._base.watched_process import describe_exit
+from visualhfsm._base.output_lines import describe_exit
 from visualhfsm._document.origins import Origin, Origins
 from visualhfsm._monitor.messages import Stopper
 from zenoh_ice.application.last_cycle import LastCycle
@@ -173,7 +173,7 @@ class LastWords:
         self.origin: Origin | None = None
         """Where its last error was raised."""
         self.are_final = False
-        """Whether it reported that it crashes, or that its code ends the process at once."""
+        """True once it reported that it crashes, or that its code ends the process at once."""
         self.abandoned: Failure | None = None
         """The cycle that it did not wait for at its end, the first of several."""
         self.failures = Failures()

@@ -23,13 +23,14 @@ from codegen.messages import NO_MESSAGE, Message
 from codegen.reasons import known_text
 from visualhfsm._base.environment import child_environment
 from visualhfsm._base.errors import VisualHfsmError
-from visualhfsm._base.watched_process import LineReports, Lines, WatchedProcess, describe_exit
+from visualhfsm._base.output_lines import LineReports, Lines, describe_exit
 from visualhfsm._base.work import complete
 from visualhfsm._monitor import messages
 from visualhfsm._monitor.realm.robot import RobotPresence
 from visualhfsm._monitor.realm.translation import translated
 from visualhfsm._processes.bodies import body_option, called, require_body
 from zenoh_ice import Settings
+from zenoh_ice.application.child import ChildProcess
 
 _BALLS: Final = ("red", "green")
 _SIMULATION_PATIENCE: Final = (3.0, 2.0)
@@ -51,7 +52,7 @@ _WORLDS: Final = (
     Message("Four walls, a table, a crate, boxes that can be pushed, and a ball"),
     Message("A field of the Standard Platform League, a ball on its center, the robot behind it"),
 )
-"""What the files of the simulation's worlds say of them."""
+"""The descriptions in the files of the simulation's worlds."""
 
 
 class World(msgspec.Struct, frozen=True):
@@ -98,8 +99,8 @@ class StartedRobot:
         self._endpoints = endpoints
         self._root = root or Path.cwd()
         self._sockets = sockets
-        self._server = WatchedProcess(LineReports(self._take), self._end)
-        self._movers = {color: WatchedProcess(LineReports(_log), self._end_of_mover) for color in _BALLS}
+        self._server = ChildProcess(LineReports(self._receive), self._end)
+        self._movers = {color: ChildProcess(LineReports(_log), self._end_of_mover) for color in _BALLS}
         self._kind: Literal["", "simulation", "real"] = ""
         self._name = ""
         self._simulation = messages.Simulation()
@@ -295,14 +296,14 @@ class StartedRobot:
             self._simulation = msgspec.structs.replace(self._simulation, balls=moving)
             self._report()
 
-    async def _launch(self, process: WatchedProcess, command: Sequence[str]) -> None:
+    async def _launch(self, process: ChildProcess, command: Sequence[str]) -> None:
         environment = {**child_environment(), **self._settings.environment()}
         with VisualHfsmError.in_place_of(
             OSError, "{command} cannot be started: {reason}", command=command[3]
         ):
             await process.start(command, {**environment, **messages.own_listener(self._sockets)})
 
-    def _take(self, written: Lines) -> None:
+    def _receive(self, written: Lines) -> None:
         _log(written)
         for stream, text in written.lines:
             if stream == "err" and text.strip():

@@ -140,13 +140,13 @@ def _value_of(text: str) -> Any:  # noqa: ANN401 - whatever a parameter may be
 
 
 class _Script:
-    """The body of a test that does to a document what was done to a run, and expects what that did."""
+    """The body of a test that repeats what was done to a run, and expects the same effects."""
 
     def __init__(self, document: Document, interventions: Sequence[Intervention]) -> None:
         self.lines: list[str] = []
         self.left_out: list[str] = []
         self.changes = 0
-        """How many changes of state are expected."""
+        """The number of changes of state that are expected."""
         self._document = document
         self._outside = {event.name.strip() for event in document.events}
         self._forced = [each for each in interventions if each.action == "forceTransition"]

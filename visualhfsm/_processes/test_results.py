@@ -59,11 +59,11 @@ class CodeRun(msgspec.Struct, frozen=True, array_like=True):
     """The absolute path of the document."""
     place: Place
     version: int
-    """That of the text of the code."""
+    """The version of the text of the code."""
     lines: tuple[int, ...]
     ran: tuple[int, ...]
     failed: tuple[int, ...] = ()
-    """Those through which the exception went by which the test failed."""
+    """The lines through which the exception went by which the test failed."""
 
 
 class TestResult(msgspec.Struct, frozen=True, kw_only=True):
@@ -119,7 +119,7 @@ class PassedCode(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
 
     place: Place
     version: int
-    """That of the text that was tested."""
+    """The version of the text that was tested."""
     passed: tuple[int, ...]
     missed: tuple[int, ...]
     failed: tuple[int, ...] = ()

@@ -52,7 +52,7 @@ _LONGEST_REASON: Final = 800
 _LONGEST_TIMELINE: Final = 2000
 _LONGEST_WORDS: Final = 2000  # characters of what pytest says
 _ONE_PROCESS: Final = ("-n0",) if importlib.util.find_spec("xdist") else ()
-"""What runs all tests in one process, whatever a project prefers: it writes the results."""
+"""The option that runs all tests in one process, whatever a project prefers: it writes the results."""
 _LOOK_PERIOD: Final = 0.3  # s
 _STOP_LIMITS: Final = (3.0, 2.0)
 """Seconds from SIGINT, to which pytest answers with what is done, to SIGTERM, and to SIGKILL."""
@@ -65,14 +65,14 @@ class StartedTests(PerDocument["_TabTests"]):
         super().__init__(lambda tab: _TabTests(tab, publish, root, tuple(include)))
         self._root = root
 
-    async def look(self, source: Source) -> None:
+    async def find(self, source: Source) -> None:
         """Find the tests of a document, unless they run."""
-        await self.do(source.tab, lambda tests: tests.look(source))
+        await self.do(source.tab, lambda tests: tests.find(source))
 
     async def refresh(self, source: Source) -> None:
         """Find the tests of a document again if they were looked for and their files have changed since."""
         if self.get(source.tab) is not None and source.path is not None:
-            await self.do(source.tab, lambda tests: tests.look(source, unless_same=True))
+            await self.do(source.tab, lambda tests: tests.find(source, unless_same=True))
 
     async def start(self, source: Source, names: Sequence[str] = ()) -> None:
         """Begin to run all tests of a document, or those of some names."""
@@ -104,7 +104,7 @@ class _TabTests:
         self._files: Files = {}
         """The files of tests when they were last looked for."""
 
-    async def look(self, source: Source, *, unless_same: bool = False) -> None:
+    async def find(self, source: Source, *, unless_same: bool = False) -> None:
         """Find the tests, and forget how those went whose files have changed."""
         if self._child is None:
             path = _saved(source)
@@ -147,7 +147,7 @@ class _TabTests:
         for name in self._results:
             if {name, _plain(name)} & again:
                 self._results[name] = None
-        child = ChildProcess(self._take_words)
+        child = ChildProcess(self._receive_words)
         try:
             await child.start(command, {**child_environment(self._include), "TMPDIR": folder.name})
         except OSError as error:
@@ -182,7 +182,7 @@ class _TabTests:
             data = await asyncio.to_thread(_new_lines, results, read)
             if data:
                 read += len(data)
-                self._take(data)
+                self._receive(data)
                 self._show(path, found)
             if read > _MOST_RESULTS:
                 child.kill()
@@ -210,10 +210,10 @@ class _TabTests:
             if _plain(name) in found and name.partition("::")[0] not in changed
         }
 
-    def _take_words(self, _: int, data: bytes) -> None:
+    def _receive_words(self, _: int, data: bytes) -> None:
         self._words = (self._words + data.decode(errors="replace"))[-_LONGEST_WORDS:]
 
-    def _take(self, data: bytes) -> None:
+    def _receive(self, data: bytes) -> None:
         for line in data.splitlines():
             with contextlib.suppress(msgspec.DecodeError, RecursionError):  # a test wrote it
                 result = typed.from_json(line, TestResult, dec_hook=decode_message)

@@ -138,7 +138,7 @@ class OpenDocument(Analyses):
     ) -> None:
         super().__init__(project)
         self.remarks: Final = remarks
-        """What of a foreign file is missing or not the same; None for a file of ours."""
+        """The parts of a foreign file that are missing or not the same; None for a file of ours."""
         self._edited = edited
         self._listeners = Listeners()
         self._lock = threading.RLock()

@@ -17,7 +17,7 @@ FOREIGN_SUFFIX: Final = ".scxml"
 RECORDING_SUFFIX: Final = ".mcap"
 BODY_SUFFIX: Final = ".toml"
 MODEL_SUFFIXES: Final = (".urdf", ".xacro")
-"""Those of models of robots, besides MJCF, whose suffix is that of documents."""
+"""The suffixes of models of robots, besides MJCF, whose suffix is that of documents."""
 _ROOT_OF_MODEL: Final = re.compile(rb"<(mujoco|robot)\b")
 _HEAD: Final = 4096
 """Bytes in which the root of a model is looked for."""

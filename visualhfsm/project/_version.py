@@ -13,7 +13,7 @@ from codegen.hfsm.document import Document
 from visualhfsm.project._editing.edited_document import EditedDocument, Step
 
 FileState = Literal["same", "changed", "deleted"]
-"""What another program did to the file of a document since that was read or saved."""
+"""The change by another program of a document's file since that was read or saved."""
 
 _LONGEST_BEGINNING: Final = 18  # characters before a number, as a component's name has 100 at most, in ASCII
 _LONGEST_STEM: Final = 100
@@ -34,7 +34,7 @@ class Version:
     title: str
     dirty: bool
     is_unsaved: bool
-    """Whether closing would lose changes."""
+    """True if closing would lose changes."""
     undo: tuple[Step, ...]
     """The steps that can be undone, the latest first."""
     redo: tuple[Step, ...]

@@ -17,7 +17,7 @@ from ._behavior import Behavior
 from ._loading import DocumentInvalid, read
 
 Check = tuple[str, Callable[[Behavior], object]]
-"""What is checked, and a function that returns whether it holds."""
+"""A property in words, and a function that returns whether it holds."""
 
 
 def stated_properties(document: Path) -> tuple[Stated, ...]:

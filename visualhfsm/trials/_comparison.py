@@ -45,7 +45,7 @@ class Comparison:
         self.chance: Final = mcnemar(len(self.only_first), len(self.only_second))
         """Probability of rates that differ as much by chance, at a single look."""
         self.looks: Final = max(1, len({*first.looks, *second.looks}))
-        """How often somebody has looked at what a growing number of these trials came to."""
+        """The number of looks at what a growing number of these trials came to."""
         self.difference: Final = rate_difference(
             len(self._pairs), len(self.only_first), len(self.only_second)
         )

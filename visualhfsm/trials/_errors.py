@@ -27,7 +27,7 @@ _FILE: Final = (
     template("{file}: not TOML: {what}"),
     template("{file}: cannot be read: {what}"),
 )
-"""What `zenoh_ice.data.toml_file` and the quantities of a plan say of its file."""
+"""The sentences of `zenoh_ice.data.toml_file` and of a plan's quantities about its file."""
 
 
 class TrialsError(VisualHfsmError):

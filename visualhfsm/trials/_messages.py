@@ -102,7 +102,7 @@ class Origin(_View, frozen=True):
     date: str
     """When the last trial had ended, as in ISO 8601."""
     commit: str
-    """That of the document in git, with `+` if its folder has been changed since; empty without."""
+    """The commit of the document in git, with `+` if its folder has been changed since; empty without."""
 
 
 class TrialsView(_View, frozen=True):
@@ -147,7 +147,7 @@ class PlanFacts(_View, frozen=True):
     fixed: list[Fact]
     happens: list[Fact]
     counts: list[Message]
-    """What else a trial must do to succeed."""
+    """The other conditions of success."""
     measures: list[str]
 
 
@@ -197,7 +197,7 @@ class Order(msgspec.Struct, frozen=True, kw_only=True):
     choices: Choices = Choices()
     workers: int = 1
     again: bool = False
-    """Whether outcomes of an older version are replaced."""
+    """True to replace outcomes of an older version."""
     number: int = 0
     recording: str = ""
 

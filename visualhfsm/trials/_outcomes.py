@@ -27,9 +27,9 @@ SUFFIX: Final = ".outcomes.jsonl"
 _LONGEST_HEADER: Final = 10_000  # bytes
 _Line = TypeVar("_Line", "Outcome", "Look")
 _LOOK: Final = b'{"runs":'
-"""What a line begins with that has a `Look`."""
+"""The first bytes of a line that has a `Look`."""
 _PACKAGES: Final = ("visualhfsm", "mujoco", "numpy")
-"""What computes the outcome of a trial, besides Python."""
+"""The packages that compute the outcome of a trial, besides Python."""
 
 
 class StateChange(msgspec.Struct, frozen=True, array_like=True):
@@ -47,7 +47,7 @@ class Outcome(msgspec.Struct, frozen=True, kw_only=True):
     number: int
     """From 1 on."""
     values: Mapping[str, Value]
-    """What its quantities were."""
+    """The values of its quantities."""
     success: bool
     reason: str = ""
     """Why it failed, in words."""
@@ -56,11 +56,11 @@ class Outcome(msgspec.Struct, frozen=True, kw_only=True):
     states: str = ""
     """The path of current states at its end."""
     numbers: Mapping[str, float] = {}
-    """What was noted, by name."""
+    """The numbers that were noted, by name."""
     groups: Mapping[str, str] = {}
-    """What trials are distinguished by, by name: the group that this one belongs to."""
+    """The groups of this trial, by the name of what trials are distinguished by."""
     changes: tuple[StateChange, ...] = ()
-    """How it came there: its changes of state."""
+    """Its changes of state."""
     left_out: int = 0
     """Changes that are left out before the newest ones."""
     error: str = ""

@@ -28,9 +28,9 @@ PARAMETERS: Final = "parameters."
 CARRIED: Final = ("pan", "distance", "height")
 """The coordinates of a carried ball: rad, m and m."""
 SAMPLED: Final = ("mean", "max")
-"""What is kept of samples."""
+"""The figures that are kept of samples."""
 _KEPT: Final = ("number", "success", "reason", "states", "time", "calls", "cycles", "distance")
-"""What the table has of each trial in any case."""
+"""The columns that the table has of each trial in any case."""
 _KINDS: Final = ("push", "move", "offline", "late")
 _MOST_DRAWS: Final = 10_000
 
@@ -48,7 +48,7 @@ class Disturbance(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True,
     at: Spread | Choice | Time
     """In s of the trial."""
     seconds: Spread | Choice | Time = 0.0
-    """How long a push lasts, servants are offline, or pictures are late."""
+    """The time for which a push lasts, servants are offline, or pictures are late."""
     push: Spread | Choice | float | None = None
     """Force in N, horizontal."""
     direction: Spread | Choice | float = Spread(lowest=-3.14159, highest=3.14159)
@@ -60,7 +60,7 @@ class Disturbance(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True,
 
     With a speed also the places to which a ball is carried in turn, again and again."""
     speed: Spread | Choice | Speed | None = None
-    """How fast a ball is carried, each of its axes, in rad/s or m/s; without it, it is there at once."""
+    """The speed of each axis of a ball that is carried, in rad/s or m/s; without it, it is there at once."""
     offline: tuple[str, ...] | None = None
     """Identities of servants whose calls fail; none for all."""
     late: Spread | Choice | Time | None = None
@@ -111,9 +111,9 @@ class Success(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, omi
     state: str | None = None
     """Path of the states that it must reach, which ends the trial."""
     upright: bool = True
-    """Whether a fall fails and ends the trial."""
+    """True if a fall fails and ends the trial."""
     properties: bool = True
-    """Whether the properties of the document must hold."""
+    """True if the properties of the document must hold."""
     function: Function | None = None
     """A function of the run, called at its end: returns whether it is good, or a text that says why not."""
 
@@ -136,7 +136,7 @@ class Plan(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, omit_d
     accept: Function | None = None
     """A function of the drawn values that returns whether they are possible; else all are drawn again."""
     disturbances: dict[str, Disturbance] = {}
-    """What happens, by a name for each."""
+    """The disturbances, by a name for each."""
     success: Success = Success()
     numbers: dict[str, Function] = {}
     """Functions of the run that are called at its end, by the name of the number that each returns."""

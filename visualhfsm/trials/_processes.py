@@ -17,7 +17,7 @@ from ._outcomes import Outcome
 from ._worker import Task, TaskResult
 
 _ATTEMPTS: Final = 20
-"""How often a trial is run whose process is killed: most probably it is no fault of the trial."""
+"""The most attempts at a trial whose process is killed: most probably it is no fault of the trial."""
 _DRAW_LIMIT: Final = 60.0
 """Limit in s for drawing the values of a trial without running it."""
 

@@ -27,7 +27,7 @@ class Where(NamedTuple):
     workers: int | None
     cluster: str | None
     again: bool
-    """Whether outcomes that are there are replaced."""
+    """True to replace outcomes that are there."""
 
 
 def run_all(where: Where, plan: Plan, file: Path) -> Summary:

@@ -13,7 +13,7 @@ from msgspec import Meta, Struct
 from zenoh_ice.data.toml_file import convert, place
 
 Value = bool | int | float | str
-"""What a quantity is in one trial."""
+"""The value of a quantity in one trial."""
 Values = Mapping[str, Value]
 """The quantities of one trial by name."""
 

@@ -67,7 +67,7 @@ class BehaviorRecording(Observer):
             if device.stage is not None:
                 self._put("/world", World([_shape(each) for each in device.stage.shapes]))
         behavior.tree.observers.append(self)
-        self.look()
+        self.write()
 
     def changed(self, now: int, run: Actor, kind: ChangeKind) -> None:  # noqa: ARG002
         """Note that a change is to be shown."""
@@ -79,7 +79,7 @@ class BehaviorRecording(Observer):
             self._changed = False
             self._show()
 
-    def look(self) -> None:
+    def write(self) -> None:
         """Write down how everything is now, and the pictures since the last time."""
         self._show()
         calls = self._behavior.calls()

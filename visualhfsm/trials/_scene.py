@@ -74,7 +74,7 @@ class Scene:
         """Settings for `simulate`."""
         self._places: dict[str, dict[str, float]] = {}
         for name, value in values.items():
-            self._take(name, value)
+            self._apply(name, value)
         if robot == "sim" and (self._places or "world" in self.settings):
             self.settings["world"] = self._world()
 
@@ -88,7 +88,7 @@ class Scene:
                 if ball.name in self._places:
                     behavior.robot.ball(ball.name).place(*ball.start)
 
-    def _take(self, name: str, value: Value) -> None:
+    def _apply(self, name: str, value: Value) -> None:
         thing, dot, coordinate = name.rpartition(".")
         if self._robot == "none":
             raise TrialsError.because(

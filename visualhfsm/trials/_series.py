@@ -31,7 +31,7 @@ _AHEAD: Final = 3
 _LOOK_AFTER: Final = 0.2
 """After so many s a series looks whether it is to stop."""
 _ATTEMPTS: Final = 20
-"""How often a task is submitted whose workers are lost, one after the other."""
+"""The most submissions of a task whose workers are lost, one after the other."""
 
 
 class Pool(Protocol):

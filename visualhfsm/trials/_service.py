@@ -57,12 +57,12 @@ class RunningTrials(PerDocument["_TabTrials"]):
     ) -> None:
         super().__init__(lambda tab: _TabTrials(tab, publish, tuple(include), limits))
 
-    async def look(self, source: Source) -> bool:
+    async def read(self, source: Source) -> bool:
         """Read the plan of a document, and what the outcomes beside it say, unless that is known.
 
         Returns False while the trials run: what is reported is of the version that runs.
         """
-        return await self.do(source.tab, lambda trials: trials.look(source))
+        return await self.do(source.tab, lambda trials: trials.read(source))
 
     async def run(self, source: Source, choices: Choices, *, again: bool = False) -> None:
         """Begin to run the trials that are missing; `again` replaces outcomes of an older version."""
@@ -91,16 +91,16 @@ class _TabTrials:
         self._recorder: ReportingProcess[Report] | None = None
         self._choices = Choices()
         self._known: object = None
-        """What the state follows from, if it was read."""
+        """The outcomes that the state follows from, if they were read."""
         self._tried: Order | None = None
-        """That of the outcomes that are shown."""
+        """The order of the outcomes that are shown."""
         self._files = TemporaryDirectory(prefix="visualhfsm-trials-", ignore_cleanup_errors=True)
 
     @property
     def _runs(self) -> bool:
         return self._series is not None and self._state.status in ("running", "stopping")
 
-    async def look(self, source: Source) -> bool:
+    async def read(self, source: Source) -> bool:
         """Read plan and outcomes, unless the trials run, or nothing has changed since the last time."""
         if self._runs:
             return False
@@ -137,10 +137,6 @@ class _TabTrials:
         target = folder / f"{Path(self._tried.document).stem}-trial-{number}-{version[:6]}.mcap"
         order = msgspec.structs.replace(self._tried, action="record", number=number, recording=str(target))
 
-        def take(report: Report) -> None:
-            if report.error:
-                self._report(error=report.error)
-
         def ended(error: str) -> None:
             self._recorder = None
             if error or not target.is_file():  # it failed, or was stopped
@@ -149,7 +145,7 @@ class _TabTrials:
                 self._report(recording=None, recorded=number, file=name(target))
 
         self._report(recording=number, recorded=None, error="")
-        self._recorder = await self._carry_out(order, take, ended)
+        self._recorder = await self._carry_out(order, lambda _: None, ended)
 
     async def close(self) -> None:
         """End what runs, and remove the files."""
@@ -163,10 +159,7 @@ class _TabTrials:
             await self._series.stop(self._limits.stop)
         self._known = None
 
-        def take(report: Report) -> None:
-            if report.error:
-                self._report(error=report.error)
-                return
+        def receive(report: Report) -> None:
             if report.plan is not UNSET:
                 self._report(plan=report.plan)
             if report.view is not UNSET:
@@ -180,21 +173,24 @@ class _TabTrials:
             self._report(status="idle", left=None, error=error)
 
         self._report(status=status, error="", left=None)
-        self._series = await self._carry_out(order, take, ended)
+        self._series = await self._carry_out(order, receive, ended)
 
     async def _carry_out(
-        self, order: Order, take: Callable[[Report], object], ended: Callable[[str], object]
+        self, order: Order, receive: Callable[[Report], object], ended: Callable[[str], object]
     ) -> ReportingProcess[Report]:
-        """Start the process of an order; `take` gets its reports, `ended` why it failed, or nothing.
+        """Start the process of an order; `receive` gets its reports without errors, `ended` why it failed.
 
         Raises VisualHfsmError.
         """
         failed = ""
 
-        def taken(report: Report) -> None:
+        def reported(report: Report) -> None:
             nonlocal failed
             failed = report.error
-            take(report)
+            if failed:
+                self._report(error=failed)
+            else:
+                receive(report)
 
         def over(code: int, stopped: bool) -> None:
             error = failed
@@ -204,7 +200,7 @@ class _TabTrials:
                 error = f"the process of the trials ended with {code}: {process.words}".rstrip(": ")
             ended(error)
 
-        process = ReportingProcess(_report, taken, over, self._limits.longest_report)
+        process = ReportingProcess(_report, reported, over, self._limits.longest_report)
         command = [sys.executable, "-P", "-m", _PROCESS, msgspec.json.encode(order).decode()]
         try:
             await process.start(command, {**child_environment(self._include), "TMPDIR": self._files.name})

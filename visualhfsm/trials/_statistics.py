@@ -180,7 +180,7 @@ def _doubt(values: np.ndarray) -> str:
 
 
 def _merged(values: np.ndarray) -> np.ndarray:
-    """Return numbers within -1 and 1, of which those are the same that only differ by rounding."""
+    """Return numbers within -1 and 1; numbers that differ only by rounding become the same."""
     ordered, places = np.unique(values, return_inverse=True)
     is_other = np.concatenate(([True], np.diff(ordered) > _EQUAL))
     merged: np.ndarray = ordered[is_other][np.cumsum(is_other) - 1][places]

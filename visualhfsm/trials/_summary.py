@@ -87,7 +87,7 @@ class Summary:
         """The trials by number."""
         self.varying: Final = (*varying, *groups)
         self.looks: Final = tuple(looks)
-        """How many trials were asked for, one time after the other: if several, some came after a look."""
+        """The numbers of trials asked for, one after the other: if several, some came after a look."""
 
     def __str__(self) -> str:
         """Return the rate, and the commonest ways to fail."""

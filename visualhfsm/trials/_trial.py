@@ -59,7 +59,7 @@ class Witness(Protocol):
     def begin(self, behavior: Behavior, values: Values) -> None:
         """See it before its first cycle, with the values that were drawn."""
 
-    def look(self, behavior: Behavior) -> None:
+    def observe(self, behavior: Behavior) -> None:
         """See it ten times a second."""
 
     def end(self, outcome: Outcome) -> None:
@@ -107,7 +107,7 @@ def run_trial(
 
         with closing(BehaviorRecording(behavior, recording)) as recorded:
             trial = _Trial(plan, number, values, behavior)
-            trial.looks.append(recorded.look)
+            trial.watchers.append(recorded.write)
             return _watched(trial, witness)
 
 
@@ -116,7 +116,7 @@ def _watched(trial: _Trial, witness: Witness | None) -> Outcome:
     if witness is None:
         return trial.run()
     witness.begin(trial.behavior, trial.values)
-    trial.looks.append(lambda: witness.look(trial.behavior))
+    trial.watchers.append(lambda: witness.observe(trial.behavior))
     outcome = trial.run()
     witness.end(outcome)
     return outcome
@@ -142,7 +142,7 @@ class _Trial:
         self._number = number
         self.values = values
         self.behavior = behavior
-        self.looks: list[Callable[[], object]] = []
+        self.watchers: list[Callable[[], object]] = []
         """Called ten times a second."""
         self._folder = Path(plan.document).parent
         goal = plan.success.state
@@ -195,7 +195,7 @@ class _Trial:
         behavior, success, observed = self.behavior, self._plan.success, self._observed
         start, step = behavior.clock.now(), 0
         while True:
-            fell = self._look()
+            fell = self._sample()
             passed = behavior.clock.now() - start
             if observed.broken:
                 return observed.broken
@@ -210,11 +210,11 @@ class _Trial:
             step += 1
             behavior.advance(max(0.0, min(step * _PERIOD, self._plan.limit) - passed))
 
-    def _look(self) -> bool:
+    def _sample(self) -> bool:
         """Take the samples, and return whether the robot lies on the floor."""
         behavior = self.behavior
-        for look in self.looks:
-            look()
+        for watch in self.watchers:
+            watch()
         for name, reference in self._plan.samples.items():
             if (value := self._call(reference)) is not None:
                 self._samples[name].append(float(value))

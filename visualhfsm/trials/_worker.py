@@ -43,7 +43,7 @@ class Task:
     recording: str = ""
     """The file into which it is recorded, if it is to be; it is there once the trial has come to its end."""
     quiet: bool = True
-    """Whether nobody sees what it prints and logs."""
+    """True if nobody sees what it prints and logs."""
 
     @property
     def part(self) -> Path | None:
@@ -63,7 +63,7 @@ class TaskResult(msgspec.Struct, frozen=True):
     refused: str = ""
     """Why its plan is not possible."""
     needs_archive: bool = False
-    """Whether its content is to be sent along, once for all tasks with it."""
+    """True if its content is to be sent along, once for all tasks with it."""
 
 
 class _Worker:

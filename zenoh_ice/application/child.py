@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import errno
 import os
 import signal
 import subprocess
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any, Final
 
 from zenoh_ice.application import tether_command
@@ -20,19 +22,32 @@ _KILL_LIMIT: Final = 2.0
 """Seconds within which a process must end after SIGKILL; only one stuck in the kernel takes longer."""
 
 
-class ChildProcess(asyncio.SubprocessProtocol):
+class ChildProcess:
     """A command in its own process group, which ends when this process does, however that happens.
 
-    `take` is called on the event loop with its output: the descriptor, 1 or 2, and bytes; empty bytes are the
-    last. Processes of the group that outlive the command are killed.
+    It can be started any number of times, once at a time. On the event loop, `receive` is called with its
+    output: the descriptor, 1 or 2, and bytes; empty bytes are the last. Then `ended` is called with its exit
+    code, which is minus the number of the signal that ended it, if one did, and whether `stop` was called.
+    Processes of the group that outlive the command are killed.
     """
 
-    def __init__(self, take: Callable[[int, bytes], None]) -> None:
-        self._take = take
+    def __init__(
+        self,
+        receive: Callable[[int, bytes], None],
+        ended: Callable[[int, bool], None] = lambda _code, _stopped: None,
+    ) -> None:
+        self._receive = receive
+        self._report_end = ended
+        self._is_running = False
         self._transport: asyncio.SubprocessTransport | None = None
-        self._exited = asyncio.Event()
-        self._closed = asyncio.Event()
+        self._events = _Events(receive)
         self._ended: asyncio.Task[int] | None = None
+        self._stopped = False
+
+    @property
+    def is_running(self) -> bool:
+        """Whether the process starts or runs."""
+        return self._is_running
 
     @property
     def pid(self) -> int | None:
@@ -47,53 +62,59 @@ class ChildProcess(asyncio.SubprocessProtocol):
         foreground: bool = False,
         merged: bool = False,
     ) -> None:
-        """Start a command. Raises OSError when no process can be started.
+        """Start a command. Raises OSError when no process can be started, as while the former one runs.
 
-        A foreground command uses our terminal, and `take` gets nothing. `merged` sends stderr to stdout.
+        A foreground command uses our terminal, and `receive` gets nothing. `merged` sends stderr to stdout.
         """
+        if self._is_running:
+            raise OSError(errno.EBUSY, "the former process still runs")
         options: dict[str, Any] = {"stdin": subprocess.DEVNULL, "start_new_session": True}
         if foreground:
             # It must stay in the terminal's session to read its keys.
             options = {"stdin": None, "stdout": None, "stderr": None, "process_group": 0}
         elif merged:
             options["stderr"] = subprocess.STDOUT
+        self._is_running = True  # nobody else starts one while this waits
         # Blocked in the child too: the tether unblocks it once it would no longer end in a traceback.
         blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
-            self._transport, _ = await asyncio.get_running_loop().subprocess_exec(
-                lambda: self,
+            self._transport, self._events = await asyncio.get_running_loop().subprocess_exec(
+                partial(_Events, self._receive),
                 *tether_command("foreground" if foreground else "background"),
                 *command,
                 env={**environment, "PYTHONUNBUFFERED": environment.get("PYTHONUNBUFFERED") or "1"},
                 **options,
             )
+        except BaseException:
+            self._is_running = False
+            raise
         finally:
             if signal.SIGINT not in blocked:
                 signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
-        self._ended = asyncio.create_task(self._end(self._transport))
+        self._stopped = False
+        self._ended = asyncio.create_task(self._end(self._transport, self._events))
 
     async def wait(self) -> int:
-        """Wait for the end of the process and its output.
-
-        Returns its exit code, which is minus the number of the signal that ended it, if one did.
-        """
+        """Wait for the end of the process and its output, and return its exit code, as `ended` gets it."""
         assert self._ended is not None
         return await asyncio.shield(self._ended)
 
     async def stop(
         self, patience: Sequence[float], force: asyncio.Event | None = None, *, group: bool = False
     ) -> None:
-        """End the process: SIGINT, then SIGTERM, then SIGKILL; `patience` has the seconds between them.
+        """End the process, if one runs, and wait until `ended` has been called.
 
-        Setting `force` skips every wait. The first signals go to the process alone, so that it can end its
-        child processes, or to the whole `group`.
+        It gets SIGINT, then SIGTERM, then SIGKILL; `patience` has the seconds between them. Setting `force`
+        skips every wait. The first signals go to the process alone, so that it can end its child processes,
+        or to the whole `group`.
         """
-        if self._transport is None or self._ended is None:
+        if self._transport is None or self._ended is None or self._ended.done():
             return
+        self._stopped = True
         forced = asyncio.create_task((force or asyncio.Event()).wait())
         try:
             for number, seconds in zip((signal.SIGINT, signal.SIGTERM), patience, strict=True):
-                if self._exited.is_set():
+                if self._events.exited.is_set():
                     break
                 if group:
                     self._signal_group(number)
@@ -109,7 +130,7 @@ class ChildProcess(asyncio.SubprocessProtocol):
 
     def kill(self) -> None:
         """Kill the process with its whole group, unless it has ended, and do not wait."""
-        if not self._exited.is_set():
+        if not self._events.exited.is_set():
             self._signal_group(signal.SIGKILL)
 
     def _signal_group(self, number: signal.Signals) -> None:
@@ -117,28 +138,41 @@ class ChildProcess(asyncio.SubprocessProtocol):
             with contextlib.suppress(ProcessLookupError, PermissionError):
                 os.killpg(self.pid, number)
 
-    async def _end(self, transport: asyncio.SubprocessTransport) -> int:
-        await self._exited.wait()
+    async def _end(self, transport: asyncio.SubprocessTransport, events: _Events) -> int:
+        await events.exited.wait()
         self._signal_group(signal.SIGKILL)  # the processes that it left behind
         with contextlib.suppress(TimeoutError):
-            await asyncio.wait_for(self._closed.wait(), _DRAIN)
+            await asyncio.wait_for(events.closed.wait(), _DRAIN)
         transport.close()
-        for descriptor in (1, 2):
-            self._take(descriptor, b"")
         code = transport.get_returncode()
         assert code is not None
+        try:
+            for descriptor in (1, 2):
+                self._receive(descriptor, b"")
+        finally:
+            self._is_running = False
+        self._report_end(code, self._stopped)
         return code
 
-    # Called by the event loop.
+
+class _Events(asyncio.SubprocessProtocol):
+    """What the event loop says of one process."""
+
+    def __init__(self, receive: Callable[[int, bytes], None]) -> None:
+        self._receive = receive
+        self.exited = asyncio.Event()
+        """Set once the process has ended; more of its output may follow."""
+        self.closed = asyncio.Event()
+        """Set once all of its output has arrived."""
 
     def pipe_data_received(self, fd: int, data: bytes) -> None:
         """Pass on the output."""
-        self._take(fd, data)
+        self._receive(fd, data)
 
     def process_exited(self) -> None:
-        """Note that the process has ended; more of its output may follow."""
-        self._exited.set()
+        """Note the end of the process."""
+        self.exited.set()
 
     def connection_lost(self, error: Exception | None) -> None:  # noqa: ARG002
-        """Note that all of its output has arrived."""
-        self._closed.set()
+        """Note the end of the output."""
+        self.closed.set()

@@ -157,13 +157,13 @@ class RobotStop:
         if self.confirmed_at is None:
             self.confirmed_at = time.monotonic()
 
-    def look(
+    def observe(
         self, velocities: Iterable[float] | None, lost: str | None, limit: float, *, answered: bool
     ) -> None:
         """Note the velocities of its joints in rad/s, and why it is lost; None for what it did not say.
 
-        Unless it has `answered`, nothing is known: a busy robot may answer late. The last look is the one
-        that is made `limit` s after it confirmed the stop.
+        Unless it has `answered`, nothing is known: a busy robot may answer late. The last time is that which
+        comes `limit` s after it confirmed the stop.
         """
         if self.confirmed_at is None:
             return

@@ -67,6 +67,16 @@ def test_the_index_links_to_every_page() -> None:
     assert [page.name for page in listed if f"({page.relative_to(DOCS)})" not in index] == []
 
 
+def test_the_index_of_decisions_has_each_once_by_its_title() -> None:
+    index = (DOCS / "decisions" / "README.md").read_text("utf-8")
+    pages = [page for page in PAGES if page.parent.name == "decisions" and page.name != "README.md"]
+    titles = {page.name: page.read_text("utf-8").split("\n", 1)[0].removeprefix("# ") for page in pages}
+    listed = re.findall(r"^- \[(\d+): (.*)\]\((.*)\)$", index, re.MULTILINE)
+    assert sorted((name, f"{int(number):04}: {title}") for number, title, name in listed) == sorted(
+        titles.items()
+    )
+
+
 def test_every_option_of_codegen_is_explained() -> None:
     text = (DOCS / "reference/codegen.md").read_text("utf-8")
     names = {option for param in typer.main.get_command(app).params for option in param.opts}

@@ -30,7 +30,7 @@ class DeleteItems(Command, frozen=True, kw_only=True):
     transitions: Ids = ()
     annotations: Ids = ()
     cut: bool = False
-    """Whether they were cut to the clipboard; affects only the name of the step."""
+    """True if they were cut to the clipboard; affects only the name of the step."""
 
     def apply(self, document: Document) -> Document:
         automaton = nodes.find_automaton(document, self.automaton)

@@ -25,7 +25,7 @@ _STEP: Final = 30.0
 """Pixels by which states that would cover others are shifted, repeatedly."""
 _SIDE: Final = 20.0
 _NEAR: Final = range(-4, 5)
-"""How many squares of these sides, in pixels, lie between two circles that may touch."""
+"""The squares of these sides, in pixels, between two circles that may touch."""
 
 
 class PasteStates(Command, frozen=True, kw_only=True):

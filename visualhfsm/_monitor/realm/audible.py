@@ -48,7 +48,7 @@ class Audible(msgspec.Struct, frozen=True):
     loudness: float = 0.0
     """Of that sound, from 0 to 1."""
     counts: tuple[int, int] = (0, 0)
-    """How many texts and how many sounds were begun."""
+    """The numbers of texts and of sounds that were begun."""
 
 
 def audible(speech: SpeechState | None, sound: SoundState | None) -> Audible:
@@ -78,7 +78,7 @@ async def played_samples(communicator: Communicator) -> AsyncGenerator[bytes, No
     blocks: asyncio.Queue[bytes] = asyncio.Queue()
     loop = asyncio.get_running_loop()
 
-    def take(sample: Sample[SoundSamples]) -> None:
+    def receive(sample: Sample[SoundSamples]) -> None:
         now = sample.value
         fits = 0 < len(now.samples) <= _MOST_BYTES and len(now.samples) % 2 == 0
         if fits and blocks.qsize() < _MOST_BLOCKS:
@@ -87,7 +87,7 @@ async def played_samples(communicator: Communicator) -> AsyncGenerator[bytes, No
                 loop.call_soon_threadsafe(blocks.put_nowait, block)
 
     sounds = SoundsPrx.uncheckedCast(communicator.stringToProxy(_SOUNDS))
-    with sounds.getSamples.subscribe(take, queue=_MOST_BLOCKS):
+    with sounds.getSamples.subscribe(receive, queue=_MOST_BLOCKS):
         while True:
             yield await blocks.get()
 
@@ -98,20 +98,20 @@ class Begin:
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
         self._count: int | None = None
-        self._looked = -math.inf
+        self._observed = -math.inf
         self._time: float | None = None
 
-    def look(self, count: int | None) -> None:
-        """Take how many were begun so far, None while that is unknown."""
+    def observe(self, count: int | None) -> None:
+        """Note how many were begun so far, None while that is unknown."""
         now = self._clock()
         if count != self._count:
-            watched = self._count is not None and now - self._looked < _WATCHED
+            watched = self._count is not None and now - self._observed < _WATCHED
             self._time = now if watched else None
-        self._count, self._looked = count, now
+        self._count, self._observed = count, now
 
     @property
     def age(self) -> float | None:
-        """Seconds since then; None if it began before anybody looked."""
+        """Seconds since then; None if it began before anybody watched."""
         return None if self._time is None else self._clock() - self._time
 
 
@@ -131,7 +131,7 @@ class AudibleMonitor:
         speech = self._speech() if _SPEECH in present else None
         sound = self._sound() if _SOUNDS in present else None
         for begin, newest in zip(self._begins, (speech, sound), strict=True):
-            begin.look(newest.value.count if newest else None)
+            begin.observe(newest.value.count if newest else None)
         return audible(speech.value if speech else None, sound.value if sound else None)
 
     def ages(self) -> tuple[float | None, float | None]:

@@ -159,15 +159,15 @@ class DescribedRobot:
 
     name: str
     title: str
-    """What a person calls it."""
+    """Its name for people."""
     neck: tuple[HingeAxis | None, HingeAxis | None]
-    """What pans and tilts its first camera."""
+    """The axes that pan and tilt its first camera."""
     joints: frozenset[str]
     sliding: tuple[str, ...]
-    """Those of the joints that slide instead of turning."""
+    """The joints that slide instead of turning."""
     postures: tuple[str, ...]
     page: bytes
-    """JSON for `static/monitor/robot-drawing.js`."""
+    """JSON for `static/robot3d/robot-drawing.js`."""
     hash: str
     """Names the content of `page`."""
     body: str

@@ -64,13 +64,13 @@ class RobotPresence(NamedTuple):
     speed: float = 0.0
     """Measured robot seconds per second of wall time, in tenths."""
     has_balls: bool = False
-    """Whether it has balls that can be moved."""
+    """True if it has balls that can be moved."""
     stopped: str | None = None
     """Why its emergency stop is latched; empty while it is not, None while that is not known."""
     title: str = ""
-    """What a person calls it, as far as it is known."""
+    """Its name for people, if it is known."""
     postures: tuple[str, ...] = ()
-    """Those that it can be brought into, as far as they are known."""
+    """The postures that it can be brought into, as far as they are known."""
 
 
 class RobotFacts(msgspec.Struct, frozen=True, rename="camel"):

@@ -21,7 +21,7 @@ STANCES: Final = (
     Message("lying on its left side"),
     Message("lying on its right side"),
 )
-"""How a robot rests: the values `stance` and `needed`."""
+"""The ways in which a robot rests: the values `stance` and `needed`."""
 
 _REFUSED: Final = (
     Message("the client of this command is gone: its link to the robot broke"),
@@ -232,7 +232,7 @@ _EVENTS: Final = (
     Message("the robot is lost: it stays as it is"),
     Message("the robot is stopped: it stays as it is"),
 )
-"""What a robot has met with."""
+"""The events of a robot."""
 
 OF_ROBOTS: Final = tuple(
     sorted(

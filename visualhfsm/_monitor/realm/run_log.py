@@ -144,7 +144,7 @@ class RunLog:
         self._newest: LiveSnapshot | None = None
         self._first_parameters: Mapping[str, str] = {}
         self.interventions: Final = Interventions()
-        """What somebody did to the run, as far as it is known here."""
+        """The interventions in the run, as far as they are known here."""
 
     @property
     def first_parameters(self) -> Mapping[str, str]:

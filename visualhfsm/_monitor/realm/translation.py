@@ -24,7 +24,7 @@ __all__ = ["translate_explanation", "translated"]
 _BETWEEN: Final = re.compile(r"(?<=\.) (?=[^\W\d])")
 """Where one sentence follows another."""
 _MEMBERS: Final = re.compile(r"(.+) (\(\w+='[^']*'\))", re.DOTALL)
-"""What an exception of an interface says, with its other members."""
+"""The text of an interface's exception, with its other members."""
 _REPEATED: Final = re.compile(r"(.+) \((\d+) more since the last report\)", re.DOTALL)
 """An event of a robot that it had more than once."""
 _NUMBERS: Final = ("seconds", "value", "lower", "upper", "degrees")
@@ -51,7 +51,7 @@ _WHY_NOT: Final = (
     template("{guard} was true when {event} came {seconds} s ago"),
     template("{guard} was false when {event} came {seconds} s ago"),
 )
-"""What `hfsm_runtime/debugger/_explanation.py` says of a transition."""
+"""The sentences of `hfsm_runtime/debugger/_explanation.py` about a transition."""
 _GUARD: Final = (Message("its guard"), template("its guard `{condition}`"))
 
 _WHERE: Final = (
@@ -74,7 +74,7 @@ _WHERE: Final = (
     Message("the automaton has finished"),
     template("more than {count} events waited"),
 )
-"""What it says of an automaton."""
+"""Its sentences about an automaton."""
 
 _IN_STATE: Final = (template("{automaton} is in {state}"),)
 
@@ -105,7 +105,7 @@ _ERRORS: Final = (
     ),
     template("no new sample of {stream} within {seconds} s"),
 )
-"""What `hfsm_runtime` says of an automaton, and `zenoh_ice` of a server."""
+"""The sentences of `hfsm_runtime` about an automaton, and of `zenoh_ice` about a server."""
 
 _RELOADS: Final = (
     template("{what}; its exit code did not run"),
@@ -130,7 +130,7 @@ _RELOADS: Final = (
         "without --record"
     ),
 )
-"""What it says of a reload: what could not be kept, and why it was refused."""
+"""Its sentences about a reload: what could not be kept, and why it was refused."""
 
 _SAID: Final = (*_ERRORS, *_RELOADS, *OF_ROBOTS)
 

@@ -22,7 +22,7 @@ _PARTS: Final = {
     "self": ("functions", "interfaces", "parameters", "ros"),
     "": ("variables", "inputs", "outputs", _HERE, *_SHARED, "functions", "libraries"),
 }
-"""What defines a text, a name after `self.`, and another one; the most likely first."""
+"""The elements that define a text, a name after `self.`, and another one; the most likely first."""
 
 
 class Definition(msgspec.Struct, frozen=True):

@@ -7,7 +7,7 @@ import re
 from typing import Final
 
 _CALL: Final = re.compile(r"[\w.]+\((?P<parameters>.*?)\)(?: ?-+> ?(?P<result>.*))?\.?", re.DOTALL)
-"""What the docstrings of compiled functions begin with, such as `array(object, dtype=None)`."""
+"""The first line of the docstrings of compiled functions, such as `array(object, dtype=None)`."""
 _STRUCTURE: Final = re.compile(
     r"""
     >>> | \.\.\s | :\w+.*?: | [-*+•]\s | \d+[.)]\s  # an example, a directive, a field, items of a list

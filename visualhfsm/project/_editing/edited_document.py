@@ -56,7 +56,7 @@ class Change:
     before: Document
     after: Document
     conflict: bool = False
-    """Whether somebody else had replaced the same words; the text then contains both versions."""
+    """True if somebody else had replaced the same words; the text then contains both versions."""
 
     @property
     def added(self) -> tuple[Added, ...]:
@@ -321,7 +321,7 @@ class EditedDocument:
         merged = self._steps.merges(key, self.merge_within)
         name = command.title(before)
         encoded = msgspec.json.encode(command)
-        self._take(command.apply(before), name, key, merge=merged, size=len(encoded))
+        self._keep(command.apply(before), name, key, merge=merged, size=len(encoded))
         if self.document is not before:
             self._note(Done(msgspec.Raw(encoded), merged), name)
         return Change(name, self.revision, before, self.document, conflict)
@@ -481,7 +481,7 @@ class EditedDocument:
             why = Message("another program has deleted it")
             raise ChangedOutsideError(what, why, "write it again, or save it elsewhere")
 
-    def _take(
+    def _keep(
         self, document: Document, name: Message, key: Hashable | None, *, merge: bool, size: int
     ) -> None:
         """Keep the result of a command of `size` bytes; raises EditError when it is too large."""
@@ -542,7 +542,7 @@ class EditedDocument:
                         command = decode_command(bytes(raw))
                         name = command.title(self.document)
                         document = command.apply(self.document)
-                        self._take(document, name, None, merge=merged, size=len(bytes(raw)))
+                        self._keep(document, name, None, merge=merged, size=len(bytes(raw)))
                     case Undone():
                         self._steps.undo()
                     case Redone():

@@ -112,7 +112,7 @@ class Shelves:
 
     def states(self) -> list[ReadyState]:
         """Return what is on the shelves now: ours, then the project's, by category and title."""
-        shown = [each.shown for each in self._look().values()]
+        shown = [each.shown for each in self._inspect().values()]
         return sorted(shown, key=lambda each: (each.own, each.category.casefold(), each.title.casefold()))
 
     def content(self, id: str) -> tuple[str, str]:
@@ -120,7 +120,7 @@ class Shelves:
 
         Raises EditError when its file cannot be used, and MissingError when it is not there.
         """
-        found = self._look().get(id)
+        found = self._inspect().get(id)
         if found is None:
             raise MissingError.because("{id} is not on the shelf", id=printable(id)[:100])
         if found.shown.trouble:
@@ -128,7 +128,7 @@ class Shelves:
             raise EditError(what, found.shown.trouble, Message("fix {file}", file=found.shown.path))
         return found.shown.title, found.content
 
-    def _look(self) -> dict[str, _File]:
+    def _inspect(self) -> dict[str, _File]:
         """Return the files as they are now; those that are new or have changed are read."""
         with self._lock:
             files: dict[str, _File] = {}

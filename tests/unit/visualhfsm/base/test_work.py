@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import random
 from collections import Counter
 from collections.abc import Awaitable, Callable, Sequence
@@ -15,10 +16,9 @@ import pytest
 from codegen.hfsm.document import Document
 from tests.support.interleaving import Nursery, interleave
 from tests.support.soak import repeated
-from visualhfsm._base import watched_process
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._monitor.messages import Source, StartedPush
-from visualhfsm._processes import components, tests
+from visualhfsm._processes import components
 from visualhfsm._processes.components import StartedComponents
 from visualhfsm._processes.test_results import TestsPush
 from visualhfsm._processes.tests import StartedTests
@@ -49,9 +49,9 @@ def requests(service: Service, source: Source) -> list[Callable[[], Awaitable[ob
         case StartedComponents():
             return [partial(service.start, source, []), partial(service.generate, source)]
         case StartedTests():
-            return [partial(service.start, source), partial(service.look, source)]
+            return [partial(service.start, source), partial(service.find, source)]
         case RunningTrials():
-            return [partial(service.run, source, Choices()), partial(service.look, source)]
+            return [partial(service.run, source, Choices()), partial(service.read, source)]
 
 
 def shown(push: object) -> int:
@@ -91,8 +91,8 @@ def test_whatever_is_asked_in_any_order_no_two_children_do_the_same_and_none_is_
         nonlocal ran
         chance = random.Random(seed)
         nursery = Nursery(chance, role)
-        for module in (watched_process, tests):
-            monkeypatch.setattr(module, "ChildProcess", nursery.child)
+        monkeypatch.setattr(asyncio.BaseEventLoop, "subprocess_exec", nursery.subprocess_exec)
+        monkeypatch.setattr(os, "killpg", nursery.killpg)
         monkeypatch.setattr(asyncio, "to_thread", nursery.to_thread)
         known: Counter[int] = Counter()
 

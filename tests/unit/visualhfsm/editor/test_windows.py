@@ -3,39 +3,17 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
-import json
 from functools import partial
 
-from tests.support.limits import RUN_LIMIT
-from visualhfsm._editor.protocol import Answer
+from tests.support.sent import sent
 from visualhfsm._editor.window import Window
 from visualhfsm._editor.windows import Windows
 from visualhfsm._monitor.messages import RecentLines, Robot, Stale
 
 
-def sent(window: Window) -> list[str]:
+def pushed(window: Window) -> list[str]:
     """Return the kinds of the messages that wait for a window."""
-
-    async def take() -> list[str]:
-        found: list[str] = []
-        everything = asyncio.Event()
-
-        async def send(text: str) -> None:
-            message = json.loads(text)
-            found.append(message.get("push", ""))
-            if "re" in message:
-                everything.set()
-
-        window.answer(Answer(re=1))  # comes after all that was pushed
-        writing = asyncio.create_task(window.write(send))
-        await asyncio.wait_for(everything.wait(), RUN_LIMIT)
-        writing.cancel()
-        with contextlib.suppress(asyncio.CancelledError):
-            await writing
-        return found[:-1]
-
-    return asyncio.run(take())
+    return [message["push"] for message in asyncio.run(sent(window))]
 
 
 def opened(windows: Windows) -> Window:
@@ -52,7 +30,7 @@ def test_only_followers_get_what_a_component_does() -> None:
     windows.push_to_followers("dance", Stale(component="dance", since=1.0))
     windows.push_to_followers("walk", Stale(component="walk", since=1.0))
     windows.push(Robot())
-    assert (sent(follower), sent(other)) == (["stale", "robot"], ["robot"])
+    assert (pushed(follower), pushed(other)) == (["stale", "robot"], ["robot"])
 
 
 def test_the_last_follower_that_leaves_is_known() -> None:
@@ -73,4 +51,4 @@ def test_a_window_that_was_removed_gets_nothing() -> None:
     window = opened(windows)
     windows.remove(window)
     windows.push(Robot())
-    assert sent(window) == []
+    assert pushed(window) == []

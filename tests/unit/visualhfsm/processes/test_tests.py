@@ -65,14 +65,14 @@ def test_the_tests_of_a_document_are_those_in_files_that_name_it(path: Path) -> 
     path.with_name("test_bad.py").write_text(BAD)
 
     async def work(tests: Tests) -> None:
-        await tests.service.look(tests.source)
+        await tests.service.find(tests.source)
         assert [(each.file, each.name, each.outcome) for each in tests.now.tests] == [
             ("behaviors/test_bad.py", "test_it_is_done_at_once", ""),
             ("tests/test_waits.py", "test_it_waits", ""),
             ("tests/test_waits.py", "test_it_is_done_soon", ""),
         ]
         with pytest.raises(VisualHfsmError, match="save the document first"):
-            await tests.service.look(replace(tests.source, path=None))
+            await tests.service.find(replace(tests.source, path=None))
 
     go(path, work)
 
@@ -244,7 +244,7 @@ def test_no_tests_run_after_they_were_stopped_or_their_tab_closed_whatever_is_as
             closing = True  # this ends them now, not who stops them then
             await tests.service.forget(1)
 
-        look = partial(tests.service.look, tests.source)
+        look = partial(tests.service.find, tests.source)
         try:
             await interleave(random.Random(seed), [run, stop, look, run, stop, close, run])
             assert not children("pytest")

@@ -65,8 +65,8 @@ class Trials:
     async def idle(self) -> TrialsPush:
         return await self.until(lambda push: push.status == "idle" and push.recording is None)
 
-    async def look(self, opened: Source) -> TrialsPush:
-        await self.service.look(opened)
+    async def read(self, opened: Source) -> TrialsPush:
+        await self.service.read(opened)
         return await self.idle()
 
     async def run(self, opened: Source, *, again: bool = False, **choices: object) -> TrialsPush:
@@ -98,7 +98,7 @@ def done(push: TrialsPush) -> int:
 @pytest.mark.slow
 def test_the_plan_is_read_and_its_trials_run_and_the_command_goes_on_with_their_outcomes(path: Path) -> None:
     async def work(trials: Trials) -> None:
-        looked = await trials.look(source(path))
+        looked = await trials.read(source(path))
         assert looked.plan is not None
         assert (looked.plan.file, looked.plan.runs, looked.plan.state) == ("waits.trials.toml", 12, "done")
         assert looked.view is None
@@ -150,7 +150,7 @@ def test_outcomes_of_an_older_version_are_replaced_only_on_purpose(path: Path, t
     async def work(trials: Trials) -> None:
         former = await trials.run(source(path))
         changed = source(path, WAITS.replace("+= 0.5", "+= 5"))
-        assert (await trials.look(changed)).outdated
+        assert (await trials.read(changed)).outdated
 
         await trials.service.record(1, 3, tmp_path, lambda file: file.name)  # as it ran
         found = await trials.until(lambda push: push.recorded == 3)
@@ -199,7 +199,7 @@ def test_what_is_wrong_is_said_with_file_and_line(path: Path, plan: str, text: s
 def test_a_document_without_a_file_is_to_be_saved_first(path: Path) -> None:
     async def work(trials: Trials) -> None:
         with pytest.raises(VisualHfsmError, match="save the document first"):
-            await trials.service.look(replace(source(path), path=None))
+            await trials.service.read(replace(source(path), path=None))
 
     go(work)
 
@@ -252,7 +252,7 @@ def test_no_trials_run_after_they_were_stopped_or_their_tab_closed_whatever_is_a
                 await trials.service.forget(1)
 
             run = partial(begin, partial(trials.service.run, source(path), Choices()))
-            look = partial(begin, partial(trials.service.look, source(path)))
+            look = partial(begin, partial(trials.service.read, source(path)))
             record = partial(begin, partial(trials.service.record, 1, 1, tmp_path, lambda file: file.name))
             await interleave(random.Random(seed), [run, stop, look, run, record, stop, close, run, look])
             assert not children(SERIES)

@@ -17,43 +17,43 @@ def stop():
 
 
 def test_it_is_over_once_the_robot_is_still(stop):
-    stop.look([0.0, -0.4], "", FOREVER, answered=True)
+    stop.observe([0.0, -0.4], "", FOREVER, answered=True)
     assert (stop.over, stop.moving, stop.speed) == (False, True, 0.4)
-    stop.look([0.0, -0.05], "", FOREVER, answered=True)
+    stop.observe([0.0, -0.05], "", FOREVER, answered=True)
     assert (stop.over, stop.still) == (True, True)
 
 
 def test_it_is_not_over_before_the_robot_has_confirmed_it():
     stop = RobotStop()
-    stop.look([0.0], "", 0.0, answered=True)
+    stop.observe([0.0], "", 0.0, answered=True)
     assert (stop.over, stop.still) == (False, False)
 
 
 def test_it_is_not_over_while_no_command_reaches_the_robot(stop):
-    stop.look([0.0], "the cable is out", FOREVER, answered=True)
+    stop.observe([0.0], "the cable is out", FOREVER, answered=True)
     assert (stop.over, stop.still) == (False, False)
-    stop.look(None, "", FOREVER, answered=True)
+    stop.observe(None, "", FOREVER, answered=True)
     assert (stop.over, stop.still) == (True, True)
 
 
 def test_half_an_answer_says_nothing(stop):
-    stop.look([0.4], None, FOREVER, answered=False)
+    stop.observe([0.4], None, FOREVER, answered=False)
     assert (stop.over, stop.speed) == (False, None)
-    stop.look([0.0], None, FOREVER, answered=False)
+    stop.observe([0.0], None, FOREVER, answered=False)
     assert not stop.over
 
 
-def test_the_last_look_ends_it_though_the_robot_moves(stop):
-    stop.look([0.4], None, 0.0, answered=False)
+def test_the_last_observation_ends_it_though_the_robot_moves(stop):
+    stop.observe([0.4], None, 0.0, answered=False)
     assert (stop.over, stop.still, stop.speed) == (True, False, 0.4)
 
 
 @pytest.mark.parametrize("velocities", [None, [], [math.nan]])
 def test_a_robot_that_says_nothing_of_its_joints_counts_as_still(stop, velocities):
-    stop.look(velocities, None, FOREVER, answered=True)
+    stop.observe(velocities, None, FOREVER, answered=True)
     assert (stop.over, stop.still, stop.speed) == (True, True, None)
 
 
 def test_an_unknown_velocity_hides_no_known_one(stop):
-    stop.look([math.nan, 0.4], None, FOREVER, answered=True)
+    stop.observe([math.nan, 0.4], None, FOREVER, answered=True)
     assert (stop.over, stop.speed) == (False, 0.4)

@@ -211,7 +211,7 @@ class Help {
   }
 
   /**
-   * Marks, of which those that say what an earlier one said are that one: its open bubble and its buttons stay.
+   * The marks to show. One that says the same as an earlier mark is that mark, so that its open bubble and buttons stay.
    *
    * @param {Diagnostic[]} marks
    */

@@ -18,7 +18,7 @@ const UNKNOWN_ATTRIBUTE = "W524";
 /** The problems of a variable that an automaton above has: code reads it, or assigns it. */
 const READ_ABOVE = "W535";
 const ASSIGNED_ABOVE = "W542";
-/** The parts of a document with code, where the place of a problem is that of what is wrong. */
+/** The parts of a document with code: the place of a problem there is exactly where it is wrong. */
 const CODE = new Set(["argument", "code", "entry", "exit", "fired", "functions", "guard", "trigger", "variables"]);
 /** What word processors and PDFs write instead of quotes, hyphens and spaces. */
 const TYPOGRAPHIC =

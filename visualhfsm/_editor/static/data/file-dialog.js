@@ -88,7 +88,7 @@ export async function chooseFile({title, verb, suggestion, start = "", kind = "d
       else close(wanted);
       return;
     }
-    // Who types fast means what is about to be listed, and with the next letters what is in it.
+    // Enter may come before the folder is listed: it takes the row that was meant, and later letters search in that.
     const {text, chosen} = finder;
     finder.clear();
     draw();

@@ -743,7 +743,7 @@ export interface ReadyValue {
   description: string;
 }
 
-/** A document with unsaved changes whose session ended without closing; `changed_at` in s since 1970. */
+/** A document with unsaved changes that was open when its editor ended; `changed_at` in s since 1970. */
 export interface Recoverable {
   journal: string;
   name: string;
@@ -880,7 +880,7 @@ export interface Requests {
   recordTrial: {tab: number; number: number};
   /** Open the recording of a run. */
   recording: {path: string};
-  /** Open a document again whose session ended without closing; one of `recoverable`. */
+  /** Open a document that was still open when its editor ended: one of `recoverable`. */
   recover: {journal: string};
   /** Redo the step that was undone last. */
   redo: {tab: number};

@@ -81,7 +81,7 @@ export class Followed {
     return Boolean(this.component) && !this.recording && !this.looking;
   }
 
-  /** Whether it runs as far as is known, and may be steered. */
+  /** True while it seems to run and may be steered. */
   get steers() {
     return Boolean(this.newest) && this.isLive && this.writable && !this.since && !this.ended;
   }

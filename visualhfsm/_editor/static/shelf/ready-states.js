@@ -20,7 +20,7 @@ import {containsWords, folded} from "../kit/words.js";
 const SENTENCE = /(?<=[.!?]) /; // ends before its space
 const BESIDE = 190; // pixels from a state to one that is drawn after it
 
-/** What people call that which a robot needs for a servant. @type {Record<string, string>} */
+/** The names for people of the parts that a robot needs for a servant. @type {Record<string, string>} */
 const PARTS = {
   Camera: t("camera"),
   Head: t("head that turns"),

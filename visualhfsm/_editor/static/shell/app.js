@@ -676,7 +676,7 @@ const importsOf = (document) =>
 initTheme();
 keepStopInView();
 restoreSizes();
-/** What a window shows first: what it showed before it was loaded again; to who looks on, what runs. */
+/** The first view of a window: the one before it was loaded again, or for a viewer, the run. */
 function firstTab() {
   const {tabs, present} = store.workspace;
   const former = Number(windowStorage.getItem(SHOWN));

@@ -65,20 +65,20 @@ def test_the_loudness_is_between_0_and_1() -> None:
 def test_the_age_of_a_sound_is_known_if_its_begin_was_watched() -> None:
     now = 0.0
     begin = Begin(lambda: now)
-    begin.look(None)
-    begin.look(3)
+    begin.observe(None)
+    begin.observe(3)
     assert begin.age is None  # it began before anybody looked
     now = 0.5
-    begin.look(4)
+    begin.observe(4)
     now = 2.0
-    begin.look(4)
+    begin.observe(4)
     assert begin.age == 1.5
 
 
 def test_the_age_of_what_began_while_nobody_looked_is_unknown() -> None:
     now = 0.0
     begin = Begin(lambda: now)
-    begin.look(3)
+    begin.observe(3)
     now = 60.0
-    begin.look(4)
+    begin.observe(4)
     assert begin.age is None

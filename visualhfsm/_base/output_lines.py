@@ -1,4 +1,4 @@
-"""Commands that run as children of this process and always end with it; their output is reported."""
+"""The output of commands as lines, and how they ended in words."""
 
 from __future__ import annotations
 
@@ -6,13 +6,12 @@ import asyncio
 import signal
 import time
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from operator import itemgetter
 from typing import Final, Literal
 
 from codegen.messages import Message
-from zenoh_ice.application.child import ChildProcess
 from zenoh_ice.data.text import signal_name
 
 Stream = Literal["out", "err"]
@@ -120,59 +119,6 @@ class LineReports:
         found.reverse()
         found.sort(key=itemgetter(0))
         return [(name, text) for _, name, text in found]
-
-
-class WatchedProcess:
-    """A command that can be started any number of times, once at a time, and whose end is reported.
-
-    `take` gets its output as that of a `ChildProcess`, `ended` its exit code and whether `stop` ended it,
-    both on the event loop.
-    """
-
-    def __init__(self, take: Callable[[int, bytes], None], ended: Callable[[int, bool], None]) -> None:
-        self._take = take
-        self._ended = ended
-        self._child: ChildProcess | None = None
-        self._watch: asyncio.Task[None] | None = None
-        self._stopping = False
-
-    @property
-    def is_running(self) -> bool:
-        """Whether the process starts or runs."""
-        return self._child is not None
-
-    async def start(self, command: Sequence[str], environment: Mapping[str, str]) -> None:
-        """Start a command. Raises OSError when no process can be started, RuntimeError while one runs."""
-        if self.is_running:
-            raise RuntimeError("the former process still runs")
-        child = self._child = ChildProcess(self._take)  # nobody else starts one while this waits
-        try:
-            await child.start(command, environment)
-        except BaseException:
-            self._child = None
-            raise
-        self._stopping = False
-        self._watch = asyncio.create_task(self._follow(child))
-
-    async def stop(self, patience: Sequence[float]) -> None:
-        """End the process as `ChildProcess.stop` does, if there is one, and wait until that is reported."""
-        if self._child is None or self._watch is None:
-            return
-        self._stopping = True
-        await self._child.stop(patience)
-        await self._watch
-
-    def kill(self) -> None:
-        """Kill the process with its whole group, unless it has ended, and do not wait."""
-        if self._child is not None:
-            self._child.kill()
-
-    async def _follow(self, child: ChildProcess) -> None:
-        code = await child.wait()
-        try:
-            self._ended(code, self._stopping)
-        finally:
-            self._child = None
 
 
 def describe_exit(code: int, stopped: Message | None = None) -> Message:
