@@ -100,9 +100,9 @@ def measure_jitter(shape: str, count: int, seconds: float) -> dict[str, float]:
     with runtime.tree.lock:
         runtime.tree.observers.append(watcher)
     cpu, wall = time.process_time(), time.perf_counter()
-    cycles = sum(run.cycles for run in runtime.tree.actors)
+    cycles = sum(run.cycle.count for run in runtime.tree.actors)
     time.sleep(seconds)
-    cycles = sum(run.cycles for run in runtime.tree.actors) - cycles
+    cycles = sum(run.cycle.count for run in runtime.tree.actors) - cycles
     cpu, wall = time.process_time() - cpu, time.perf_counter() - wall
     runtime.stop()
     jitter = sorted(watcher.jitter())

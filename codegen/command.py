@@ -41,7 +41,7 @@ _SETTLED = 0.05  # s to wait after a change, so that files are rarely read while
 
 @dataclass(frozen=True, slots=True)
 class _Job:
-    """What to generate, and where; None means next to the files."""
+    """The files to generate, and their folder; None means next to the sources."""
 
     interfaces: list[Path]
     documents: list[Path]

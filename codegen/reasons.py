@@ -25,7 +25,7 @@ _SYNTAX: Final = (
     template("unterminated string literal (detected at line {line})"),
     template("cannot assign to {what} here. Maybe you meant '==' instead of '='?"),
 )
-"""What Python says most often of code that it cannot read."""
+"""Frequent texts of Python on code that it cannot read."""
 
 _THINGS: Final = (
     Message("function call"),
@@ -34,7 +34,7 @@ _THINGS: Final = (
     Message("function definition"),
     template("'{keyword}' statement"),
 )
-"""What Python calls parts of code: the values `what` of templates above."""
+"""Python's names for parts of code: the values `what` of templates above."""
 
 _ERRORS: Final = (
     Message("division by zero"),
@@ -49,7 +49,7 @@ _ERRORS: Final = (
     template("{function} missing {count} required positional argument: {name}"),
     template("No module named '{name}'"),
 )
-"""What Python says most often when code fails."""
+"""Frequent texts of Python on code that fails."""
 
 _RUNTIME: Final = (
     template("`self.{name}` is not declared; did you mean {names}?"),
@@ -72,7 +72,7 @@ _RUNTIME: Final = (
     template("its cycle did not end within {seconds} s and is abandoned: its code must not block"),
     template("{call} ends the component; a final state would end it without an error"),
 )
-"""What the runtime says of code that fails: `hfsm_runtime/_advice.py` and `_supervision.py` write it."""
+"""Texts of the runtime on code that fails: `hfsm_runtime/_advice.py` and `_supervision.py` write them."""
 
 _SYSTEM: Final = (
     Message("No such file or directory"),
@@ -82,7 +82,7 @@ _SYSTEM: Final = (
     Message("not well-formed (invalid token)"),
     Message("mismatched tag"),
 )
-"""What the system says most often of files, and the reader of XML."""
+"""Frequent texts of the system on files, and of the reader of XML."""
 
 _KNOWN: Final = (*_SYNTAX, *_ERRORS, *_RUNTIME, *_SYSTEM, *_THINGS)
 _EXCEPTION: Final = re.compile(r"([A-Za-z_][\w.]*(?:Error|Exception|Warning)): (.+)", re.DOTALL)

@@ -23,17 +23,17 @@ from .parsing import parse_python
 SOURCE_MAP: Final = "SOURCE_MAP"
 """The name of the table in the component."""
 BEGIN: Final = f"\n{SOURCE_MAP} = source_map(__file__, ("
-"""What stands before the table."""
+"""The text before the table."""
 END: Final = "\n))"
-"""What stands behind it."""
+"""The text behind it."""
 FILE: Final = "file "
-"""What the first row of a file begins with."""
+"""The beginning of the first row of a file."""
 MARK: Final = re.compile(r"(?:^ *|  )# <(?P<key>[a-z]+ .+?)(?P<only>/?)>$")
 """A mark before code, or at the end of its only line."""
 _LIBRARIES: Final = ("from ", "import ")
 
 TableRow = Sequence[str | int]
-"""What an element is, then numbers of its lines without code, with keys of code between them."""
+"""The kind of an element, then numbers of its lines without code, with keys of code between them."""
 
 
 class SourceRow(NamedTuple):

@@ -11,10 +11,11 @@ from collections import OrderedDict, deque
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
-from enum import IntEnum, StrEnum
+from enum import StrEnum
 from typing import Any, Final
 
 from ._automaton import REQUIRED, Automaton, Event, State, Transition
+from ._phases import BEGUN, ENTERED, FINISHED, IDLE, OUTLIVED, UNUSED, CycleStatus, Phase
 from .errors import DefinitionError, EventError
 
 CAPACITY: Final = 64
@@ -35,36 +36,6 @@ class ChangeKind(StrEnum):
     """It is in a final state, and runs no more cycles."""
 
 
-class Phase(IntEnum):
-    """How far an automaton has come in its current state; only `Tree` moves it on.
-
-    A ghost keeps its phase, and goes on from there when it is active again.
-    """
-
-    UNUSED = 0
-    """It has never been active, and entered no state yet."""
-    OWES_ENTRY = 1
-    """The entry code of the state is to run."""
-    ENTERING = 2
-    """The entry code has begun; if it does not run to its end, it is to run again, from its beginning."""
-    OWES_ARGUMENTS = 3
-    """The entry code has run to its end; the inputs of the automata below are to be set."""
-    ENTERED = 4
-    """The entry is complete. No cycle of an active automaton ends so: the state begins."""
-    BEGUN = 5
-    """The timers count, and the automata below are awake; no observer has been asked whether to pause."""
-    SETTLED = 6
-    PAUSED = 7
-    """The next cycle continues the last one at the transitions, with the same events."""
-    PAUSED_AT_CODE = 8
-    """The next cycle continues the last one at the code of the state."""
-    FINISHED = 9
-    """The state is final, and no more cycles run."""
-
-
-_FINISHED: Final = Phase.FINISHED
-
-
 class DropReason(StrEnum):
     """Why an event left the queue of an automaton without firing a transition."""
 
@@ -79,7 +50,7 @@ class EventQueue:
     """The events of an automaton."""
 
     waiting: deque[Event] = field(default_factory=deque)
-    """Those that wait to be handled, oldest first; at most `CAPACITY`."""
+    """The events to be handled, oldest first; at most `CAPACITY`."""
     due: int = 0
     """Their number when the running cycle began: it handles no others."""
     refusal: Event | None = None
@@ -87,99 +58,132 @@ class EventQueue:
     tried: Event | None = None
     """The event with which the running cycle tries its transitions."""
     dropped: int = 0
-    """Number of dropped events."""
     last_dropped: tuple[Event, DropReason, int] | None = None
     """The newest dropped event, the reason, and the component time."""
 
-    def take(self) -> Event:
+    def pop(self) -> Event:
         """Remove the oldest one."""
         self.due = max(0, self.due - 1)
         return self.waiting.popleft()
 
 
 @dataclass(eq=False, repr=False, slots=True)
+class Outputs:
+    """The outputs of an automaton."""
+
+    latest: Mapping[str, object] = field(default_factory=dict)
+    """The values at the end of the last finished cycle, or from the start."""
+    handed: Mapping[str, object] | None = None
+    """The values that the parent has last."""
+    unset: bool = False
+    """Set by a start: the next cycle first assigns the defaults."""
+
+
+@dataclass(eq=False, repr=False, slots=True)
+class CycleNotes:
+    """The cycles of an automaton: the one that runs, when the next one comes, and how long they took."""
+
+    status: CycleStatus = IDLE
+    began: int | None = None
+    """The time at which the running one really began, which may be later than the time it belongs to."""
+    began_wall: float = 0.0
+    """The same of the running or the last one, as `time.perf_counter()`."""
+    last_slot: int = -1
+    """The time to which the last completed one belongs."""
+    next_slot: int = 0
+    """The time of the next one whose transitions are not decided yet."""
+    followers: OrderedDict[threading.Event, None] = field(default_factory=OrderedDict)
+    """The events of the threads whose cycles come after that decision, in order."""
+    count: int = 0
+    overruns: int = 0
+    last: float = 0.0
+    """The duration of the last one in s of wall time."""
+    longest: float = 0.0
+
+    def release_followers(self) -> None:
+        """Wake the first of the threads that follow, which wakes the next one; newer ones form a new queue.
+
+        Many threads that woke at once would compete for the interpreter.
+        """
+        followers, self.followers = self.followers, OrderedDict()
+        wake_next(followers)
+
+
+@dataclass(eq=False, repr=False, slots=True)
 class Actor:
     """An automaton at run time. Its fields change only through `Tree`, and under its lock."""
 
+    # The structure.
     automaton: Automaton
     parent: Actor | None
     owner: State | None
     """The state of the parent that owns it."""
-    depth: int
     children: dict[int, tuple[Actor, ...]] = field(default_factory=dict)
     """The automata below it, by the id of the state that owns them."""
+
+    # The place in it.
     current: State = field(init=False)
-    first: State | None = None
-    """The state that it is to enter when it becomes active for the first time, instead of its initial one."""
-    phase: Phase = Phase.UNUSED
-    active: bool = False
-    """Whether every ancestor is in the state that owns the chain down to here: if not, it is a ghost."""
-    activated: int = 0
-    """When it last became active."""
-    activations: int = 0
-    """Number of times that it became active."""
-    claimed: int = 0
-    """The activation to which its running, or its last, cycle belongs."""
+    """The state; before it has entered any, the one that it enters first."""
+    phase: Phase = UNUSED
+    active_since: int | None = None
+    """The time since which all ancestors are in the states that own the chain to here; None for a ghost."""
     entered: int = 0
-    """When it entered its current state."""
+    """The time of the entry into the current state."""
     waited: int = 0
     """The active time in the current state up to `since`."""
     since: int | None = None
     """The time from which active time counts; None while it stands still."""
     last_transition: int = 0
+    guards: dict[int, tuple[bool, int]] = field(default_factory=dict)
+    """The last value of each guard out of the current state, and the time of its cycle."""
+
+    # Requests of clients.
     forced: Transition | None = None
     """A transition that fires in the next cycle, whatever its guard says."""
     stepping: bool = False
-    """Whether one cycle is to run although the tree is held."""
-    in_cycle: bool = False
-    began: int | None = None
-    """When the running cycle really began, which may be later than the time it belongs to."""
-    began_wall: float = 0.0
-    """The same of the running or the last cycle, as `time.perf_counter()`."""
-    in_step: bool = False
-    """Whether the running cycle is a single step."""
+    """A request for one cycle although the tree is held."""
+
     events: EventQueue = field(default_factory=EventQueue)
-    outputs: Mapping[str, object] = field(default_factory=dict)
-    """The outputs at the end of the last finished cycle, or from the start."""
-    taken: Mapping[str, object] | None = None
-    """The outputs that the parent has taken last."""
-    unset: bool = False
-    """Whether the next cycle first gives the outputs their defaults, since the automaton has started."""
-    guards: dict[int, tuple[bool, int]] = field(default_factory=dict)
-    """The last value of each guard out of the current state, and the time of its cycle."""
-    last_slot: int = -1
-    """The time to which the last completed cycle belongs."""
-    next_slot: int = 0
-    """The time of the next cycle whose transitions are not decided yet."""
-    followers: OrderedDict[threading.Event, None] = field(default_factory=OrderedDict)
-    """What wakes the threads whose cycles come after that decision, in order."""
-    cycles: int = 0
-    overruns: int = 0
-    last_cycle: float = 0.0
-    longest_cycle: float = 0.0
+    outputs: Outputs = field(default_factory=Outputs)
+    cycle: CycleNotes = field(default_factory=CycleNotes)
 
     def __post_init__(self) -> None:
         self.current = self.automaton.initial
 
     @property
+    def depth(self) -> int:
+        """The number of automata above it."""
+        return sum(1 for _ in self.chain()) - 1
+
+    @property
+    def active(self) -> bool:
+        """Whether it is no ghost."""
+        return self.active_since is not None
+
+    @property
+    def in_cycle(self) -> bool:
+        """Whether a cycle of it runs."""
+        return self.cycle.status is not IDLE
+
+    @property
     def owed(self) -> bool:
         """Whether the entry code of the current state, or its arguments, have not run to their end yet."""
-        return Phase.OWES_ENTRY <= self.phase <= Phase.OWES_ARGUMENTS
+        return UNUSED < self.phase < ENTERED
 
     @property
     def finished(self) -> bool:
         """Whether it has reached a final state."""
-        return self.phase is _FINISHED
+        return self.phase is FINISHED
 
     @property
     def on_duty(self) -> bool:
         """Whether the running cycle is still to run code: not when it has outlived its activation."""
-        return self.active and self.claimed == self.activations
+        return self.active_since is not None and self.cycle.status is not OUTLIVED
 
     @property
     def awake(self) -> bool:
         """Whether the automata below the current state are active."""
-        return self.active and self.phase >= Phase.BEGUN and not self.current.final
+        return self.active_since is not None and self.phase >= BEGUN and not self.current.final
 
     @property
     def below(self) -> tuple[Actor, ...]:
@@ -202,7 +206,7 @@ class Actor:
         below = self.below
         if not below or not all(child.finished for child in below):
             return False
-        return not self.takes or all(child.taken is child.outputs for child in below)
+        return not self.takes or all(child.outputs.handed is child.outputs.latest for child in below)
 
     def active_time(self, now: int) -> int:
         """Return the active time since the entry into the current state in ns."""
@@ -216,48 +220,6 @@ class Actor:
         if self.owed or self.current.final or self.takes or self.hands_up:
             return True
         return self.active_time(now) >= self.automaton.soonest(self.current)
-
-    def release_followers(self) -> None:
-        """Wake the first of the threads that follow, which wakes the next one; newer ones form a new queue.
-
-        Many threads that woke at once would compete for the interpreter.
-        """
-        followers, self.followers = self.followers, OrderedDict()
-        wake_next(followers)
-
-    def begin_in(self, state: State) -> None:
-        """Make a state the first one to enter; call it before the start."""
-        self.first = self.current = state
-
-    def adopt(self, automaton: Automaton) -> State | None:
-        """Continue as another version of the automaton; return the state that it lost, if any.
-
-        An automaton that lost its state has not entered any state.
-        """
-        left, former, self.automaton = self.current, self.automaton, automaton
-        types = {each.name: each.type for each in former.outputs}
-        kept = {each.name for each in automaton.outputs if types.get(each.name) is each.type}
-        values = {name: value for name, value in self.outputs.items() if name in kept}
-        self.outputs = automaton.first_outputs() | values
-        found = _counterpart(left, automaton)
-        self.first = _counterpart(self.first, automaton) if self.first else None
-        forced = self.forced
-        self.forced = next((t for t in automaton.transitions if forced and t.id == forced.id), None)
-        if self.last_transition not in {transition.id for transition in automaton.transitions}:
-            self.last_transition = 0
-        self.guards = {}
-        former_phase = self.phase
-        if found is not None and former_phase is not Phase.UNUSED:
-            self.current = found
-            if former_phase is Phase.FINISHED and not found.final:
-                self.phase = Phase.SETTLED
-            return None
-        self.phase = Phase.UNUSED
-        self.current = automaton.initial
-        self.last_transition = 0
-        self.waited = 0
-        self.forced = None
-        return left if former_phase is not Phase.UNUSED else None
 
     def chain(self) -> Iterator[Actor]:
         """Yield this automaton and those above it, up to the root."""
@@ -291,7 +253,7 @@ def wake_next(followers: OrderedDict[threading.Event, None]) -> None:
 
 def grow(root: Automaton) -> tuple[Actor, ...]:
     """Return the runs of the automata of a tree, each before its children. Raises DefinitionError."""
-    actors = tuple(_grow(root, None, None, 0))
+    actors = tuple(_grow(root, None, None))
     if len({actor.automaton.id for actor in actors}) != len(actors):
         raise DefinitionError("two automata have one id")
     for declared in root.inputs:
@@ -300,32 +262,13 @@ def grow(root: Automaton) -> tuple[Actor, ...]:
     return actors
 
 
-def _counterpart(state: State, automaton: Automaton) -> State | None:
-    """Return the counterpart of a state in another version of its automaton."""
-    same = [other for other in automaton.states if other.id == state.id]
-    same = same or [other for other in automaton.states if other.name == state.name]
-    return same[0] if len(same) == 1 else None
-
-
-def first_phase(state: State) -> Phase:
-    """Return the phase in which an automaton enters a state."""
-    if state.entry is not None:
-        return Phase.OWES_ENTRY
-    return phase_after_entry_code(state)
-
-
-def phase_after_entry_code(state: State) -> Phase:
-    """Return the phase of an automaton whose entry code has run to its end, or that has none."""
-    return Phase.ENTERED if state.arguments is None or state.final else Phase.OWES_ARGUMENTS
-
-
-def _grow(automaton: Automaton, parent: Actor | None, owner: State | None, depth: int) -> Iterator[Actor]:
-    actor = Actor(automaton, parent, owner, depth)
+def _grow(automaton: Automaton, parent: Actor | None, owner: State | None) -> Iterator[Actor]:
+    actor = Actor(automaton, parent, owner)
     yield actor
     for state in automaton.states:
         below: list[Actor] = []
         for child in state.children:
-            grown = list(_grow(child, actor, state, depth + 1))
+            grown = list(_grow(child, actor, state))
             below.append(grown[0])
             yield from grown
         if below:

@@ -95,14 +95,14 @@ class ComponentRun:
             on_error,
             on_refused,
             halt=self._halt,
-            refused=self._refused,
+            pause=self._pause_after,
             stop=stop_named,
             servers_present=servers_present,
             hand_over=limits.hand_over,
         )
         self.tree.observers.append(_RootWatch(self))
         self.proofs = Proofs(component, self.tree, self._supervision, self.ended, ordered=ordered)
-        """What proofs about the document rely on; looked at while it runs."""
+        """The check, while it runs, of all that proofs about the document rely on."""
         self._prepare()
 
     @property
@@ -144,7 +144,7 @@ class ComponentRun:
         The line is in the form of `locate`. Both are 0 and empty for a cycle that is not longer than 2 s and
         ten periods, or whose code sleeps by `self.sleep`, which ends when it must.
         """
-        seconds = time.perf_counter() - actor.began_wall
+        seconds = time.perf_counter() - actor.cycle.began_wall
         if not actor.in_cycle or seconds < max(self._limits.hangs, _HANGS_PERIODS * actor.automaton.period):
             return 0.0, ""
         frame = self._frame(actor)
@@ -196,7 +196,7 @@ class ComponentRun:
         """Pause as after a refused command, if that pauses the component; `why` is for people."""
         with self.tree.lock:
             if not self.component_time.paused and self._supervision.pauses_for(why):
-                self._refused(Refusal(why, "", time.monotonic()))
+                self._pause_after(Refusal(why, "", time.monotonic()))
 
     def retry(self, commands_accepted: Callable[[str], bool]) -> None:
         """Resume after a refused command if commands are accepted again; call it often.
@@ -339,7 +339,7 @@ class ComponentRun:
         self.component_time.pause()
         self._wake()  # code that sleeps
 
-    def _refused(self, refusal: Refusal) -> None:
+    def _pause_after(self, refusal: Refusal) -> None:
         """Pause on the thread of the automaton whose command was refused, unless it is paused already."""
         with self.tree.lock:
             if not self.component_time.paused:

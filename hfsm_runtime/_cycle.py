@@ -9,30 +9,26 @@ from typing import Final, Protocol
 
 from greenlet import GreenletExit
 
+from ._actor import Actor
 from ._automaton import REQUIRED, Arguments, Automaton, Event, State, Transition
-from ._code import current_code
+from ._phases import BEGUN, ENTERED, ENTERING, PAUSED_AT_CODE, SETTLED, Phase, after_entry_code
 from ._variables import convert, functions_of
+from .coroutine import current_coroutine
 from .errors import ArgumentError, ComponentStoppedError, CycleCutError, ValueTypeError
 from .source_map import PLACE, place_of_assignment
-from .tree import Actor, Phase, Tree
+from .tree import Tree
 
 
 class CycleEnded(Exception):
     """Raised by a supervisor to skip the rest of a cycle; it is no error."""
 
 
-# To find a member of an enumeration takes longer than all else that a cycle does with it.
-_ENTERED: Final = Phase.ENTERED
-_BEGUN: Final = Phase.BEGUN
-_SETTLED: Final = Phase.SETTLED
-_PAUSED_AT_CODE: Final = Phase.PAUSED_AT_CODE
-
 _ENDS_OF_CYCLES: Final = CycleEnded, CycleCutError, ComponentStoppedError
-"""What ends a cycle and not the component."""
+"""Exceptions that end a cycle and not the component."""
 
 
 class Supervisor(Protocol):
-    """What a cycle needs from its environment."""
+    """The environment of a cycle."""
 
     hand_over: float
     """The longest wait in s of wall time for the cycles below a state that is left."""
@@ -40,7 +36,7 @@ class Supervisor(Protocol):
     def now(self) -> int:
         """Return the component time in ns."""
 
-    def refused(self, actor: Actor, error: Exception) -> bool:
+    def heard(self, actor: Actor, error: Exception) -> bool:
         """Return whether a state hears, as an event, that a servant refused what user code asked for."""
 
     def failed(self, actor: Actor, error: Exception) -> None:
@@ -78,7 +74,8 @@ def run_cycle(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> Non
     """
     if not tree.begin_cycle(actor):
         return
-    began = actor.began = supervisor.now()
+    cycle = actor.cycle
+    began = cycle.began = supervisor.now()
     for cycle_began in tree.observers.cycle_began:
         cycle_began(actor, now)
     try:
@@ -90,15 +87,15 @@ def run_cycle(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> Non
         _report_end(actor, error, supervisor)  # before the cycle ends, so that no other one begins
         raise
     finally:
-        if actor.phase is _ENTERED:  # a state that is current has begun, whatever ended the cycle
+        if actor.phase is ENTERED:  # a state that is current has begun, whatever ended the cycle
             tree.enter(actor, _settled(actor, now, supervisor))
-        actor.cycles += 1
-        actor.last_cycle = time.perf_counter() - actor.began_wall
-        actor.longest_cycle = max(actor.longest_cycle, actor.last_cycle)
+        cycle.count += 1
+        cycle.last = time.perf_counter() - cycle.began_wall
+        cycle.longest = max(cycle.longest, cycle.last)
         lasted = supervisor.now() - began
-        actor.overruns += lasted > actor.automaton.interval
-        actor.last_slot = now
-        actor.began = None
+        cycle.overruns += lasted > actor.automaton.interval
+        cycle.last_slot = now
+        cycle.began = None
         tree.decide(actor, now + lasted)
         for cycle_ended in tree.observers.cycle_ended:
             cycle_ended(actor, now)
@@ -106,28 +103,29 @@ def run_cycle(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> Non
 
 
 def _run_steps(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> None:
-    if actor.phase is _PAUSED_AT_CODE:
-        tree.settle(actor)
+    if actor.phase is PAUSED_AT_CODE:
+        tree.reach(actor, SETTLED)
     else:
-        if actor.unset:
-            actor.unset = False
-            _set_outputs(actor.automaton)
-        if actor.phase < _BEGUN:
+        if actor.outputs.unset:
+            actor.outputs.unset = False
+            assert actor.automaton.set_outputs is not None
+            actor.automaton.set_outputs(actor.automaton.first_outputs())
+        if actor.phase < BEGUN:
             _enter(tree, actor, now, supervisor)
         _take_results(tree, actor, supervisor)
-        if actor.phase is not _SETTLED and actor.on_duty:
-            is_new = actor.phase is _BEGUN
-            tree.settle(actor)
+        if actor.phase is not SETTLED and actor.on_duty:
+            is_new = actor.phase is BEGUN
+            tree.reach(actor, SETTLED)
             if is_new and _pauses(tree, actor, None):
-                tree.suspend(actor, code_first=False)
+                tree.reach(actor, Phase.PAUSED)
                 return
         if not actor.current.final:
             transition = _first_that_holds(tree, actor, now, supervisor)
             if transition is not None and _fire(tree, actor, transition, now, supervisor):
-                tree.settle(actor)
+                tree.reach(actor, SETTLED)
                 _take_results(tree, actor, supervisor)
                 if _pauses(tree, actor, transition):
-                    tree.suspend(actor, code_first=True)
+                    tree.reach(actor, PAUSED_AT_CODE)
                     return
     runs_on = actor.on_duty
     if runs_on and not actor.current.final and actor.current.code is not None:
@@ -244,7 +242,7 @@ def _run_exit_code(tree: Tree, actor: Actor, supervisor: Supervisor) -> None:
 
 def _report_end(actor: Actor, end: BaseException, supervisor: Supervisor) -> None:
     """Report what ends the component; in virtual time Ctrl-C does not, and neither does who drops it."""
-    is_of_driver = isinstance(end, KeyboardInterrupt | GreenletExit) and current_code() is not None
+    is_of_driver = isinstance(end, KeyboardInterrupt | GreenletExit) and current_coroutine() is not None
     if not (isinstance(end, _ENDS_OF_CYCLES) or is_of_driver):
         supervisor.crashed(actor, end)
 
@@ -262,13 +260,13 @@ def _enter(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> None:
     state = actor.current
     if not actor.on_duty:
         return
-    if actor.phase in (Phase.OWES_ENTRY, Phase.ENTERING):
+    if actor.phase <= ENTERING:
         if state.entry is not None:  # a reload may have taken it away
-            tree.begin_entry_code(actor)
+            tree.reach(actor, ENTERING)
             _call(tree, actor, state.entry, supervisor)
-        tree.end_entry_code(actor)
+        tree.reach(actor, after_entry_code(state))
     arguments = state.arguments
-    if actor.phase is Phase.OWES_ARGUMENTS and arguments is not None:
+    if arguments is not None and actor.phase is Phase.OWES_ARGUMENTS:
         _call(tree, actor, lambda: hand_over(state, arguments()), supervisor)
     tree.enter(actor, _settled(actor, now, supervisor))
 
@@ -276,8 +274,8 @@ def _enter(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> None:
 def _settled(actor: Actor, now: int, supervisor: Supervisor) -> int:
     """Return the time from which the timers of a state count, now that its entry is complete."""
     ended = supervisor.now()
-    assert actor.began is not None
-    return now if ended - actor.began < actor.automaton.interval else ended
+    assert actor.cycle.began is not None
+    return now if ended - actor.cycle.began < actor.automaton.interval else ended
 
 
 def _left_for_good(actor: Actor) -> list[tuple[Actor, State]]:
@@ -286,9 +284,9 @@ def _left_for_good(actor: Actor) -> list[tuple[Actor, State]]:
     The entry into them has at least begun.
     """
     left: list[tuple[Actor, State]] = []
-    if actor.current.restart and actor.phase >= Phase.BEGUN:  # if not woken since, they have left already
+    if actor.current.restart and actor.phase >= BEGUN:  # if not woken since, they have left already
         for child in actor.below:
-            if child.phase >= Phase.ENTERING and not child.current.final:
+            if child.phase >= ENTERING and not child.current.final:
                 left += _left_for_good(child)
     left.append((actor, actor.current))
     return left
@@ -309,7 +307,7 @@ def _call(tree: Tree, actor: Actor, code: Callable[[], object], supervisor: Supe
     try:
         return code()
     except Exception as error:  # noqa: BLE001 - user code may raise anything; the supervisor reports it
-        if supervisor.refused(actor, error):
+        if supervisor.heard(actor, error):
             return None
         for code_failed in tree.observers.code_failed:
             code_failed(actor, error)
@@ -317,16 +315,11 @@ def _call(tree: Tree, actor: Actor, code: Callable[[], object], supervisor: Supe
         return None
 
 
-def _set_outputs(automaton: Automaton) -> None:
-    if automaton.set_outputs is not None:
-        automaton.set_outputs(automaton.first_outputs())
-
-
 def _take_results(tree: Tree, actor: Actor, supervisor: Supervisor) -> None:
     """Take the outputs of the automata below the current state into variables."""
     results = actor.current.results
     if results is not None and actor.awake:
-        outputs = tree.take(actor)
+        outputs = tree.outputs_below(actor)
         _call(tree, actor, lambda: results(outputs), supervisor)
 
 

@@ -31,4 +31,4 @@ class RuntimeLimits:
 
 
 LIMITS: Final = RuntimeLimits()
-"""Those of every component outside of tests."""
+"""The limits of every component outside of tests."""

@@ -1,9 +1,9 @@
-"""Look whether what the proofs about a document rely on is so, while its component runs.
+"""Check whether what the proofs about a document rely on is so, while its component runs.
 
 A component keeps it as rows, which `codegen/hfsm/model_checker/_relied.py` explains. What is not so is
 reported once for each place, as an error that ends nothing. Nothing is reported after what no proof allows
 for: an exception in code, a pause, a forced transition, a reload, values that somebody set. Events alone
-are looked at nevertheless, until somebody sets what the code may read.
+are checked nevertheless, until somebody sets what the code may read.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _Place = tuple[int, int]
 
 
 class Proofs(Observer):
-    """What the proofs about a component rely on; `reported` is what was not so.
+    """A check of all that the proofs about a component rely on; `reported` says what was not so.
 
     Automata run one at a time if they are `ordered`, otherwise side by side.
     """
@@ -50,7 +50,7 @@ class Proofs(Observer):
         self._events: Final = set[str]()
         self._sends: Final = dict[_Place, frozenset[str]]()
         self._guards: Final = dict[_Place, dict[int, Conjunction]]()
-        """Those out of a state, by their transitions."""
+        """The guards out of a state, by their transitions."""
         self._never: Final = set[tuple[object, ...]]()
         properties: list[_Property] = []
         for row in component._hfsm_proofs:
@@ -75,14 +75,14 @@ class Proofs(Observer):
         complete = {place for place, each in self._guards.items() if satisfy((), each.values()) is None}
         if complete:
             tree.observers.append(_CompleteGuards(self, complete))
-        looked_at = [each for each in properties if ordered or (each.is_chain and not each.is_timed)]
-        self._properties: Final = _Properties(self, tree, looked_at, ended)
-        if looked_at:
+        checked = [each for each in properties if ordered or (each.is_chain and not each.is_timed)]
+        self._properties: Final = _Properties(self, tree, checked, ended)
+        if checked:
             tree.observers.append(self._properties)
 
     def start(self) -> None:
-        """Look at the properties in the initial states."""
-        self._properties.look(self._tree.root, 0)
+        """Check the properties in the initial states."""
+        self._properties.check(self._tree.root, 0)
 
     def doubt(self, *, values: bool = False) -> None:
         """Report no more, but events: something was done that proofs do not allow for.
@@ -98,7 +98,7 @@ class Proofs(Observer):
             self.doubt()
 
     def sent(self, event: str, actor: Actor | None) -> None:
-        """Look at an event that code is about to send, in the cycle of an automaton or outside of cycles."""
+        """Check an event that code is about to send, in the cycle of an automaton or outside of cycles."""
         if event not in self._events or self._is_void:
             return
         with self._tree.lock:  # so that the automaton stays where it is
@@ -114,14 +114,14 @@ class Proofs(Observer):
             self._report(actor, (*place, event), what, where)
 
     def changed(self, now: int, actor: Actor, kind: ChangeKind) -> None:  # noqa: ARG002
-        """Look at a state that is entered."""
+        """Check a state that is entered."""
         place = "unentered", actor.automaton.id, actor.current.id
         if place in self._never and kind is ChangeKind.ENTERED:
             what = f"the state `{actor.current.name}` was entered, which the checks call impossible"
             self.report(actor, place, what)
 
     def fired(self, actor: Actor, transition: Transition, at: int) -> None:
-        """Look at a transition that fires, and at the guards that let it."""
+        """Check a transition that fires, and at the guards that let it."""
         place = "unfired", actor.automaton.id, transition.id
         if place in self._never:
             what = f"{_name(transition)} fired, which the checks call impossible"
@@ -129,9 +129,9 @@ class Proofs(Observer):
         self.compare(actor, at, transition)
 
     def compare(self, actor: Actor, at: int, last: Transition | None = None) -> None:
-        """Look whether guards of a cycle contradict each other: none held, or the `last` one alone.
+        """Check whether guards of a cycle contradict each other: none held, or the `last` one alone.
 
-        Those that never do, in whichever cycle they are evaluated, are looked at once.
+        Those that never do, in whichever cycle they are evaluated, are checked once.
         """
         place = actor.automaton.id, actor.current.id
         key = *place, last and last.id, *actor.guards
@@ -167,7 +167,7 @@ class Proofs(Observer):
 
 
 class _CompleteGuards(Observer):
-    """Look at states in which one of the guards always holds: in the cycles in which none does."""
+    """Check states in which one of the guards always holds: in the cycles in which none does."""
 
     def __init__(self, proofs: Proofs, states: set[_Place]) -> None:
         self._proofs: Final = proofs
@@ -212,7 +212,7 @@ class _Property:
 
 
 class _Properties(Observer):
-    """Look at properties at the start and the end of cycles, while no other cycle changes what they name."""
+    """Check properties at the start and the end of cycles, while no other cycle changes what they name."""
 
     def __init__(self, proofs: Proofs, tree: Tree, properties: list[_Property], ended: Flag) -> None:
         self._proofs: Final = proofs
@@ -220,47 +220,47 @@ class _Properties(Observer):
         self._properties: Final = properties
         self._ended: Final = ended
         self._is_late = False
-        """Whether cycles were missed."""
-        self._next_look = -1.0
-        """The time from which the next cycle looks."""
+        """True once cycles were missed."""
+        self._next_check = -1.0
+        """The time from which the next cycle checks them."""
 
     def changed(self, now: int, actor: Actor, kind: ChangeKind) -> None:  # noqa: ARG002
         """Note what has come true, if only for a moment."""
-        self._next_look = -1.0
+        self._next_check = -1.0
         for each in self._properties:
             if each.kind == "eventually":
                 each.seen = each.seen or each.holds(None)
 
     def fired(self, actor: Actor, transition: Transition, at: int) -> None:  # noqa: ARG002
         """Note that it fires later than it might have."""
-        self._is_late |= at > max(actor.last_slot, actor.activated) + actor.automaton.interval
+        self._is_late |= at > max(actor.cycle.last_slot, actor.active_since or 0) + actor.automaton.interval
 
     def cycle_ended(self, actor: Actor, at: int) -> None:
-        """Look after a change; not after an entry that was cut short."""
-        if at > self._next_look:
+        """Check after a change; not after an entry that was cut short."""
+        if at > self._next_check:
             if actor.owed:
                 self._properties.clear()
-            self.look(actor, at)
+            self.check(actor, at)
 
-    def look(self, actor: Actor, at: int) -> None:
-        """Look at the properties, in the cycle of an automaton."""
+    def check(self, actor: Actor, at: int) -> None:
+        """Check the properties, in the cycle of an automaton."""
         if self._ended.is_set():
             return
         with self._tree.lock:
-            self._is_late |= any(each.overruns for each in self._tree.actors)
-            self._next_look = math.inf
+            self._is_late |= any(each.cycle.overruns for each in self._tree.actors)
+            self._next_check = math.inf
             for each in self._properties:
                 if not (self._is_late and each.is_timed):
-                    self._look_at(each, actor, at)
+                    self._check_one(each, actor, at)
 
-    def _look_at(self, stated: _Property, actor: Actor, at: int) -> None:
+    def _check_one(self, stated: _Property, actor: Actor, at: int) -> None:
         if stated.kind == "eventually":
             is_wrong = not stated.seen and at > stated.within
             stated.seen |= is_wrong
             if not stated.seen:
-                self._next_look = min(self._next_look, stated.within)
+                self._next_check = min(self._next_check, stated.within)
         elif any(each.in_cycle for each in stated.automata if each is not actor):
-            self._next_look = -1.0  # when they have ended
+            self._next_check = -1.0  # when they have ended
             return
         else:
             is_wrong = at <= stated.within and stated.holds(None) is (stated.kind == "never")

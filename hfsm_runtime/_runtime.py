@@ -16,9 +16,9 @@ from ._actor import wake_next
 from ._component_run import ComponentRun
 from ._cycle import run_cycle
 from ._limits import RuntimeLimits
-from ._order import patience, turn_of
 from ._supervision import Refusal
 from ._timeline import Timeline, delay_in_slot
+from ._turns import patience, turn_of
 from .component import Component
 from .errors import ComponentStoppedError, CycleCutError, ReloadRefusedError
 from .observer import Observer
@@ -124,7 +124,7 @@ class Runtime(ComponentRun, Observer):
         if actor.in_cycle:
             worker.wake.set()  # its code may sleep
         elif kind in (ChangeKind.ENTERED, ChangeKind.RESUMED):
-            self._alarm.set_at(actor.next_slot + worker.delay, worker.wake)
+            self._alarm.set_at(actor.cycle.next_slot + worker.delay, worker.wake)
 
     def guard(self, worker: _Worker) -> None:
         """Run an automaton, and report when its thread ends before its time; the body of the thread."""
@@ -153,9 +153,9 @@ class Runtime(ComponentRun, Observer):
                 if actor.automaton.interval != interval:  # at first, and when the automaton was replaced
                     interval, usual = actor.automaton.interval, worker.delay
                 now = timeline.now()
-                delay = 0 if actor.followers else usual
-                if now - delay < actor.next_slot:
-                    timeline.wait_until(actor.next_slot + delay, worker.wake)
+                delay = 0 if actor.cycle.followers else usual
+                if now - delay < actor.cycle.next_slot:
+                    timeline.wait_until(actor.cycle.next_slot + delay, worker.wake)
                     continue
                 turn = turn_of(actor, now, now - delay)
                 if isinstance(turn, Actor):
@@ -165,14 +165,14 @@ class Runtime(ComponentRun, Observer):
 
     def _follow(self, worker: _Worker, first: Actor) -> None:
         """Wait until the cycle of another automaton, which comes first, is decided or lasts too long."""
-        actor, queue = worker.actor, first.followers
+        actor, queue = worker.actor, first.cycle.followers
         queue[worker.wake] = None
         now = self.component_time.now()
         if turn_of(actor, now, now) is first:  # if not, it was decided before it knew who follows
             leader = self._workers.get(first)
             if leader is not None:
                 leader.wake.set()  # it need not wake later in its slot
-            since = now if first.began is None else first.began
+            since = now if first.cycle.began is None else first.cycle.began
             self.component_time.wait_until(since + patience(actor, first), worker.wake)
         if queue.pop(worker.wake, self) is self:  # it was released
             wake_next(queue)
@@ -263,7 +263,7 @@ class Runtime(ComponentRun, Observer):
 
     def _wake(self) -> None:
         """Wake every thread to check for changes, such as the end of a pause."""
-        self._alarm.look()
+        self._alarm.recheck()
         for worker in self._workers.values():
             worker.wake.set()
 
@@ -324,7 +324,7 @@ class Alarm:
         if first:
             self._news.set()
 
-    def look(self) -> None:
+    def recheck(self) -> None:
         """Check the time again: it has stood still, or was far from the next alarm."""
         self._news.set()
 

@@ -91,7 +91,7 @@ class Supervision(Observer):
     """Handle the errors in the cycles of one component.
 
     `on_error` and `on_refused` are the policies, by default those of the document. `halt` is called with an
-    exit code when an error is to stop the component, `refused` when a refused command is to pause it, and
+    exit code when an error is to stop the component, `pause` when a refused command is to pause it, and
     `stop` to stop what exit code names that failed, or does not run.
 
     While a server is offline, the cycles that need it are ended, and tried again at their next time; the log
@@ -109,7 +109,7 @@ class Supervision(Observer):
         on_refused: OnRefused | None = None,
         *,
         halt: Callable[[int], None],
-        refused: Callable[[Refusal], None],
+        pause: Callable[[Refusal], None],
         stop: Callable[[Component, Callable[[], object]], None],
         servers_present: Callable[[], bool] = lambda: True,
         hand_over: float = RuntimeLimits.hand_over,
@@ -119,18 +119,18 @@ class Supervision(Observer):
         self._timeline = timeline
         self._policies = on_error, on_refused
         self._halt = halt
-        self._pause = refused
+        self._pause = pause
         self._stop = stop
         self._servers_present = servers_present
         self._lock = threading.Lock()
         self._records: deque[ErrorReport] = deque(maxlen=_KEPT)
         self._logged: dict[tuple[int, int, str], tuple[float, int]] = {}
         self._without_server = _Outage()
-        self._refused = _Outage()
+        self._refusals = _Outage()
         self._hardware_failures: dict[Actor, tuple[int, int]] = {}
         """Cycles in a row in which hardware failed: how many, and the number of the last one."""
         self.raised = False
-        """Whether code has raised an exception."""
+        """True once code has raised an exception."""
         self._crashes: list[BaseException] = []
         self._dropped: set[tuple[int, int, str]] = set()
         """Dropped events: the automaton, its state, and the event with the reason."""
@@ -156,7 +156,7 @@ class Supervision(Observer):
         """Return the component time in ns."""
         return self._timeline.now()
 
-    def refused(self, actor: Actor, error: Exception) -> bool:
+    def heard(self, actor: Actor, error: Exception) -> bool:
         """Return whether a state, from the automaton up, hears an exception of a servant as an event.
 
         A picture that may just be late is none.
@@ -166,7 +166,7 @@ class Supervision(Observer):
             return False
         if isinstance(error, HardwareFailedException) and self._may_be_late(actor):
             return False
-        heard = self._tree.refuse(actor, printable(str(getattr(error, "what", error))))
+        heard = self._tree.send_refusal(actor, printable(str(getattr(error, "what", error))))
         if heard:
             self._log.info("%s: %s", _place(actor), describe(error))
         return heard
@@ -184,7 +184,7 @@ class Supervision(Observer):
         if isinstance(error, CommandRefusedException) and self.on_refused is OnRefused.PAUSE:
             # A cycle may still run when the component pauses for a stop, which has said who ends that.
             until = "pauses already" if self._timeline.paused else "pauses until commands are accepted again"
-            self._wait(self._refused, actor, location, message, until)
+            self._wait(self._refusals, actor, location, message, until)
             self._pause(Refusal(f"{_place(actor)}: {message}", error.holder, time.monotonic()))
             raise CycleEnded from error
         self._record(actor, location, message)
@@ -192,7 +192,7 @@ class Supervision(Observer):
         self._log_seldom(actor, location, f"{_place(actor)}: {message}{place}", error)
         is_late = isinstance(error, HardwareFailedException) and self._may_be_late(actor)
         if isinstance(error, HardwareFailedException):
-            self._hardware_failures[actor] = self._failures_before(actor) + 1, actor.cycles
+            self._hardware_failures[actor] = self._failures_before(actor) + 1, actor.cycle.count
         if self.on_error is OnError.STOP:
             if is_late:
                 raise CycleEnded from error
@@ -229,11 +229,11 @@ class Supervision(Observer):
 
     def succeeded(self, actor: Actor) -> None:
         """End the outages that a completed cycle has recovered from."""
-        if self._hardware_failures and self._hardware_failures.get(actor, (0, -1))[1] != actor.cycles:
+        if self._hardware_failures and self._hardware_failures.get(actor, (0, -1))[1] != actor.cycle.count:
             self._hardware_failures.pop(actor, None)
-        if self._refused:
+        if self._refusals:
             with self._lock:
-                seconds = self._refused.recovered(actor)
+                seconds = self._refusals.recovered(actor)
                 if seconds is not None:
                     self._log.warning("commands are accepted again: continuing after %.1f s", seconds)
         if self._without_server and self._servers_present():
@@ -295,14 +295,14 @@ class Supervision(Observer):
     def _failures_before(self, actor: Actor) -> int:
         """Return in how many cycles in a row, before this one, hardware failed."""
         failures, cycle = self._hardware_failures.get(actor, (0, -1))
-        return failures - (cycle == actor.cycles)
+        return failures - (cycle == actor.cycle.count)
 
     def _wait(self, outage: _Outage, actor: Actor, location: str, message: str, what: str) -> None:
         with self._lock:
             first = outage.add(actor)
         if first:
             self._record(actor, location, message)
-            level = logging.WARNING if outage is self._refused else logging.ERROR
+            level = logging.WARNING if outage is self._refusals else logging.ERROR
             self._log.log(level, "%s: %s; %s", _place(actor), message, what)
 
     def _record(self, actor: Actor, location: str, message: str) -> None:

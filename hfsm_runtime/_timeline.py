@@ -9,7 +9,7 @@ from zenoh_ice.threads.clock import Clock
 
 from ._limits import RuntimeLimits
 
-_SECOND: Final = 1_000_000_000
+SECOND: Final = 1_000_000_000
 _LONGEST_WAIT: Final = 0.5
 """The longest wait on the clock in s: a simulation that restarts must not hold a component up."""
 _APART: Final = 50_000
@@ -72,7 +72,7 @@ class Timeline:
         if self.paused:
             wake.wait(self._paused_wait)
         elif left > 0:
-            self._clock.wait(wake, min(left / _SECOND, _LONGEST_WAIT))
+            self._clock.wait(wake, min(left / SECOND, _LONGEST_WAIT))
 
     def _now(self) -> int:
         if self._paused_at is not None:
@@ -85,7 +85,7 @@ class Timeline:
 
 
 def _nanoseconds(clock: Clock) -> int:
-    return round(clock.now() * _SECOND)
+    return round(clock.now() * SECOND)
 
 
 # The schedule: cycles at whole multiples of the period. A slot that was missed is not made up for.

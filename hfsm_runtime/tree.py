@@ -8,22 +8,17 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Mapping
-from typing import Final
 
 import msgspec
 
-from ._actor import CAPACITY, Actor, ChangeKind, DropReason, Phase, first_phase, grow, phase_after_entry_code
+from ._actor import CAPACITY, Actor, ChangeKind, DropReason, grow
 from ._automaton import REFUSED, Arguments, Automaton, Event, State, Transition
+from ._phases import BEGUN, ENTERED, FINISHED, IDLE, OUTLIVED, PAUSED, RUNNING, STEPPING, Phase, first_phase
 from ._timeline import slot_from
 from .errors import UnknownElementError
 from .observer import Observers
 
 __all__ = ["Actor", "ChangeKind", "DropReason", "Phase", "Replaced", "Tree", "grow"]
-
-
-# As in `_cycle`.
-_PAUSED: Final = Phase.PAUSED
-_FINISHED: Final = Phase.FINISHED
 
 
 class Replaced(msgspec.Struct, frozen=True):
@@ -73,10 +68,10 @@ class Tree:
             known = ", ".join(f"{each.id} ({each.name})" for each in actor.automaton.states)
             what = f"automaton {automaton} has no state {state} to begin at: there are {known}"
             raise UnknownElementError(what) from None
-        actor.begin_in(first)
+        actor.current = first
         for each in actor.chain():
             if each.parent is not None and each.owner is not None:
-                each.parent.begin_in(each.owner)
+                each.parent.current = each.owner
 
     def start(self, now: int) -> None:
         """Enter the initial states: the timers of all that is active begin to count."""
@@ -94,7 +89,7 @@ class Tree:
                         self._drop(actor, DropReason.OVERFLOW, now)
                     actor.events.waiting.append(event)
 
-    def refuse(self, actor: Actor, why: str) -> bool:
+    def send_refusal(self, actor: Actor, why: str) -> bool:
         """Let the nearest state that waits for `REFUSED`, from an automaton up, hear it before other events.
 
         Returns false when none waits for it, and in a cycle that has outlived its activation.
@@ -132,7 +127,7 @@ class Tree:
                 events.due += 1
             if events.waiting and events.waiting[0] is event:  # an overflow may have been faster
                 if handled:
-                    events.take()
+                    events.pop()
                 else:
                     self._drop(actor, DropReason.UNHANDLED, now)
 
@@ -143,31 +138,31 @@ class Tree:
         """
         with self.lock:
             stepping, actor.stepping = actor.stepping, False
-            if not actor.active or actor.phase is _FINISHED or (self.held and not stepping):
+            if actor.active_since is None or actor.phase is FINISHED or (self.held and not stepping):
                 return False
-            actor.began_wall = time.perf_counter()
-            actor.in_cycle, actor.in_step = True, stepping
-            actor.claimed = actor.activations
-            if actor.phase < _PAUSED:
+            cycle = actor.cycle
+            cycle.began_wall = time.perf_counter()
+            cycle.status = STEPPING if stepping else RUNNING
+            if actor.phase < PAUSED:
                 actor.events.due = len(actor.events.waiting)
             return True
 
     def end_cycle(self, actor: Actor) -> None:
         """Release an automaton that `begin_cycle` claimed."""
         with self.lock:
-            actor.in_cycle = actor.in_step = False
+            actor.cycle.status = IDLE
             self._cycle_ended.notify_all()
 
     def decide(self, actor: Actor, until: int) -> None:
         """Set the next cycle of an automaton to the first after a time: those that come before it may run."""
-        interval = actor.automaton.interval
-        actor.next_slot = until - until % interval + interval
-        if actor.followers:
-            actor.release_followers()
+        interval, cycle = actor.automaton.interval, actor.cycle
+        cycle.next_slot = until - until % interval + interval
+        if cycle.followers:
+            cycle.release_followers()
 
     def may_go_on(self, actor: Actor) -> bool:
         """Return whether a running cycle may continue: not of a ghost, and not while the tree is held."""
-        return actor.on_duty and (actor.in_step or not self.held)
+        return actor.on_duty and (not self.held or actor.cycle.status is STEPPING)
 
     def leave(self, actor: Actor, now: int) -> bool:
         """Begin to leave the current state: all automata below become ghosts.
@@ -199,7 +194,7 @@ class Tree:
         Returns false, and changes nothing, in a cycle so late that the automaton is active again.
         """
         with self.lock:
-            if actor.claimed != actor.activations:
+            if actor.cycle.status is OUTLIVED:
                 return False
             actor.last_transition = transition.id
             self._set(actor, actor.automaton.state(transition.destination), now)
@@ -211,34 +206,21 @@ class Tree:
         The timers of a ghost start when it is active again.
         """
         with self.lock:
-            if actor.claimed == actor.activations:
-                actor.phase = Phase.ENTERED
-                if actor.active:
-                    self._begin_state(actor, now)
-
-    def begin_entry_code(self, actor: Actor) -> None:
-        """Note that the entry code of the current state begins."""
-        with self.lock:
+            self.reach(actor, ENTERED)
             if actor.on_duty:
-                actor.phase = Phase.ENTERING
+                self._run_state(actor, now)
 
-    def end_entry_code(self, actor: Actor) -> None:
-        """Note that the entry code of the current state has run to its end, and does not run again."""
+    def reach(self, actor: Actor, phase: Phase) -> None:
+        """Note how far the running cycle has come; that of a ghost comes to the end of its entry at most."""
         with self.lock:
-            if actor.claimed == actor.activations:
-                actor.phase = phase_after_entry_code(actor.current)
-
-    def settle(self, actor: Actor) -> None:
-        """Note that the observers know of the current state, or that a cycle goes on where one paused."""
-        with self.lock:
-            if actor.on_duty:
-                actor.phase = Phase.SETTLED
+            if actor.on_duty or (phase <= ENTERED and actor.cycle.status is not OUTLIVED):
+                actor.phase = phase
 
     def finish(self, actor: Actor, now: int) -> None:
         """Mark an automaton as finished."""
         with self.lock:
             if actor.on_duty and not actor.finished:
-                actor.phase = Phase.FINISHED
+                self.reach(actor, FINISHED)
                 self._changed(now, actor, ChangeKind.FINISHED)
                 self._drop_all(actor, DropReason.FINISHED, now)
 
@@ -248,24 +230,18 @@ class Tree:
         Nothing changes in a cycle so late that the automaton is active again.
         """
         with self.lock:
-            if actor.claimed == actor.activations:
-                actor.outputs = outputs
+            if actor.cycle.status is not OUTLIVED:
+                actor.outputs.latest = outputs
 
-    def take(self, actor: Actor) -> Arguments:
-        """Return the outputs of the automata below the current state, as its `results` expects them."""
+    def outputs_below(self, actor: Actor) -> Arguments:
+        """Hand over the outputs of the automata below the current state, as its `results` expects them."""
         with self.lock:
-            below = actor.below
-            for child in below:
-                child.taken = child.outputs
+            below = [child.outputs for child in actor.below]
+            for outputs in below:
+                outputs.handed = outputs.latest
             if len(below) == 1:
-                return below[0].outputs
-            return {child.automaton.id: child.outputs for child in below}
-
-    def suspend(self, actor: Actor, *, code_first: bool) -> None:
-        """Let the next cycle continue where this one pauses: at the state's code, or at the transitions."""
-        with self.lock:
-            if actor.on_duty:
-                actor.phase = Phase.PAUSED_AT_CODE if code_first else Phase.PAUSED
+                return below[0].latest
+            return {child.automaton.id: child.outputs.latest for child in actor.below}
 
     def wait_for_gap(self, timeout: float) -> bool:
         """Wait, under the lock, for a moment without any cycle, which lasts as long as the lock is kept.
@@ -293,15 +269,15 @@ class Tree:
         for new in grown:
             actor = at[new.automaton.id]
             actor.parent = at[new.parent.automaton.id] if new.parent else None
-            actor.owner, actor.depth = new.owner, new.depth
+            actor.owner = new.owner
             actor.children = {
                 state: tuple(at[child.automaton.id] for child in children)
                 for state, children in new.children.items()
             }
             if actor is not new:
                 if actor.automaton.interval != new.automaton.interval:
-                    actor.next_slot = slot_from(now, new.automaton.interval)
-                left = actor.adopt(new.automaton)
+                    actor.cycle.next_slot = slot_from(now, new.automaton.interval)
+                left = self._adopt(actor, new.automaton)
                 if left is not None:
                     displaced.append((actor, left))
         self.actors, self._by_id = actors, at
@@ -318,62 +294,70 @@ class Tree:
                 self._begin(actor, now)
             elif actor in restarted:
                 self._begin_outputs(actor)
-                self._set(actor, actor.automaton.initial, now)
-                if actor.phase is Phase.ENTERED:
-                    self._begin_state(actor, now)
+                self._set(actor, actor.current, now)
+                if actor.phase is ENTERED:
+                    self._run_state(actor, now)
         return Replaced(gone, tuple(displaced))
 
     def _begin(self, actor: Actor, now: int) -> None:
         """Activate an automaton below a state that was entered."""
         if actor.active:
             return
-        restarts = actor.finished or (actor.owner is not None and actor.owner.restart)
-        if actor.phase is Phase.UNUSED or restarts:
-            actor.forced = None
-            self._activate(actor, now, initial=True)
+        if actor.phase is Phase.UNUSED:
+            first: State | None = actor.current
+        elif actor.finished or (actor.owner is not None and actor.owner.restart):
+            first = actor.automaton.initial
         else:
-            self._activate(actor, now)
+            first = None
+        if first is not None:
+            actor.forced = None
+        self._activate(actor, now, first)
 
-    def _activate(self, actor: Actor, now: int, *, initial: bool = False) -> None:
-        actor.active = True
-        actor.activated = now
-        actor.activations += 1
-        actor.next_slot = max(actor.next_slot, slot_from(now, actor.automaton.interval))
-        if initial:
+    def _activate(self, actor: Actor, now: int, first: State | None = None) -> None:
+        """Let an automaton start in a `first` state, or go on where it was."""
+        actor.active_since = now
+        if actor.in_cycle:
+            actor.cycle.status = OUTLIVED
+        actor.cycle.next_slot = max(actor.cycle.next_slot, slot_from(now, actor.automaton.interval))
+        if first is None:
+            self._changed(now, actor, ChangeKind.RESUMED)
+        else:
             actor.last_transition = 0
             self._begin_outputs(actor)
-            first, actor.first = actor.first, None
-            self._set(actor, first or actor.automaton.initial, now)
-        else:
-            self._changed(now, actor, ChangeKind.RESUMED)
-        if actor.phase is Phase.ENTERED:
-            self._begin_state(actor, now)
-        elif actor.phase >= Phase.BEGUN:
-            actor.since = now
-            for child in actor.below:
-                if not actor.current.final and not child.active:
-                    # A reload may have added it, or taken its state away, while this one was a ghost.
-                    self._activate(child, now, initial=child.phase is Phase.UNUSED)
+            self._set(actor, first, now)
+        if actor.phase >= ENTERED:
+            self._run_state(actor, now)
 
-    def _begin_state(self, actor: Actor, now: int) -> None:
+    def _run_state(self, actor: Actor, now: int) -> None:
+        """Let the timers of the current state count, and wake the automata below it.
+
+        When it begins, they begin or go on as their owner says; otherwise they all go on.
+        """
         actor.since = now
-        actor.phase = Phase.BEGUN
-        if not actor.current.final:
-            for child in actor.below:
+        begins = actor.phase is ENTERED
+        if begins:
+            actor.phase = BEGUN
+        elif actor.phase in (PAUSED, Phase.PAUSED_AT_CODE):
+            actor.phase = Phase.SETTLED
+        if actor.current.final:
+            return
+        for child in actor.below:
+            if begins:
                 self._begin(child, now)
+            elif not child.active:
+                # A reload may have added it, or taken its state away, while this one was a ghost.
+                self._activate(child, now, child.current if child.phase is Phase.UNUSED else None)
 
     def _deactivate(self, actor: Actor, now: int) -> None:
         if not actor.active:
             return
         for child in actor.below:
             self._deactivate(child, now)
-        actor.active = False
-        if actor.phase in (Phase.PAUSED, Phase.PAUSED_AT_CODE):
-            actor.phase = Phase.SETTLED
+        actor.active_since = None
         actor.events.refusal = None
         actor.waited = actor.active_time(now)
         actor.since = None
-        actor.release_followers()
+        actor.cycle.release_followers()
         self._changed(now, actor, ChangeKind.GHOST)
         self._drop_all(actor, DropReason.GHOST, now)
 
@@ -383,7 +367,7 @@ class Tree:
 
     def _drop(self, actor: Actor, reason: DropReason, now: int) -> None:
         """Drop the oldest event of an automaton."""
-        event = actor.events.take()
+        event = actor.events.pop()
         actor.events.dropped += 1
         actor.events.last_dropped = event, reason, now
         for event_dropped in self.observers.event_dropped:
@@ -392,8 +376,8 @@ class Tree:
     @staticmethod
     def _begin_outputs(actor: Actor) -> None:
         """Let the outputs of an automaton that starts have their defaults, which its first cycle sets."""
-        actor.outputs = actor.automaton.first_outputs()
-        actor.unset = bool(actor.outputs)
+        first = actor.outputs.latest = actor.automaton.first_outputs()
+        actor.outputs.unset = bool(first)
 
     def _set(self, actor: Actor, state: State, now: int) -> None:
         actor.events.refusal = None  # it was for the state that is left
@@ -405,6 +389,36 @@ class Tree:
         actor.guards = {}
         self._changed(now, actor, ChangeKind.ENTERED)
 
+    @staticmethod
+    def _adopt(actor: Actor, automaton: Automaton) -> State | None:
+        """Continue as another version of an automaton; return the state that it lost, if any.
+
+        An automaton that lost its state has not entered any state.
+        """
+        left, former, outputs = actor.current, actor.automaton, actor.outputs
+        actor.automaton = automaton
+        types = {each.name: each.type for each in former.outputs}
+        kept = {each.name for each in automaton.outputs if types.get(each.name) is each.type}
+        values = {name: value for name, value in outputs.latest.items() if name in kept}
+        outputs.latest = automaton.first_outputs() | values
+        forced, known = actor.forced, {transition.id: transition for transition in automaton.transitions}
+        actor.forced = known.get(forced.id) if forced else None
+        if actor.last_transition not in known:
+            actor.last_transition = 0
+        actor.guards = {}
+        unused = actor.phase is Phase.UNUSED
+        found = None if unused and left is former.initial else _counterpart(left, automaton)
+        actor.current = found or automaton.initial
+        if found is not None and not unused:
+            if actor.phase is FINISHED and not found.final:
+                actor.phase = Phase.SETTLED
+            return None
+        actor.phase = Phase.UNUSED
+        actor.last_transition = 0
+        actor.waited = 0
+        actor.forced = None
+        return None if unused else left
+
     def _changed(self, now: int, actor: Actor, kind: ChangeKind) -> None:
         for changed in self.observers.changed:
             changed(now, actor, kind)
@@ -413,3 +427,10 @@ class Tree:
 def _waits_for_refusal(actor: Actor) -> bool:
     """Return whether a transition out of the current state waits for `REFUSED`."""
     return any(transition.event == REFUSED for transition in actor.automaton.outgoing(actor.current))
+
+
+def _counterpart(state: State, automaton: Automaton) -> State | None:
+    """Return the counterpart of a state in another version of its automaton."""
+    same = [other for other in automaton.states if other.id == state.id]
+    same = same or [other for other in automaton.states if other.name == state.name]
+    return same[0] if len(same) == 1 else None

@@ -82,7 +82,7 @@ class Definition:
     scoped: str = ""
     """The name from the root, `::jderobot::Time`; set by the checker."""
     local: bool = False
-    """Whether it is marked `local`: it exists in one process only, and is never sent."""
+    """The mark `local`: it exists in one process only, and is never sent."""
 
     kind: ClassVar[str] = "definition"
 

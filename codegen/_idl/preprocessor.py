@@ -49,7 +49,7 @@ class Preprocessed:
     included: list[Source] = field(default_factory=list)
     """Every file that it includes, directly or not, once."""
     complete: bool = True
-    """Whether everything was read; otherwise undefined names may be defined in missing files."""
+    """False if files are missing, which may define names that are undefined."""
 
 
 class Preprocessor:
@@ -139,9 +139,9 @@ class Preprocessor:
 class _Condition:
     token: Token
     active: bool
-    """Whether the current branch is active."""
+    """True in a branch that is read."""
     otherwise: bool
-    """Whether a branch after `#elif` or `#else` may be active; with neither, all branches are skipped."""
+    """True while a branch after `#elif` or `#else` may be read; with neither, all branches are skipped."""
     else_seen: bool = False
 
 

@@ -32,7 +32,7 @@ class Scope:
     introduced: dict[str, tuple[ast.Definition, Token]] = field(default_factory=dict)
     """The meaning of each name, in lower case, and the token of its first use or declaration."""
     local: bool = False
-    """Whether types that are never sent may be used."""
+    """The right to use types that are never sent."""
 
 
 def _enclosing_scopes(scope: str) -> Iterator[str]:

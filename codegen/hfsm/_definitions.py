@@ -47,7 +47,7 @@ _PATH: Final = re.compile(r"[\w.:]+")
 
 
 class Answer(IntFlag):
-    """How a guard may answer when it is evaluated for the second time in one cycle.
+    """The possible answers of a guard that is evaluated for the second time in one cycle.
 
     OTHER ones use random numbers, read a sensor, or take something from a container. Evaluating a guard that
     CHANGES something may change the answers of others.

@@ -158,14 +158,14 @@ class CodeEffects:
             before = now
             self._last, self._known = self._known, {}
             for piece in self.analysis.functions:
-                self._by_piece[piece] = self._look_at_functions(piece)
+                self._by_piece[piece] = self._evaluate_functions(piece)
             for code in self.analysis.automata:
                 names = self._names[code.automaton.id]
                 for piece in code.sharing():
                     if piece.has_event:
                         add_values(names, "event", frozenset({DATA}))
                     body = piece.tree.body
-                    self._by_piece[piece] = self._look(body, names, f"{piece.automaton}", piece.automaton)
+                    self._by_piece[piece] = self._evaluate(body, names, f"{piece.automaton}", piece.automaton)
                 self._exchange(code, names)
 
     def _snapshot(self) -> object:
@@ -174,7 +174,7 @@ class CodeEffects:
         found = {**self.attributes}, {**self.local}, {*self.escaped}, self.definitions.is_opaque
         return names, self._known, found
 
-    def _look(self, body: Iterable[ast.AST], names: Names, context: str, automaton: int = 0) -> Effects:
+    def _evaluate(self, body: Iterable[ast.AST], names: Names, context: str, automaton: int = 0) -> Effects:
         """Evaluate code with these values of its names."""
         walk = Evaluation(self, names, context, automaton)
         try:
@@ -184,12 +184,12 @@ class CodeEffects:
             return self._lose_track()
         return walk.effects
 
-    def _look_at_functions(self, piece: Piece) -> Effects:
+    def _evaluate_functions(self, piece: Piece) -> Effects:
         """Evaluate the statements among functions; add what functions do that depends on no call."""
         functions = [each for each in piece.tree.body if each in self.definitions.functions.values()]
         body: list[ast.AST] = [each for each in piece.tree.body if each not in functions]
         body += [each for one in functions for each in evaluated_at_once(one)]
-        found = self._look(body, self._names[0], "")
+        found = self._evaluate(body, self._names[0], "")
         for name, function in self.definitions.functions.items():
             if function in functions:
                 found.add(replace(self.called(name, {}), any_event=[], any_call=[]))
@@ -232,7 +232,7 @@ class CodeEffects:
         self._known[key] = self._last.get(key, Effects())  # in case functions call each other
         first = defaults_of(function) | passed | dict.fromkeys(own, COMPONENT)
         names = self._function_names.setdefault(key, first)
-        self._known[key] = self._look(function.body, names, f"{name} {hash(key)}")
+        self._known[key] = self._evaluate(function.body, names, f"{name} {hash(key)}")
         return self._known[key]
 
 

@@ -17,7 +17,7 @@ from .source_map import SourceMap, end_mark, only_mark, start_mark
 
 
 class _Place(NamedTuple):
-    """Where an element begins; `path` is None in the document itself."""
+    """The place where an element begins; `path` is None in the document itself."""
 
     path: Path | None
     line: int

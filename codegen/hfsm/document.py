@@ -168,7 +168,7 @@ class Transition(Node):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Annotation(Node):
-    """What people wrote on the canvas for each other; nothing that runs depends on it.
+    """A text that people wrote on the canvas for each other; nothing that runs depends on it.
 
     `kind` is `note`, a text of any number of lines, or `frame`, a titled rectangle around states, which move
     with it. `x` and `y` are its upper left corner in pixels. A blank `color` is yellow for a note and gray
@@ -349,7 +349,7 @@ class Property(Node):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shelf(Node):
-    """How a document is shown on the editor's shelf, from which it is drawn into other documents as a state.
+    """The place of a document on the editor's shelf, from which it is drawn into other documents as a state.
 
     `title` is what people call it, `category` the heading below which it stands, `icon` the name of a picture
     of the page, and `words` are further words by which it is found. Each may be blank.

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 _HEAD: Final = 4000
 """Characters at the beginning of a component that contain the note from what it was generated."""
 _ADDED: Final = re.compile(r"( {4})?(async )?(def (?!.*-> Automaton:$)|class (?!.*\bComponent, document=))")
-"""How a function or a class begins in a component or its class, besides our own."""
+"""The beginning of a function or a class in a component or its class, besides our own."""
 
 
 @dataclass(frozen=True, slots=True)

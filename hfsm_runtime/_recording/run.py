@@ -31,7 +31,7 @@ from .._timeline import Timeline
 from ..component import Component, parameter_values, proxies_of, ros_of, source_of
 from ..errors import ComponentError, ComponentStoppedError, CycleCutError, ReloadRefusedError
 from ..source_map import sources_of
-from ..tree import Actor, Replaced, Tree
+from ..tree import Actor, Phase, Replaced, Tree
 from .clocks import InterceptedClock, InterceptedTime, InterceptedTimeline
 from .recorder import LogRecorder, Recorder, automaton_context
 from .transport import recorded_proxies
@@ -154,9 +154,10 @@ class _RecordedTree(Tree):
         super().end_cycle(actor)
         self._lock.release()
 
-    def suspend(self, actor: Actor, *, code_first: bool) -> None:
-        super().suspend(actor, code_first=code_first)
-        self._recorder.reading("break", True)
+    def reach(self, actor: Actor, phase: Phase) -> None:
+        super().reach(actor, phase)
+        if phase in (Phase.PAUSED, Phase.PAUSED_AT_CODE):
+            self._recorder.reading("break", True)
 
     def wait_for_cycles(self, actor: Actor, timeout: float) -> list[Actor]:
         if not actor.below:

@@ -41,7 +41,7 @@ def recorded_surroundings(communicator: Communicator, recorder: Recorder) -> Ite
     def watch() -> None:
         while not stopping.wait(_POSE_PERIOD):
             with contextlib.suppress(ZenohIceError):  # the robot comes or goes, or has another interface
-                surroundings.look()
+                surroundings.record()
 
     thread = threading.Thread(target=watch, name="recording of the robot", daemon=True)
     thread.start()
@@ -65,14 +65,14 @@ class _Surroundings:
         )
         self._names: list[str] | None = None
         self._has_world = self._has_robot = False
-        self._looks = 0
+        self._rounds = 0
         self._before: RobotPose | None = None
 
-    def look(self) -> None:
+    def record(self) -> None:
         """Record the current pose if it has changed. Raises ZenohIceError."""
         present = self._communicator.identities()
-        self._looks += 1
-        if self._looks % _RETRY_PERIOD == 1:
+        self._rounds += 1
+        if self._rounds % _RETRY_PERIOD == 1:
             if "Body" in present and self._names is None:
                 self._names = self._body.getJointNames()
             if "Description" in present and not self._has_robot:

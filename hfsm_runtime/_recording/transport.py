@@ -212,7 +212,7 @@ class _RecordedCaller(_Recorded):
     def call(self, payload: bytes) -> Outcome:
         """Call and wait for the answer, while other threads run code."""
         with self._recorded("call", payload) as exchange, self._lock.released():
-            return _take(exchange, partial(self._call.call_encoded, payload))
+            return _outcome_of(exchange, partial(self._call.call_encoded, payload))
 
     def begin(
         self, payload: bytes, done: Callable[[Outcome | SystemException], object]
@@ -225,7 +225,7 @@ class _RecordedCaller(_Recorded):
             exchange = Exchange(self._operation, "async")
             outcome: Outcome | SystemException
             try:
-                outcome = _take(exchange, future.result)
+                outcome = _outcome_of(exchange, future.result)
             except CancelledError:
                 return
             except SystemException as error:
@@ -236,7 +236,7 @@ class _RecordedCaller(_Recorded):
         return future.cancel
 
 
-def _take(exchange: Exchange, call: Callable[[], bytes | Parted]) -> Outcome:
+def _outcome_of(exchange: Exchange, call: Callable[[], bytes | Parted]) -> Outcome:
     """Return the outcome of a call, and note it."""
     try:
         exchange.packed = result = call()

@@ -36,7 +36,7 @@ _SECOND: Final = 1e9
 _MOST_STEPS: Final = 20_000
 _HANG_LIMIT: Final = 30.0
 """Wall seconds that a piece of user code may take until it asks for something recorded, or ends."""
-_LOOK_PERIOD: Final = 0.2  # s between two looks at whether it did
+_CHECK_PERIOD: Final = 0.2  # s between two checks whether it did
 _numbers: Final = count(1)
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
@@ -100,7 +100,7 @@ def _watched(run: Replay, give_up: Callable[[str], None], limit: float) -> Itera
 
     def watch() -> None:
         seen, since = -1, time.monotonic()
-        while not over.wait(_LOOK_PERIOD):
+        while not over.wait(_CHECK_PERIOD):
             if not run.running or run.answers.turns != seen:
                 seen, since = run.answers.turns, time.monotonic()
             elif time.monotonic() - since >= limit:

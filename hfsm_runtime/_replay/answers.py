@@ -8,8 +8,8 @@ from typing import Any, Final, NoReturn
 
 from hfsm_runtime.recording_file.messages import Reading, Result
 
-from .._code import current_code
 from .._recording.results import arguments_of
+from ..coroutine import current_coroutine
 from .comparison import Comparison
 from .script import Record, ReplayEndedError, ReplayError, Script, Want, attribute_of, context_of
 
@@ -42,25 +42,25 @@ class Answers:
         """Why the replay cannot continue."""
         self.guesses_in_cycle = 0
         self.turns = 0
-        """How often code was let run, or asked for something: while code hangs, it stays the same."""
+        """Number of times that code was let run, or asked for something: code that hangs adds none."""
         self._script = script
 
     @property
     def context(self) -> str | None:
         """The context of the code that runs here; None outside the code of the replay."""
-        code = current_code()
+        code = current_coroutine()
         return None if code is None else code.context
 
     def now(self) -> int:
         """Return the component time in ns at which the replay is."""
         return self._script.time if self.own_time is None else self.own_time
 
-    def take(self, want: Want, arguments: bytes | None = None, *, park: bool = True) -> Record | None:
+    def fetch(self, want: Want, arguments: bytes | None = None, *, park: bool = True) -> Record | None:
         """Return the recorded answer to a request of code, or None if there is none.
 
         With `park` it may wait until the replay has reached the answer.
         """
-        code = current_code()
+        code = current_coroutine()
         if code is None:
             return None
         self.turns += 1
@@ -89,7 +89,7 @@ class Answers:
     ) -> Any:  # noqa: ANN401
         """Return a reading: the recorded one, or one that follows from the time."""
         want = Want(kind)
-        record = self.take(want)
+        record = self.fetch(want)
         if record is not None:
             assert isinstance(record.message, Reading)
             value = record.message.value

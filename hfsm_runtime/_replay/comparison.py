@@ -35,7 +35,7 @@ class _Half:
     """One side of one automaton."""
 
     acts: deque[tuple[int, bytes]] = field(default_factory=deque)
-    """What it did before the other: the time of the cycle, and the message."""
+    """The acts that came before the other side's: the time of the cycle, and the message."""
     frames: dict[int, _Frame] = field(default_factory=dict)
     at: int | None = None
     state: str = ""
@@ -89,11 +89,11 @@ class Comparison:
 
     def recorded(self, record: Record) -> None:
         """Take a record of the recording."""
-        self._take(record.time, record.message, record.data, recorded=True)
+        self._add(record.time, record.message, record.data, recorded=True)
 
     def replayed(self, time: int, message: messages.Message) -> None:
         """Take a message that a recording of the replay would have."""
-        self._take(time, message, self._encoder.encode(message), recorded=False)
+        self._add(time, message, self._encoder.encode(message), recorded=False)
 
     def called(self, time: int, context: str, what: str, recorded: object, replayed: object) -> None:
         """Take the arguments of a call."""
@@ -117,7 +117,7 @@ class Comparison:
         self.unmatched = max(0, self._recorded_cycles - self.cycles)
         self.divergences.sort(key=lambda divergence: divergence.time)
 
-    def _take(self, time: int, message: messages.Message, data: bytes, *, recorded: bool) -> None:
+    def _add(self, time: int, message: messages.Message, data: bytes, *, recorded: bool) -> None:
         if isinstance(message, messages.Timers):  # they follow from the changes of state
             return
         if isinstance(message, messages.EventSent):

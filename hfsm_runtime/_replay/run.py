@@ -17,12 +17,12 @@ from zenoh_ice.threads.clock import VirtualClock
 
 from .._actor import make_event
 from .._automaton import Automaton, Transition
-from .._code import Code
 from .._recording.clocks import InterceptedClock, InterceptedTime, InterceptedTimeline
 from .._recording.recorder import Recorder, automaton_context
 from .._recording.run import MONITOR, START, restore_random
-from .._timeline import slot_after
+from .._timeline import SECOND, slot_after
 from ..component import Component, parameters_of, ros_of
+from ..coroutine import Coroutine
 from ..debugger.reload import Replacement, first_values_of
 from ..errors import ComponentError, ComponentStoppedError, CycleCutError, OnError, OnRefused, describe
 from ..observer import Observer
@@ -33,7 +33,6 @@ from .comparison import Comparison
 from .script import Record, Recording, ReplayEndedError, ReplayError, Script, context_of
 from .transport import ReplayTransport, result_in
 
-_SECOND: Final = 1_000_000_000
 _PROGRESS_PERIOD: Final = 1.0
 """Wall seconds between reports of progress."""
 _MOST_OVERLAPS: Final = 20
@@ -85,7 +84,7 @@ class Replay(Observer):
         """Number of requests without a recorded answer that got an older one, by request."""
         self._recorder: Final = Recorder(self._compare, 0, lambda: self.answers.context)
         self._recorder.component_time = self.now
-        self._waiting: dict[str, Code] = {}
+        self._waiting: dict[str, Coroutine] = {}
         """The code that waits, by context."""
         self._begun: set[str] = set()
         """The contexts of automata in the middle of a recorded cycle."""
@@ -118,7 +117,7 @@ class Replay(Observer):
             self._step(record)
             if time.monotonic() - self._reported_at >= _PROGRESS_PERIOD:
                 self._reported_at = time.monotonic()
-                self._progress(self.now() / _SECOND)
+                self._progress(self.now() / SECOND)
             if self.answers.fatal is not None:
                 raise self.answers.fatal
         self._run_unrecorded(self._script.time)
@@ -131,7 +130,7 @@ class Replay(Observer):
 
     def _begin(self) -> None:
         """Make the component and its automata, as code of the replay: variables may read anything."""
-        self._go(Code(START, self._make_virtual))
+        self._go(Coroutine(START, self._make_virtual))
         while (code := self._waiting.get(START)) is not None:
             record = self._script.peek_input()
             fits = record is not None and context_of(record.message) == START
@@ -207,8 +206,8 @@ class Replay(Observer):
 
         at = self.now()
         with self._at(at):
-            self._go(Code("exchange", exchange))
-        self.notes.append(f"the edited document took over at {at / _SECOND:.3f} s")
+            self._go(Coroutine("exchange", exchange))
+        self.notes.append(f"the edited document took over at {at / SECOND:.3f} s")
         self.notes += [f"it could not keep: {text}" for text in not_kept]
         self._note_document()
 
@@ -220,7 +219,7 @@ class Replay(Observer):
 
     # The code.
 
-    def _go(self, code: Code, answer: Record | None = None) -> None:
+    def _go(self, code: Coroutine, answer: Record | None = None) -> None:
         """Let code run until it waits or ends; raises what ends it."""
         self.running = code.context
         self.answers.turns += 1
@@ -235,7 +234,7 @@ class Replay(Observer):
             else:
                 self._waiting[code.context] = code
 
-    def _run_code(self, code: Code, answer: Record | None = None) -> None:
+    def _run_code(self, code: Coroutine, answer: Record | None = None) -> None:
         """Let code run until it waits or ends, and report what ends it."""
         try:
             self._go(code, answer)
@@ -247,12 +246,12 @@ class Replay(Observer):
             self.notes.append(f"a callback failed: {describe(error)}")
         except BaseException as end:  # noqa: BLE001 - as on threads, it ends the component
             self.notes.append(
-                f"the code of {code.context} ended the component at {self.now() / _SECOND:.3f} s: "
+                f"the code of {code.context} ended the component at {self.now() / SECOND:.3f} s: "
                 f"{describe(end)}"
             )
             self.virtual.request_stop()
 
-    def _answer_to(self, code: Code, record: Record | None) -> Record | None:
+    def _answer_to(self, code: Coroutine, record: Record | None) -> Record | None:
         """Return what code waits for: this record, or a later one; None if there is none."""
         assert code.want is not None
         if record is not None and code.want.fits(record):
@@ -260,14 +259,14 @@ class Replay(Observer):
             return record
         return self._script.find(code.context, code.want)
 
-    def _answer(self, code: Code, record: Record | None) -> None:
+    def _answer(self, code: Coroutine, record: Record | None) -> None:
         """Answer waiting code: with this record, a later one, or nothing."""
         found = self._answer_to(code, record)
         if found is None and code.want is not None and code.want.kind == "handover":
             self._end_cycles_below(code)
         self._run_code(code, found)
 
-    def _end_cycles_below(self, code: Code) -> None:
+    def _end_cycles_below(self, code: Coroutine) -> None:
         """End the cycles of automata whose parent waits for that, where the recording does not say how."""
         for actor in self.virtual.tree.actors:
             context = automaton_context(actor.automaton.id)
@@ -299,7 +298,7 @@ class Replay(Observer):
             self._act(message)
         elif isinstance(message, Gap):
             self.notes.append(
-                f"the recording has a gap at {record.time / _SECOND:.3f} s, where {message.lost} messages "
+                f"the recording has a gap at {record.time / SECOND:.3f} s, where {message.lost} messages "
                 "were lost: the replay ends there"
             )
             self._script.stop()
@@ -307,7 +306,7 @@ class Replay(Observer):
             self._script.advance()
             if len(self.notes) < _MOST_OVERLAPS:
                 self.notes.append(
-                    f"the code of {message.beside} blocked at {self.now() / _SECOND:.3f} s, and "
+                    f"the code of {message.beside} blocked at {self.now() / SECOND:.3f} s, and "
                     f"{message.context} ran beside it: in which order is not known"
                 )
         elif isinstance(message, Cycle) and not message.begins:
@@ -347,10 +346,10 @@ class Replay(Observer):
         self.answers.latest.begin_cycle(context)
         if self._started and not self._ended:
             actor.stepping = self.virtual.tree.held
-            code = Code(context, partial(self.virtual.run_cycle, actor, at))
+            code = Coroutine(context, partial(self.virtual.run_cycle, actor, at))
             code.actor = actor
             self._run_code(code)
-            actor.next_slot = max(actor.next_slot, slot_after(at, actor.automaton.interval))
+            actor.cycle.next_slot = max(actor.cycle.next_slot, slot_after(at, actor.automaton.interval))
 
     def _end_cycle(self, context: str) -> None:
         """Let a cycle end that takes longer in the replay than in the recording."""
@@ -365,7 +364,7 @@ class Replay(Observer):
             return
         if result_in(record).kind == "async":
             self.answers.expected.pop(context)
-        self._run_code(Code(context, partial(deliver, record)))
+        self._run_code(Coroutine(context, partial(deliver, record)))
 
     # The actions of clients.
 
@@ -377,7 +376,7 @@ class Replay(Observer):
             self._started = True
             self.virtual.start()
         elif self._started and MONITOR not in self._waiting:
-            self._run_code(Code(MONITOR, partial(self._carry_out, action, self.now())))
+            self._run_code(Coroutine(MONITOR, partial(self._carry_out, action, self.now())))
 
     def _carry_out(self, action: Action, now: int) -> None:
         """Carry out an action at a component time in ns; one that was refused is refused again."""
@@ -416,10 +415,10 @@ class Replay(Observer):
         tree = self.virtual.tree
         while self._started and not self._ended and not tree.held and self.answers.fatal is None:
             due = [
-                (actor.next_slot, index, actor)
+                (actor.cycle.next_slot, index, actor)
                 for index, actor in enumerate(tree.actors)
                 if actor.active
-                and actor.next_slot < now
+                and actor.cycle.next_slot < now
                 and not actor.finished
                 and not actor.in_cycle
                 and self._is_unrecorded(actor)

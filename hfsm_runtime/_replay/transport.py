@@ -150,7 +150,7 @@ class _ReplayedCaller(_Replayed):
 
     def call(self, payload: bytes) -> Outcome:
         want = self._want("call")
-        outcome = self._outcome(want, self._answers.take(want, payload))
+        outcome = self._outcome(want, self._answers.fetch(want, payload))
         if isinstance(outcome, SystemException):
             raise outcome
         return outcome
@@ -162,7 +162,7 @@ class _ReplayedCaller(_Replayed):
         def settle(record: Record | None) -> None:
             done(self._outcome(self._want("async"), record))
 
-        record = self._answers.take(self._want("begin"), payload, park=False)
+        record = self._answers.fetch(self._want("begin"), payload, park=False)
         if record is None:
             settle(None)
         else:
@@ -195,7 +195,7 @@ class _ReplayedInlet(_Replayed):
     def poll(self) -> Record | None:
         want = self._want("latest")
         # Not parked: the reader is locked meanwhile, and no other code ran in between.
-        record = self._answers.take(want, park=False)
+        record = self._answers.fetch(want, park=False)
         if record is None or (result_in(record).same and self._newest is None):
             record = self._answers.guess(want)
             if record is None or record is self._newest:
@@ -216,7 +216,7 @@ class _ReplayedInlet(_Replayed):
         """Wait, as in the recording, until a function that polls returns true."""
         want = self._want("wait")
         while not holds():
-            record = self._answers.take(want)
+            record = self._answers.fetch(want)
             if record is None:
                 self._answers.wait(timeout)
                 raise TimeoutException(f"no new sample of {want} was recorded")
@@ -226,7 +226,7 @@ class _ReplayedInlet(_Replayed):
 
     def deliver(self, callback: Callable[[Any], object], rate: float | None = None) -> None:  # noqa: ARG002
         """Call a function with the samples of a subscription."""
-        record = self._answers.take(self._want("subscribe"), park=False)
+        record = self._answers.fetch(self._want("subscribe"), park=False)
         if record is not None:
             self._context = f"subscription {result_in(record).ticket}"
             self._answers.expected[self._context] = callback
@@ -244,7 +244,7 @@ class _ReplayedInlet(_Replayed):
         return True
 
     def _age(self, record: Record) -> float:
-        found = self._answers.take(Want("age"))
+        found = self._answers.fetch(Want("age"))
         if found is not None:
             value = found.message.value if isinstance(found.message, Reading) else None
             return float(value) if isinstance(value, int | float) else 0.0

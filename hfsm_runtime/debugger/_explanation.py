@@ -32,7 +32,7 @@ def explain(tree: Tree, actor: Actor, timeline: Timeline) -> Explanation:
             reason = TransitionExplanation(
                 transition=transition.id,
                 order=order,
-                asked=at is not None and at >= actor.last_slot,
+                asked=at is not None and at >= actor.cycle.last_slot,
                 value=value,
                 askedAt=-1.0 if at is None else at / _SECOND,
                 remaining=-1.0 if left is None else left / _SECOND,

@@ -121,9 +121,9 @@ def _snapshot(actor: Actor, now: int) -> hfsm.AutomatonSnapshot:
             hfsm.GuardSnapshot(transition=key, value=value) for key, (value, _) in dict(actor.guards).items()
         ],
         variables={},
-        cycles=actor.cycles,
-        overruns=actor.overruns,
-        lastCycle=actor.last_cycle,
-        longestCycle=actor.longest_cycle,
+        cycles=actor.cycle.count,
+        overruns=actor.cycle.overruns,
+        lastCycle=actor.cycle.last,
+        longestCycle=actor.cycle.longest,
         inCycle=actor.in_cycle,
     )

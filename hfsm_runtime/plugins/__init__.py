@@ -9,8 +9,6 @@ from zenoh_ice.lazy import import_on_use
 if TYPE_CHECKING:
     from hfsm_runtime._actor import make_event as make_event
     from hfsm_runtime._advice import explain as explain
-    from hfsm_runtime._code import Code as Code
-    from hfsm_runtime._code import current_code as current_code
     from hfsm_runtime._cycle import hand_over as hand_over
     from hfsm_runtime._cycle import outputs_of as outputs_of
     from hfsm_runtime._marks import Mark as Mark

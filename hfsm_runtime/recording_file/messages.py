@@ -248,7 +248,7 @@ class Result(Message, frozen=True):
     time: float | None = None
     wall_time: float = 0.0
     same: bool = False
-    """Whether it is the sample of this context's last reading of the stream."""
+    """True for the sample of this context's last reading of the stream."""
     age: float | None = None
     stream: Text = ""
     """Id of the stream of the sample; it changes with each restart of the servant."""

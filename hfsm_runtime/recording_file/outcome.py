@@ -16,7 +16,7 @@ class Side(msgspec.Struct):
     fired: list[str] = []
     errors: list[str] = []
     ran: bool = True
-    """Whether it has that cycle at all."""
+    """False if it does not have that cycle at all."""
 
 
 class Divergence(msgspec.Struct, frozen=True):

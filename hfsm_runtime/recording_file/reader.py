@@ -59,7 +59,7 @@ _BROKEN: Final = (
 
 @dataclass(frozen=True)
 class ReadLimits:
-    """How much is read of a recording."""
+    """Limits of what is read of a recording."""
 
     most_messages: int = 5_000_000
     """Six hours of a behavior with four automata, which makes about 230 messages a second."""
@@ -120,7 +120,7 @@ class RecordingFile:
         self.sources: dict[str, bytes] = {}
         self.altered: list[str] = []
         self.truncated = False
-        """Whether the last iteration over the messages ended at a broken record instead of the end."""
+        """True if the last iteration over the messages ended at a broken record instead of the end."""
         try:
             with suppress(*_BROKEN):  # what is missing is read below
                 self._read_head()

@@ -29,7 +29,7 @@ _CLOSE_LIMIT: Final = 10.0  # s
 
 @dataclass(frozen=True)
 class WriteLimits:
-    """When messages are written, and how many may wait for it."""
+    """Limits of the messages that wait to be written, and the times of writing them."""
 
     check_period: float = 0.1
     """s between checks of the queue: waking the thread for each message would cost more than writing it."""
@@ -128,7 +128,7 @@ class RecordingWriter:
             self._queue.append(entry)
             self._bytes += entry.size
 
-    def look(self, topic: str, message: Message, at: float) -> None:
+    def show(self, topic: str, message: Message, at: float) -> None:
         """Queue a message for viewers, at a wall time in s, unless it is too large to be read."""
         size = len(msgspec.json.encode(message))
         if size < LARGEST_MESSAGE:
@@ -158,14 +158,14 @@ class RecordingWriter:
 
     def _run(self) -> None:
         try:
-            last, looks = False, 0
+            last, rounds = False, 0
             while not last:
                 last = self._stopping.wait(self._limits.check_period)
                 if last and self._lost:
                     self._record_gap(self._latest)
                 self._drain()
-                looks += 1
-                if looks % _CHUNK == 0:
+                rounds += 1
+                if rounds % _CHUNK == 0:
                     self._writer.flush()  # type: ignore[no-untyped-call]
             self._writer.finish()  # type: ignore[no-untyped-call]
             self._file.close()

@@ -1,7 +1,7 @@
 """Run a component in virtual time, in one thread: the same way every time, as fast as the processor.
 
 This is how behaviors are tested. Cycles run in the order of their times; at the same time, cycles of
-ancestors run first. Each cycle is a `Code`: one that sleeps, or waits for anything by the clock, is left
+ancestors run first. Each cycle is a `Coroutine`: one that sleeps, or waits for anything by the clock, is left
 where it does, and the others run meanwhile, as on threads. It goes on after the cycles that begin then.
 """
 
@@ -20,24 +20,23 @@ from weakref import ref
 from zenoh_ice.threads.clock import Clock
 
 from .._automaton import Automaton
-from .._code import Code, current_code, rest
 from .._component_run import ComponentRun
 from .._cycle import run_cycle
 from .._limits import LIMITS, RuntimeLimits
-from .._order import patience, turn_of
 from .._supervision import Refusal
-from .._timeline import Timeline, slot_after, slot_at
+from .._timeline import SECOND, Timeline, slot_after, slot_at
+from .._turns import patience, turn_of
 from ..component import Component
+from ..coroutine import Coroutine, current_coroutine, rest
 from ..errors import ComponentStoppedError, CycleCutError, OnError, OnRefused
 from ..observer import Observer
 from ..tree import Actor, ChangeKind, Replaced, Tree
 from .clock import NEVER, TaskClock
 
-_SECOND: Final = 1_000_000_000
 _RETRY_DELAY: Final = 1.0
 """s of the clock from a refused command until the automata try again."""
 _REPORTED: Final = 3
-"""How often the sleeps of one cycle report that it is to end; code that goes on nevertheless has to wait."""
+"""Reports of the sleeps of one cycle that it is to end; code that goes on nevertheless has to wait."""
 _RELUCTANT: Final = 10_000_000
 """ns that it waits for each time."""
 
@@ -65,13 +64,13 @@ class _Tracer(Observer):
         self.changes: MutableSequence[Change] = [] if kept is None else deque(maxlen=kept)
 
     def changed(self, now: int, actor: Actor, kind: ChangeKind) -> None:
-        self.changes.append(Change(now / _SECOND, actor.automaton.name, actor.current.name, kind))
+        self.changes.append(Change(now / SECOND, actor.automaton.name, actor.current.name, kind))
 
 
-class _Cycles(Code):
+class _Cycles(Coroutine):
     """The cycles of an automaton, one after the other; each may sleep.
 
-    To begin a `Code` costs more than a short cycle.
+    To begin a `Coroutine` costs more than a short cycle.
     """
 
     def __init__(self, virtual: VirtualRun, actor: Actor) -> None:
@@ -81,9 +80,9 @@ class _Cycles(Code):
         self._rests = True
         self.actor: Actor = actor
         self.asleep = False
-        """Whether it is in `self.sleep`, which ends when the cycle has to."""
+        """True in `self.sleep`, which ends when the cycle has to."""
         self.reports = 0
-        """How often its sleeps have reported that the cycle is to end."""
+        """Number of times that its sleeps have reported that the cycle is to end."""
 
     def begin(self, at: int) -> None:
         """Let a cycle run, which belongs to a component time in ns, until it sleeps or ends."""
@@ -91,7 +90,7 @@ class _Cycles(Code):
         self._virtual.cycles[self.actor] = self
         self.go()
 
-    def go(self, answer: Any = None) -> None:  # noqa: ANN401 - of `Code`
+    def go(self, answer: Any = None) -> None:  # noqa: ANN401 - of `Coroutine`
         """Let the cycle run; while it does, and when it has failed, it is the running one."""
         virtual = self._virtual
         before, virtual.running = virtual.running, self.actor
@@ -178,7 +177,7 @@ class VirtualRun(ComponentRun):
         self._on_end = on_end or (lambda: None)
         self._commands_accepted = commands_accepted
         self._retry_at: float | None = None
-        """When the automata try again after a refused command, by the clock."""
+        """The time of the clock at which the automata try again after a refused command."""
         self.running: Actor | None = None
         """The automaton whose cycle runs, or has ended the component."""
         self.cycles: dict[Actor, _Cycles] = {}
@@ -188,8 +187,8 @@ class VirtualRun(ComponentRun):
         self._followers: set[Actor] = set()
         """The automata that wait for another one's cycle, which sleeps."""
         self._driver = threading.get_ident()
-        self._to_look = False
-        """Whether code that sleeps may have to end its cycle."""
+        self._woken = False
+        """Set when code that sleeps may have to end its cycle."""
         super().__init__(
             component,
             clock or TaskClock(),
@@ -213,7 +212,7 @@ class VirtualRun(ComponentRun):
     @property
     def time(self) -> float:
         """The component time in s."""
-        return self.component_time.now() / _SECOND
+        return self.component_time.now() / SECOND
 
     @property
     def active(self) -> str:
@@ -255,11 +254,11 @@ class VirtualRun(ComponentRun):
         The seconds are those of the clock, which runs while a refused command pauses the component.
         """
         self._driver = threading.get_ident()
-        end = self.component_time.now() + round(seconds * _SECOND)
+        end = self.component_time.now() + round(seconds * SECOND)
         had_ended = self.ended.is_set()
         while not self.ended.is_set():
-            if self._to_look:
-                self.look()
+            if self._woken:
+                self.end_sleeps()
             if self.refusal is not None:
                 end -= self._sit_out(end - self.component_time.now())
                 self._task_clock.wake_due()
@@ -274,7 +273,7 @@ class VirtualRun(ComponentRun):
                 break
             self._move_to(moment)
             if due <= moment:
-                self._take_turn()
+                self._run_next()
             else:
                 self._task_clock.advance(0.0)
                 self._task_clock.wake_due()
@@ -289,16 +288,16 @@ class VirtualRun(ComponentRun):
         """Run one cycle of an automaton, which belongs to a component time in ns; a ghost runs none."""
         run_cycle(self.tree, actor, at, self._supervision)
 
-    def look(self) -> None:
+    def end_sleeps(self) -> None:
         """Let the cycles that have to end, and sleep by `self.sleep`, go on: their sleep ends."""
-        self._to_look = False
+        self._woken = False
         for cycle in tuple(self.cycles.values()):
             if cycle.asleep and (self.ended.is_set() or not self.tree.may_go_on(cycle.actor)):
                 self._task_clock.wake(cycle)
 
     def let_end(self, actors: set[Actor], timeout: float) -> list[Actor]:
         """Let the running cycles of some automata end, for at most `timeout` s; return those that do not."""
-        self.look()
+        self.end_sleeps()
         self._task_clock.wait_for(lambda: actors.isdisjoint(self.cycles), timeout)
         return [actor for actor in self.tree.actors if actor in actors and actor in self.cycles]
 
@@ -339,7 +338,7 @@ class VirtualRun(ComponentRun):
             return NEVER
         return self.component_time.now() + max(0, wake - self._task_clock.moment)
 
-    def _take_turn(self) -> None:
+    def _run_next(self) -> None:
         """Run the next cycle that is scheduled, unless the automaton has to wait."""
         with self.tree.lock:
             schedule = self._due
@@ -352,7 +351,7 @@ class VirtualRun(ComponentRun):
             following = slot_after(now, actor.automaton.interval)
             if actor in self.cycles:
                 return
-            if self.cycles and actor.active and not actor.finished and actor.next_slot <= now:
+            if self.cycles and actor.active and not actor.finished and actor.cycle.next_slot <= now:
                 at = turn_of(actor, now, now)
             if isinstance(at, int):
                 try:
@@ -360,7 +359,7 @@ class VirtualRun(ComponentRun):
                 finally:
                     following = self._next(actor, due, at)
             else:
-                following = (now if at.began is None else at.began) + patience(actor, at)
+                following = (now if at.cycle.began is None else at.cycle.began) + patience(actor, at)
                 self._followers.add(actor)
         finally:  # Ctrl-C in a notebook, or a task that fails, must not end the cycles of an automaton
             with self.tree.lock:
@@ -381,7 +380,7 @@ class VirtualRun(ComponentRun):
         with self.tree.lock:
             self._due[:] = [
                 (
-                    min(due, actor.next_slot)
+                    min(due, actor.cycle.next_slot)
                     if actor.active and not actor.finished and actor not in self.cycles
                     else due,
                     index,
@@ -395,9 +394,9 @@ class VirtualRun(ComponentRun):
     def _next(self, actor: Actor, due: int, at: int) -> int:
         """Return when an automaton is due again; at once if a pause came before its cycle."""
         held = self.tree.held and actor.active and not actor.finished and actor not in self.cycles
-        if held and actor.last_slot < at:
+        if held and actor.cycle.last_slot < at:
             return due
-        return max(actor.next_slot, slot_after(at, actor.automaton.interval))
+        return max(actor.cycle.next_slot, slot_after(at, actor.automaton.interval))
 
     def _schedule(self, now: int) -> None:
         """Let the next cycle of each automaton be the first after a time."""
@@ -413,7 +412,7 @@ class VirtualRun(ComponentRun):
             return
         duration = min(actor.automaton.interval for actor in active)
         self.component_time.step(duration)
-        self.clock.advance(duration / _SECOND)
+        self.clock.advance(duration / SECOND)
         now = self.component_time.now()
         for actor in active:
             if self.ended.is_set():
@@ -432,16 +431,16 @@ class VirtualRun(ComponentRun):
             self._on_end()
 
     def _actor_here(self) -> Actor | None:
-        code = current_code()
+        code = current_coroutine()
         return None if code is None else code.actor
 
     def _sleep(self, seconds: float) -> None:
-        cycle = current_code()
+        cycle = current_coroutine()
         if not isinstance(cycle, _Cycles):
             self.clock.advance(max(0.0, seconds))
             return
         clock = self._task_clock
-        end = clock.moment + round(seconds * _SECOND)
+        end = clock.moment + round(seconds * SECOND)
         while True:
             ended = self.ended.is_set()
             if ended or not self.tree.may_go_on(cycle.actor):
@@ -458,16 +457,16 @@ class VirtualRun(ComponentRun):
                 cycle.asleep = False
 
     def _wake(self) -> None:
-        self._to_look = True
+        self._woken = True
 
     def _move_to(self, when: int) -> None:
         """Advance the time to `when`; tasks of the clock may advance it further."""
         left = when - self.component_time.now()
         if left > 0:
-            self.clock.advance(left / _SECOND)
+            self.clock.advance(left / SECOND)
 
-    def _refused(self, refusal: Refusal) -> None:
-        super()._refused(refusal)
+    def _pause_after(self, refusal: Refusal) -> None:
+        super()._pause_after(refusal)
         self._retry_at = None
 
     def _sit_out(self, longest: int) -> int:
@@ -476,7 +475,7 @@ class VirtualRun(ComponentRun):
         while (refusal := self.refusal) is not None:
             if self._retry_at is None:
                 self._retry_at = self.clock.now() + _RETRY_DELAY
-            left = round((self._retry_at - self.clock.now()) * _SECOND)
+            left = round((self._retry_at - self.clock.now()) * SECOND)
             if left <= 0:
                 self._retry_at = None
                 if self._commands_accepted(refusal.holder):
@@ -485,7 +484,7 @@ class VirtualRun(ComponentRun):
             if taken >= longest:
                 break
             wait = min(longest - taken, left)
-            self.clock.advance(wait / _SECOND)
+            self.clock.advance(wait / SECOND)
             taken += wait
         return taken
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import heapq
-import itertools
 import math
 import threading
 import time
@@ -13,7 +12,7 @@ from typing import Final
 
 from zenoh_ice import CommunicatorDestroyedException, VirtualClock
 
-from .._code import Code, current_code
+from ..coroutine import Coroutine, current_coroutine
 
 _NANOSECONDS: Final = 1_000_000_000
 NEVER: Final = 1 << 62
@@ -33,16 +32,14 @@ _TASKS_LIMIT: Final = 0.5
 class TaskClock(VirtualClock):
     """A virtual clock that runs tasks at their times, in the thread that advances it.
 
-    Tasks due at the same time run in the order in which they were added. A `Code` that sleeps or waits by it
-    is left where it does, and goes on at its time, after the tasks of that time. Elsewhere a sleep advances
-    the clock, so that nothing ever waits for another thread.
+    Tasks due at the same time run in the order in which they were added. A `Coroutine` that sleeps or waits
+    by it is left where it does, and goes on at its time, after the tasks of that time. Elsewhere a sleep
+    advances the clock, so that nothing ever waits for another thread.
     """
 
     def __init__(self) -> None:
         super().__init__()
-        self._tasks: list[tuple[int, int, Callable[[], None]]] = []
-        self._asleep: list[tuple[int, int, Code]] = []
-        self._numbers = itertools.count()
+        self._asleep: list[tuple[int, int, Coroutine]] = []
 
     @property
     def moment(self) -> int:
@@ -56,7 +53,7 @@ class TaskClock(VirtualClock):
 
     def call_at(self, when: float, task: Callable[[], None]) -> None:
         """Run a task once at a time in s, or at the next advance if that time has passed."""
-        heapq.heappush(self._tasks, (round(when * _NANOSECONDS), next(self._numbers), task))
+        heapq.heappush(self._agenda, (round(when * _NANOSECONDS), True, next(self._numbers), task))
 
     def advance(self, seconds: float) -> None:
         """Move the time forward by a duration in s, and run the tasks that fall due, the end included.
@@ -66,31 +63,29 @@ class TaskClock(VirtualClock):
         if seconds < 0:
             raise ValueError(f"a clock does not run backwards: advance({seconds})")
         end = self._now + round(seconds * _NANOSECONDS)
-        if current_code() is not None:
+        if current_coroutine() is not None:
             while self._now < end:
                 self.rest_until(end)
             return
         while True:
-            task = self._tasks[0][0] if self._tasks else NEVER
-            if task <= min(end, self.next_wake):
-                when, _, run = heapq.heappop(self._tasks)
-                self._move_to(when)
-                run()  # which may advance the time, even beyond the end
+            due = self._agenda[0][0] if self._agenda else NEVER
+            if due <= min(end, self.next_wake):
+                self._call_next()  # which may advance the time, even beyond the end
             elif self.next_wake < end:
-                self._move_to(self._asleep[0][0])
+                self._pass(self.next_wake)
                 self.wake_due()
             else:
                 break
-        self._move_to(end)
+        self._pass(end)
 
     def rest_until(self, when: int) -> None:
-        """Let other code run until a time in ns, or until `wake`; called by a `Code`."""
-        code = current_code()
+        """Let other code run until a time in ns, or until `wake`; called by a `Coroutine`."""
+        code = current_coroutine()
         assert code is not None
         heapq.heappush(self._asleep, (when, next(self._numbers), code))
         code.wait()
 
-    def wake(self, code: Code) -> None:
+    def wake(self, code: Coroutine) -> None:
         """Let code that sleeps go on now."""
         self._asleep = [each for each in self._asleep if each[2] is not code]
         heapq.heapify(self._asleep)
@@ -119,12 +114,11 @@ class TaskClock(VirtualClock):
             now = self._now
             if now >= end:
                 return False
-            following = min(now + _POLL_PERIOD, end)
-            if self._tasks:
-                following = min(following, max(now, self._tasks[0][0]))
+            tasks = (due for due, is_task, _, _ in self._agenda if is_task)
+            following = min(now + _POLL_PERIOD, end, max(now, min(tasks, default=NEVER)))
             if self._asleep and self._asleep[0][0] > now:
                 following = min(following, self._asleep[0][0])
-            if current_code() is not None:
+            if current_coroutine() is not None:
                 self.rest_until(following)
             else:
                 self.advance((following - now) / _NANOSECONDS)
@@ -234,15 +228,14 @@ class PacedClock(TaskClock):
             self.advance(min(_POLL_PERIOD, end - now) / _NANOSECONDS)
         return True
 
-    def _move_to(self, end: int) -> None:
-        while self._now < end:
-            following = (
-                end if self._moving else min(end, self._now + round(MOVE_PERIOD * self._speed * _NANOSECONDS))
-            )
+    def _pass(self, when: int) -> None:
+        while self._now < when:
+            step = when - self._now if self._moving else round(MOVE_PERIOD * self._speed * _NANOSECONDS)
+            following = min(when, self._now + step)
             with self._changed:
                 while (left := self._left(following)) > 0:
                     self._changed.wait(min(left, _CHECK_PERIOD))
-            super()._move_to(following)
+            super()._pass(following)
 
     def _left(self, when: int) -> float:
         """Return the wall seconds until it may be a time of this clock, infinite in a pause."""

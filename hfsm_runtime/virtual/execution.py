@@ -316,11 +316,7 @@ class Execution(VirtualRun):
             self._supervision.crashed(self.running or self.tree.root, end)
             stop_robot(self.component)
             what = f"sys.exit({short_repr(end.code)})" if isinstance(end, SystemExit) else describe(end)
-            raise BehaviorFailed(
-                f"{what} ends the component"
-                + (f"\n  at {location}" if location else "")
-                + f"\n{self.timeline}"
-            ) from end
+            raise self._failure(f"{what} ends the component", location) from end
 
     def _run_cycles(self, seconds: float) -> None:
         """Advance, while the code of the component sees virtual time; raises what ends the component."""
@@ -344,11 +340,12 @@ class Execution(VirtualRun):
                 continue
             if self._strict and not (self.world.network.offline and isinstance(error, UNAVAILABLE)):
                 location = self.errors[-1].location if self.errors else ""
-                raise BehaviorFailed(
-                    f"the code of {actor.automaton.name} raised {describe(error)}"
-                    + (f"\n  at {location}" if location else "")
-                    + f"\n{self.timeline}"
-                ) from error
+                what = f"the code of {actor.automaton.name} raised {describe(error)}"
+                raise self._failure(what, location) from error
+
+    def _failure(self, what: str, location: str) -> BehaviorFailed:
+        place = f"\n  at {location}" if location else ""
+        return BehaviorFailed(f"{what}{place}\n{self.timeline}")
 
     def _condition(self, condition: Condition) -> Callable[[], object]:
         if isinstance(condition, str):

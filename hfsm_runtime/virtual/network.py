@@ -33,8 +33,8 @@ from zenoh_ice.threads.limits import LIMITS
 from zenoh_ice.threads.pool import Pool
 from zenoh_ice.transport import Arrived, Caller, Inlet, Outcome, Outlet, Pacer, outcome_of
 
-from .._code import Code
 from .._robot import like
+from ..coroutine import Coroutine
 from ._journal import Journal
 from .clock import TaskClock
 
@@ -234,7 +234,7 @@ class _PolledInlet:
     def deliver(self, callback: Callable[[Any], object], rate: float | None = None) -> None:
         def call(sample: object) -> None:
             """Call as separate code, which may sleep."""
-            Code(f"callback of {self._operation.name}", partial(callback, sample)).go()
+            Coroutine(f"callback of {self._operation.name}", partial(callback, sample)).go()
 
         paced = None if rate is None else _PacedCallback(self._clock, call, rate, self._queue)
         self._genuine.deliver(paced or call)

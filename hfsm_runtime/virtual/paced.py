@@ -111,7 +111,7 @@ class PacedExecution(Execution):
             while not self.ended.is_set():
                 if self._steps:
                     self._take_step()
-                elif self._to_look or (self.clock.move(self._until_next()) and self._is_due()):
+                elif self._woken or (self.clock.move(self._until_next()) and self._is_due()):
                     self._run_cycles(0.0)
         except ComponentStoppedError:
             pass

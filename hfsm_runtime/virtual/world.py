@@ -1,4 +1,4 @@
-"""What surrounds a component in virtual time: its clock, and the servants and the ROS that it reaches."""
+"""The surroundings of a component in virtual time: a clock, and the servants and the ROS that it reaches."""
 
 from __future__ import annotations
 

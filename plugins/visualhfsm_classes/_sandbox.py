@@ -155,7 +155,7 @@ class Sandbox:
     def ask(self, request: protocol.Message, answer: type[M], where: str) -> M:
         """Return the answer of the submission's process; `where` says in words which of its code runs.
 
-        Code that sleeps waits here, in its own `Code`, while other code is asked. Raises ContainedError,
+        Code that sleeps waits here, in its own `Coroutine`, while other code is asked. Raises ContainedError,
         or another exception that its code raised.
         """
         if self.broken:

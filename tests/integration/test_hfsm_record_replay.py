@@ -195,7 +195,7 @@ class Watcher(Component, document="watcher.xml"):
 def record_watcher(kind: Callable[[], Component], world: World, path: Path, seconds: float = 3.0) -> None:
     with running(kind, world, path) as (runtime, clock):
         clock.sleep(seconds)
-        eventually(lambda: runtime.tree.root.cycles > 8 * seconds)
+        eventually(lambda: runtime.tree.root.cycle.count > 8 * seconds)
 
 
 @everywhere
@@ -310,7 +310,7 @@ def test_outputs_are_handed_up_in_the_same_cycles(tmp_path: Path, world: World) 
     path = tmp_path / "run.mcap"
     with running(Hands, world, path) as (runtime, clock):
         clock.sleep(4.0)
-        eventually(lambda: runtime.tree.root.cycles > 30)
+        eventually(lambda: runtime.tree.root.cycle.count > 30)
     assert identical(path, Hands).cycles > 30
 
 
@@ -518,9 +518,9 @@ class Sharing(Component, document="sharing.xml"):
 
 def end_cycle(run: Actor, gate: Gate) -> None:
     """Let the call through for which a cycle waits, and wait for its end."""
-    cycles = run.cycles
+    cycles = run.cycle.count
     gate.leave.release()
-    eventually(lambda: run.cycles > cycles)
+    eventually(lambda: run.cycle.count > cycles)
 
 
 def test_code_that_waits_goes_on_where_it_did_between_the_cycles_of_others(tmp_path: Path) -> None:
@@ -557,8 +557,8 @@ def test_a_refused_command_pauses_the_replay_where_it_paused_the_run(tmp_path: P
             return [self.head.setSpeed(0.1, 0.0)]
 
     def go_on_for_five_cycles(runtime: RecordedRuntime) -> None:
-        cycles = runtime.tree.root.cycles
-        eventually(lambda: runtime.tree.root.cycles > cycles + 5)
+        cycles = runtime.tree.root.cycle.count
+        eventually(lambda: runtime.tree.root.cycle.count > cycles + 5)
 
     path = tmp_path / "run.mcap"
     with running(Commands, world, path, on_error="stop") as (runtime, _clock):
@@ -708,8 +708,8 @@ def test_a_gap_in_the_recording_is_reported_and_ends_the_replay(tmp_path: Path, 
         for size in (0, writer._MOST_BYTES - 1000, 0):
             if size:  # nothing else fits into the queue until it is written
                 runtime._recorder.put("/marks", Mark("top", 0.0, 0.0, ""), size)
-            cycles = runtime.tree.root.cycles
-            eventually(lambda cycles=cycles: runtime.tree.root.cycles > cycles + 10)  # type: ignore[misc]
+            cycles = runtime.tree.root.cycle.count
+            eventually(lambda cycles=cycles: runtime.tree.root.cycle.count > cycles + 10)  # type: ignore[misc]
     run, comparison = replayed(path, Watcher)
     (note,) = run.notes
     gap = re.match(r"the recording has a gap at (\d+\.\d+) s", note)
@@ -777,8 +777,8 @@ def test_a_servant_that_is_away_is_away_in_the_replay(tmp_path: Path) -> None:
         adapter.activate()
 
         def three_cycles(runtime: RecordedRuntime) -> None:
-            cycles = runtime.tree.root.cycles
-            eventually(lambda: runtime.tree.root.cycles > cycles + 3)
+            cycles = runtime.tree.root.cycle.count
+            eventually(lambda: runtime.tree.root.cycle.count > cycles + 3)
 
         with running(Patient, (communicator, head), path) as (runtime, _):
             three_cycles(runtime)
@@ -846,7 +846,7 @@ def test_images_come_back_where_they_are_recorded(
         for number in range(10):
             camera.getImageDataPublisher.publish(image(number, bytes([number]) * size))
             clock.sleep(0.1)
-        eventually(lambda: runtime.tree.root.cycles > 10)
+        eventually(lambda: runtime.tree.root.cycle.count > 10)
     warned = [record for record in caplog.messages if "images of self.camera are not recorded" in record]
     assert len(warned) == (0 if with_images else 1)
     if with_images:
@@ -882,7 +882,7 @@ def test_loops_over_a_stream_see_the_same_samples(tmp_path: Path, world: World) 
         for _ in range(40):
             publisher.publish(world[1].pose())
             clock.sleep(chance.choice([0.02, 0.1, 0.3]))
-        eventually(lambda: runtime.tree.root.cycles > 10)
+        eventually(lambda: runtime.tree.root.cycle.count > 10)
     identical(path, Loops)
     kinds = [record.message.kind for record in Recording(path) if isinstance(record.message, Result)]
     assert kinds.count("wait") > 10
@@ -912,7 +912,7 @@ def test_a_loop_with_a_rate_lets_others_run_and_waits_for_nothing_in_the_replay(
         for _ in range(40):
             publisher.publish(world[1].pose())
             clock.sleep(chance.choice([0.02, 0.1, 0.3]))
-        eventually(lambda: runtime.tree.root.cycles > 10)
+        eventually(lambda: runtime.tree.root.cycle.count > 10)
     identical(path, Paced)
     kinds = [record.message.kind for record in Recording(path) if isinstance(record.message, Reading)]
     assert "clock.wait" in kinds
@@ -936,7 +936,7 @@ def test_a_stream_that_nobody_asked_for_is_let_go_of_in_the_replay_too(tmp_path:
         adapter.add(head, "Head")
         adapter.activate()
         with running(Seldom, (communicator, head), path) as (runtime, clock):
-            while runtime.tree.root.cycles < 70:
+            while runtime.tree.root.cycle.count < 70:
                 head.getPosePublisher.publish(head.pose())
                 communicator.streams.close_unwanted()  # as otherwise each 2.5 s
                 clock.sleep(0.1)
@@ -962,7 +962,7 @@ def test_a_sample_that_does_not_fit_does_not_fit_in_the_replay(tmp_path: Path, w
     with running(Bad, world, path) as (runtime, _):
 
         def cycles_after(past: int) -> bool:
-            return runtime.tree.root.cycles > past + 1  # the first of them may have looked before
+            return runtime.tree.root.cycle.count > past + 1  # the first of them may have looked before
 
         outlet = world[0].transport.publish(Target("nao", "Head"), operation)
         assert listened(world[1].getPosePublisher, EVENT_LIMIT)
@@ -970,7 +970,7 @@ def test_a_sample_that_does_not_fit_does_not_fit_in_the_replay(tmp_path: Path, w
         for number in range(10):
             payload = b"\x81\xa3bad\xc3" if number % 2 else b"\xc1"
             outlet.put(payload, encode_sample_attachment(fingerprint, number, 0.0))
-            eventually(partial(cycles_after, runtime.tree.root.cycles))
+            eventually(partial(cycles_after, runtime.tree.root.cycle.count))
         outlet.close()
     comparison = identical(path, Bad)
     assert comparison.cycles > 10
@@ -1011,7 +1011,7 @@ def test_automata_of_an_edited_document_look_at_one_stream(tmp_path: Path, world
         for _ in range(10):
             world[1].getPosePublisher.publish(world[1].pose())
             clock.sleep(0.4)
-        eventually(lambda: runtime.tree.root.cycles > 5)
+        eventually(lambda: runtime.tree.root.cycle.count > 5)
     identical(path, Two)
     run, comparison = replayed(path, Edited)
     assert comparison.divergences == []

@@ -105,7 +105,7 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
         runtime.start()
         try:
             for cycle in range(1, CYCLES + 1):
-                until(partial(lambda number: runtime.actor(1).cycles == number, cycle))
+                until(partial(lambda number: runtime.actor(1).cycle.count == number, cycle))
                 clock.until_waiting(root)  # its cycle is counted before its time is taken
                 clock.advance(0.01)
         finally:

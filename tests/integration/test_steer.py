@@ -146,11 +146,11 @@ def test_a_step_of_a_ghost_reports_that_nothing_ran(shell: Shell) -> None:
     shell("force", "walker", "enough")
     until(lambda: shell.current() == "dance")
     shell.call("pause")
-    before = shell.runtime.actor(2).cycles
+    before = shell.runtime.actor(2).cycle.count
     result = shell.result("step", "walker", "follow")
     assert result.stderr == "nothing ran: follow is a ghost\n"
     assert "walker paused at" in result.stdout
-    assert shell.runtime.actor(2).cycles == before
+    assert shell.runtime.actor(2).cycle.count == before
 
 
 def test_step_needs_a_pause(shell: Shell) -> None:
@@ -242,7 +242,7 @@ def test_what_is_almost_json_is_no_text(shell: Shell, value: str, problem: str) 
 
 
 def test_why_not(shell: Shell) -> None:
-    until(lambda: shell.runtime.actor(2).cycles > 3)
+    until(lambda: shell.runtime.actor(2).cycle.count > 3)
     out = shell("why", "walker")
     assert "walker is in follow\n  1. enough to dance: no event ball_lost has come" in out
     assert "follow is in red\n  1. to green to green: its guard `corner < 0` was false" in out

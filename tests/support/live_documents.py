@@ -65,13 +65,13 @@ class LivePlayer(ScriptedDocument):
     @property
     def cycles(self) -> int:
         """The number of cycles."""
-        return sum(run.cycles for run in self._tree.actors)
+        return sum(run.cycle.count for run in self._tree.actors)
 
     def cycle_began(self, run: Actor, at: int) -> None:
         super().cycle_began(run, at)
         with self._tree.lock:
             interval = run.automaton.interval
-            if at > max(self._expected.get(run, 0), slot_from(run.activated, interval)):
+            if at > max(self._expected.get(run, 0), slot_from(run.active_since or 0, interval)):
                 self._end_at(len(self._happened))
             self._expected[run] = at + interval
             self._began[run] = self.runtime.component_time.now(), len(self._happened)

@@ -54,9 +54,9 @@ class Recorder:
         self._run = newest.component.startedAt
         with VisualHfsmError.in_place_of(RecordingFailedError):
             self._writer = RecordingWriter.watching(path, follower.component, document)
-        self._writer.look("/world", World(list(robot.world.shapes)), self._since)
+        self._writer.show("/world", World(list(robot.world.shapes)), self._since)
         if (described := follower.described) is not None:
-            self._writer.look("/description", Description.of(described.body, described.looks), self._since)
+            self._writer.show("/description", Description.of(described.body, described.looks), self._since)
         self.record(structure)
         self.record(newest)
         self._task = asyncio.create_task(self._take_pictures(pictures))
@@ -71,15 +71,15 @@ class Recorder:
 
     def record(self, news: News) -> None:
         """Record news of the component; called from any thread."""
-        look = self._writer.look
+        show = self._writer.show
         match news:
             case LiveStructure(structure=structure):
-                look("/actions", Action("structure", msgspec.to_builtins(structure)), time.time())
+                show("/actions", Action("structure", msgspec.to_builtins(structure)), time.time())
             case LiveSnapshot(at=at, component=component, robot=robot) if component.startedAt == self._run:
                 objects = {name: [*place] for name, place in robot.objects.items()}
                 torso = None if robot.torso is None else [*robot.torso]
-                look("/robot", RobotPose(robot.joints, torso, objects, robot.says, robot.sound), at)
-                look("/snapshots", Snapshot(msgspec.Raw(msgspec.json.encode(component))), at)
+                show("/robot", RobotPose(robot.joints, torso, objects, robot.says, robot.sound), at)
+                show("/snapshots", Snapshot(msgspec.Raw(msgspec.json.encode(component))), at)
             case Intervention():
                 done = {
                     "automaton": news.automaton,
@@ -90,7 +90,7 @@ class Recorder:
                     "time": news.time,
                     "confirmed": news.confirmed,
                 }
-                look("/actions", Action(_KINDS[news.action], done), time.time())
+                show("/actions", Action(_KINDS[news.action], done), time.time())
 
     async def close(self) -> None:
         """End the file."""
@@ -109,4 +109,4 @@ class Recorder:
         picture = await take_picture(self._communicator, name)
         if picture is not None:
             at, jpeg = picture
-            self._writer.look(f"/images/{name}", Picture.of(name, round(at * 1e9), jpeg), at)
+            self._writer.show(f"/images/{name}", Picture.of(name, round(at * 1e9), jpeg), at)

@@ -92,7 +92,7 @@ class BehaviorRecording(Observer):
                     self._pictured[camera] = call.time
                     jpeg = encode_jpeg(shape.width, shape.height, call.result.pixelData)
                     at = self._start + call.time
-                    self._writer.look(f"/images/{camera}", Picture.of(camera, round(at * 1e9), jpeg), at)
+                    self._writer.show(f"/images/{camera}", Picture.of(camera, round(at * 1e9), jpeg), at)
         self._calls = len(calls)
         while self._writer.crowded:  # virtual time waits for the disk
             time.sleep(_LOOK_PERIOD)
@@ -115,7 +115,7 @@ class BehaviorRecording(Observer):
         self._put("/snapshots", Snapshot(msgspec.Raw(msgspec.json.encode(snapshot))))
 
     def _put(self, topic: str, message: Action | Description | RobotPose | Snapshot | World) -> None:
-        self._writer.look(topic, message, self._start + self._behavior.time)
+        self._writer.show(topic, message, self._start + self._behavior.time)
 
 
 def _place(pose: Pose) -> list[float]:

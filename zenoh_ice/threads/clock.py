@@ -5,11 +5,12 @@
 
 from __future__ import annotations
 
+import heapq
+import itertools
 import logging
 import threading
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import Final, Protocol, runtime_checkable
 
 from zenoh_ice.data.exceptions import CommunicatorDestroyedException, MarshalException
@@ -68,15 +69,6 @@ class WallClock:
 WALL: Final = WallClock()
 
 
-@dataclass(slots=True)
-class _Ticks:
-    """Calls at regular times, in ns."""
-
-    due: int
-    period: int
-    tick: Callable[[], None]
-
-
 class VirtualClock:
     """A clock for one thread: it moves when `advance` is called, or at a wait on it.
 
@@ -88,7 +80,9 @@ class VirtualClock:
 
     def __init__(self, start: float = 0.0) -> None:
         self._now = round(start * _NANOSECONDS)
-        self._ticks: list[_Ticks] = []
+        self._agenda: list[tuple[int, bool, int, Callable[[], None]]] = []
+        """The coming calls: the time in ns, whether it is no tick, a number in their order, and the call."""
+        self._numbers = itertools.count()
 
     def now(self) -> float:
         """Return the time in s."""
@@ -106,25 +100,34 @@ class VirtualClock:
         It runs in the thread that advances the clock, which it must not do itself. Returns a function that
         ends the calls.
         """
-        nanoseconds = round(period * _NANOSECONDS)
-        ticks = _Ticks(self._now + nanoseconds, nanoseconds, tick)
-        self._ticks = [*self._ticks, ticks]
+        number, ended, interval = next(self._numbers), threading.Event(), round(period * _NANOSECONDS)
 
-        def end() -> None:
-            self._ticks = [each for each in self._ticks if each is not ticks]
+        def plan(due: int) -> None:
+            heapq.heappush(self._agenda, (due, False, number, lambda: call(due)))
 
-        return end
+        def call(due: int) -> None:
+            if not ended.is_set():
+                plan(due + interval)
+                tick()
+
+        plan(self._now + interval)
+        return ended.set
 
     def _move_to(self, end: int) -> None:
         """Move the time forward to `end` in ns, and call what is due on the way."""
-        while self._ticks:
-            ticks = min(self._ticks, key=lambda each: each.due)
-            if ticks.due > end:
-                break
-            self._now = max(self._now, ticks.due)
-            ticks.due += ticks.period
-            ticks.tick()
-        self._now = max(self._now, end)
+        while self._agenda and self._agenda[0][0] <= end:
+            self._call_next()
+        self._pass(end)
+
+    def _call_next(self) -> None:
+        """Make the next of the coming calls, at its time."""
+        due, _, _, call = heapq.heappop(self._agenda)
+        self._pass(due)
+        call()
+
+    def _pass(self, when: int) -> None:
+        """Let time pass up to a time in ns, if it is to come."""
+        self._now = max(self._now, when)
 
     def sleep(self, seconds: float) -> None:
         """Move the time forward by a duration in s; a negative one is none."""

@@ -26,7 +26,7 @@ STREAM: Final = {
     "samples": Operation("samples", ("timeout",), 0, by_name=frozenset({"rate"})),
     "subscribe": Operation("subscribe", ("callback",), 1, by_name=frozenset({"rate", "queue"})),
 }
-"""What a streamed operation offers in addition to its calls."""
+"""The attributes of a streamed operation in addition to its calls."""
 
 
 _OF_EVERY_PROXY: Final = frozenset({"checkedCast", "uncheckedCast"})

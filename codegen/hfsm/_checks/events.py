@@ -72,7 +72,7 @@ class _Senders:
         analysis = effects.analysis
         self._by_name: dict[str, dict[Piece, set[ast.AST]]] = {}
         self.first: dict[str, Location] = {}
-        """Where each event is sent."""
+        """The first place in which each event is sent."""
         for piece in analysis.pieces:
             for event, places in effects.of_piece(piece).events.items():
                 self._by_name.setdefault(event, {})[piece] = places

@@ -32,7 +32,7 @@ _TRIGGERS: Final = ("time", "condition", "event", "finished")
 _LARGEST_ANNOTATION: Final = 1e6  # pixels: no canvas is larger
 
 _HISTORIES: Final = ("resume", "restart")
-"""What the automata of a state do when it is entered again; the first is the default."""
+"""The ways in which the automata of a state go on when it is entered again; the first is the default."""
 
 
 def check_tree(document: Document, report: Report) -> None:

@@ -19,7 +19,7 @@ COMPONENT_ATTRIBUTES: Final = frozenset({"automaton", "clock", "log", "mark", "s
 """Attributes that every component has. A function of a document may override one of them."""
 
 COMPONENT_ALIASES: Final = frozenset({"globalNamespace", "interfaces", "namespace", "rosNode"})
-"""What VisualStates calls the component in places; each is the component itself."""
+"""Names that VisualStates has for the component in places; each is the component itself."""
 
 _LONGEST_NAME: Final = 100
 

@@ -36,7 +36,7 @@ ASSUMPTIONS: Final = Message(
     "automata side by side change on time, code raises no errors, libraries use only what code passes to "
     "them, and nobody pauses, forces, sets or reloads anything."
 )
-"""What the results are true under; the page has the same words beside properties."""
+"""The assumptions of the results; the page has the same words beside properties."""
 
 DEFAULT_LIMIT: Final = 500_000
 """The work of a check, in automata times configurations: about a second."""
@@ -78,7 +78,7 @@ class ModelReport:
     doubtful: tuple[Note, ...] = ()
     """Code that cannot be followed and leaves something undecided."""
     obstacles: tuple[tuple[int, Obstacle], ...] = ()
-    """What made searches necessary that ended at their limit, by the ids of automata."""
+    """The reasons for searches that ended at their limit, by the ids of automata."""
 
 
 def check_model(

@@ -24,9 +24,9 @@ from .transition_system import ACTIVE, RUNNING, Configuration, TransitionSystem
 _COMMANDS: Final = re.compile(r"(set|send|play|stop|start|move|turn|walk|go|do|reset|say|command)(?![a-z])")
 _READS: Final = re.compile(r"(get|is|has|read|list|find|ice)(?![a-z])")
 _ROS: Final = {"publish": True, "send": True, "latest": False, "next": False, "value": False, "wait": False}
-"""Whether operations of ROS interfaces command something; the call of a service may or may not."""
+"""Operations of ROS interfaces, true for those that command something, as a call of a service may."""
 Operations = Mapping[str, Mapping[str, bool]]
-"""Whether each operation commands something, by the attribute of `self` that holds the proxy."""
+"""Operations, true for those that command something, by the attribute of `self` that holds the proxy."""
 
 
 @dataclass(frozen=True, slots=True)

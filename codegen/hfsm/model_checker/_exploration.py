@@ -22,24 +22,24 @@ class Budget:
 
     def __init__(self, limit: int) -> None:
         self._limit = limit
-        self._taken = 0
+        self._spent = 0
         self._shares: list[Budget] = []
 
     @property
     def spent(self) -> int:
         """The work that was done."""
-        return self._taken + sum(share.spent for share in self._shares)
+        return self._spent + sum(share.spent for share in self._shares)
 
     def share(self, parts: int) -> Budget:
         """Return a part of the rest, to be spent before the next share is taken."""
         self._shares.append(Budget(max(0, self._limit - self.spent) // parts))
         return self._shares[-1]
 
-    def take(self, system: TransitionSystem) -> bool:
+    def spend(self, system: TransitionSystem) -> bool:
         """Count one node of a system; return False if the budget is spent."""
-        if self._taken >= self._limit:
+        if self._spent >= self._limit:
             return False
-        self._taken += len(system.cone) + _WORK_OF_A_NODE
+        self._spent += len(system.cone) + _WORK_OF_A_NODE
         return True
 
 
@@ -86,7 +86,7 @@ class Exploration:
         self.start, self.first, self.elapsed = system.start()
         self.explored = 0
         self.complete = True
-        """Whether all nodes were explored within the budget."""
+        """False once the budget ended before all nodes were explored."""
         self.until = 0
         """The time in ns up to which the search was complete."""
         self._budget = budget
@@ -114,7 +114,7 @@ class Exploration:
             if self._within is not None and time > self._within:
                 break
             self.until = time
-            if not self._budget.take(self.system):
+            if not self._budget.spend(self.system):
                 self.complete = False
                 return
             self.explored += 1

@@ -139,7 +139,7 @@ class _Possible:
         self._is_aligned = all(
             above.interval % automaton.interval == 0 for above, _ in model.ancestors(automaton.index)
         )
-        """Whether it wakes and becomes a ghost only at the times of its cycles.
+        """True if it wakes and becomes a ghost only at the times of its cycles.
 
         Its cycles then come at whole multiples of its period in active time, too.
         """

@@ -15,7 +15,7 @@ from .transition_system import TransitionSystem
 
 
 class Reachability(StrEnum):
-    """Whether a state can be entered, or a transition can fire."""
+    """An answer to the question if a state can be entered, or a transition can fire."""
 
     POSSIBLE = "possible"
     IMPOSSIBLE = "impossible"
@@ -72,7 +72,7 @@ class Reached:
     unknown: frozenset[int]
     """Automata in which more may be possible: their search was not complete."""
     obstacles: Mapping[int, Obstacle]
-    """What about these automata, or some above them, kept them from being decided without a search."""
+    """The obstacles to deciding these automata without a search, in them or in some above them."""
 
 
 def find_reachable(fireability: Fireability, budget: Budget) -> Reached:

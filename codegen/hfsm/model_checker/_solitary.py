@@ -56,7 +56,7 @@ class Solitary:
         self._fireability = fireability
         self._known: dict[int, Alone | None] = {}
         self.obstacles: dict[int, Obstacle] = {}
-        """What about an automaton itself kept it from being decided alone."""
+        """The obstacle in an automaton itself to deciding it alone."""
 
     def reached(self, index: int, budget: Budget) -> Alone | None:
         """Return what an automaton can do, or None if looking at it alone does not decide that."""

@@ -42,7 +42,7 @@ class TransitionModel:
     needs: Conjunction | None = ()
     guarded: bool = False
     always: bool = False
-    """Whether its guard, if it has one, is a constant that is true."""
+    """True if its guard, if it has one, is a constant that is true."""
 
 
 @dataclass(frozen=True, slots=True)

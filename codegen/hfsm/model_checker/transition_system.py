@@ -33,7 +33,7 @@ Configuration = tuple[Local, ...]
 """The automata of a cone, in the order of the model."""
 
 Holds = Callable[[Configuration], bool]
-"""Whether something is true in a configuration."""
+"""A statement about a configuration."""
 
 
 class StepKind(StrEnum):

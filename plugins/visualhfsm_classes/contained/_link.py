@@ -14,8 +14,9 @@ from typing import Any, Final
 
 import msgspec
 
+from hfsm_runtime.coroutine import Coroutine, current_coroutine
 from hfsm_runtime.errors import EventError
-from hfsm_runtime.plugins import Code, ObservedTransport, current_code
+from hfsm_runtime.plugins import ObservedTransport
 from visualhfsm_classes.contained import _protocol as protocol
 from zenoh_ice import Settings
 from zenoh_ice.data import exceptions, typed
@@ -38,7 +39,7 @@ _OUTCOME: Final = tuple[bool, bytes | Parted]
 class Link:
     """Ask the near end, in the thread that made this object.
 
-    `serve` answers its requests, each as a `Code`, which waits where it asks for something.
+    `serve` answers its requests, each as a `Coroutine`, which waits where it asks for something.
     """
 
     def __init__(self, pipe: protocol.Pipe) -> None:
@@ -46,7 +47,7 @@ class Link:
         self.serve: Callable[[Any], object] = _nobody
         self._pipe: Final = pipe
         self._thread: Final = threading.get_ident()
-        self._waiting: Final[dict[int, Code]] = {}
+        self._waiting: Final[dict[int, Coroutine]] = {}
         self._encoder: Final = msgspec.msgpack.Encoder()
         self._decode: Final = typed.msgpack_decoder(protocol.ToFar)
 
@@ -59,7 +60,7 @@ class Link:
             self.clock.follow(message.now)
             code = self._waiting.pop(number, None)
             if code is None:
-                code = Code(f"piece {number}", partial(self._answer, message))
+                code = Coroutine(f"piece {number}", partial(self._answer, message))
                 message = None
             code.go(message)
             if not code.ended:
@@ -67,7 +68,7 @@ class Link:
 
     def ask(self, request: object, answer: Any = None) -> Any:  # noqa: ANN401 - a value of that type
         """Return the answer to a request. Raises SystemException, EventError, and what ends a cycle."""
-        code = current_code() if threading.get_ident() == self._thread else None
+        code = current_coroutine() if threading.get_ident() == self._thread else None
         if code is None:
             raise RuntimeError("other threads than that of the automata cannot use the robot and its time")
         self._pipe.send(self._encoder.encode(request))

@@ -70,15 +70,15 @@ def state(run: ComponentRun) -> str:
 
 
 def test_a_pause_holds_it_and_a_step_runs_one_cycle(run: ComponentRun) -> None:
-    until(lambda: run.tree.root.cycles > 0)
+    until(lambda: run.tree.root.cycle.count > 0)
     run.pause()
     until(lambda: not run.in_cycle)
-    cycles, now = run.tree.root.cycles, run.component_time.now()
+    cycles, now = run.tree.root.cycle.count, run.component_time.now()
     run.step(0)
-    assert (run.tree.root.cycles, run.component_time.now()) == (cycles + 1, now + 20_000_000)
+    assert (run.tree.root.cycle.count, run.component_time.now()) == (cycles + 1, now + 20_000_000)
     assert run.status is ComponentStatus.Paused
     run.resume()
-    until(lambda: run.tree.root.cycles > cycles + 2)
+    until(lambda: run.tree.root.cycle.count > cycles + 2)
 
 
 def test_an_event_a_variable_and_a_forced_transition(run: ComponentRun) -> None:
@@ -118,7 +118,7 @@ def test_a_breakpoint_pauses_it_and_a_snapshot_shows_it(make: Make) -> None:
     points = Breakpoints(run)
     points.set([Breakpoint(1, 2, 0, "count > 3")])
     run.start()
-    until(lambda: run.tree.root.cycles > 5)
+    until(lambda: run.tree.root.cycle.count > 5)
     run.send("rest")
     until(lambda: run.status is ComponentStatus.Paused)
     snapshot = take_snapshot(run, 0.0, points)
@@ -131,7 +131,7 @@ def test_it_begins_where_it_is_to_begin(make: Make) -> None:
     run = make()
     run.begin_at(1, 3)
     run.start()
-    until(lambda: run.tree.root.cycles > 0)
+    until(lambda: run.tree.root.cycle.count > 0)
     assert state(run) == "ends"
 
 

@@ -30,7 +30,7 @@ class Supervisor:
     def now(self) -> int:
         return self.time
 
-    def refused(self, run: Actor, error: Exception) -> bool:
+    def heard(self, run: Actor, error: Exception) -> bool:
         return False
 
     def failed(self, run: Actor, error: Exception) -> None:
@@ -98,13 +98,13 @@ def working(seconds: int) -> Rig:
 def test_a_cycle_as_long_as_the_period_is_no_overrun() -> None:
     rig = working(PERIOD)
     rig.cycle()
-    assert rig.run.overruns == 0
+    assert rig.run.cycle.overruns == 0
 
 
 def test_a_longer_cycle_is_one() -> None:
     rig = working(PERIOD + 1)
     rig.cycle()
-    assert rig.run.overruns == 1
+    assert rig.run.cycle.overruns == 1
 
 
 @pytest.mark.parametrize("end", [SystemExit, KeyboardInterrupt])
@@ -122,7 +122,7 @@ def test_a_cycle_notes_how_long_it_took() -> None:
     rig = Rig(automaton(1, "root", [State(id=1, name="a", code=lambda: time.sleep(0.01))]))
     before = time.perf_counter()
     rig.cycle()
-    assert 0.01 <= rig.run.last_cycle <= time.perf_counter() - before
+    assert 0.01 <= rig.run.cycle.last <= time.perf_counter() - before
 
 
 def entering(taken: int, at: int = 0) -> Rig:

@@ -276,7 +276,7 @@ def test_a_cycle_that_takes_longer_than_its_period_is_counted_and_never_caught_u
     virtual = VirtualRun(component(root))
     virtual.advance(1)
     assert began == [0, 0.1, 0.2, 0.6, 0.7, 0.8, 0.9, 1.0]
-    assert (virtual.tree.root.overruns, virtual.tree.root.cycles) == (1, 8)
+    assert (virtual.tree.root.cycle.overruns, virtual.tree.root.cycle.count) == (1, 8)
 
 
 # Errors.

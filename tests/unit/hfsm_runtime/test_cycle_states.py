@@ -267,7 +267,7 @@ def test_a_final_state_runs_its_entry_code_and_nothing_else(log: Log) -> None:
 def test_an_automaton_that_has_finished_runs_no_more_cycles() -> None:
     virtual = run(component(automaton(1, "root", [State(id=1, name="a", children=(ends(2),))])), 1)
     child = virtual.tree.actors[1]
-    assert (child.finished, child.cycles, virtual.active) == (True, 3, "a/end")
+    assert (child.finished, child.cycle.count, virtual.active) == (True, 3, "a/end")
 
 
 def test_an_initial_state_may_be_final_and_then_no_transition_leaves_it() -> None:

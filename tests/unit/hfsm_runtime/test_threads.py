@@ -31,10 +31,10 @@ COMPONENTS = DATA / "components"
 @pytest.mark.slow
 def test_cycles_keep_to_their_schedule() -> None:
     with running(automaton(1, "root", [State(id=1, name="a")], period=0.02)) as runtime:
-        until(lambda: runtime.component_time.now() > 200_000_000 and runtime.tree.root.cycles > 1)
+        until(lambda: runtime.component_time.now() > 200_000_000 and runtime.tree.root.cycle.count > 1)
     run = runtime.tree.root
     # Each slot is run at most once, whatever the load of the machine.
-    assert 1 < run.cycles <= runtime.component_time.now() // 20_000_000 + 1
+    assert 1 < run.cycle.count <= runtime.component_time.now() // 20_000_000 + 1
 
 
 def test_automata_that_wake_later_in_their_slots_keep_the_times_of_the_slots() -> None:
@@ -109,9 +109,9 @@ def test_a_step_runs_one_cycle_and_moves_time_on_by_one_period() -> None:
 
 def test_a_step_while_it_runs_does_nothing() -> None:
     with running(automaton(1, "root", [State(id=1, name="a")], period=60)) as runtime:
-        until(lambda: runtime.tree.root.cycles == 1)
+        until(lambda: runtime.tree.root.cycle.count == 1)
         runtime.step(0)
-    assert runtime.tree.root.cycles == 1
+    assert runtime.tree.root.cycle.count == 1
 
 
 def test_a_component_that_is_to_end_makes_no_further_step() -> None:
@@ -179,9 +179,9 @@ def test_an_exception_halts_all_automata() -> None:
         assert runtime.failed
         assert runtime.status is ComponentStatus.Halted
         until(lambda: not any(run.in_cycle for run in runtime.tree.actors))
-        cycles = [run.cycles for run in runtime.tree.actors]
+        cycles = [run.cycle.count for run in runtime.tree.actors]
         time.sleep(0.1)
-        assert [run.cycles for run in runtime.tree.actors] == cycles
+        assert [run.cycle.count for run in runtime.tree.actors] == cycles
 
 
 @pytest.mark.parametrize(("code", "failed"), [(0, False), (3, True), (None, False)])
@@ -233,9 +233,9 @@ def test_a_component_that_halts_stays_halted() -> None:
         runtime.request_stop()
         runtime.resume()
         until(lambda: not runtime.tree.root.in_cycle)
-        cycles = runtime.tree.root.cycles
+        cycles = runtime.tree.root.cycle.count
         time.sleep(0.1)
-        assert runtime.tree.root.cycles == cycles
+        assert runtime.tree.root.cycle.count == cycles
 
 
 def test_the_root_that_finishes_ends_the_component_and_nothing_has_failed() -> None:
@@ -393,17 +393,17 @@ def test_an_automaton_that_wakes_after_a_pause_is_not_kept_waiting(monkeypatch: 
     root = automaton(1, "root", states, [when(lambda: False, 1, 2), when(lambda: False, 2, 1)], period=0.02)
     forth, back = root.transitions
     with running(root, limits=RuntimeLimits(idle=FOREVER, paused=FOREVER)) as runtime:
-        until(lambda: runtime.actor(2).cycles > 0)
+        until(lambda: runtime.actor(2).cycle.count > 0)
         runtime.pause()
         until(lambda: not runtime.in_cycle)
         runtime.force(1, forth.id)
         runtime.step(1)
         assert alarm_rests.wait(EVENT_LIMIT)
         runtime.resume()
-        until(lambda: runtime.actor(3).cycles > 5)
-        before = runtime.actor(2).cycles
+        until(lambda: runtime.actor(3).cycle.count > 5)
+        before = runtime.actor(2).cycle.count
         runtime.force(1, back.id)
-        until(lambda: runtime.actor(2).cycles > before)
+        until(lambda: runtime.actor(2).cycle.count > before)
 
 
 def test_a_thread_that_is_just_about_to_rest_is_notified_of_the_end(
@@ -432,7 +432,7 @@ def test_a_thread_that_is_just_about_to_rest_is_notified_of_the_end(
     monkeypatch.setattr("hfsm_runtime._runtime.threading", Threading())
     root = automaton(1, "root", [State(id=1, name="a")], period=60)
     with running(root, limits=RuntimeLimits(idle=FOREVER, stop=EVENT_LIMIT)) as runtime:
-        until(lambda: runtime.tree.root.cycles == 1)
+        until(lambda: runtime.tree.root.cycle.count == 1)
         armed.set()
         runtime.resume()
         assert reached.wait(EVENT_LIMIT)
@@ -451,7 +451,7 @@ def test_a_step_of_many_ends_when_the_component_does(caplog: pytest.LogCaptureFi
     child = automaton(2, "child", [State(id=1, name="x")], period=0.02)
     root = automaton(1, "root", [State(id=1, name="a", code=code, children=(child,))], period=0.02)
     with running(root) as runtime:
-        until(lambda: runtime.actor(2).cycles > 0)
+        until(lambda: runtime.actor(2).cycle.count > 0)
         runtime.pause()
         until(lambda: not runtime.in_cycle)
         paused.set()

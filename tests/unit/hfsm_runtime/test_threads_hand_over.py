@@ -274,7 +274,7 @@ def test_an_automaton_that_blocks_delays_no_other() -> None:
     with running(root, limits=PATIENT) as runtime:
         run = runtime.tree.actor(2)
         assert run is not None
-        until(lambda: run.cycles > 20)
+        until(lambda: run.cycle.count > 20)
         release.set()
 
 

@@ -10,7 +10,7 @@ from hfsm_runtime import Automaton, Event, State, Transition
 from hfsm_runtime._actor import CAPACITY, Actor
 from hfsm_runtime.errors import DefinitionError, UnknownElementError
 from hfsm_runtime.observer import Observer
-from hfsm_runtime.tree import ChangeKind, Tree
+from hfsm_runtime.tree import ChangeKind, Phase, Tree
 from tests.support.automata import after, automaton, on
 from tests.support.limits import EVENT_LIMIT
 
@@ -159,24 +159,24 @@ def test_an_event_that_nothing_waits_for_makes_way_for_the_next_one() -> None:
 # -- activations -----------------------------------------------------------------------------------------
 
 
-def go(tree: Tree, run: Actor, transition: Transition) -> None:
+def go(tree: Tree, run: Actor, transition: Transition, now: int = 0) -> None:
     """Run a cycle of an automaton that fires a transition."""
     assert tree.begin_cycle(run)
-    assert tree.leave(run, 0)
-    assert tree.change(run, transition, 0)
-    tree.enter(run, 0)
+    assert tree.leave(run, now)
+    assert tree.change(run, transition, now)
+    tree.enter(run, now)
     tree.end_cycle(run)
 
 
-def test_activations_are_counted() -> None:
+def test_an_automaton_is_active_since_it_was_last_a_ghost() -> None:
     tree = nested()
     tree.start(0)
     back, there = tree.root.automaton.transitions
-    counted = [tree.actors[1].activations]
-    for transition in (there, back, there):
-        go(tree, tree.root, transition)
-        counted.append(tree.actors[1].activations)
-    assert counted == [0, 1, 1, 2]
+    since = [tree.actors[1].active_since]
+    for now, transition in enumerate((there, back, there), 1):
+        go(tree, tree.root, transition, now)
+        since.append(tree.actors[1].active_since)
+    assert since == [None, 1, None, 3]
 
 
 def test_an_automaton_that_restarts_has_made_no_transition() -> None:
@@ -225,10 +225,70 @@ def test_an_automaton_that_moves_below_one_that_resumes_goes_on_as_it_was() -> N
         go(tree, tree.root, transition)
     run = tree.actor(4)
     assert run is not None
-    before = run.activations
     with tree.lock:
-        tree.replace(version(3, three=(moved,)).actors, 0)
-    assert (run.active, run.activations) == (True, before)
+        tree.replace(version(3, three=(moved,)).actors, 1)
+    assert run.active_since == 0
+
+
+# -- phases ----------------------------------------------------------------------------------------------
+
+
+def in_cycle() -> tuple[Tree, Actor]:
+    """Return a tree, and an automaton in a cycle, below a state that its parent can leave and enter again."""
+    child = automaton(2, "child", [State(id=1, name="x")])
+    states = [State(id=1, name="a", children=(child,)), State(id=2, name="b")]
+    tree = Tree(automaton(1, "root", states, [after(1.0, 1, 2), after(1.0, 2, 1)]))
+    tree.start(0)
+    assert tree.begin_cycle(tree.actors[1])
+    return tree, tree.actors[1]
+
+
+@pytest.mark.parametrize("phase", [Phase.SETTLED, Phase.PAUSED, Phase.PAUSED_AT_CODE, Phase.FINISHED])
+def test_a_ghost_comes_to_no_phase_after_its_entry(phase: Phase) -> None:
+    tree, run = in_cycle()
+    go(tree, tree.root, tree.root.automaton.transitions[0])
+    tree.reach(run, phase)
+    assert run.phase is Phase.BEGUN
+
+
+@pytest.mark.parametrize("phase", [Phase.ENTERING, Phase.ENTERED, Phase.SETTLED])
+def test_a_cycle_that_outlives_its_activation_comes_to_no_phase(phase: Phase) -> None:
+    tree, run = in_cycle()
+    for transition in tree.root.automaton.transitions:
+        go(tree, tree.root, transition)
+    tree.reach(run, phase)
+    assert (run.active, run.phase) == (True, Phase.BEGUN)
+
+
+@pytest.mark.parametrize("phase", [Phase.PAUSED, Phase.PAUSED_AT_CODE])
+def test_a_cycle_that_paused_is_not_continued_after_a_time_as_a_ghost(phase: Phase) -> None:
+    tree, run = in_cycle()
+    tree.reach(run, phase)
+    tree.end_cycle(run)
+    for transition in tree.root.automaton.transitions:
+        go(tree, tree.root, transition)
+    assert (run.active, run.phase) == (True, Phase.SETTLED)
+
+
+@pytest.mark.parametrize(("chosen", "first"), [(None, "y"), (3, "z")])
+def test_an_automaton_that_was_never_active_begins_in_the_first_state_of_its_new_version(
+    chosen: int | None, first: str
+) -> None:
+    def version(*order: int) -> Tree:
+        states = [State(id=index, name="xyz"[index - 1]) for index in order]
+        below = automaton(2, "below", states)
+        states = [State(id=1, name="a", entry=print, children=(below,)), State(id=2, name="b")]
+        return Tree(automaton(1, "root", states, [after(1.0, 1, 2), after(1.0, 2, 1)]))
+
+    tree = version(1, 2, 3)
+    if chosen is not None:
+        tree.begin_at(2, chosen)
+    tree.start(0)
+    with tree.lock:
+        tree.replace(version(2, 3, 1).actors, 0)
+    tree.begin_cycle(tree.root)
+    tree.enter(tree.root, 0)
+    assert tree.actors[1].current.name == first
 
 
 # -- cycles ----------------------------------------------------------------------------------------------
@@ -243,7 +303,7 @@ PERIOD = 100_000_000
 def test_the_next_cycle_is_the_first_one_after_a_time(until: int, slot: int) -> None:
     tree = started()
     tree.decide(tree.root, until)
-    assert tree.root.next_slot == slot * PERIOD
+    assert tree.root.cycle.next_slot == slot * PERIOD
 
 
 @pytest.mark.parametrize(("old", "new", "slot"), [(1.0, 0.1, 3), (0.1, 1.0, 10), (0.1, 0.1, 5)])
@@ -253,10 +313,10 @@ def test_a_new_period_counts_at_once(old: float, new: float, slot: int) -> None:
 
     tree = version(old)
     tree.start(0)
-    tree.root.next_slot = 5 * PERIOD
+    tree.root.cycle.next_slot = 5 * PERIOD
     with tree.lock:
         tree.replace(version(new).actors, 5 * PERIOD // 2)
-    assert tree.root.next_slot == slot * PERIOD
+    assert tree.root.cycle.next_slot == slot * PERIOD
 
 
 # -- the end ---------------------------------------------------------------------------------------------

@@ -89,7 +89,7 @@ def assert_runs(name: str, file: Path) -> None:
         assert ERRORS_OF_THEIR_AUTHORS[name] in virtual.errors[0].message, name
     else:
         assert virtual.errors == (), name
-        assert virtual.tree.root.cycles == 1 + round(10 / virtual.tree.root.automaton.period), name
+        assert virtual.tree.root.cycle.count == 1 + round(10 / virtual.tree.root.automaton.period), name
 
 
 def converted(name: str, folder: Path) -> Path:

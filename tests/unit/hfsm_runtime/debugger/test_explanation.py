@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from hfsm_runtime import Automaton, State, Transition, VirtualRun
-from hfsm_runtime._actor import Phase
+from hfsm_runtime._phases import Phase
 from hfsm_runtime._timeline import Timeline
 from hfsm_runtime.debugger._explanation import explain
 from interfaces.hfsm import Explanation

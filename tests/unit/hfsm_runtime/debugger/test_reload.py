@@ -208,18 +208,18 @@ def test_an_automaton_that_moves_below_another_state_goes_on() -> None:
 
 def test_an_unchanged_automaton_runs_every_cycle_and_counts_on() -> None:
     run = running(timed("follow", "dance"), 0.55)
-    cycles = run.tree.root.cycles
+    cycles = run.tree.root.cycle.count
     reload(run, timed("follow", "dance"))
     run.advance(0.5)
-    assert run.tree.root.cycles == cycles + 5
+    assert run.tree.root.cycle.count == cycles + 5
 
 
 def test_a_period_that_changed_counts_from_then_on() -> None:
     run = running(timed("follow", "dance", period=0.1), 1.0)
     reload(run, timed("follow", "dance", period=0.02))
-    before = run.tree.root.cycles
+    before = run.tree.root.cycle.count
     run.advance(1.0)
-    assert run.tree.root.cycles == before + 50
+    assert run.tree.root.cycle.count == before + 50
 
 
 def counting(

@@ -148,8 +148,8 @@ def test_a_reader_of_mcap_lists_channels_schemas_and_sources(tmp_path: Path) -> 
 def test_what_is_too_large_to_be_read_is_left_out_of_what_is_looked_at(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     writer = RecordingWriter.watching(path, "walker", "<a/>")
-    writer.look("/actions", Action("structure", {"name": "x" * LARGEST_MESSAGE}), 2.5)
-    writer.look("/actions", Action("structure", {"name": "walker"}), 2.5)
+    writer.show("/actions", Action("structure", {"name": "x" * LARGEST_MESSAGE}), 2.5)
+    writer.show("/actions", Action("structure", {"name": "walker"}), 2.5)
     writer.close()
     recorded = RecordingFile(path)
     assert [(each.topic, each.time) for each in recorded.messages()] == [("/actions", 2_500_000_000)]
@@ -414,7 +414,7 @@ def test_a_step_of_all_leaves_nothing_to_do_for_those_that_it_makes_ghosts(tmp_p
         runtime = RecordedRuntime(written, WallClock(), recorder)
         runtime.start()
         try:
-            until(lambda: runtime.actor(2).cycles > 0)
+            until(lambda: runtime.actor(2).cycle.count > 0)
             runtime.pause()
             until(lambda: not runtime.in_cycle)
             runtime.force(1, root.transitions[0].id)

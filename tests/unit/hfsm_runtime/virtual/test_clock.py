@@ -25,6 +25,14 @@ def test_tasks_run_at_their_times_in_their_order(clock: TaskClock) -> None:
     assert clock.now() == 3.0
 
 
+def test_what_is_called_at_regular_times_comes_before_the_tasks_of_the_time(clock: TaskClock) -> None:
+    seen: list[str] = []
+    clock.call_at(1.0, lambda: seen.append("task"))
+    clock.call_every(1.0, lambda: seen.append("tick"))
+    clock.advance(1.0)
+    assert seen == ["tick", "task"]
+
+
 def test_a_task_at_the_end_of_the_move_belongs_to_it(clock: TaskClock) -> None:
     seen: list[float] = []
     clock.call_at(0.3, lambda: seen.append(clock.now()))

@@ -246,7 +246,7 @@ def test_ctrl_c_in_a_cycle_does_not_end_the_cycles_of_its_automaton() -> None:
         with pytest.raises(KeyboardInterrupt):
             run.advance(1.0)
         run.advance(1.0)
-        assert run.tree.root.cycles == 13
+        assert run.tree.root.cycle.count == 13
 
 
 def test_a_task_that_fails_leaves_no_cycle_out() -> None:
@@ -258,7 +258,7 @@ def test_a_task_that_fails_leaves_no_cycle_out() -> None:
         with pytest.raises(OSError, match="no camera"):
             run.advance(1.0)
         run.advance(0.2)
-        assert run.tree.root.cycles == 6
+        assert run.tree.root.cycle.count == 6
 
 
 @pytest.mark.parametrize(

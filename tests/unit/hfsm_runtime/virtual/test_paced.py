@@ -104,15 +104,15 @@ def test_in_a_pause_all_time_stands_still_and_a_step_moves_it_by_a_period() -> N
         run.pause()
         assert run.status is ComponentStatus.Paused
         run.set_speed(100.0)
-        now, clock, cycles = run.time, run.clock.now(), run.tree.root.cycles
+        now, clock, cycles = run.time, run.clock.now(), run.tree.root.cycle.count
         time.sleep(0.02)
-        assert (run.time, run.clock.now(), run.tree.root.cycles) == (now, clock, cycles)
+        assert (run.time, run.clock.now(), run.tree.root.cycle.count) == (now, clock, cycles)
         run.step(0)
-        assert run.tree.root.cycles == cycles + 1
+        assert run.tree.root.cycle.count == cycles + 1
         assert [run.time, run.clock.now()] == pytest.approx([now + 0.1, clock + 0.1])
         run.resume()
         assert run.clock.rate == 100.0
-        until(lambda: run.tree.root.cycles > cycles + 10)
+        until(lambda: run.tree.root.cycle.count > cycles + 10)
 
 
 def test_a_pause_leaves_no_cycle_out() -> None:
@@ -222,11 +222,11 @@ def test_an_error_ends_it_and_is_raised_where_its_time_is_waited_for() -> None:
 
 def test_it_continues_in_another_version() -> None:
     with paced(two_states(1000.0)) as run:
-        until(lambda: run.tree.root.cycles > 1)
+        until(lambda: run.tree.root.cycle.count > 1)
         run.exchange(component(automaton(1, "root", [State(id=1, name="z")], [when(lambda: False, 1, 1)])))
         assert run.state("root") == "z"
-        cycles = run.tree.root.cycles
-        until(lambda: run.tree.root.cycles > cycles)
+        cycles = run.tree.root.cycle.count
+        until(lambda: run.tree.root.cycle.count > cycles)
 
 
 @pytest.mark.parametrize("speed", [0.0, -1.0, 101.0, math.inf, math.nan])

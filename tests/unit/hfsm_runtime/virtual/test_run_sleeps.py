@@ -91,7 +91,7 @@ def test_a_parent_that_sleeps_does_not_hold_up_its_children() -> None:
         run.advance(1.0)
         assert [time for time, _ in run.changes("child")] == [0.0, 0.2, 0.4, 0.6, 0.8, 1.0]
         assert woke == [0.73]
-        assert run.tree.root.overruns == 1
+        assert run.tree.root.cycle.overruns == 1
 
 
 def test_who_comes_after_a_decision_that_takes_long_waits_for_it_but_not_for_ever() -> None:

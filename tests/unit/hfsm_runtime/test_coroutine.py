@@ -7,8 +7,8 @@ from collections.abc import Callable
 
 import pytest
 
-from hfsm_runtime._code import Code, current_code
 from hfsm_runtime._replay.script import Record, ReplayEndedError, Want
+from hfsm_runtime.coroutine import Coroutine, current_coroutine
 from hfsm_runtime.recording_file.messages import Reading
 
 NOW = Want("now")
@@ -20,7 +20,7 @@ def reading(value: object) -> Record:
 
 def ask() -> object:
     """Wait, as code of a replay does, for a reading."""
-    code = current_code()
+    code = current_coroutine()
     assert code is not None
     record = code.wait(NOW)
     if record is None:
@@ -37,7 +37,7 @@ def test_code_runs_until_it_waits_and_others_run_meanwhile() -> None:
         done.append((name, ask()))
         done.append((name, ask()))
 
-    first, second = Code("automaton 1", lambda: work("1")), Code("automaton 2", lambda: work("2"))
+    first, second = Coroutine("automaton 1", lambda: work("1")), Coroutine("automaton 2", lambda: work("2"))
     first.go()
     second.go()
     assert (first.want, second.want, first.ended) == (NOW, NOW, False)
@@ -54,7 +54,7 @@ def test_who_drives_code_gets_its_exception() -> None:
         ask()
         raise ValueError("no")
 
-    code = Code("automaton 1", fail)
+    code = Coroutine("automaton 1", fail)
     code.go()
     with pytest.raises(ValueError, match="no"):
         code.go()
@@ -62,18 +62,18 @@ def test_who_drives_code_gets_its_exception() -> None:
 
 
 def test_outside_of_code_there_is_none() -> None:
-    found: list[Code | None] = []
+    found: list[Coroutine | None] = []
 
     def look() -> None:
-        found.append(current_code())
-        thread = threading.Thread(target=lambda: found.append(current_code()))
+        found.append(current_coroutine())
+        thread = threading.Thread(target=lambda: found.append(current_coroutine()))
         thread.start()
         thread.join()
 
-    code = Code("automaton 1", look)
+    code = Coroutine("automaton 1", look)
     code.go()
     assert found == [code, None]
-    assert current_code() is None
+    assert current_coroutine() is None
 
 
 def clean_up(done: list[str]) -> None:
@@ -113,7 +113,7 @@ def test_code_that_waits_can_be_ended_whatever_it_does(
     work: Callable[[list[str]], None], cleaned: int
 ) -> None:
     done: list[str] = []
-    code = Code("automaton 1", lambda: work(done))
+    code = Coroutine("automaton 1", lambda: work(done))
     code.go()
     code.close(ReplayEndedError)
     assert len(done) == cleaned
@@ -121,8 +121,8 @@ def test_code_that_waits_can_be_ended_whatever_it_does(
 
 
 def test_code_that_has_ended_or_never_began_needs_no_end() -> None:
-    Code("automaton 1", lambda: pytest.fail("it ran")).close(ReplayEndedError)
-    code = Code("automaton 1", lambda: None)
+    Coroutine("automaton 1", lambda: pytest.fail("it ran")).close(ReplayEndedError)
+    code = Coroutine("automaton 1", lambda: None)
     code.go()
     code.close(ReplayEndedError)
     assert code.ended

@@ -10,10 +10,10 @@ from weakref import ref
 from greenlet import getcurrent, greenlet
 
 _END_ATTEMPTS: Final = 3
-"""How often code is asked to end; code that refuses is left where it waits."""
+"""Requests to end; code that refuses them all is left where it waits."""
 
 
-class Code:
+class Coroutine:
     """A piece of code: it runs while `go` does, until it waits for something, or ends.
 
     All of it runs on the thread that lets it go for the first time. `context` says whose code it is;
@@ -27,7 +27,7 @@ class Code:
         self.actor: Any = None
         """The automaton whose cycle it is, if it is one."""
         self.want: Any = None
-        """What the code waits for; None while it runs, and after its end."""
+        """The thing that the code waits for; None while it runs, and after its end."""
         self._greenlet: Final[Any] = greenlet(lambda _none: function())
         self._greenlet.code = ref(self)  # the garbage collector does not look into what waits
         self._greenlet.gr_context = variables
@@ -61,9 +61,9 @@ class Code:
                     pass
 
 
-def current_code() -> Code | None:
+def current_coroutine() -> Coroutine | None:
     """Return the code that runs here; None outside of any."""
-    reference: Callable[[], Code | None] = getattr(getcurrent(), "code", lambda: None)
+    reference: Callable[[], Coroutine | None] = getattr(getcurrent(), "code", lambda: None)
     return reference()
 
 

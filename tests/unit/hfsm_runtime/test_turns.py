@@ -12,8 +12,8 @@ import pytest
 from hfsm_runtime import Automaton, Component, State
 from hfsm_runtime._actor import ChangeKind
 from hfsm_runtime._limits import RuntimeLimits
-from hfsm_runtime._order import turn_of
 from hfsm_runtime._runtime import Runtime
+from hfsm_runtime._turns import turn_of
 from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import Actor, Tree
 from tests.support.automata import after, automaton, component, finished, when
@@ -62,7 +62,7 @@ class Entered(Observer):
 
     def never(self, name: str, runtime: Runtime) -> bool:
         """Return whether a state was not entered, as is promised unless the machine stops a thread for long."""
-        was_stopped = self._clock.later > MUCH_LATER or any(run.overruns for run in runtime.tree.actors)
+        was_stopped = self._clock.later > MUCH_LATER or any(run.cycle.overruns for run in runtime.tree.actors)
         return name not in self.times or was_stopped
 
     def often(self, name: str) -> bool:
@@ -150,8 +150,8 @@ def test_a_parent_that_hangs_does_not_hold_up_its_child(where: str) -> None:
     ways = [when(hang, 1, 2)] if where == "guard" else []
     with running(automaton(1, "root", states, ways, period=0.02)) as runtime:
         assert hangs.wait(EVENT_LIMIT)
-        cycles = runtime.actor(2).cycles
-        until(lambda: runtime.actor(2).cycles > cycles + 3)
+        cycles = runtime.actor(2).cycle.count
+        until(lambda: runtime.actor(2).cycle.count > cycles + 3)
         release.set()
 
 
@@ -168,8 +168,8 @@ def test_a_parent_that_sleeps_does_not_hold_up_its_child() -> None:
 
     with running(root) as runtime:
         assert sleeps.wait(EVENT_LIMIT)
-        cycles = runtime.actor(2).cycles
-        until(lambda: runtime.actor(2).cycles > cycles + 3)
+        cycles = runtime.actor(2).cycle.count
+        until(lambda: runtime.actor(2).cycle.count > cycles + 3)
 
 
 def test_a_child_that_hangs_does_not_keep_its_parent_from_leaving() -> None:
@@ -195,7 +195,7 @@ def test_automata_side_by_side_do_not_wait_for_each_other() -> None:
     right = automaton(3, "right", [State(id=1, name="x")], period=0.02)
     root = automaton(1, "root", [State(id=1, name="a", children=(left, right))], period=0.02)
     with running_late(root, "left", FOREVER) as (runtime, _):
-        until(lambda: runtime.actor(3).cycles > runtime.actor(2).cycles + 5)
+        until(lambda: runtime.actor(3).cycle.count > runtime.actor(2).cycle.count + 5)
 
 
 def test_it_is_paused_stepped_resumed_and_stopped_while_a_child_waits_for_a_late_parent() -> None:
@@ -209,13 +209,15 @@ def test_it_is_paused_stepped_resumed_and_stopped_while_a_child_waits_for_a_late
         assert clock.waits.wait(EVENT_LIMIT)
         runtime.pause()
         until(lambda: not runtime.in_cycle)
-        cycles = [run.cycles for run in runtime.tree.actors]
+        cycles = [run.cycle.count for run in runtime.tree.actors]
         runtime.step(0)
-        assert [run.cycles for run in runtime.tree.actors] == [each + 1 for each in cycles]
+        assert [run.cycle.count for run in runtime.tree.actors] == [each + 1 for each in cycles]
         runtime.resume()
         # A child whose turn it is not wakes the one whose turn it is.
         until(
-            lambda: all(run.cycles > each + 3 for run, each in zip(runtime.tree.actors, cycles, strict=True))
+            lambda: all(
+                run.cycle.count > each + 3 for run, each in zip(runtime.tree.actors, cycles, strict=True)
+            )
         )
     finally:
         runtime.stop()
@@ -258,10 +260,10 @@ def test_a_late_child_runs_the_last_cycle_before_that_of_its_parent(chain: tuple
 
 def test_a_cycle_that_lasts_longer_than_a_period_is_not_waited_for(chain: tuple[Tree, Actor, Actor]) -> None:
     _, root, child = chain
-    root.began = 0
+    root.cycle.began = 0
     assert turn_of(child, 100 * MS - 1, 100 * MS - 1) is root
     assert turn_of(child, 100 * MS, 100 * MS) == 100 * MS
-    root.next_slot, child.began = 400 * MS, 350 * MS
+    root.cycle.next_slot, child.cycle.began = 400 * MS, 350 * MS
     assert turn_of(root, 450 * MS - 1, 450 * MS - 1) is child
     assert turn_of(root, 450 * MS, 450 * MS) == 400 * MS
 
@@ -272,7 +274,7 @@ def test_a_short_period_leaves_a_cycle_a_tenth_of_a_second() -> None:
     tree = Tree(automaton(1, "root", states, [when(lambda: False, 1, 2)], period=0.02))
     tree.start(0)
     root, child = tree.actors
-    root.began = 0
+    root.cycle.began = 0
     assert turn_of(child, 100 * MS - 1, 100 * MS - 1) is root
     assert turn_of(child, 100 * MS, 100 * MS) == 100 * MS
 
@@ -282,7 +284,7 @@ def test_a_ghost_is_not_waited_for(chain: tuple[Tree, Actor, Actor]) -> None:
     tree.decide(root, 0)
     assert turn_of(root, 400 * MS, 400 * MS) is child
     wake = threading.Event()
-    child.followers[wake] = None
+    child.cycle.followers[wake] = None
     assert tree.begin_cycle(root)
     assert tree.leave(root, 400 * MS)
     assert wake.is_set()

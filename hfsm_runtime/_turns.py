@@ -21,7 +21,7 @@ from ._actor import Actor
 from ._timeline import slot_at
 
 _LEAST_WAIT: Final = 100_000_000
-"""How long to wait in ns at least, however short the periods are: a busy machine may interrupt a cycle."""
+"""The least wait in ns, however short the periods are: a busy machine may interrupt a cycle."""
 
 
 def turn_of(actor: Actor, now: int, latest: int) -> int | Actor:
@@ -33,13 +33,17 @@ def turn_of(actor: Actor, now: int, latest: int) -> int | Actor:
     """
     first = above = actor.parent
     while above is not None:
-        if above.next_slot <= latest and above.may_change(latest) and not _lasts_too_long(above, actor, now):
-            first, latest = above, above.next_slot - 1
+        if (
+            above.cycle.next_slot <= latest
+            and above.may_change(latest)
+            and not _lasts_too_long(above, actor, now)
+        ):
+            first, latest = above, above.cycle.next_slot - 1
         above = above.parent
-    if latest < actor.next_slot:
+    if latest < actor.cycle.next_slot:
         assert first is not None
         return first
-    at, interval = actor.next_slot, actor.automaton.interval
+    at, interval = actor.cycle.next_slot, actor.automaton.interval
     waits = bool(actor.children) and now - at < patience(actor, actor)
     if latest - at >= interval:
         at = slot_at(_soonest_below(actor, latest, actor, now) if waits else latest, interval)
@@ -61,8 +65,8 @@ def _late_below(actor: Actor, waiting: Actor, now: int) -> Actor | None:
         late = _late_below(child, waiting, now)
         if late is not None:
             return late
-        due = child.next_slot < waiting.next_slot and child.may_change(waiting.next_slot)
-        due |= actor is waiting and child.hands_up and child.began is not None
+        due = child.cycle.next_slot < waiting.cycle.next_slot and child.may_change(waiting.cycle.next_slot)
+        due |= actor is waiting and child.hands_up and child.cycle.began is not None
         if due and not _lasts_too_long(child, waiting, now):
             return child
     return None
@@ -78,10 +82,10 @@ def _soonest_below(actor: Actor, latest: int, waiting: Actor, now: int) -> int:
         if child.active and not child.finished:
             soonest = _soonest_below(child, soonest, waiting, now)
             if child.may_change(latest) and not _lasts_too_long(child, waiting, now):
-                soonest = min(soonest, max(child.next_slot, waiting.next_slot))
+                soonest = min(soonest, max(child.cycle.next_slot, waiting.cycle.next_slot))
     return soonest
 
 
 def _lasts_too_long(first: Actor, actor: Actor, now: int) -> bool:
-    began = first.began
+    began = first.cycle.began
     return began is not None and now - began >= patience(actor, first)
