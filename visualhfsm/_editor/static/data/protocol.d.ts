@@ -1,6 +1,6 @@
 // Written by `python -m tests.support.protocol_types` from the types of Python. Do not edit.
 
-/** What people wrote on the canvas for each other; nothing that runs depends on it. */
+/** A text that people wrote on the canvas for each other; nothing that runs depends on it. */
 export interface Annotation {
   id: number;
   kind: string;
