@@ -44,11 +44,11 @@ from tests.support.dask_cluster import DaskCluster
 from tests.support.processes import module
 from visualhfsm._base.html_file import write_html
 from visualhfsm.simulation import simulate
-from visualhfsm.trials import Outcome, Plan, Spread, Success
+from visualhfsm.trials import Outcome, Plan, Pool, Spread, Success
 from visualhfsm.trials._outcomes import Record, StateChange
 from visualhfsm.trials._page import trials_page, write_trials_page
 from visualhfsm.trials._plan import Disturbance
-from visualhfsm.trials._series import LocalPool, Pool, Series
+from visualhfsm.trials._series import LocalPool, Series
 from visualhfsm.trials._summary import summarize
 from visualhfsm.trials._trial import quiet, run_trial
 from visualhfsm.trials._view import view_of

@@ -29,7 +29,7 @@ from interfaces.nao import SafetyPrx
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.unitree import ELBOW, low_command, on_loopback
 from tests.support.waiting import until
-from visualhfsm_makers.unitree._types import LowCmd, LowState
+from visualhfsm_makers._unitree._types import LowCmd, LowState
 from zenoh_ice import initialize
 
 STARTS: Final = 60.0  # s

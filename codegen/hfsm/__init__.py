@@ -4,7 +4,7 @@ The stages, in the order in which `loading` runs them: `formats` reads the file 
 `imports` inserts automata from other files, `extension` finds the hand-written code of the component, and
 `known_interfaces` the proxies. `analysis` parses the code once. `checks` reports errors and possible
 mistakes, `generator` writes the component, and `model_checker` explores what the automata can do. `code` has
-the tools for the Python in a document. `scxml` imports and exports SCXML.
+the tools for the Python in a document.
 """
 
 from __future__ import annotations

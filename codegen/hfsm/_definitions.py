@@ -9,7 +9,6 @@ from enum import IntFlag
 from functools import lru_cache
 from typing import Final
 
-from visualhfsm_old_documents._old_names import LOCK
 from visualhfsm_ros2._types import TF
 
 from ._possible_values import HARMLESS, NOTHING, PLAIN, SELF, SENDER, UNSURE, Value, Values, combined
@@ -77,7 +76,7 @@ class Definitions:
         self.proxies = {each.name for each in document.all_interfaces} | set(document.proxy_aliases)
         self.arriving = {each.name for each in document.ros} | set(document.ros_aliases)
         """The attributes with the newest message, which may change at any time."""
-        self._given = COMPONENT_ATTRIBUTES | {"ros", LOCK, *document.ros_aliases}  # with unknown values
+        self._given = COMPONENT_ATTRIBUTES | {"ros", *document.ros_aliases, *analysis.old_names.reserved}
         self._shared: set[str] = set()
         self.globals: set[str] = set()
         """Variables that code assigns from within functions, and those of the whole file."""

@@ -16,14 +16,13 @@ from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Final, Literal, NamedTuple
 
-from visualhfsm_old_documents._old_names import OldNames, find_old_names
-
 from ..diagnostics import Location
 from ..messages import Message
 from ._extension import Extension, find_extension
 from .code._scopes import INSPECTING, free_names, local_names
 from .code.language import first_foreign
 from .code.names import COMPONENT_ALIASES
+from .code.others import FormerNames, former_names
 from .code.text import (
     CodeError,
     CodeText,
@@ -372,13 +371,13 @@ class Analysis:
         return found
 
     @cached_property
-    def old_names(self) -> OldNames:
+    def old_names(self) -> FormerNames:
         """The names that the code uses and only the original generators provided."""
         mentioned = frozenset[str]().union(*(piece.mentioned for piece in self.pieces))
         own = self.defined | {access.name for access in self.accesses if access.is_stored}
         if self.extension is not None:
             own |= self.extension.attributes
-        return find_old_names(
+        return former_names(
             self.document, mentioned=mentioned, own=own, free=self.free, imported=self.imported.keys()
         )
 

@@ -17,6 +17,9 @@ from typing import Final, NamedTuple
 REFUSED: Final = "refused"
 """The event that the runtime sends to a state whose code asks for what a servant refuses."""
 
+NATIVE: Final = "native"
+"""Our own format of documents."""
+
 NO_CHILD: Final = 0
 """The child id of a state without an automaton, and the father's id of the root."""
 
@@ -392,7 +395,7 @@ class Document(Node):
     ros: tuple[RosInterface, ...] = ()
     lists: tuple[Element, ...] = ()
     functions: tuple[Functions, ...] = ()
-    format: str = field(default="native", compare=False)
+    format: str = field(default=NATIVE, compare=False)
 
     @property
     def is_old(self) -> bool:

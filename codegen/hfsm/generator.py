@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from visualhfsm_old_documents._old_names import LOCK
 from visualhfsm_ros2._types import TF, parse_qos, stops
 
 from ..diagnostics import Diagnostics, Location
@@ -339,10 +338,10 @@ class _Generator:
             written = "".join(f", {name}={literal(value)}" for name, value in options.items())
             where = f"{quoted(each.kind)}, {quoted(each.identity)}, {quoted(each.type.strip())}"
             yield f"    {each.name} = Ros({where}{written})"
-        if self._old.has_lock or self._old.aliases:
+        if self._old.attributes or self._old.aliases:
             yield ""
-        if self._old.has_lock:
-            yield f"    {LOCK} = threading.Lock()"
+        for name, given in self._old.attributes.items():
+            yield f"    {name} = {given.expression}"
         for alias, attribute in self._old.aliases.items():
             yield f"    {alias} = property(lambda self: self.{attribute})"
         for piece in self._analysis.all_functions:

@@ -29,7 +29,7 @@ _PACKAGES: Final = ("codegen", "hfsm_runtime", "interfaces", "naoserver", "zenoh
 """The packages that behaviors import, and that compile them: neither the judge nor behaviors of others."""
 _SEAMS: Final = ("codegen.", "hfsm_runtime.")
 """Beginnings of the seams to which plug-ins add what compiles and runs documents."""
-_TOO: Final = ("visualhfsm_old_documents", "visualhfsm_ros2", "zenoh_ros2")
+_TOO: Final = ("visualhfsm_ros2", "zenoh_ros2")
 """The names of others that may be there."""
 _CONTAINED: Final = f"{__package__}/contained"
 """The program that runs the code."""

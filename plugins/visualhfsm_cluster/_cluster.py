@@ -14,11 +14,7 @@ from typing import Any, Final
 
 from codegen.messages import Message
 from codegen.reasons import reason
-from visualhfsm.trials._archive import Archive
-from visualhfsm.trials._errors import TrialsError
-from visualhfsm.trials._outcomes import Outcome, versions
-from visualhfsm.trials._processes import run_task
-from visualhfsm.trials._worker import Task
+from visualhfsm.trials import Archive, Outcome, Task, TrialsError, run_task, versions
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -99,8 +95,15 @@ class Cluster:
         """
         try:
             outcome: Outcome = await there  # `gather` that is cancelled leaves errors that are printed later
-        except (TrialsError, CancelledError):
+        except TrialsError:
             raise
+        except CancelledError as error:
+            if self._client.status != "running":
+                raise self._gone() from error
+            raise TrialsError.because(
+                "the cluster has lost its trials: its scheduler was started again. What is done is kept, and "
+                "the same command goes on"
+            ) from error
         except self.lost:
             raise
         except OSError as error:

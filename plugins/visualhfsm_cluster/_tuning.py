@@ -17,13 +17,21 @@ from typing import TYPE_CHECKING, Final
 
 import msgspec
 
-from visualhfsm.trials._errors import TrialsError
-from visualhfsm.trials._outcomes import Outcome, Record, read_outcomes
-from visualhfsm.trials._plan import Plan
-from visualhfsm.trials._quantities import Quantity, Spread, Value
-from visualhfsm.trials._series import Pool, Series, run_tasks
-from visualhfsm.trials._summary import Summary
-from visualhfsm.trials._worker import Task
+from visualhfsm.trials import (
+    Outcome,
+    Plan,
+    Pool,
+    Quantity,
+    Record,
+    Series,
+    Spread,
+    Summary,
+    Task,
+    TrialsError,
+    Value,
+    read_outcomes,
+    run_tasks,
+)
 from zenoh_ice.data.status import version_of
 
 if TYPE_CHECKING:
@@ -31,7 +39,6 @@ if TYPE_CHECKING:
     from optuna.study import Study
     from optuna.trial import Trial
 
-SUFFIX: Final = ".tuning.jsonl"
 TIME: Final = "time"
 _SIDE_BY_SIDE: Final = 4
 """Settings that run at a time, however many workers there are: each setting depends on those before."""

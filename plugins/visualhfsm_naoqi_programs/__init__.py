@@ -53,7 +53,11 @@ def serve_as_naoqi(
         from visualhfsm_naoqi_programs._service import serve
     except ModuleNotFoundError as error:
         raise RobotError(missing_package(error, "naoqi")) from None
-    return serve(robot, assembly, url, disk=disk, faults=faults)
+    if not faults:
+        return serve(robot, assembly, url, disk=disk)
+    from visualhfsm_naoqi_programs._faults import FaultyAccess
+
+    return serve(robot, assembly, url, disk=disk, kind=FaultyAccess)
 
 
 def _enter(robot: Robot, assembly: Assembly, options: Mapping[str, Any]) -> AbstractContextManager[str]:

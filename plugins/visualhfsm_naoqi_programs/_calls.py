@@ -1,4 +1,4 @@
-"""Calls of libqi to the services: one wrapper for errors, long calls and injected faults.
+"""Calls of libqi to the services: one wrapper for errors and long calls.
 
 It handles these pitfalls of libqi in Python: a blocking method occupies one of its few threads, so long
 calls return a future and run in a pool; an exception exposes the path and line of the code, so errors are
@@ -13,18 +13,13 @@ import logging
 import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
-from dataclasses import replace
-from fnmatch import fnmatchcase
 from itertools import count
 from typing import Any, Final, NamedTuple
 
 import qi
 
-from naoserver.bodies.capabilities import Senses, SonarReading
-from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand, RobotError
-from naoserver.fake.robot import FakeSenses
-from naoserver.protocol.expression import Hearing
-from visualhfsm_naoqi_programs._arguments import chosen, constant, listed, number, number_within, text, texts
+from naoserver.errors import CommandRefused, InvalidCommand, RobotError
+from visualhfsm_naoqi_programs._arguments import chosen, constant, listed, number
 from visualhfsm_naoqi_programs._clients import (
     CHECK_PERIOD,
     MOST_WAITING,
@@ -164,93 +159,6 @@ def _parameters(operation: Operation) -> list[str]:
 _logger = logging.getLogger(__name__)
 
 
-class Faults:
-    """The service `Faults`: delay calls or make them fail, and set what a fake robot feels.
-
-    Patterns of the names of calls, such as `ALMotion::setAngles`, and of keys are shell patterns. There are
-    no faults unless requested.
-    """
-
-    def __init__(
-        self, senses: Senses | None = None, hearing: Hearing | None = None, *, enabled: bool = False
-    ) -> None:
-        """Serve a robot with some senses."""
-        self.enabled: Final = enabled
-        """Whether clients can reach this service."""
-        self.interrupt: Callable[[float], None] = lambda _seconds: None
-        """Close all connections for some wall seconds."""
-        self._senses = senses
-        self._hearing = hearing or Hearing()
-        self.clear()
-
-    def clear(self) -> None:
-        """End all faults."""
-        self._delays: dict[str, float] = {}  # wall seconds, by pattern
-        self._errors: dict[str, str] = {}  # messages, by pattern; empty for none
-        self._forgotten: set[str] = set()
-        self._blind = False
-
-    def slow(self, pattern: object, seconds: object) -> None:
-        """Make calls such as `ALMotion::*` late by some wall seconds; 0 ends it."""
-        self._delays[text(pattern, "pattern")] = number(seconds, "seconds")
-
-    def fail(self, pattern: object, message: object) -> None:
-        """Make calls fail with a message; an empty one ends it."""
-        self._errors[text(pattern, "pattern")] = text(message, "message")
-
-    def forget(self, pattern: object) -> None:
-        """Hide keys that match from ALMemory, as other robots and versions lack them."""
-        self._forgotten.add(text(pattern, "pattern"))
-
-    def blind(self, yes: object) -> None:
-        """Make the cameras return no image."""
-        self._blind = bool(yes)
-
-    def disconnect(self, seconds: object) -> None:
-        """Close every connection, and listen again after some wall seconds, at most a minute."""
-        self.interrupt(number_within(seconds, "seconds", 0.0, 60.0))
-
-    def touch(self, names: object) -> None:
-        """Touch a fake robot at some sensors, such as HeadFront, and at no other."""
-        self._fake.feel(touched=frozenset(texts(names, "names")))
-
-    def near(self, left: object, right: object) -> None:
-        """Put something in front of the sonar of a fake robot, at distances in m."""
-        self._fake.feel(sonar=SonarReading(number(left, "left"), number(right, "right")))
-
-    def say(self, sentence: object) -> str:
-        """Say something to the robot; return what ALSpeechRecognition recognized."""
-        return self._hearing.hear(text(sentence, "sentence"))
-
-    def tilt(self, roll: object, pitch: object) -> None:
-        """Tilt the torso of a fake robot, in rad, as its inertial unit feels it."""
-        before = self._fake.read().inertial
-        self._fake.feel(inertial=replace(before, roll=number(roll, "roll"), pitch=number(pitch, "pitch")))
-
-    @property
-    def _fake(self) -> FakeSenses:
-        if not isinstance(self._senses, FakeSenses):
-            raise HardwareFailure("this robot feels by itself")
-        return self._senses
-
-    # Calls read copies, because a client may change the faults meanwhile.
-
-    def _delay(self, name: str) -> float:
-        """Return the delay of a call in wall seconds."""
-        delays = self._delays.copy()
-        return max((delays[pattern] for pattern in delays if fnmatchcase(name, pattern)), default=0.0)
-
-    def _strike(self, name: str) -> None:
-        """Raise HardwareFailure when a call is to fail."""
-        for pattern, message in self._errors.copy().items():
-            if message and fnmatchcase(name, pattern):
-                raise HardwareFailure(message)
-
-    def _knows(self, key: str) -> bool:
-        """Return whether ALMemory may know something under a key."""
-        return not any(fnmatchcase(key, pattern) for pattern in self._forgotten.copy())
-
-
 class Calls:
     """Run the operations of services for libqi.
 
@@ -258,10 +166,9 @@ class Calls:
     run in the threads of their client.
     """
 
-    def __init__(self, calls: CallTable, faults: Faults, limits: QiLimits | None = None) -> None:
+    def __init__(self, calls: CallTable, limits: QiLimits | None = None) -> None:
         self._end_limit = (limits or QiLimits()).end
         self._calls = calls
-        self._faults = faults
 
     def facade(self, name: str, parts: Sequence[object]) -> Callable[[Client], object]:
         """Return the factory of a client's object with only the public methods of some parts, as `name`."""
@@ -297,15 +204,12 @@ class Calls:
             operation.signature.bind(*arguments)
         except TypeError as error:
             return failed(f"{name}: {error}")
-        delay = self._faults._delay(name)
-        long = operation.long or delay > 0.0
+        long = operation.long
         call = Call(self._calls.clock, client, operation.activities, arguments, awaited=long and awaited)
 
         def work() -> object:
-            call.stopped.wait(delay)
-            self._faults._strike(name)
             with running(call):
-                return operation.method(*([call] if operation.long else []), *arguments)
+                return operation.method(*([call] if long else []), *arguments)
 
         if long:
             return self._begin(name, call, work, urgent=operation.urgent)
@@ -324,8 +228,6 @@ class Calls:
         plain = all(p.kind is p.POSITIONAL_OR_KEYWORD and p.default is p.empty for p in parameters)
         called.__qi_signature__ = f"({'m' * len(parameters)})" if plain else "m"  # type: ignore[attr-defined]
         result = getattr(operation.method, "__qi_return_signature__", None)
-        if result is not None and self._faults.enabled:
-            result = f"+{result}"  # or no value, which only newer clients understand
         called.__qi_return_signature__ = result  # type: ignore[attr-defined]
         called.__qi_name__ = None  # type: ignore[attr-defined]
         called.__doc__ = operation.description or None

@@ -35,7 +35,7 @@ CAMERAS: Final = ("Camera", "CameraBottom")
 Picture = tuple[int, int, int, int, int, int, bytes, int, float, float, float, float]
 """Width, height, layers, colour space, s, us, bytes, camera, angles of left, top, right and bottom."""
 # Bytes that are not declared as raw arrive mangled, as text.
-_SIGNATURE: Final = "(iiiiiiriffff)"
+SIGNATURE: Final = "(iiiiiiriffff)"
 
 Pixels = NDArray[np.uint8]
 
@@ -166,8 +166,6 @@ class ALVideoDevice(Service):
     def getImageRemote(self, call: Call, handle: object) -> Picture | None:  # noqa: ARG002 - it may take long
         """Return the newest picture, at most as old as the period of the subscription."""
         subscription = self._get(handle)
-        if self._access.faults._blind:
-            return None
         size, space = IMAGE_SIZES[subscription.resolution], subscription.color_space
         facts = self._cameras[subscription.camera]
         frame = self._frame(facts, size, subscription.rate)
@@ -179,7 +177,7 @@ class ALVideoDevice(Service):
         stamp = int(seconds), int(fraction * 1e6)
         return *size, LAYERS[space], space, *stamp, pixels, subscription.camera, *angles
 
-    getImageRemote.__qi_return_signature__ = _SIGNATURE  # type: ignore[attr-defined]
+    getImageRemote.__qi_return_signature__ = SIGNATURE  # type: ignore[attr-defined]
 
     def releaseImage(self, handle: object) -> bool:
         """Do nothing, since every picture is a copy; return whether the subscription exists."""

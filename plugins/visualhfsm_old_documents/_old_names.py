@@ -7,13 +7,14 @@ document: nothing has to be guessed about the editor that wrote it.
 from __future__ import annotations
 
 from collections.abc import Mapping, Set
-from dataclasses import dataclass, field
 from typing import Final
 
+from codegen.hfsm.code.others import FormerNames, Given
 from codegen.hfsm.document import Document
+from codegen.messages import Message
 
-LOCK: Final = "lock"
-"""An attribute of every component."""
+_LOCK: Final = "lock"
+_OF_ALL: Final = Given("threading.Lock()", Message("a lock of all automata"))
 _THREADING: Final = "threading"
 _JDEROBOT: Final = {"jderobot": "interfaces.jderobot"}
 _MODULES: Final = _JDEROBOT | {name: name for name in ("signal", "sys", _THREADING, "time", "traceback")}
@@ -26,25 +27,9 @@ CLIENT_METHODS: Final[Mapping[str, frozenset[str]]] = {
 """The methods that JdeRobot's library for clients added to interfaces; `hfsm_runtime._jderobot` has them."""
 
 
-@dataclass(frozen=True, slots=True)
-class OldNames:
-    """The former names that a component needs.
-
-    `modules` are imported, each with its full name. `aliases` are attributes of the component, each with what
-    it stands for, such as `motors` or `scanSub.value`. `messages` are types of ROS by their short name, and
-    `clients` interfaces with methods of JdeRobot's library.
-    """
-
-    modules: Mapping[str, str] = field(default_factory=dict)
-    aliases: Mapping[str, str] = field(default_factory=dict)
-    messages: Mapping[str, str] = field(default_factory=dict)
-    clients: frozenset[str] = frozenset()
-    has_lock: bool = False
-
-
-def find_old_names(
+def former_names(
     document: Document, *, mentioned: Set[str], own: Set[str], free: Set[str], imported: Set[str]
-) -> OldNames:
+) -> FormerNames:
     """Return the former names that the code of a document uses and that nothing else defines.
 
     The code has the attributes `mentioned`, and defines its `own`. It takes the `free` names from the file of
@@ -56,14 +41,14 @@ def find_old_names(
     for alias, (interface, operation) in document.ros_aliases.items():
         if alias in wanted:
             aliases.setdefault(alias, f"{interface}.{operation}")
-    has_lock = LOCK in wanted
-    if has_lock:
+    if _LOCK in wanted:
         free = free | {_THREADING}
     missing = free - imported
-    return OldNames(
+    return FormerNames(
         modules={name: module for name, module in _MODULES.items() if name in missing},
         aliases=aliases,
         messages={name: full for name, full in document.ros_messages.items() if name in missing},
-        clients=frozenset(name for name, added in CLIENT_METHODS.items() if added & mentioned),
-        has_lock=has_lock,
+        clients={name: added for name, added in CLIENT_METHODS.items() if added & mentioned},
+        attributes={_LOCK: _OF_ALL} if _LOCK in wanted else {},
+        reserved=frozenset({_LOCK}),
     )

@@ -11,8 +11,8 @@ from typing import Final
 
 from codegen.hfsm.codes import Code
 from codegen.hfsm.document import NO_CHILD
-from codegen.hfsm.formats._schema import AUTOMATON, DOCUMENT, STATE, TRANSITION
 from codegen.hfsm.formats.native import NativeReader
+from codegen.hfsm.formats.schema import AUTOMATON, DOCUMENT, STATE, TRANSITION
 from codegen.hfsm.formats.xml_tree import XmlElement, new_leaf
 from codegen.messages import Message
 

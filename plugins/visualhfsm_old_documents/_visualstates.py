@@ -19,8 +19,8 @@ from typing import Final
 from codegen.hfsm.code.text import parse_piece
 from codegen.hfsm.codes import Code
 from codegen.hfsm.document import DEFAULT_PERIOD, NO_CHILD
-from codegen.hfsm.formats._schema import DOCUMENT, INTERFACE, STATE, TRANSITION
 from codegen.hfsm.formats.native import MAX_ID, NativeReader, Translation
+from codegen.hfsm.formats.schema import DOCUMENT, INTERFACE, STATE, TRANSITION
 from codegen.hfsm.formats.xml_tree import XmlElement, new_leaf
 from codegen.messages import Message
 

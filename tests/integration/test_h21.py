@@ -3,7 +3,6 @@
 The tests of conformance run on it, too.
 """
 
-import gymnasium
 import pytest
 
 from hfsm_runtime import Automaton, Component, Proxy, State
@@ -89,16 +88,6 @@ def test_it_gets_up():
     assert rig.go("Stand").status is ActionStatus.Done
     assert rig.posture == "Stand"
     assert min(rig.robot.read().stiffnesses) == 1.0
-
-
-@pytest.mark.parametrize(("name", "moved"), [("Walk", 11), ("Reach", 4), ("StandUp", 21)])
-def test_it_learns_with_the_joints_that_it_has(name, moved):
-    with gymnasium.make(f"visualhfsm_learning:Nao/{name}-v0", body="H21") as environment:
-        assert environment.action_space.shape == (moved,)
-        observation, _ = environment.reset(seed=1)
-        assert observation.shape == environment.observation_space.shape
-        observation, *_ = environment.step(environment.action_space.sample())
-        assert environment.observation_space.contains(observation)
 
 
 class Twist(Component):

@@ -25,8 +25,8 @@ from cyclonedds.util import duration
 
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.waiting import until
-from visualhfsm_makers.booster._service import CALLS
-from visualhfsm_makers.booster._types import LowCmd, MotorCmd, RpcReqMsg, RpcRespMsg
+from visualhfsm_makers._booster._service import CALLS
+from visualhfsm_makers._booster._types import LowCmd, MotorCmd, RpcReqMsg, RpcRespMsg
 
 __all__ = ["CUSTOM", "ELBOW", "MOVE", "Program", "low_command"]
 

@@ -8,11 +8,13 @@ from typing import Final
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document
 from codegen.hfsm.document import Document
-from visualhfsm_old_documents.scxml import parse_scxml, write_scxml
+from codegen.hfsm.formats.others import writable_formats
+from codegen.hfsm.formats.xml_tree import parse_xml
 
 __all__ = ["PATH", "TURNS", "export", "facts", "import_", "one_automaton", "parse", "scxml"]
 
 PATH: Final = Path("test.xml")
+_FILE: Final = Path("test.scxml")
 
 TURNS: Final = """<VisualHFSM>
   <SubAutomata id="1" idFather="0">
@@ -51,13 +53,17 @@ def parse(text: str) -> Document:
 def export(document: Document) -> tuple[str, Diagnostics]:
     """Return a document as SCXML, and what is reported."""
     diagnostics = Diagnostics()
-    return write_scxml(document, PATH, diagnostics), diagnostics
+    return writable_formats()[".scxml"].write(document, PATH, diagnostics), diagnostics
 
 
-def import_(text: str) -> tuple[Document | None, Diagnostics]:
+def import_(text: str | bytes) -> tuple[Document | None, Diagnostics]:
     """Return the document that SCXML becomes, and what is reported."""
     diagnostics = Diagnostics()
-    return parse_scxml(text, Path("test.scxml"), diagnostics), diagnostics
+    content = text.encode() if isinstance(text, str) else text
+    root = parse_xml(content, _FILE, diagnostics)
+    if root is None:
+        return None, diagnostics
+    return writable_formats()[".scxml"].read(root, _FILE, diagnostics, None), diagnostics
 
 
 def one_automaton(inside: str) -> str:

@@ -32,8 +32,8 @@ from cyclonedds.util import duration
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.malformed_cdr import malformed
 from tests.support.waiting import until
-from visualhfsm_makers.unitree._joints import checksum
-from visualhfsm_makers.unitree._types import (
+from visualhfsm_makers._unitree._joints import checksum
+from visualhfsm_makers._unitree._types import (
     Identity,
     Lease,
     LowCmd,

@@ -56,11 +56,7 @@ _OF_COMMANDS: Final = (
     *("codegen/_idl", "plugins/visualhfsm_classes", "visualhfsm/_base/html_file.py"),
     *(f"visualhfsm/_commands/{name}.py" for name in ("convert", "draw", "new", "report", "steer")),
     *("visualhfsm/_monitor/replay.py", "visualhfsm/_monitor/target.py", "visualhfsm/_editor/site.py"),
-    *(
-        "plugins/visualhfsm_cluster/_cluster.py",
-        "visualhfsm/trials/_comparison.py",
-        "plugins/visualhfsm_cluster/_tuning.py",
-    ),
+    *("plugins/visualhfsm_cluster", "visualhfsm/trials/_comparison.py", "visualhfsm/trials/_runners.py"),
 )
 """What speaks to terminals alone, in English."""
 _FOR_PUPILS: Final = "plugins/visualhfsm_classes/_words.py"

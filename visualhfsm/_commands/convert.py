@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Final
 
@@ -44,19 +45,21 @@ def convert(
     """
     # Imported here: other commands need not wait for the readers of documents.
     from codegen.hfsm.codes import LOST
+    from codegen.hfsm.formats.others import imported_suffixes, writable_formats
     from visualhfsm._document.conversion import convert_document
 
     path = Path(target)
     to_file = target != _STANDARD_OUTPUT
-    _check_suffix(source, "IN")
+    others = writable_formats()
+    _check_suffix(source, imported_suffixes(), "IN")
     if to_file:
-        _check_suffix(path, "OUT")
+        _check_suffix(path, others, "OUT")
         if path.exists() and not force:
             raise typer.BadParameter(f"{path} exists: --force overwrites it", param_hint="OUT")
-    to_scxml = path.suffix.lower() == ".scxml"
+    to = others.get(path.suffix.lower())
     diagnostics = Diagnostics()
     with VisualHfsmError.in_place_of(ModuleNotFoundError):
-        text = convert_document(source, diagnostics, to_scxml=to_scxml, fixes_python2=fix_python2)
+        text = convert_document(source, diagnostics, to=to, fixes_python2=fix_python2)
     report(diagnostics, error_format)
     if to_file:
         _write(path, text, error_format)
@@ -79,7 +82,8 @@ def _write(path: Path, text: str, error_format: ErrorFormat) -> None:
         typer.echo(f"wrote {path}" if changes.write else f"{path} is up to date", err=True)
 
 
-def _check_suffix(path: Path, name: str) -> None:
+def _check_suffix(path: Path, others: Iterable[str], name: str) -> None:
     """Refuse a file of an unknown format as wrong usage."""
-    if path.suffix.lower() not in (".xml", ".scxml"):
-        raise typer.BadParameter("expected a file that ends with .xml or .scxml", param_hint=name)
+    known = [".xml", *others]
+    if path.suffix.lower() not in known:
+        raise typer.BadParameter(f"expected a file that ends with {' or '.join(known)}", param_hint=name)

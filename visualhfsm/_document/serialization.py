@@ -18,11 +18,11 @@ from codegen.diagnostics import Diagnostic, Diagnostics
 from codegen.hfsm import DocumentNotWritableError, parse_document, write_document
 from codegen.hfsm.codes import LOST
 from codegen.hfsm.document import Automaton, Document
-from codegen.hfsm.formats.reader import Dialect
+from codegen.hfsm.formats.others import Format
+from codegen.hfsm.formats.xml_tree import parse_xml
 from codegen.messages import Message
 from codegen.reasons import reason
 from visualhfsm._base.errors import EditError
-from visualhfsm_old_documents.scxml import parse_scxml
 
 from .geometry import with_default_handles
 from .nodes import find_annotation, find_automaton, find_state
@@ -30,7 +30,6 @@ from .subtrees import below
 
 MAX_SIZE: Final = 12 << 20
 """Bytes of the largest document that can be saved: fewer than the reader takes in size and in elements."""
-NATIVE: Final[str] = Dialect.NATIVE.value
 
 
 def copy_states(
@@ -98,12 +97,13 @@ def _without_garbage_collection() -> Iterator[None]:
             gc.enable()
 
 
-def read_scxml(content: bytes, path: Path, diagnostics: Diagnostics) -> Document | None:
-    """Return the document made from SCXML, or None after errors were reported.
+def read_imported(other: Format, content: bytes, path: Path, diagnostics: Diagnostics) -> Document | None:
+    """Return the document made from a file of another program, or None after errors were reported.
 
-    SCXML has no handles: each transition gets one, beside the others between the same states.
+    Where a transition has no handle, it gets one, beside the others between the same states.
     """
-    document = parse_scxml(content, path, diagnostics)
+    root = parse_xml(content, path, diagnostics)
+    document = None if root is None else other.read(root, path, diagnostics, diagnostics)
     if document is None:
         return None
     placed = (
@@ -115,18 +115,17 @@ def read_scxml(content: bytes, path: Path, diagnostics: Diagnostics) -> Document
     return replace(document, automata=tuple(placed))
 
 
-def import_scxml(content: bytes, name: str) -> tuple[Document, list[Message]]:
-    """Return a document made from SCXML, with remarks on what is lost, and then on what is not the same.
+def import_document(other: Format, content: bytes, name: str) -> tuple[Document, list[Message]]:
+    """Return a document made from another format, with remarks: what is lost, then what is not the same.
 
     Raises EditError.
     """
     diagnostics = Diagnostics()
-    document = read_scxml(content, Path(name), diagnostics)
+    document = read_imported(other, content, Path(name), diagnostics)
     if document is None:
         why = _with_line(diagnostics.errors[0])
-        raise EditError(
-            Message("Cannot open {file}", file=name), why, "see docs/how-to/scxml.md for what is understood"
-        )
+        advice = Message("see {page} for what is understood", page=other.guide)
+        raise EditError(Message("Cannot open {file}", file=name), why, advice)
     return document, [
         _with_line(each) for each in sorted(diagnostics, key=lambda each: each.code not in LOST)
     ]

@@ -10,10 +10,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, Literal, Self
 
+from codegen.hfsm.formats.others import Format, imported_format, imported_suffixes
 from codegen.messages import Message
 from visualhfsm._base.errors import EditError, MissingError, TooManyError, WouldOverwriteError
 from visualhfsm._base.languages import ENGLISH, known_language
-from visualhfsm._document.serialization import import_scxml, parse
+from visualhfsm._document.serialization import import_document, parse
 from visualhfsm._processes.bodies import FOLDER
 from visualhfsm.project._check_process import CheckProcess
 from visualhfsm.project._code_help.service import CodeHelp
@@ -22,13 +23,11 @@ from visualhfsm.project._editing.files import make_folder, read_file
 from visualhfsm.project._editing.journal import Abandoned, find_abandoned, journal_directory
 from visualhfsm.project._editing.shelf import ReadyState, Shelves
 from visualhfsm.project._editing.templates import EMPTY, make_template
-from visualhfsm_old_documents.scxml import is_scxml
 
 from ._document import Event, Listener, Listeners, OpenDocument, Opened
 from ._root import (
     BODY_SUFFIX,
     DOCUMENT_SUFFIX,
-    FOREIGN_SUFFIX,
     MODEL_SUFFIXES,
     RECORDING_SUFFIX,
     Root,
@@ -138,7 +137,8 @@ class Project:
     def open(self, path: str | Path) -> OpenDocument:
         """Open a document in any format, relative to the root; one that is open already is returned.
 
-        SCXML becomes a new document, whose `remarks` say what is missing or not the same there.
+        A file of another program becomes a new document, whose `remarks` say what is missing or not the same
+        there.
         """
         file = self.root.source(str(path))
         with self._opening:
@@ -147,8 +147,8 @@ class Project:
             if not file.is_file():
                 raise MissingError.because("there is no file {path}", path=str(path))
             content, _ = read_file(file)
-            if is_scxml(file.name, content):
-                return self._import(file.name, content)
+            if (other := imported_format(file.name, content)) is not None:
+                return self._import(other, file.name, content)
             return self._add(lambda: EditedDocument.open(file, journals=self.journals))
 
     def open_text(self, name: str, text: str, *, kept: bool = False) -> OpenDocument:
@@ -163,8 +163,8 @@ class Project:
             return EditedDocument.new(document, title, journals=self.journals, kept=kept)
 
         with self._opening:
-            if is_scxml(name, content := text.encode()):
-                return self._import(name, content)
+            if (other := imported_format(name, content := text.encode())) is not None:
+                return self._import(other, name, content)
             return self._add(make)
 
     def new(self, template: str = EMPTY, language: str = ENGLISH) -> OpenDocument:
@@ -234,11 +234,13 @@ class Project:
         if stat.S_ISDIR(status.st_mode):
             return Entry(path, "directory", status.st_size, status.st_mtime)
         suffix = path.suffix.lower()
-        if not stat.S_ISREG(status.st_mode) or suffix not in _KINDS:
+        kind = "document" if suffix in imported_suffixes() else _KINDS.get(suffix)
+        if not stat.S_ISREG(status.st_mode) or kind is None:
             return None
         if suffix == BODY_SUFFIX and path.parent != self.root.directory / FOLDER:
             return None
-        kind = "model" if suffix == DOCUMENT_SUFFIX and looks_like_model(path) else _KINDS[suffix]
+        if suffix == DOCUMENT_SUFFIX and looks_like_model(path):
+            kind = "model"
         return Entry(path, kind, status.st_size, status.st_mtime)
 
     # -- the shelf -----------------------------------------------------------------------------------------
@@ -294,9 +296,9 @@ class Project:
         self.notify(Opened(opened))
         return opened
 
-    def _import(self, name: str, content: bytes) -> OpenDocument:
-        """Open SCXML as a document that has no file yet."""
-        document, remarks = import_scxml(content, name)
+    def _import(self, other: Format, name: str, content: bytes) -> OpenDocument:
+        """Open a file of another program as a document that has no file yet."""
+        document, remarks = import_document(other, content, name)
         title = self._free_title(stem(name))
         return self._add(
             lambda: EditedDocument.new(document, title, journals=self.journals), remarks[:_MOST_REMARKS]
@@ -316,7 +318,6 @@ class Project:
 
 _KINDS: Final[dict[str, Literal["document", "recording", "model"]]] = {
     DOCUMENT_SUFFIX: "document",
-    FOREIGN_SUFFIX: "document",
     RECORDING_SUFFIX: "recording",
     BODY_SUFFIX: "model",
     **dict.fromkeys(MODEL_SUFFIXES, "model"),

@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Final
 
 from codegen.files import is_regular, read_regular
+from codegen.hfsm.formats.others import imported_suffixes
 from codegen.hfsm.formats.reader import looks_like_document
 from visualhfsm._base.errors import ForbiddenPathError, MissingError
 
 DOCUMENT_SUFFIX: Final = ".xml"
-FOREIGN_SUFFIX: Final = ".scxml"
 RECORDING_SUFFIX: Final = ".mcap"
 BODY_SUFFIX: Final = ".toml"
 MODEL_SUFFIXES: Final = (".urdf", ".xacro")
@@ -77,8 +77,8 @@ class Root:
         return self._file(text, DOCUMENT_SUFFIX)
 
     def source(self, text: str) -> Path:
-        """Return the path of a file to open, a document or SCXML; raises ForbiddenPathError."""
-        return self._file(text, DOCUMENT_SUFFIX, FOREIGN_SUFFIX)
+        """Return the path of a file to open, of any format; raises ForbiddenPathError."""
+        return self._file(text, DOCUMENT_SUFFIX, *imported_suffixes())
 
     def recording(self, text: str) -> Path:
         """Return the path of a recording, which ends in `.mcap`; raises ForbiddenPathError."""

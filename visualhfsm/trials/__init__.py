@@ -1,7 +1,8 @@
 """Run a behavior many times in virtual time, and say how often it succeeds, and what that depends on.
 
 A plan says what varies from trial to trial (`_plan.py`); `_series.py` runs its trials, in processes of this
-computer or on a cluster of Dask, and `_summary.py` has what they say. See docs/how-to/trials.md.
+computer or where plug-ins run them (`_runners.py`), and `_summary.py` has what they say. See
+docs/how-to/trials.md.
 """
 
 from __future__ import annotations
@@ -11,10 +12,14 @@ from typing import TYPE_CHECKING
 from zenoh_ice.lazy import import_on_use
 
 if TYPE_CHECKING:
+    from ._archive import Archive as Archive
     from ._errors import TrialsError as TrialsError
     from ._functions import FunctionFailed as FunctionFailed
     from ._functions import call_function as call_function
     from ._outcomes import Outcome as Outcome
+    from ._outcomes import Record as Record
+    from ._outcomes import read_outcomes as read_outcomes
+    from ._outcomes import versions as versions
     from ._plan import SUFFIX as SUFFIX
     from ._plan import Disturbance as Disturbance
     from ._plan import Function as Function
@@ -22,14 +27,21 @@ if TYPE_CHECKING:
     from ._plan import Success as Success
     from ._plan import plan_of as plan_of
     from ._plan import read_plan as read_plan
+    from ._processes import run_task as run_task
+    from ._quantities import Quantity as Quantity
     from ._quantities import Spread as Spread
     from ._quantities import Value as Value
+    from ._runners import Pool as Pool
+    from ._runners import Tuner as Tuner
+    from ._series import Series as Series
+    from ._series import run_tasks as run_tasks
     from ._series import run_trials as run_trials
     from ._summary import Summary as Summary
     from ._terminal import bar as bar
     from ._trial import place_of as place_of
     from ._trial import quiet as quiet
     from ._trial import run_trial as run_trial
+    from ._worker import Task as Task
 
 # The command line is read before any of them is needed.
 __getattr__, __dir__ = import_on_use(__name__)

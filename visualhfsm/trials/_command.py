@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from ._progress import Where
     from ._summary import Summary
 
+_TUNING: Final = ".tuning.jsonl"
+
 EPILOG: Final = examples(
     "trials behaviors/follow_ball.xml",
     "trials behaviors/score.trials.toml --runs 1000",
@@ -171,15 +173,14 @@ def trials(
 
 def _tune(where: Where, plan: Plan, settings: int, cost: str, path: Path) -> None:
     """Search the best parameters of a plan, and print what they change in fresh trials."""
-    from visualhfsm_cluster._tuning import SUFFIX, Tuning
-
     from ._comparison import Comparison
     from ._outcomes import SUFFIX as OUTCOMES
     from ._progress import run_all, search
+    from ._runners import find_tuner
     from ._terminal import show, show_comparison
 
-    tuning = Tuning(plan, settings=settings, cost=cost)
-    found = search(where, tuning, path.name, path.with_name(path.name + SUFFIX))
+    tuning = find_tuner(plan, settings=settings, cost=cost)
+    found = search(where, tuning, path.name, path.with_name(path.name + _TUNING))
     plans = {"untuned": tuning.fresh, "tuned": tuning.with_parameters(found, tuning.fresh)}
     before, after = (
         run_all(where, each, path.with_name(f"{path.name}.{name}{OUTCOMES}")) for name, each in plans.items()

@@ -10,12 +10,12 @@ from typing import NamedTuple
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from visualhfsm_cluster._tuning import Tuning
 from zenoh_ice.application.cli import stop_on_signals
 
 from ._outcomes import Outcome, Record
 from ._plan import Plan
 from ._quantities import Value
+from ._runners import Tuner
 from ._series import Series, open_pool
 from ._summary import Summary, summarize, write_table
 
@@ -62,7 +62,7 @@ def run_all(where: Where, plan: Plan, file: Path) -> Summary:
     return summary
 
 
-def search(where: Where, tuning: Tuning, name: str, file: Path) -> dict[str, Value]:
+def search(where: Where, tuning: Tuner, name: str, file: Path) -> dict[str, Value]:
     """Return the best parameters; outcomes of the search are kept in a file.
 
     Raises TrialsError, and SystemExit after Ctrl-C.

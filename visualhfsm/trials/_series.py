@@ -1,27 +1,27 @@
-"""Run the trials of a plan: in processes of this computer, or on a cluster of Dask."""
+"""Run the trials of a plan: in processes of this computer, or where a plug-in runs them."""
 
 from __future__ import annotations
 
 import hashlib
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ThreadPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Final, NamedTuple, Protocol
+from typing import Final, NamedTuple
 
 import msgspec
 
 from codegen.reasons import reason
-from visualhfsm_cluster._cluster import Cluster
 
 from ._archive import Archive, make_archive
 from ._errors import TrialsError
 from ._outcomes import Header, Outcome, Record, versions
 from ._plan import Plan
 from ._processes import Processes, processors
+from ._runners import Pool, find_runner
 from ._scene import check_scene
 from ._summary import Summary, summarize
 from ._worker import Task
@@ -32,24 +32,6 @@ _LOOK_AFTER: Final = 0.2
 """After so many s a series looks whether it is to stop."""
 _ATTEMPTS: Final = 20
 """The most submissions of a task whose workers are lost, one after the other."""
-
-
-class Pool(Protocol):
-    """Where trials run."""
-
-    @property
-    def workers(self) -> int:
-        """How many trials run at a time."""
-
-    @property
-    def lost(self) -> tuple[type[BaseException], ...]:
-        """The errors of tasks that are to be submitted again."""
-
-    def submit(self, task: Task) -> Future[Outcome]:
-        """Begin to run a task, as soon as a worker has time."""
-
-    def check(self) -> None:
-        """Raise TrialsError when nothing will run any more."""
 
 
 class LocalPool:
@@ -186,12 +168,6 @@ def run_tasks(
                             reason=reason(error),
                         ) from error
                     running[pool.submit(task)] = _Submitted(number, task, attempt + 1)
-                except CancelledError as error:
-                    pool.check()
-                    raise TrialsError.because(
-                        "the cluster has lost its trials: its scheduler was started again. What is done "
-                        "is kept, and the same command goes on"
-                    ) from error
                 else:
                     yield number, outcome
             pool.check()
@@ -217,7 +193,7 @@ def run_trials(
     """Run the trials of a plan, and return what they say. Raises TrialsError.
 
     With `out`, a file, outcomes are kept there, and those that it has already are not computed again. The
-    others are computed by `workers` processes of this computer, or by the `cluster` of Dask at an address.
+    others are computed by `workers` processes of this computer, or by the `cluster` at an address.
     `ended` is called with each outcome.
     """
     series = Series(plan)
@@ -231,5 +207,5 @@ def run_trials(
 @contextmanager
 def open_pool(workers: int | None = None, cluster: str | None = None) -> Iterator[Pool]:
     """Yield the cluster at an address, or else processes of this computer."""
-    with Cluster(cluster) if cluster else LocalPool(workers) as pool:
+    with find_runner(cluster) if cluster else LocalPool(workers) as pool:
         yield pool

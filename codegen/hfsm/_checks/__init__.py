@@ -13,8 +13,9 @@ from ...diagnostics import Diagnostics, Location, Note
 from ...messages import Message
 from .._effects import CodeEffects
 from ..analysis import Analysis
-from ..code.language import first_foreign, is_undeclared_cpp, notes_about, report_foreign
+from ..code.language import first_foreign, report_foreign
 from ..code.names import RESERVED, reserved_names
+from ..code.others import language_of, notes_about
 from ..codes import Code
 from ..known_interfaces import KnownInterfaces
 from .attributes import check_attributes, check_old_names
@@ -65,8 +66,8 @@ def check(effects: CodeEffects, interfaces: KnownInterfaces, diagnostics: Diagno
     if (foreign := first_foreign(document, path)) is not None:
         report_foreign(foreign, document.language.text.strip()[:20], diagnostics)
         return
-    if len(analysis.problems) > 1 and is_undeclared_cpp(document):
-        _report_cpp(analysis, report)
+    if len(analysis.problems) > 1 and (undeclared := language_of(document)):
+        _report_language(undeclared, analysis, report)
         return
     for text, file, error in analysis.problems:
         place = Location(file, error.line, max(1, error.column))
@@ -87,15 +88,17 @@ def check(effects: CodeEffects, interfaces: KnownInterfaces, diagnostics: Diagno
     _check_code(effects, interfaces, report)
 
 
-def _report_cpp(analysis: Analysis, report: Report) -> None:
-    """Report once that the code is C++, instead of each place where it is not Python."""
+def _report_language(language: str, analysis: Analysis, report: Report) -> None:
+    """Report once that the code is in another language, instead of each place where it is not Python."""
     first = analysis.problems[0]
     place = Location(first.path, first.error.line, max(1, first.error.column))
     notes = [
         Note(Message("as Python it is wrong here: {error}", error=first.error.message)),
         *notes_about(first.text.text),
     ]
-    message = Message("most of the code looks like C++: it is kept, but only Python can run")
+    message = Message(
+        "most of the code looks like {language}: it is kept, but only Python can run", language=language
+    )
     report.error(Code.FOREIGN_LANGUAGE, message, place, notes)
 
 

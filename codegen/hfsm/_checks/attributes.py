@@ -6,8 +6,6 @@ import ast
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
-from visualhfsm_old_documents._old_names import CLIENT_METHODS, LOCK
-
 from ...diagnostics import Location, Note, did_you_mean
 from ...messages import Message, all_of
 from ..analysis import Access, Analysis, Piece
@@ -57,11 +55,11 @@ def check_attributes(analysis: Analysis, known: KnownInterfaces, report: Report)
             *(["ros"] if document.ros else []),
             *document.proxy_aliases,
             *document.ros_aliases,
-            LOCK,
+            *analysis.old_names.reserved,
             *(parameter.name for parameter in document.parameters),
         }
         _check_known(found, names, known, report)
-    _check_calls(found, proxies, known, report)
+    _check_calls(analysis, proxies, known, report)
 
 
 def _sets_attributes_by_name(piece: Piece) -> bool:
@@ -98,10 +96,10 @@ def _guess(name: str, known: KnownInterfaces) -> str | None:
 
 
 def _check_calls(
-    found: Iterable[Access], proxies: Mapping[str, KnownInterface], known: KnownInterfaces, report: Report
+    analysis: Analysis, proxies: Mapping[str, KnownInterface], known: KnownInterfaces, report: Report
 ) -> None:
     operations: dict[str, dict[str, Operation] | None] = {}
-    for access in found:
+    for access in analysis.accesses:
         interface = proxies.get(access.name)
         if interface is None or len(access.path) < 2 or not _is_operation(access.path[1]):
             continue
@@ -114,7 +112,7 @@ def _check_calls(
         if available is None:
             continue
         operation = available.get(access.path[1])
-        if access.path[1] in CLIENT_METHODS.get(interface.scoped_name, ()):
+        if access.path[1] in analysis.old_names.clients.get(interface.scoped_name, ()):
             _note_client_method(access, report)
         elif operation is None:
             message = Message(
@@ -238,7 +236,7 @@ def check_old_names(analysis: Analysis, report: Report) -> None:
             )
             report.note(Code.OLD_NAME, message, place)
     meanings = {alias: Message.verbatim(f"`self.{name}`") for alias, name in old.aliases.items()}
-    meanings |= {LOCK: Message("a lock of all automata")} if old.has_lock else {}
+    meanings |= {name: given.meaning for name, given in old.attributes.items()}
     for name, meaning in meanings.items():
         place = next((each.place(0) for each in analysis.accesses if each.name == name), None)
         if place is not None:

@@ -1,6 +1,5 @@
-"""Document files: read in every dialect, and written in the native format.
+"""Document files: read in every format that is installed, and written in ours.
 
-`schema` has the tables of the native format, with which `native` reads and `writer` writes it. `xml_tree`
-parses XML and `reader` detects the dialect. `spanish` and `visualstates` translate theirs to the native
-format.
+`schema` has the tables of our format, with which `native` reads and `writer` writes it. `xml_tree` parses
+XML, `others` finds the formats that plug-ins read, and `reader` chooses among all of them.
 """

@@ -14,11 +14,19 @@ from pathlib import Path
 from typing import Any, Final, cast
 
 from codegen.diagnostics import Diagnostics, Location, Note, did_you_mean
+from codegen.hfsm.formats.schema import (
+    ANNOTATION,
+    DOCUMENT,
+    TRANSITION,
+    Items,
+    Leaf,
+    NodeKind,
+    enclosing_tags,
+)
 
 from ...messages import Message, any_of
 from ..codes import Code
 from ..document import NO_CHILD, Document, Element, Extra, Node, Text
-from ._schema import ANNOTATION, DOCUMENT, TRANSITION, Items, Leaf, NodeKind, enclosing_tags
 from .xml_tree import XmlElement
 
 MAX_ID: Final = 2**31 - 1
@@ -49,8 +57,8 @@ class NativeReader:
         diagnostics: Diagnostics,
         remarks: Diagnostics | None,
         *,
-        is_old: bool,
-        unique_ids: bool,
+        is_old: bool = False,
+        unique_ids: bool = False,
     ) -> None:
         self.path = path
         self.diagnostics = diagnostics

@@ -7,8 +7,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
+from codegen.hfsm.formats.schema import DOCUMENT, Items, Leaf, NodeKind
+
 from ..document import NO_CHILD, Comment, Document, Element, Extra, Node, Text, Transition
-from ._schema import DOCUMENT, Items, Leaf, NodeKind
 
 UNWRITABLE: Final = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """Characters that XML 1.0 does not allow, not even as a reference."""

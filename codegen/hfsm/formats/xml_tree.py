@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final
 from xml.parsers import expat  # xml.sax would load urllib.request, which takes as long as all the rest
@@ -114,6 +115,14 @@ def parse_xml(content: bytes, path: Path, diagnostics: Diagnostics) -> XmlElemen
     return builder.root
 
 
+def read_root(head: bytes) -> XmlElement | None:
+    """Return the root element without its content, by the first bytes of a file; None if that is unclear."""
+    builder = _TreeBuilder(Path(), Diagnostics())
+    with suppress(expat.ExpatError, LookupError, ValueError):
+        builder.parse(head, is_whole=False)
+    return None if builder.root is None else replace(builder.root, children=[])
+
+
 class _DocumentTypeFound(ValueError):
     """Ends the parsing before the first entity."""
 
@@ -149,9 +158,9 @@ class _TreeBuilder:
         """The marks of the texts of open elements."""
         self._elements = 0
 
-    def parse(self, content: bytes) -> None:
+    def parse(self, content: bytes, *, is_whole: bool = True) -> None:
         """Parse a document. Raises ExpatError, ValueError and _TooLargeError, LookupError for an encoding."""
-        self._parser.Parse(content, True)
+        self._parser.Parse(content, is_whole)
 
     def place(self) -> Location:
         """Return the current place of the parser."""

@@ -1,8 +1,13 @@
-"""Import and export documents as SCXML (W3C Recommendation of 1 September 2015)."""
+"""SCXML (W3C Recommendation of 1 September 2015) as a format of documents, for the seam `codegen.formats`."""
 
 from __future__ import annotations
 
-from visualhfsm_old_documents.scxml._reader import is_scxml, parse_scxml
-from visualhfsm_old_documents.scxml._writer import write_scxml
+from typing import Final
 
-__all__ = ["is_scxml", "parse_scxml", "write_scxml"]
+from visualhfsm_old_documents.scxml._reader import read, recognizes
+from visualhfsm_old_documents.scxml._writer import write
+
+__all__ = ["guide", "read", "recognizes", "suffix", "write"]
+
+suffix: Final = ".scxml"
+guide: Final = "docs/how-to/scxml.md"

@@ -33,12 +33,8 @@ from visualhfsm_old_documents.scxml._script import (
     is_name,
     take_timers,
 )
-from visualhfsm_old_documents.scxml._writer import OWN_NAMESPACE, SCXML_NAMESPACE, write_scxml
+from visualhfsm_old_documents.scxml._writer import OWN_NAMESPACE, SCXML_NAMESPACE, write
 
-_HEAD: Final = 4096  # bytes in which the root of a file must start
-_START: Final = re.compile(
-    rb"\A(?:\xef\xbb\xbf)?(?:\s|<\?.*?\?>|<!--.*?-->)*<(?:[\w.-]+:)?scxml[\s/>]", re.DOTALL
-)
 _NATIVE: Final = f"{{{OWN_NAMESPACE}}}document"
 _STATES: Final = ("state", "parallel", "final")
 _STATE_PARTS: Final = (*_STATES, "onentry", "onexit", "transition", "initial", "history", "datamodel")
@@ -60,16 +56,15 @@ _RETURN: Final = "200"
 """Time in ms in a state that waits before it returns: two cycles, in which the state above is left."""
 
 
-def is_scxml(name: str, content: bytes) -> bool:
-    """Return whether a file is SCXML, by its extension or its root."""
-    return name.lower().endswith(".scxml") or _START.match(content[:_HEAD]) is not None
+def recognizes(root: XmlElement) -> bool:
+    """Return whether the root of a file is that of SCXML."""
+    return root.tag.rpartition(":")[2] == "scxml"
 
 
-def parse_scxml(content: bytes | str, path: Path, diagnostics: Diagnostics) -> Document | None:
+def read(
+    root: XmlElement, path: Path, diagnostics: Diagnostics, _remarks: Diagnostics | None
+) -> Document | None:
     """Return the document in SCXML, or None after reporting errors; `path` is for the messages."""
-    root = parse_xml(content.encode() if isinstance(content, str) else content, path, diagnostics)
-    if root is None:
-        return None
     reader = _Reader(root, path)
     chart = reader.document()
     element = root.first(_NATIVE)
@@ -89,7 +84,7 @@ def parse_scxml(content: bytes | str, path: Path, diagnostics: Diagnostics) -> D
 
 def _written_chart(native: Document) -> Document | None:
     """Return the document that is read from the exported chart of a document."""
-    written = parse_xml(write_scxml(native, Path(), Diagnostics()).encode(), Path(), Diagnostics())
+    written = parse_xml(write(native, Path(), Diagnostics()).encode(), Path(), Diagnostics())
     assert written is not None, "what was written can be read"
     return _Reader(written, Path()).document()
 

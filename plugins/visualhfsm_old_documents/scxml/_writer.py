@@ -44,7 +44,7 @@ _ASSIGNMENT: Final = re.compile(r"([A-Za-z_][A-Za-z_0-9]*) = (\S.*)")
 _MILLISECONDS: Final = re.compile(r"[0-9]{1,12}(?:\.[0-9]{1,9})?")
 
 
-def write_scxml(document: Document, path: Path, diagnostics: Diagnostics) -> str:
+def write(document: Document, path: Path, diagnostics: Diagnostics) -> str:
     """Return a document as SCXML, and report what other programs ignore.
 
     `path` is that of the document. Raises DocumentNotWritableError.

@@ -11,6 +11,7 @@ import pytest
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import compile_document
 from codegen.hfsm.codes import Code
+from codegen.hfsm.formats.others import writable_formats
 from codegen.hfsm.loading import check_document
 from tests.support.codegen_command import ROOT
 from tests.support.pages import Section, sections_of
@@ -26,11 +27,8 @@ def test_every_code_has_an_entry_and_every_entry_a_code() -> None:
 
 
 def test_every_code_is_reported_somewhere() -> None:
-    paths = [
-        *(ROOT / "codegen" / "hfsm").rglob("*.py"),
-        *(ROOT / "plugins").rglob("*.py"),
-        ROOT / "visualhfsm" / "_document" / "conversion.py",
-    ]
+    folders = ROOT / "codegen" / "hfsm", ROOT / "plugins", ROOT / "visualhfsm" / "_document"
+    paths = [path for folder in folders for path in folder.rglob("*.py")]
     sources = "".join(path.read_text("utf-8") for path in paths)
     assert {code for code in Code if f"Code.{code.name}" not in sources} == set()
 
@@ -67,8 +65,8 @@ def checked(section: Section, folder: Path) -> Diagnostics:
         fixes = "--fix-python2" in command
         source, target, *_ = *(word for word in command[2:] if not word.startswith("-")), "out.xml"
         path = folder / source
-        to_scxml = target.endswith(".scxml")
-        convert_document(path, diagnostics, to_scxml=to_scxml, fixes_python2=fixes)
+        to = writable_formats().get(Path(target).suffix)
+        convert_document(path, diagnostics, to=to, fixes_python2=fixes)
     elif command[:2] == ["visualhfsm", "check"]:
         check_document(folder / command[-1], diagnostics)
     else:

@@ -6,7 +6,7 @@ import re
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document, write_document
-from codegen.hfsm.formats._schema import ANNOTATION, AUTOMATON, DOCUMENT, INTERFACE, STATE, TRANSITION
+from codegen.hfsm.formats.schema import ANNOTATION, AUTOMATON, DOCUMENT, INTERFACE, STATE, TRANSITION
 from tests.support.pages import DOCS
 from visualhfsm._commands.convert import EPILOG
 

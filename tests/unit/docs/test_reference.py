@@ -88,19 +88,3 @@ def test_every_message_is_listed() -> None:
     pushes = set(first_column(hooks.pushes()))  # loads the modules that have some
     assert pushes == {each.__struct_config__.tag for each in Push.__subclasses__()}
     assert first_column(hooks.edits()) == [each.__struct_config__.tag for each in COMMANDS]
-
-
-def test_every_operation_of_naoqi_says_how_well_it_works() -> None:
-    pytest.importorskip("qi")
-    from visualhfsm_naoqi_programs._service import REFUSED
-
-    rows = dict(re.findall(r"^\| `([\w.]+)` \| (\w+) \| .{10}", hooks.naoqi(), re.MULTILINE))
-    assert set(rows.values()) == {"works", "approximated", "refused"}
-    assert rows["ALMotion.setAngles"] == "works"
-    assert rows["ALMotion.setFallManagerEnabled"] == "approximated"
-    assert rows["ALFrameManager.playBehavior"] == "works"
-    assert rows["ALFrameManager.createTimeline"] == "refused"
-    for name, service in REFUSED.items():
-        assert {rows[f"{name}.{each}"] for each in service.operations} <= {"refused"}
-        assert {rows[f"{name}.{each}"] for each in service.off} <= {"approximated"}
-    assert not [name for name in rows if "._" in name]

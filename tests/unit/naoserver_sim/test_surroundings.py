@@ -1,13 +1,10 @@
 """Signs of a world: what is on them, and how a camera sees them."""
 
-import time
-
 import pytest
 
-from naoserver.errors import HardwareFailure, RobotError
+from naoserver.errors import RobotError
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import parse_world
-from tests.support.limits import EVENT_LIMIT
 
 pytest.importorskip("cv2")
 
@@ -29,31 +26,6 @@ def robot():
     robot.start()
     yield robot
     robot.close()
-
-
-def seen(robot):
-    """Return a picture of the top camera; the first one may take longer than a robot waits."""
-    limit = time.monotonic() + EVENT_LIMIT
-    while True:
-        try:
-            return robot.capture("Camera", 320, 240).pixels
-        except HardwareFailure:
-            if time.monotonic() > limit:
-                raise
-
-
-@pytest.mark.sim
-def test_a_camera_sees_landmark_and_face(robot):
-    pytest.importorskip("qi")
-    from visualhfsm_naoqi_programs import _vision as vision
-
-    picture = seen(robot)
-    ((number, (x, _, width, _)),) = vision.find_landmarks(picture)
-    assert number == 68
-    assert x < 110
-    assert width == pytest.approx(42, abs=5)
-    ((x, y, _, _),) = vision.find_faces(picture)
-    assert (x, y) == pytest.approx((160, 55), abs=6)
 
 
 def test_what_describes_the_world_shows_their_boards(robot):

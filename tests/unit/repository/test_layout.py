@@ -27,6 +27,11 @@ TESTED_BY: Final = {
     "nao_tools/_status.py": "integration/test_nao_command.py",
     "naoserver/soccer_field/_panorama.py": "unit/naoserver/soccer_field/test_localization.py",
     "visualhfsm/_monitor/recorder.py": "integration/test_live_recordings.py",
+    "plugins/visualhfsm_cluster/_cluster.py": "plugins/visualhfsm_cluster/integration/test_trials_cluster.py",
+    "plugins/visualhfsm_naoqi_programs/_access.py": "plugins/visualhfsm_naoqi_programs/integration/test_qi_service.py",
+    "plugins/visualhfsm_naoqi_programs/_connections.py": "plugins/visualhfsm_naoqi_programs/integration/test_qi_connections.py",
+    "plugins/visualhfsm_naoqi_programs/_faults.py": "plugins/visualhfsm_naoqi_programs/faults/test_naoqi_faults.py",
+    "plugins/visualhfsm_old_documents/_modernize.py": "plugins/visualhfsm_old_documents/unit/test_python2.py",
     "zenoh_ice/carriers/zenoh/messenger.py": "integration/test_nao_stop.py",
 }
 """Modules whose tests have other names, each with the file in tests/ that checks it most."""

@@ -44,9 +44,9 @@ def named_on_pages() -> frozenset[str]:
 
 @cache
 def entrances() -> frozenset[str]:
-    """Return the modules that the project declares as entrances, which commands find without an import."""
+    """Return the modules that the project declares as entry points, which are found without an import."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
-    declared = project["entry-points"]["naoserver.entrances"].values()
+    declared = (each for group in project["entry-points"].values() for each in group.values())
     return frozenset(each.partition(":")[0] for each in declared)
 
 

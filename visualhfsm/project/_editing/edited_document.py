@@ -12,7 +12,7 @@ from typing import Final
 
 import msgspec
 
-from codegen.hfsm.document import Automaton, Document
+from codegen.hfsm.document import NATIVE, Automaton, Document
 from codegen.messages import NO_MESSAGE, Message
 from visualhfsm._base.errors import ChangedOutsideError, EditError, OldFormatError
 from visualhfsm._document.commands import Command, decode_command
@@ -21,7 +21,7 @@ from visualhfsm._document.commands.items import DeleteItems
 from visualhfsm._document.commands.paste import ReplaceDocument
 from visualhfsm._document.diff import Difference, diff_documents
 from visualhfsm._document.places import TEXTS, Place
-from visualhfsm._document.serialization import MAX_SIZE, NATIVE, copy_states, parse_file, written
+from visualhfsm._document.serialization import MAX_SIZE, copy_states, parse_file, written
 
 from .files import FileVersion, read_file, write_file
 from .journal import Done, Entry, Header, Journal, Redone, Saved, Undone, journal_directory

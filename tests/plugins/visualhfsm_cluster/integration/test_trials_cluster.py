@@ -306,7 +306,8 @@ def has_begun(worker: ComponentProcess) -> bool:
 
 FRAIL = """
 import os, signal
-from visualhfsm.trials import _cluster, _outcomes
+from visualhfsm.trials import _outcomes
+from visualhfsm_cluster import _cluster
 
 PLACE = lambda *_: os.kill(os.getpid(), signal.SIGKILL)
 """

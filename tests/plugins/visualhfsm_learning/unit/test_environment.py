@@ -273,3 +273,13 @@ def test_several_at_once_are_each_as_by_itself(make):
         assert np.isfinite(rewards).all()
     finally:
         vector.close()
+
+
+@pytest.mark.parametrize(("name", "moved"), [("Walk", 11), ("Reach", 4), ("StandUp", 21)])
+def test_an_h21_learns_with_the_joints_that_it_has(name, moved):
+    with gymnasium.make(f"visualhfsm_learning:Nao/{name}-v0", body="H21") as environment:
+        assert environment.action_space.shape == (moved,)
+        observation, _ = environment.reset(seed=1)
+        assert observation.shape == environment.observation_space.shape
+        observation, *_ = environment.step(environment.action_space.sample())
+        assert environment.observation_space.contains(observation)

@@ -23,7 +23,7 @@ from tests.support.processes import REPOSITORY, ComponentProcess, module
 from tests.support.resets import check_that_a_reset_starts_nothing
 from tests.support.soak import repeated
 from tests.support.waiting import until
-from visualhfsm_makers.booster import serve_as_booster
+from visualhfsm_makers import BOOSTER
 from zenoh_ice import WallClock
 
 pytest.importorskip("cyclonedds", reason="the extra booster is not installed")
@@ -31,7 +31,7 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 
 from tests.support.booster import CUSTOM, ELBOW, MOVE, Program, low_command
-from visualhfsm_makers.booster import _types
+from visualhfsm_makers._booster import _types
 
 DOMAIN = free_domain()
 LONG = "600"
@@ -49,7 +49,7 @@ def t1():
     assembly = Assembly(robot, ServerOptions(), clock)
     watchdog, *_ = assembly.jobs
     try:
-        with JobThreads([watchdog]), serve_as_booster(robot, assembly, f"dds:{DOMAIN}"):
+        with JobThreads([watchdog]), BOOSTER.serve(robot, assembly, {"dds_domain": DOMAIN}):
             yield robot, assembly
     finally:
         assembly.close()
@@ -213,7 +213,7 @@ def test_hostile_messages_move_nothing_and_take_no_memory():
 
 def test_a_domain_that_is_none():
     with pytest.raises(RobotError, match="dds:233 is no domain of DDS"), t1() as (robot, assembly):
-        serve_as_booster(robot, assembly, "dds:233").__enter__()
+        BOOSTER.serve(robot, assembly, {"dds_domain": 233}).__enter__()
 
 
 @NO_SDK

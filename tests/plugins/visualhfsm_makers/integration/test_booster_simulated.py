@@ -9,7 +9,7 @@ import pytest
 from naoserver.bodies.kinematics import kinematics_of
 from naoserver.serving.moves import MOTION
 from tests.support.simulated_programs import SimulatedPrograms
-from visualhfsm_makers.booster._loco import CODES, CUSTOM, DAMPING, WALKING, Loco
+from visualhfsm_makers._booster._loco import CODES, CUSTOM, DAMPING, WALKING, Loco
 
 MODE, MOVE, WAVE, HAND, SHOOT = 2000, 2001, 2005, 2009, 2024
 

@@ -20,7 +20,7 @@ from cyclonedds.topic import Topic
 
 from visualhfsm_makers import _dds
 from visualhfsm_makers._dds import Wire, Writer
-from visualhfsm_makers.unitree._types import Identity, Status
+from visualhfsm_makers._unitree._types import Identity, Status
 
 DOMAIN = free_domain()
 

@@ -23,7 +23,7 @@ from tests.support.processes import ComponentProcess, module
 from tests.support.resets import check_that_a_reset_starts_nothing
 from tests.support.soak import repeated
 from tests.support.waiting import until
-from visualhfsm_makers.unitree import serve_as_unitree
+from visualhfsm_makers import UNITREE
 from zenoh_ice import WallClock
 
 pytest.importorskip("cyclonedds", reason="the extra unitree is not installed")
@@ -33,7 +33,7 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 
 from tests.support.unitree import CONTINUOUS, ELBOW, Program, Wiretap, arm_command, low_command
-from visualhfsm_makers.unitree import _types
+from visualhfsm_makers._unitree import _types
 
 DOMAIN = free_domain()
 GROWTH = 32 << 20
@@ -50,7 +50,7 @@ def g1():
     assembly = Assembly(robot, ServerOptions(), clock)
     watchdog, *_ = assembly.jobs
     try:
-        with JobThreads([watchdog]), serve_as_unitree(robot, assembly, f"dds:{DOMAIN}"):
+        with JobThreads([watchdog]), UNITREE.serve(robot, assembly, {"dds_domain": DOMAIN}):
             yield robot, assembly
     finally:
         assembly.close()

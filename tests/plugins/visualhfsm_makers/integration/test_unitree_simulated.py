@@ -9,10 +9,10 @@ import struct
 import pytest
 
 from tests.support.simulated_programs import SimulatedPrograms
-from visualhfsm_makers.unitree import _skills
-from visualhfsm_makers.unitree._arms import Arms
-from visualhfsm_makers.unitree._joints import Joints
-from visualhfsm_makers.unitree._loco import CODES, Loco
+from visualhfsm_makers._unitree import _skills
+from visualhfsm_makers._unitree._arms import Arms
+from visualhfsm_makers._unitree._joints import Joints
+from visualhfsm_makers._unitree._loco import CODES, Loco
 
 WIRE = struct.Struct("<2BBx5fI" + "B3x5fI" * 34 + "5I")
 UPPER_BODY = range(12, 29)

@@ -10,12 +10,10 @@ from naoserver_sim._command import app
 from tests.support.commands import run_here
 from tests.support.places import ROOT
 from tests.support.processes import free_endpoint
-from visualhfsm_makers import booster, unitree
+from visualhfsm_makers import BOOSTER, UNITREE
 
 
-@pytest.mark.parametrize(
-    ("maker", "entrance"), [("unitree", unitree.ENTRANCE), ("booster", booster.ENTRANCE)]
-)
+@pytest.mark.parametrize(("maker", "entrance"), [("unitree", UNITREE), ("booster", BOOSTER)])
 def test_naoserver_sim_finds_them(maker, entrance):
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
     assert entrance in find_entrances()
@@ -24,7 +22,7 @@ def test_naoserver_sim_finds_them(maker, entrance):
 
 
 def test_each_robot_serves_its_makers_programs_in_a_domain_of_its_own():
-    assert [unitree.ENTRANCE.apart["dds_domain"](7, number) for number in range(2)] == [7, 8]
+    assert [UNITREE.apart["dds_domain"](7, number) for number in range(2)] == [7, 8]
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip("qi")
 
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
-from visualhfsm_naoqi_programs._calls import Calls, Faults
+from visualhfsm_naoqi_programs._calls import Calls
 from visualhfsm_naoqi_programs._clients import (
     MOST_WAITING,
     MOST_WAITING_URGENT,
@@ -60,7 +60,7 @@ def service(client):
 
 @pytest.fixture
 def calls():
-    calls = Calls(CallTable(WallClock()), Faults())
+    calls = Calls(CallTable(WallClock()))
     yield calls
     calls.close()
 
@@ -96,7 +96,7 @@ def test_too_many_stops_of_a_program_are_refused_but_not_after_too_many_other_ca
 
 
 def test_closing_does_not_wait_for_ever_for_a_call_that_hangs(client, service, caplog):
-    calls = Calls(CallTable(WallClock()), Faults(), QiLimits(end=IMPATIENT))
+    calls = Calls(CallTable(WallClock()), QiLimits(end=IMPATIENT))
     facade: Any = calls.facade("Service", [service])(client)
     facade.hang()
     assert service.begun.wait(EVENT_LIMIT)

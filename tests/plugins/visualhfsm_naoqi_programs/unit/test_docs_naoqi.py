@@ -1,4 +1,6 @@
-"""The page about the real robot lists the options of the command."""
+"""The pages about NAOqi list the options of the command, and every operation."""
+
+import re
 
 import pytest
 import typer
@@ -10,6 +12,9 @@ from naoserver.hardware.connection import HardwareLimits
 from naoserver.naoqi import _command as naoqi
 from naoserver.naoqi._robot import Life, NaoEnd, NaoStart
 from tests.support.pages import DOCS
+from visualhfsm_naoqi_programs._service import REFUSED
+
+hooks = pytest.importorskip("docs.hooks", reason="needs the packages of visualhfsm[docs]")
 
 PAGE = (DOCS / "how-to/real-nao.md").read_text(encoding="utf-8")
 
@@ -31,3 +36,16 @@ def test_every_choice_is_named_in_its_order(option, choices):
 
 def test_the_silence_after_which_a_robot_is_lost_is_that_of_the_page():
     assert f"a silent robot after {HardwareLimits().silence:g} s" in PAGE
+
+
+def test_every_operation_of_naoqi_says_how_well_it_works() -> None:
+    rows = dict(re.findall(r"^\| `([\w.]+)` \| (\w+) \| .{10}", hooks.naoqi(), re.MULTILINE))
+    assert set(rows.values()) == {"works", "approximated", "refused"}
+    assert rows["ALMotion.setAngles"] == "works"
+    assert rows["ALMotion.setFallManagerEnabled"] == "approximated"
+    assert rows["ALFrameManager.playBehavior"] == "works"
+    assert rows["ALFrameManager.createTimeline"] == "refused"
+    for name, service in REFUSED.items():
+        assert {rows[f"{name}.{each}"] for each in service.operations} <= {"refused"}
+        assert {rows[f"{name}.{each}"] for each in service.off} <= {"approximated"}
+    assert not [name for name in rows if "._" in name]

@@ -5,7 +5,7 @@ import pytest
 pytest.importorskip("qi")
 
 from tests.support.limits import CALL_LIMIT
-from visualhfsm_naoqi_programs._calls import Calls, Faults
+from visualhfsm_naoqi_programs._calls import Calls
 from visualhfsm_naoqi_programs._clients import CallTable, Client
 from zenoh_ice import WallClock
 
@@ -32,7 +32,7 @@ class Arm:
 
 @pytest.fixture
 def arm():
-    calls = Calls(CallTable(WallClock()), Faults())
+    calls = Calls(CallTable(WallClock()))
     yield calls.facade("ALArm", [Arm()])(Client("test"))
     calls.close()
 

@@ -12,8 +12,8 @@ from naoserver.bodies.capabilities import InertialReading
 from naoserver.robot import LIMP, BodyState
 from tests.plugins.visualhfsm_makers.unit.booster.test_loco import ELBOW, Rig
 from tests.support.soak import repeated
-from visualhfsm_makers.booster._joints import Joints
-from visualhfsm_makers.booster._loco import CUSTOM, WALKING
+from visualhfsm_makers._booster._joints import Joints
+from visualhfsm_makers._booster._loco import CUSTOM, WALKING
 
 FORMS = {"motors": struct.Struct("<B3x6f"), "head": struct.Struct("<2I")}
 
@@ -86,7 +86,7 @@ def test_hostile_commands_keep_joints_within_their_limits(rig, joints):
 def state(joints):
     """Return the state as the maker's types read it."""
     pytest.importorskip("cyclonedds", reason="the extra booster is not installed")
-    from visualhfsm_makers.booster._types import LowState
+    from visualhfsm_makers._booster._types import LowState
 
     return lambda: LowState.deserialize(b"\0\1\0\0" + joints.state())
 

@@ -21,9 +21,8 @@ from naoserver.serving.assembly import Assembly
 from naoserver.serving.lasting_walk import LastingWalk
 from naoserver.serving.moves import POSTURE
 from tests.support.gates import clients_that_ask
-from visualhfsm_makers._programs import Programs
-from visualhfsm_makers.booster import serve_as_booster
-from visualhfsm_makers.booster._loco import (
+from visualhfsm_makers import BOOSTER
+from visualhfsm_makers._booster._loco import (
     BAD_REQUEST,
     CODES,
     CONFLICT,
@@ -35,6 +34,7 @@ from visualhfsm_makers.booster._loco import (
     WALKING,
     Loco,
 )
+from visualhfsm_makers._programs import Programs
 from zenoh_ice import VirtualClock
 
 MODE, MOVE, HEAD, WAVE, HEAD_ON, GET_UP, GET_MODE, STATUS, INFO, SHOOT = (
@@ -546,14 +546,14 @@ def test_without_the_package_it_names_the_extra(rig, monkeypatch):
     for name in [
         name
         for name in sys.modules
-        if name.startswith(("visualhfsm_makers.booster._", "visualhfsm_makers._dds"))
+        if name.startswith(("visualhfsm_makers._booster._", "visualhfsm_makers._dds"))
     ]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "cyclonedds", None)
     for name in [name for name in sys.modules if name.startswith("cyclonedds.")]:
         monkeypatch.delitem(sys.modules, name)
     with pytest.raises(RobotError, match=r"not installed; type: pip install 'visualhfsm\[booster\]'"):
-        serve_as_booster(rig.robot, rig.assembly, "dds:1")
+        BOOSTER.serve(rig.robot, rig.assembly, {"dds_domain": 1})
 
 
 def test_no_other_robot_than_a_t1_is_served():
@@ -561,7 +561,7 @@ def test_no_other_robot_than_a_t1_is_served():
     robot = FakeRobot(clock, body=find_body("G1"))
     assembly = Assembly(robot, ServerOptions(), clock)
     with pytest.raises(RobotError, match="--booster serves a Booster T1; this robot is a Unitree G1"):
-        serve_as_booster(robot, assembly, "dds:1")
+        BOOSTER.serve(robot, assembly, {"dds_domain": 1})
 
 
 def posture(x: float, y: float, z: float) -> dict[str, object]:

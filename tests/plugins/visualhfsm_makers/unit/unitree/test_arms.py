@@ -14,8 +14,8 @@ from naoserver.options import SafetyOptions, ServerOptions
 from naoserver.serving.assembly import Assembly
 from tests.support.gates import clients_that_ask
 from visualhfsm_makers._programs import Programs
-from visualhfsm_makers.unitree._arms import Arms
-from visualhfsm_makers.unitree._loco import CODES, Loco
+from visualhfsm_makers._unitree._arms import Arms
+from visualhfsm_makers._unitree._loco import CODES, Loco
 from zenoh_ice import VirtualClock
 
 OPTIONS = SafetyOptions()

@@ -19,9 +19,9 @@ from naoserver.options import SafetyOptions, ServerOptions
 from naoserver.robot import LIMP
 from naoserver.serving.assembly import Assembly
 from visualhfsm_makers._programs import Programs
-from visualhfsm_makers.unitree import _joints
-from visualhfsm_makers.unitree._joints import Joints, checksum
-from visualhfsm_makers.unitree._loco import CODES
+from visualhfsm_makers._unitree import _joints
+from visualhfsm_makers._unitree._joints import Joints, checksum
+from visualhfsm_makers._unitree._loco import CODES
 from zenoh_ice import VirtualClock
 
 OPTIONS = SafetyOptions()
@@ -187,7 +187,7 @@ def test_random_commands_keep_every_joint_within_its_range(rig):
 def types():
     """The maker's types, which read what was packed."""
     pytest.importorskip("cyclonedds", reason="the extra unitree is not installed")
-    from visualhfsm_makers.unitree import _types
+    from visualhfsm_makers._unitree import _types
 
     return _types
 

@@ -16,9 +16,9 @@ from naoserver.options import ServerOptions
 from naoserver.robot import BodyState
 from naoserver.serving.assembly import Assembly
 from tests.support.gates import clients_that_ask
+from visualhfsm_makers import UNITREE
 from visualhfsm_makers._programs import Programs
-from visualhfsm_makers.unitree import serve_as_unitree
-from visualhfsm_makers.unitree._loco import (
+from visualhfsm_makers._unitree._loco import (
     CODES,
     NO_STATE,
     NO_TASK,
@@ -370,12 +370,12 @@ def test_mutated_calls_are_answered_and_keep_the_walk_within_its_limits(rig):
 
 
 def test_without_the_package_it_names_the_extra(rig, monkeypatch):
-    for module in ("visualhfsm_makers.unitree._service", "visualhfsm_makers._dds"):
+    for module in ("visualhfsm_makers._unitree._service", "visualhfsm_makers._dds"):
         monkeypatch.delitem(sys.modules, module, raising=False)
     monkeypatch.setitem(sys.modules, "cyclonedds", None)
     monkeypatch.delitem(sys.modules, "cyclonedds.core", raising=False)
     with pytest.raises(RobotError, match=r"not installed; type: pip install 'visualhfsm\[unitree\]'"):
-        serve_as_unitree(rig.robot, rig.assembly, "dds:1")
+        UNITREE.serve(rig.robot, rig.assembly, {"dds_domain": 1})
 
 
 def test_no_other_robot_than_a_g1_is_served():
@@ -383,4 +383,4 @@ def test_no_other_robot_than_a_g1_is_served():
     robot = FakeRobot(clock, body=find_body("T1"))
     assembly = Assembly(robot, ServerOptions(), clock)
     with pytest.raises(RobotError, match="--unitree serves a Unitree G1; this robot is a Booster T1"):
-        serve_as_unitree(robot, assembly, "dds:1")
+        UNITREE.serve(robot, assembly, {"dds_domain": 1})

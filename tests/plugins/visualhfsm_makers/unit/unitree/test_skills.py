@@ -12,9 +12,9 @@ from naoserver.options import ServerOptions
 from naoserver.protocol.expression import LONGEST_TEXT, SOUNDS
 from naoserver.serving.assembly import Assembly
 from visualhfsm_makers._programs import Programs
-from visualhfsm_makers.unitree import _skills
-from visualhfsm_makers.unitree._loco import CODES, NOT_AVAILABLE, NOT_IMPLEMENTED, WRONG_PARAMETER
-from visualhfsm_makers.unitree._skills import NO_ACTION, Streams
+from visualhfsm_makers._unitree import _skills
+from visualhfsm_makers._unitree._loco import CODES, NOT_AVAILABLE, NOT_IMPLEMENTED, WRONG_PARAMETER
+from visualhfsm_makers._unitree._skills import NO_ACTION, Streams
 from zenoh_ice import VirtualClock
 
 SECOND = bytes(2 * 16_000)

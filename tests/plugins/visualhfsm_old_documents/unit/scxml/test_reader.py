@@ -9,16 +9,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from codegen.diagnostics import Diagnostics
 from codegen.hfsm import write_document
 from codegen.hfsm.document import Document
+from codegen.hfsm.formats.others import imported_format, writable_formats
 from hfsm_runtime import VirtualRun, run
 from tests.support.any_text import any_text
 from tests.support.documents import compile_to, load
 from tests.support.examples import examples
-from tests.support.scxml_documents import PATH, TURNS, export, facts, import_, one_automaton, parse, scxml
+from tests.support.scxml_documents import TURNS, export, facts, import_, one_automaton, parse, scxml
 from tests.support.scxml_rules import violations
-from visualhfsm_old_documents.scxml import is_scxml, parse_scxml
 
 
 def changed(old: str, new: str, document: str = TURNS) -> Document:
@@ -478,8 +477,8 @@ def test_namespaces_count_and_not_prefixes() -> None:
     ],
 )
 def test_scxml_is_known_by_its_name_or_root(head: bytes, expected: bool) -> None:
-    assert is_scxml("a.xml", head) == expected
-    assert is_scxml("a.SCXML", head)
+    assert imported_format("a.xml", head) == (writable_formats()[".scxml"] if expected else None)
+    assert imported_format("a.SCXML", head) == writable_formats()[".scxml"]
 
 
 _SEEDS = [export(parse(TURNS))[0], *(scxml(inside) for inside, _, _ in FOREIGN.values())]
@@ -523,6 +522,6 @@ def test_no_file_does_more_than_bring_errors(seed: str, data: st.DataObject) -> 
 @settings(max_examples=examples(20), deadline=None)
 @given(st.binary(max_size=200) | any_text(max_size=200).map(str.encode))
 def test_what_is_no_xml_is_reported(content: bytes) -> None:
-    diagnostics = Diagnostics()
-    assert parse_scxml(content, PATH, diagnostics) is None
+    document, diagnostics = import_(content)
+    assert document is None
     assert diagnostics.has_errors

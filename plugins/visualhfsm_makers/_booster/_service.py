@@ -14,11 +14,11 @@ from cyclonedds.util import duration
 from naoserver.protocol.jobs import JobThreads
 from naoserver.protocol.robot import Robot
 from naoserver.serving.assembly import Assembly
+from visualhfsm_makers._booster._joints import Joints
+from visualhfsm_makers._booster._loco import CODES, Loco
+from visualhfsm_makers._booster._types import FallDownState, LowCmd, LowState, Odometer, RpcReqMsg, RpcRespMsg
 from visualhfsm_makers._dds import NEWEST, Wire, Writer
 from visualhfsm_makers._programs import Programs, Refusal
-from visualhfsm_makers.booster._joints import Joints
-from visualhfsm_makers.booster._loco import CODES, Loco
-from visualhfsm_makers.booster._types import FallDownState, LowCmd, LowState, Odometer, RpcReqMsg, RpcRespMsg
 
 _LOW_PERIOD: Final = 0.002
 _PERIOD: Final = 0.02

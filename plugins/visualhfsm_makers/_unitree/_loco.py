@@ -10,7 +10,7 @@ import msgspec
 
 from naoserver.bodies.capabilities import STILL, WalkVelocity
 from visualhfsm_makers._programs import Codes, Operation, Programs, Refusal
-from visualhfsm_makers.unitree._joints import fsm_mode
+from visualhfsm_makers._unitree._joints import fsm_mode
 
 NOT_IMPLEMENTED: Final = 3203
 WRONG_PARAMETER: Final = 3204

@@ -14,21 +14,20 @@ import pytest
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document, write_document
-from codegen.hfsm.code.language import is_mostly_cpp
-from codegen.hfsm.formats.reader import Dialect, dialect_of
-from codegen.hfsm.formats.xml_tree import parse_xml
+from codegen.hfsm.document import NATIVE
 from tests.support.codegen_command import ROOT
 from tests.support.document_comparison import counts, differences
 from visualhfsm._document.conversion import convert_document, read
+from visualhfsm_old_documents._languages import is_mostly_cpp
 
 FOLDER = ROOT.parent / "shared" / "automata"
 MANIFEST = FOLDER / "manifest.tsv"
 
 COUNTED = ("automata", "states", "transitions", "time_transitions", "composite_states", "depth")
 DIALECTS = {
-    "spanish2013": Dialect.SPANISH,
-    "visualhfsm": Dialect.NATIVE,
-    "visualstates": Dialect.VISUALSTATES,
+    "spanish2013": "Spanish (2013)",
+    "visualhfsm": NATIVE,
+    "visualstates": "VisualStates (2017)",
 }
 
 
@@ -85,11 +84,9 @@ def test_the_converted_document_reads_as_the_old_one(row: dict[str, str]) -> Non
 @every_file
 def test_dialect_and_language_are_recognized(row: dict[str, str]) -> None:
     path = FOLDER / row["file"]
-    root = parse_xml(path.read_bytes(), path, Diagnostics())
     document = read(path, Diagnostics())
-    assert root is not None
     assert document is not None
-    assert dialect_of(root) is DIALECTS[row["dialect"]]
+    assert document.format == DIALECTS[row["dialect"]]
     assert is_mostly_cpp(document) == (row["lang"] == "cpp")
     guessed = row["lang"] == "cpp" and row["dialect"] != "visualhfsm"
     assert document.language.text == ("C++" if guessed else "")

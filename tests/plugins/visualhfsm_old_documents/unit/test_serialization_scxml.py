@@ -13,14 +13,20 @@ import pytest
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm.document import Automaton, Document
+from codegen.hfsm.formats.others import writable_formats
+from codegen.messages import Message
 from visualhfsm._document.conversion import read
-from visualhfsm._document.serialization import import_scxml
+from visualhfsm._document.serialization import import_document
 
 SOURCE = """<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" initial="a">
   <state id="a"><transition event="go" target="b"/><transition event="again" target="a"/></state>
   <state id="b"><transition event="back" target="a"/><transition event="home" target="a"/></state>
 </scxml>
 """
+
+
+def imported(text: str) -> tuple[Document, list[Message]]:
+    return import_document(writable_formats()[".scxml"], text.encode(), "a.scxml")
 
 
 def converted(directory: Path) -> Document:
@@ -35,7 +41,7 @@ def converted(directory: Path) -> Document:
 def test_no_straight_transition_of_a_few_states_crosses_another(count: int) -> None:
     states = "".join(f'<state id="s{number}"/>' for number in range(count))
     text = f'<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0">{states}</scxml>'
-    (automaton,) = import_scxml(text.encode(), "a.scxml")[0].automata
+    (automaton,) = imported(text)[0].automata
     places = [(state.x, state.y) for state in automaton.states]
     middles = []
     for (x1, y1), (x2, y2) in itertools.combinations(places, 2):
@@ -95,7 +101,7 @@ def test_many_states_keep_apart_and_no_arc_passes_through_another_one(kind: str,
     inner = states(count, edges(kind, count), "i")
     outer = states(count, edges(kind, count)).replace("{inner}", inner)
     text = f'<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0">{outer}</scxml>'
-    document = import_scxml(text.encode(), "a.scxml")[0]
+    document = imported(text)[0]
     assert [len(each.states) for each in document.automata] == [count, count]
     for automaton in document.automata:
         places = [(state.x, state.y) for state in automaton.states]
@@ -107,7 +113,7 @@ def test_many_states_keep_apart_and_no_arc_passes_through_another_one(kind: str,
 
 @pytest.mark.parametrize("way", ["opened", "converted"])
 def test_no_two_transitions_lie_on_one_line(way: str, tmp_path: Path) -> None:
-    document = converted(tmp_path) if way == "converted" else import_scxml(SOURCE.encode(), "a.scxml")[0]
+    document = converted(tmp_path) if way == "converted" else imported(SOURCE)[0]
     (automaton,) = document.automata
     a, b = automaton.states
     handles = [(each.x, each.y) for each in automaton.transitions]
@@ -123,6 +129,6 @@ def test_what_scxml_loses_comes_before_what_is_not_the_same() -> None:
         '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="python">\n'
         '<state id="a"><transition event="e.*" target="a"/>\n<invoke src="b.scxml"/></state></scxml>'
     )
-    first, second = (str(each) for each in import_scxml(text.encode(), "a.scxml")[1])
+    first, second = (str(each) for each in imported(text)[1])
     assert first.startswith("line 3: `invoke`")
     assert second.startswith("line 2: `e.*`")

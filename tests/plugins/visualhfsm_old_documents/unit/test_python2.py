@@ -12,13 +12,13 @@ from hypothesis import strategies as st
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import compile_document, parse_document
-from codegen.hfsm.code.language import is_mostly_cpp
-from codegen.hfsm.code.python2 import fix_python2
 from codegen.hfsm.code.text import parse_piece
 from tests.support.any_text import any_text
 from tests.support.documents import document, state, sub
 from tests.support.examples import examples
-from visualhfsm._document.conversion import convert_python2
+from visualhfsm_old_documents._languages import is_mostly_cpp
+from visualhfsm_old_documents._modernize import modernize
+from visualhfsm_old_documents._python2 import fix_python2
 
 FIXED = [
     ("print x", "print(x)"),
@@ -122,7 +122,7 @@ def test_each_line_is_reported_where_it_stands() -> None:
     path = Path("old.xml")
     parsed = parse_document(_document("a = 1\nif a &lt;&gt; 2:\n    print `a`\n"), path, diagnostics)
     assert parsed is not None
-    assert convert_python2(parsed, path, diagnostics, fixes=False) == parsed
+    assert modernize(parsed, path, diagnostics, fixes=False) == parsed
     found = [each for each in diagnostics if each.location.line < 6]
     assert [(each.code, each.location.line, each.location.column) for each in found] == [
         ("W506", 4, 6),
@@ -132,7 +132,7 @@ def test_each_line_is_reported_where_it_stands() -> None:
 
 
 def test_without_fissix_the_command_that_installs_it_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    from codegen.hfsm.code import python2
+    from visualhfsm_old_documents import _python2 as python2
 
     python2._tool.cache_clear()
     monkeypatch.setitem(sys.modules, "fissix.refactor", None)
@@ -141,7 +141,7 @@ def test_without_fissix_the_command_that_installs_it_is_named(monkeypatch: pytes
     path, diagnostics = Path("old.xml"), Diagnostics()
     parsed = parse_document(_document("print 1"), path, diagnostics)
     assert parsed is not None
-    convert_python2(parsed, path, diagnostics, fixes=False)
+    modernize(parsed, path, diagnostics, fixes=False)
     assert [each.code for each in diagnostics] == ["W506"]
     assert "visualhfsm[python2]" in diagnostics.render()
     assert not is_mostly_cpp(parsed)
@@ -184,7 +184,7 @@ def test_a_name_that_other_code_of_the_document_gives_a_meaning_stays() -> None:
     )
     document = parse_document(text, Path("old.xml"), Diagnostics())
     assert document is not None
-    (automaton,) = convert_python2(document, Path("old.xml"), Diagnostics(), fixes=True).automata
+    (automaton,) = modernize(document, Path("old.xml"), Diagnostics(), fixes=True).automata
     assert automaton.states[0].code.text == "x = long"
     assert automaton.transitions[0].trigger.text == "str(x)"
 
@@ -211,7 +211,7 @@ def test_a_document_is_fixed_piece_by_piece() -> None:
     diagnostics = Diagnostics()
     document = parse_document(_document("print 1", "a &lt;&gt; b or print x"), path, diagnostics)
     assert document is not None
-    fixed = convert_python2(document, path, diagnostics, fixes=True)
+    fixed = modernize(document, path, diagnostics, fixes=True)
     assert fixed.automata[0].states[0].code.text == "print(1)"
     # More is wrong with the condition: it stays, and what is wrong is reported.
     assert fixed.automata[0].transitions[0].trigger.text == "a <> b or print x"
@@ -227,7 +227,7 @@ def test_a_division_in_python_2_is_pointed_at() -> None:
     diagnostics = Diagnostics()
     document = parse_document(_document("x = 1 / 2\nprint 3 / 4"), Path("old.xml"), diagnostics)
     assert document is not None
-    convert_python2(document, Path("old.xml"), diagnostics, fixes=True)
+    modernize(document, Path("old.xml"), diagnostics, fixes=True)
     found = next(found for found in diagnostics if found.location.line == 4)
     assert [(note.location.line, note.location.column) for note in found.notes if note.location] == [
         (3, 21),

@@ -15,8 +15,8 @@ from interfaces.nao import JointCommand
 from naoserver.bodies.capabilities import InertialReading
 from naoserver.errors import HardwareFailure
 from naoserver.protocol.robot import LIMP
+from visualhfsm_makers._booster._loco import Loco
 from visualhfsm_makers._programs import Programs
-from visualhfsm_makers.booster._loco import Loco
 
 _COMMAND: Final = struct.Struct("<B3x6f")
 _MOTOR: Final = "B3x4fB3x3I"

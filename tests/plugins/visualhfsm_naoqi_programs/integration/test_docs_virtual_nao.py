@@ -15,7 +15,7 @@ from tests.support.naoqi import connected
 from tests.support.pages import DOCS, blocks_of
 from tests.support.processes import ComponentProcess, module
 from visualhfsm_naoqi_programs import _service as service
-from visualhfsm_naoqi_programs._calls import Faults
+from visualhfsm_naoqi_programs._faults import Faults
 
 PAGE = (DOCS / "how-to/virtual-nao.md").read_text("utf-8")
 

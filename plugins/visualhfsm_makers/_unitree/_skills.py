@@ -12,7 +12,7 @@ from naoserver.errors import InvalidCommand
 from naoserver.protocol.expression import LONGEST_TEXT
 from naoserver.serving.moves import MOTION
 from visualhfsm_makers._programs import Operation, Programs, Refusal
-from visualhfsm_makers.unitree._loco import NOT_IMPLEMENTED, WRONG_PARAMETER, number
+from visualhfsm_makers._unitree._loco import NOT_IMPLEMENTED, WRONG_PARAMETER, number
 from zenoh_ice.data.text import printable
 
 NO_ACTION: Final = 7402

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields, replace
 from typing import Final, get_type_hints
 
-from .. import document as model
+from codegen.hfsm import document as model
 
 
 @dataclass(frozen=True, slots=True)

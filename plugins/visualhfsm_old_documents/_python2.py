@@ -11,7 +11,7 @@ from collections.abc import Collection
 from functools import cache
 from typing import TYPE_CHECKING, Final
 
-from .text import all_nodes, binds, parse_piece
+from codegen.hfsm.code.text import all_nodes, binds, parse_piece
 
 if TYPE_CHECKING:
     from fissix.refactor import RefactoringTool

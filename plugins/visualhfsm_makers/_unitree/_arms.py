@@ -15,7 +15,7 @@ from interfaces.nao import JointCommand
 from naoserver.bodies import find_body
 from naoserver.errors import HardwareFailure
 from visualhfsm_makers._programs import Programs
-from visualhfsm_makers.unitree._joints import unpack
+from visualhfsm_makers._unitree._joints import unpack
 
 _WEIGHT: Final = 29
 """The motor whose position is the weight."""

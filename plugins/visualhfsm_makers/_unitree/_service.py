@@ -15,10 +15,10 @@ from naoserver.protocol.robot import Robot
 from naoserver.serving.assembly import Assembly
 from visualhfsm_makers._dds import NEWEST, Wire, Writer
 from visualhfsm_makers._programs import Operation, Programs
-from visualhfsm_makers.unitree import _skills, _types
-from visualhfsm_makers.unitree._arms import Arms
-from visualhfsm_makers.unitree._joints import PERIOD, SOURCE, Joints
-from visualhfsm_makers.unitree._loco import CODES, Loco
+from visualhfsm_makers._unitree import _skills, _types
+from visualhfsm_makers._unitree._arms import Arms
+from visualhfsm_makers._unitree._joints import PERIOD, SOURCE, Joints
+from visualhfsm_makers._unitree._loco import CODES, Loco
 
 _INSTEAD: Final = {
     "rt/bmsstate": "rt/lf/bmsstate",

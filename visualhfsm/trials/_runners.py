@@ -1,0 +1,104 @@
+"""Where trials run and how parameters are searched: what plug-ins add.
+
+Ways to run many trials are entry points of the group `visualhfsm.runners`, functions that take an address and
+return a `Pool`, which is a context; ways to search are of the group `visualhfsm.tuners`, and are a `Tuner`.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import Any, Final, Protocol, cast
+
+from zenoh_ice import plugins
+
+from ._errors import TrialsError
+from ._outcomes import Outcome
+from ._plan import Plan
+from ._quantities import Value
+from ._worker import Task
+
+RUNNERS: Final = "visualhfsm.runners"
+TUNERS: Final = "visualhfsm.tuners"
+
+
+class Pool(Protocol):
+    """Where trials run. A future that is canceled frees its place there."""
+
+    @property
+    def workers(self) -> int:
+        """How many trials run at a time."""
+
+    @property
+    def lost(self) -> tuple[type[BaseException], ...]:
+        """The errors of tasks that are to be submitted again."""
+
+    def submit(self, task: Task) -> Future[Outcome]:
+        """Begin to run a task, as soon as a worker has time."""
+
+    def check(self) -> None:
+        """Raise TrialsError when nothing will run any more."""
+
+
+class Tuner(Protocol):
+    """A search for the parameters with which fewest trials of a plan fail, and the others cost least."""
+
+    settings: int
+    """How many settings it tries."""
+    given_up: int
+    """How many of them were given up."""
+    most_trials: int
+    """How many trials it has, if none is given up."""
+
+    @property
+    def fresh(self) -> Plan:
+        """The plan with the document's own parameters and fresh trials, those of the next seed."""
+
+    def border(self, name: str, value: Value) -> str:
+        """Return at which end of its range a value lies, in words; empty within it."""
+
+    def search(
+        self,
+        file: Path,
+        pool: Pool,
+        ended: Callable[[int], object] = ...,
+        stop: threading.Event | None = None,
+        *,
+        again: bool = False,
+    ) -> dict[str, Value] | None:
+        """Return the best parameters, or None when `stop` was set.
+
+        Outcomes are kept in a file, with which the same search goes on, or begins `again`. `ended` is called
+        with numbers of trials that have ended or that nobody needs. Raises TrialsError, also if all fail.
+        """
+
+    def with_parameters(self, parameters: Mapping[str, Value], plan: Plan | None = None) -> Plan:
+        """Return the plan, or another one, with some parameters."""
+
+
+def find_runner(address: str) -> AbstractContextManager[Pool]:
+    """Return the pool of workers at an address. Raises TrialsError."""
+    return cast("AbstractContextManager[Pool]", _found(RUNNERS, "cluster", "a cluster")(address))
+
+
+def find_tuner(plan: Plan, *, settings: int, cost: str) -> Tuner:
+    """Return the search that tries so many settings of a plan; `cost` is the number that a success costs.
+
+    Raises TrialsError, also for a plan in which nothing varies that can be searched.
+    """
+    return cast(
+        "Tuner", _found(TUNERS, "tune", "the search for parameters")(plan, settings=settings, cost=cost)
+    )
+
+
+def _found(seam: str, name: str, what: str) -> Any:  # noqa: ANN401 - what a seam takes
+    with TrialsError.in_place_of(plugins.PluginError):
+        found = plugins.find(seam, name)
+    if found is None:
+        raise TrialsError.because(
+            "{what} needs a plug-in that is not installed: pip install 'visualhfsm[cluster]'", what=what
+        )
+    return found
