@@ -18,12 +18,15 @@ import tomllib
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from pathlib import Path
+from types import UnionType
 from typing import TYPE_CHECKING, Any, Final, get_args
 
 import msgspec
 import typer
 from markdown.extensions.toc import slugify
 from typer.core import TyperArgument, TyperGroup
+
+from codegen.messages import Message
 
 if TYPE_CHECKING:  # tests use the tables alone: MkDocs takes long to load
     from mkdocs.config.defaults import MkDocsConfig
@@ -266,10 +269,10 @@ def diagnostics() -> str:
 
 
 def requests() -> str:
-    """Return a table of the requests of the editor's page."""
+    """Return a table of the requests of the editor's page, with their answers."""
     from visualhfsm._editor import protocol
 
-    return _messages(get_args(protocol.Request), skip="id")
+    return _messages(get_args(protocol.Request), answered=True)
 
 
 def pushes() -> str:
@@ -324,17 +327,32 @@ def _is(found: object, base: type) -> bool:
     return isinstance(found, type) and issubclass(found, base)
 
 
-def _messages(kinds: Iterable[type], skip: str = "") -> str:
+def _messages(kinds: Iterable[type], *, answered: bool = False) -> str:
     rows = []
     for kind in kinds:
         info = _info(kind)
-        fields = [
-            f"`{field.encode_name}`{'' if field.required else '?'}: {_type(field.type)}"
-            for field in info.fields
-            if field.name != skip
-        ]
-        rows.append((f"`{info.tag}`", "<br>".join(fields), _plain(inspect.getdoc(kind) or "")))
-    return _table(("name", "fields", "meaning"), rows)
+        fields = [field for field in info.fields if field.name != "id" or not answered]
+        answer = (_answer(getattr(kind, "answer")),) if answered else ()  # noqa: B009 - of requests alone
+        rows.append((f"`{info.tag}`", _fields(fields), *answer, _plain(inspect.getdoc(kind) or "")))
+    return _table(("name", "fields", *(("answer",) if answered else ()), "meaning"), rows)
+
+
+def _fields(fields: Iterable[msgspec.inspect.Field]) -> str:
+    return "<br>".join(
+        f"`{field.encode_name}`{'' if field.required else '?'}: {_type(field.type)}" for field in fields
+    )
+
+
+def _answer(kind: Any) -> str:  # noqa: ANN401 - the type of an answer
+    """Return the fields of an answer, or what it is."""
+    if isinstance(kind, UnionType):
+        return "<br>or ".join(map(_answer, get_args(kind)))
+    info = msgspec.inspect.type_info(kind)
+    item = info.item_type if isinstance(info, msgspec.inspect.ListType) else info
+    fields = getattr(item, "fields", None)
+    if fields is None:
+        return _type(info)
+    return f"{'list:<br>' if item is not info else ''}{_fields(fields)}"
 
 
 def _info(kind: type) -> msgspec.inspect.StructType:
@@ -370,9 +388,13 @@ def _type(kind: Any) -> str:  # noqa: ANN401 - one of the many types of msgspec.
             return "true, false"
         case types.StrType():
             return "text"
+        case types.BytesType():
+            return "base64"
+        case types.CustomType(cls=kind) if kind is Message:
+            return "text"
         case types.VarTupleType() | types.ListType() | types.CollectionType():
             return f"list: {_type(kind.item_type)}"
-        case types.DictType() | types.StructType():
+        case types.DictType() | types.StructType() | types.TypedDictType() | types.DataclassType():
             return "table"
         case types.UnionType():
             return " or ".join(dict.fromkeys(map(_type, kind.types)))

@@ -125,3 +125,23 @@ class Code(StrEnum):
 
 LOST: Final = frozenset((Code.LOST_ON_SAVING, Code.SCXML_NOT_IMPORTED))
 """The kinds that say that something of a file is not in the document."""
+
+PROVED: Final = frozenset(
+    (
+        Code.BAD_DESCRIPTION,
+        Code.BAD_EXPRESSION,
+        Code.BAD_PROPERTY,
+        Code.CONFLICT,
+        Code.FIRES_TOO_LATE,
+        Code.NEVER_ENTERED,
+        Code.NEVER_FINISHES,
+        Code.NEVER_FIRES,
+        Code.NEVER_LEFT,
+        Code.POSSIBLE_CONFLICT,
+        Code.UNCLEAR_CODE,
+        Code.UNDECIDED,
+        Code.UNDECIDED_PROPERTY,
+        Code.VIOLATED_PROPERTY,
+    )
+)
+"""The kinds that the model checker finds."""

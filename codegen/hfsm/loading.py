@@ -108,7 +108,14 @@ def check_document(
     `load_document`.
     """
     loaded = load_document(path, None, diagnostics, include, document=document)
-    if loaded is None or (limit is not None and limit <= 0):
+    return None if loaded is None else explore_document(loaded, path, diagnostics, limit=limit)
+
+
+def explore_document(
+    loaded: LoadedDocument, path: Path, diagnostics: Diagnostics, *, limit: int | None = None
+) -> ModelReport | None:
+    """Report what the model checker finds in a loaded document, and return it; see `check_document`."""
+    if limit is not None and limit <= 0:
         return None
 
     from .model_checker import DEFAULT_LIMIT, check_model, read_operations, report_model

@@ -125,7 +125,7 @@ def test_enter_that_comes_before_the_question_answers_it(shown: EditorPage) -> N
     run(shown)
     shown.page.reload()
     expect_running(shown)
-    asked = shown.held("**/shell/beside.js", lambda: shown.press("F5"))
+    asked = shown.held("**/shell/before-run.js", lambda: shown.press("F5"))
     shown.press("Enter")
     asked.continue_()
     expect(shown.page.locator(".notice", has_text="Reloaded.")).to_be_visible()

@@ -6,14 +6,18 @@ import json
 import re
 from functools import partial
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, get_args, get_type_hints
 
+import pytest
+
+from codegen.messages import Message
 from tests.support.editor import DOCUMENT, Window, editor
 from tests.support.pages import blocks_of
 from visualhfsm._base.errors import ErrorKind
 from visualhfsm._editor.handlers import HANDLERS, Lane
 from visualhfsm._editor.protocol import REQUESTS, Request
 from visualhfsm._monitor.messages import Push
+from zenoh_ice.data import typed
 
 PAGE = Path(__file__).parents[2] / "docs" / "reference/protocol.md"
 
@@ -39,6 +43,24 @@ def test_the_conversation_is_held_as_it_is_described(tmp_path: Path) -> None:
             if not seen:
                 window.wait_for(partial(matches, expected=expected))
     assert not window.documents
+    for request in (json.loads(message) for mark, message in shown if mark == "→"):
+        answered = window.answers[request["id"]]
+        if "ok" in answered:
+            kind = next(each for each in get_args(Request) if each.__struct_config__.tag == request["op"])
+            typed.from_json(json.dumps(answered["ok"]), kind.answer, dec_hook=read_message)
+
+
+def read_message(kind: type, data: object) -> object:
+    assert kind is Message
+    return Message.verbatim(str(data))
+
+
+@pytest.mark.parametrize("kind", HANDLERS)
+def test_a_handler_returns_what_its_request_is_answered_with(kind: Any) -> None:
+    handle = HANDLERS[kind].handle
+    returned = get_type_hints(handle, include_extras=True).get("return", object)
+    if returned not in (object, Any):  # what is passed on, or a lambda
+        assert returned == (kind.answer or type(None))
 
 
 def matches(message: Any, expected: Any) -> bool:

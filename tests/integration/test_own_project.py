@@ -20,6 +20,7 @@ from codegen.hfsm import read_document
 from naoserver.fake import FakeRobot
 from tests.support.codegen_command import codegen
 from tests.support.commands import run_here
+from tests.support.editing import find_problems
 from tests.support.limits import EVENT_LIMIT, RUN_LIMIT, START_LIMIT
 from tests.support.pages import DOCS, blocks_of
 from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint
@@ -31,7 +32,6 @@ from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._commands.app import app
 from visualhfsm._commands.new import new
 from visualhfsm._document.places import Place
-from visualhfsm._document.problems import find_problems
 from visualhfsm._monitor.messages import Output, Source, StartedPush
 from visualhfsm._processes.components import StartedComponents
 from visualhfsm.project._code_help.service import CodeHelp

@@ -203,7 +203,7 @@ def test_a_component_is_announced_under_the_name_that_it_serves(tmp_path: Path) 
         pushes = ReceivedPushes()
         async with running(pushes) as service:
             shown = source(tmp_path / "2 baile-español.xml", text("print('I am', self.automaton().name)"))
-            assert await service.start(shown, []) == {"component": "component_2_baile_espanol"}
+            assert await service.start(shown, []) == "component_2_baile_espanol"
             await pushes.line("I am component_2_baile_espanol")
         assert {push.component for push in pushes.changes} == {"component_2_baile_espanol"}
 
@@ -304,7 +304,7 @@ def test_generating_writes_beside_the_document_and_needs_a_file(tmp_path: Path) 
         async with running(ReceivedPushes()) as service:
             saved = source(tmp_path / "walk.xml", text("print('old')"))
             written = await service.generate(edited(saved, "print('edited')"))
-            assert written == {"path": str(tmp_path / "walk.py")}
+            assert written == tmp_path / "walk.py"
             assert "print('edited')" in (tmp_path / "walk.py").read_text()
             with pytest.raises(VisualHfsmError, match="save the document first"):
                 await service.generate(Source(2, 1, saved.document, None, True))
@@ -345,7 +345,8 @@ def test_a_report_of_a_component_that_runs_elsewhere_is_located_in_its_document(
             lines = known.path.read_text().split("\n")
             line = next(number for number, content in enumerate(lines, 1) if "x / 0" in content)
             found = await service.locate(known, f"walk.py:57 (walk.xml:{line})")
-            assert found == {"place": Place(kind="state", automaton=1, id=1, part="code"), "line": 2}
+            assert found is not None
+            assert (found.place, found.line) == (Place(kind="state", automaton=1, id=1, part="code"), 2)
             assert await service.locate(known, "walk.py:57 (other.xml:3)") is None
             assert await service.locate(replace(known, path=None), "walk.py:57 (walk.xml:3)") is None
 

@@ -138,7 +138,7 @@ def test_what_the_browser_keeps_is_kept_by_path() -> None:
     )
     static = Path("visualhfsm/_editor/static")
     modules = [
-        path for path in static.rglob("*.js") if "vendor" not in path.parts and path.name != "storage.js"
+        path for path in static.rglob("*.js") if "vendor" not in path.parts and path.name != "location.js"
     ]
     assert len(modules) > 80
     assert not [str(path) for path in modules if by_origin.search(path.read_text("utf-8"))]

@@ -667,16 +667,16 @@ class FakeRunning(NoPart):
         self._publish = publish
         self.closed = False
 
-    async def start(self, source: Source, arguments: Sequence[str], **_: object) -> dict[str, Any]:
+    async def start(self, source: Source, arguments: Sequence[str], **_: object) -> str:
         self._publish(StartedPush(tab=source.tab, component="robot", status="starting"))
         lines = [OutputLine(text=f"line {index}") for index in range(3000)]
         self._publish(Output(tab=source.tab, lines=lines))
         if "stay" not in arguments:
             self._publish(StartedPush(tab=source.tab, component="robot", status="ended", exit_code=0))
-        return {"arguments": list(arguments)}
+        return " ".join(("robot", *arguments))
 
-    async def generate(self, source: Source) -> object:
-        return {"path": "robot.py"}
+    async def generate(self, source: Source) -> Path:
+        return Path("robot.py")
 
     async def close(self) -> None:
         self.closed = True
@@ -778,7 +778,7 @@ def served(root: Path, parts: list[Parts]) -> Iterator[Editor]:
 
 def test_a_run_reports_its_output_before_its_end(served: Editor) -> None:
     with served.window() as window:
-        assert window.ask("start", tab=1, arguments=["--fast"]) == {"arguments": ["--fast"]}
+        assert window.ask("start", tab=1, arguments=["--fast"]) == {"component": "robot --fast"}
         ended = window.wait_for_push("started", status="ended")
         assert ended["exitCode"] == 0
         output = [push for push in window.pushes if push["push"] == "output"]
@@ -805,7 +805,7 @@ def test_a_component_whose_name_runs_elsewhere_is_not_started(root: Path) -> Non
         with pytest.raises(Refused, match="dance runs already, and was not started here: stop it first"):
             window.ask("start", tab=1)
         window.ask("saveAs", tab=1, path="dance2.xml")
-        assert window.ask("start", tab=1) == {"arguments": []}
+        assert window.ask("start", tab=1) == {"component": "robot"}
 
 
 def test_a_run_beside_a_component_of_others_is_refused_until_the_user_accepts_it(
@@ -819,10 +819,10 @@ def test_a_run_beside_a_component_of_others_is_refused_until_the_user_accepts_it
                 window.ask("start", tab=1, beside=accepted)
             assert refused.value.kind == "shared"
         assert not [push for push in window.pushes if push["push"] == "started"]
-        assert window.ask("start", tab=1, dryRun=True) == {"arguments": []}
-        assert window.ask("start", tab=1, beside=["dance"]) == {"arguments": []}
+        assert window.ask("start", tab=1, dryRun=True) == {"component": "robot"}
+        assert window.ask("start", tab=1, beside=["dance"]) == {"component": "robot"}
         thinks = window.ask("open", path="thinks.xml")["tab"]
-        assert window.ask("start", tab=thinks) == {"arguments": []}
+        assert window.ask("start", tab=thinks) == {"component": "robot"}
 
 
 def test_a_document_is_changed_until_its_component_is_reloaded(served: Editor) -> None:
@@ -879,7 +879,7 @@ def test_a_run_is_recorded_into_a_new_file_below_the_root(served: Editor, root: 
         answer = window.ask("start", tab=1, arguments=["--fast"], record=True)
         name = answer["recording"]
         assert re.fullmatch(r"recordings/robot-\d{8}-\d{6}\.mcap", name)
-        assert answer["arguments"] == ["--fast", "--record", str(root / name), "--record-images"]
+        assert answer["component"] == f"robot --fast --record {root / name} --record-images"
         assert (root / "recordings").is_dir()
         (root / "recordings").rmdir()
         (root / "recordings").symlink_to("/")

@@ -15,7 +15,7 @@ const {actions, addActions, findActions, isEnabled, perform, withAdded} = await 
   new URL("kit/registry.js", STATIC).href
 );
 const {store} = await import(new URL("data/store.js", STATIC).href);
-const {containsWords} = await import(new URL("kit/words.js", STATIC).href);
+const {containsWords} = await import(new URL("kit/texts.js", STATIC).href);
 
 const state = (id, fields = {}) => ({id, name: `s${id}`, initial: false, final: false, children: [], ...fields});
 const transition = (id, origin, destination, priority = "") => ({id, name: `t${id}`, origin, destination, priority});

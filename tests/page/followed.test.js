@@ -4,7 +4,7 @@ import {test} from "node:test";
 import {STATIC} from "./page.js";
 
 const {Followed} = await import(new URL("run/followed.js", STATIC).href);
-const {Starts} = await import(new URL("run/starts.js", STATIC).href);
+const {OwnRuns} = await import(new URL("run/own-runs.js", STATIC).href);
 
 const automaton = (id, fields = {}) => ({
   id,
@@ -77,7 +77,7 @@ test("the automata of another run are noticed", () => {
 });
 
 test("a run is steered where it was started, and where the user allows it, and no other run of it is", () => {
-  const starts = new Starts();
+  const starts = new OwnRuns();
   assert.ok(!starts.maySteer("walk", 5));
   starts.running.add("walk");
   assert.ok(starts.running.has("walk") && starts.maySteer("walk", 5));

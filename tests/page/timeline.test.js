@@ -5,7 +5,7 @@ import {Socket, STATIC} from "./page.js";
 
 const {seen, stepOf, wasActive} = await import(new URL("run/lanes.js", STATIC).href);
 const {monitor} = await import(new URL("run/monitor.js", STATIC).href);
-const {Past} = await import(new URL("run/past.js", STATIC).href);
+const {StateChanges} = await import(new URL("run/state-changes.js", STATIC).href);
 const {scrubbing} = await import(new URL("run/scrubbing.js", STATIC).href);
 const {store} = await import(new URL("data/store.js", STATIC).href);
 
@@ -27,7 +27,7 @@ beforeEach(async () => {
 });
 
 test("a span lasts as long as its state is the current one", () => {
-  const past = new Past();
+  const past = new StateChanges();
   past.add({time: 1, automata: [now(1, 5)]});
   past.add({time: 2, automata: [now(1, 5)]});
   past.add({time: 3, automata: [now(1, 6, {enteredAt: 2.5, lastTransition: 9})]});
@@ -37,7 +37,7 @@ test("a span lasts as long as its state is the current one", () => {
 });
 
 test("a state that is entered again begins another span, one that becomes a ghost changes nothing", () => {
-  const past = new Past();
+  const past = new StateChanges();
   past.add({time: 1, automata: [now(1, 5, {enteredAt: 1})]});
   past.add({time: 2, automata: [now(1, 5, {enteredAt: 2, lastTransition: 3})]});
   past.add({time: 3, automata: [now(1, 5, {enteredAt: 2, ghost: true})]});
@@ -46,7 +46,13 @@ test("a state that is entered again begins another span, one that becomes a ghos
 });
 
 test("what the server kept goes on with what comes, and nothing older is taken", () => {
-  const past = new Past({start: 0, end: 4, changes: [[2, 1, 5, 6, 9]], spans: [[1, 6, false, 2, 4]], numbers: ["x"]});
+  const past = new StateChanges({
+    start: 0,
+    end: 4,
+    changes: [[2, 1, 5, 6, 9]],
+    spans: [[1, 6, false, 2, 4]],
+    numbers: ["x"],
+  });
   past.add({time: 3, automata: [now(1, 7)]});
   past.add({time: 5, automata: [now(1, 6, {enteredAt: 2})]});
   assert.deepEqual(past.spans.get(1), [span(6, 2, 5)]);
@@ -62,7 +68,7 @@ test("what the server kept goes on with what comes, and nothing older is taken",
 });
 
 test("of a long run the oldest spans and changes are forgotten, and what is now stays", () => {
-  const past = new Past();
+  const past = new StateChanges();
   past.add({time: 0, automata: [now(3, 7)]});
   for (let time = 1; time <= 20_050; time += 1)
     past.add({time, automata: [now(1, time % 2, {enteredAt: time}), now(2, 1)]});
@@ -104,7 +110,7 @@ test("the times below the lanes are round", () => {
 });
 
 test("a moment of the past is asked for, the latest only, and the end of a run is what happens now", async () => {
-  monitor.followed.past = new Past({start: 0, end: 10, changes: [[4, 1, 1, 2, 3]], spans: [], numbers: []});
+  monitor.followed.past = new StateChanges({start: 0, end: 10, changes: [[4, 1, 1, 2, 3]], spans: [], numbers: []});
   const at = (time) => ({component: {time}});
   scrubbing.to(3);
   scrubbing.to(5);
@@ -129,7 +135,7 @@ test("a moment of the past is asked for, the latest only, and the end of a run i
 });
 
 test("a step within what one moment lasts is a step, too", async () => {
-  monitor.followed.past = new Past({start: 0, end: 10, changes: [[4, 1, 1, 2, 3]], spans: [], numbers: []});
+  monitor.followed.past = new StateChanges({start: 0, end: 10, changes: [[4, 1, 1, 2, 3]], spans: [], numbers: []});
   const show = async (/** @type {number} */ time, /** @type {number} */ found) => {
     scrubbing.to(time);
     socket.push({re: socket.sent.at(-1).id, ok: {component: {time: found}}});

@@ -3,7 +3,7 @@ import {test} from "node:test";
 
 import {STATIC} from "./page.js";
 
-const {spokenTime, toMilliseconds} = await import(new URL("kit/times.js", STATIC).href);
+const {spokenTime, toMilliseconds} = await import(new URL("kit/texts.js", STATIC).href);
 
 test("times are typed in units of people, and shown so without losing any", () => {
   for (const [typed, milliseconds, shown] of [

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cache
+from pathlib import Path
 from random import Random
 from typing import Final, Literal, get_args, get_origin
 
@@ -11,9 +13,19 @@ import msgspec
 from codegen.hfsm.document import Automaton, Document, State, Text, Transition
 from visualhfsm._base.errors import EditError
 from visualhfsm._document.commands import COMMANDS, Command, decode_command
+from visualhfsm._document.problems import Problem, check
 from visualhfsm._document.serialization import copy_states, written
 
-__all__ = ["automaton", "choose_command", "large_document", "names", "state", "transition", "tree"]
+__all__ = [
+    "automaton",
+    "choose_command",
+    "find_problems",
+    "large_document",
+    "names",
+    "state",
+    "transition",
+    "tree",
+]
 
 TEXTS = (
     "",
@@ -94,6 +106,13 @@ def transition(document: Document, id: int, of: int = 1) -> Transition:
 def names(document: Document, of: int = 1) -> list[str]:
     """Return the names of the states of an automaton."""
     return [each.name for each in automaton(document, of).states]
+
+
+def find_problems(
+    text: str, path: Path | None, include: Sequence[Path] = (), *, limit: int | None = None
+) -> list[Problem]:
+    """Return all problems of the text of a document."""
+    return [*check(text, path, include, limit=limit, most=None).problems]
 
 
 def large_document(states: int, automata: int = 1) -> Document:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import inspect
 import json
 from collections.abc import Callable, Iterable, Mapping
-from types import NoneType
+from types import NoneType, UnionType
 from typing import Any, Final, get_args, get_type_hints
 
 import msgspec
@@ -18,23 +18,13 @@ from msgspec import inspect as shapes
 
 from codegen.hfsm.document import Automaton, Document, Event, Interface, Node, Text
 from codegen.messages import Message
-from interfaces.hfsm import Explanation, ReloadReport
 from visualhfsm._base.html_file import STATIC
 from visualhfsm._document.commands import COMMANDS
-from visualhfsm._document.diff import Difference
-from visualhfsm._document.places import Hit
 from visualhfsm._document.problems import CounterexampleView, StepView
 from visualhfsm._document.views import SHOWN
 from visualhfsm._editor import protocol
-from visualhfsm._editor.own_robots import OwnRobot
 from visualhfsm._monitor.messages import Push
-from visualhfsm._monitor.realm.robot import RobotFacts
-from visualhfsm._monitor.realm.run_log import Timeline
-from visualhfsm._monitor.stopping import StopReport
-from visualhfsm._processes.bodies import KnownBody
-from visualhfsm._processes.robots import World
 from visualhfsm._processes.test_results import TestsPush
-from visualhfsm.project._code_help.protocol import Completions, InterfaceDescription, Signature
 from visualhfsm.project._code_help.protocol import Explanation as NameExplanation
 
 __all__ = ["FILE", "protocol_types"]
@@ -43,30 +33,59 @@ FILE: Final = STATIC / "data" / "protocol.d.ts"
 
 _HEAD: Final = """// Written by `python -m tests.support.protocol_types` from the types of Python. Do not edit.
 """
-_ANSWERS: Final[tuple[type[msgspec.Struct], ...]] = (
-    Completions,
-    Difference,
-    Explanation,
-    Hit,
-    InterfaceDescription,
-    KnownBody,
-    NameExplanation,
-    OwnRobot,
-    ReloadReport,
-    RobotFacts,
-    Signature,
-    StopReport,
-    Timeline,
-    World,
-)
-"""What requests are answered with, and is no part of a push."""
+_PAGE: Final = """
+/** The last parameters of a function that takes the fields of a message, which may have none. */
+export type FieldsOf<Message> = {} extends Message ? [Message?] : [Message];
+
+/** What the server answers: the value of a request, or why it was refused. */
+export interface Answer {
+  push?: undefined;
+  re: number;
+  ok?: unknown;
+  error?: string;
+  kind: string;
+}
+
+export type Workspace = Omit<WorkspacePush, "push">;
+
+/** A text as elements: their tags, attributes and content. */
+export type Words = (string | [tag: string, attributes: Record<string, string>, content: Words])[];
+
+/** A document without its automata. */
+export type Fields = DocumentFields & {name: string};
+
+/** What changed in a document, as visualhfsm/_editor/window.py finds it. */
+export interface Patch {
+  document?: Partial<Fields>;
+  automata?: Automaton[];
+  removed?: number[];
+  order?: number[];
+  parts?: Part[];
+}
+
+/** What changed in an automaton. */
+export interface Part {
+  id: number;
+  fields?: Partial<Automaton>;
+  states?: Change<State>;
+  transitions?: Change<Transition>;
+  annotations?: Change<Annotation>;
+}
+
+/** What changed in a list of items. */
+export interface Change<Item> {
+  changed?: Item[];
+  removed?: number[];
+  order?: number[];
+}
+"""
+"""What the page makes of these types."""
 _NAMES: Final[Mapping[type, str]] = {
     CounterexampleView: "Counterexample",
     Document: "DocumentFields",  # the browser has another Document, and other events
     Event: "DocumentEvent",
     NameExplanation: "NameExplanation",
     StepView: "Step",
-    protocol.Step: "UndoStep",
 }
 """Types whose names in the page differ, since names of all modules of Python meet there."""
 
@@ -83,8 +102,7 @@ def protocol_types() -> str:
     writer.table("Requests", "The fields of each request.", requests, left_out=("id:",))
     writer.table("Commands", "The fields of each command.", COMMANDS)
     writer.alias("Command", "{[Name in keyof Commands]: {command: Name} & Commands[Name]}[keyof Commands]")
-    for answer in _ANSWERS:
-        writer.reference(answer)
+    writer.answers(requests)
     for element in (Document, Automaton):
         writer.element(element)
     return writer.text()
@@ -112,7 +130,7 @@ class _Writer:
 
     def text(self) -> str:
         """Return all that was written, in alphabetical order."""
-        return "\n".join([_HEAD, *(self._written[name] for name in sorted(self._written))])
+        return "\n".join([_HEAD + _PAGE, *(self._written[name] for name in sorted(self._written))])
 
     def alias(self, name: str, content: str) -> None:
         """Write a type that is made of others."""
@@ -136,11 +154,21 @@ class _Writer:
             lines += [f"  /** {_first_line(kind)} */", *_member(shape.tag, fields)]
         self._written[name] = "\n".join([*lines, "}", ""])
 
-    def reference(self, kind: type[msgspec.Struct]) -> str:
+    def answers(self, kinds: Iterable[type[msgspec.Struct]]) -> None:
+        """Write an interface with the answer to each request."""
+        lines = ["/** The answer to each request. */", "export interface Answers {"]
+        for kind in kinds:
+            answer: Any = getattr(kind, "answer")  # noqa: B009 - of requests alone
+            several = get_args(answer) if isinstance(answer, UnionType) else (answer,)
+            types = [self._type(shapes.type_info(each)) for each in several]
+            lines.append(f"  {_struct(kind).tag}: {' | '.join(dict.fromkeys(types))};")
+        self._written["Answers"] = "\n".join([*lines, "}", ""])
+
+    def reference(self, kind: type, fields: Callable[[], list[str]] | None = None) -> str:
         """Write a type that messages contain, unless it is written, and return its name."""
         name = _NAMES.get(kind, kind.__name__)
         if name not in self._written:
-            self._interface(name, kind, lambda: self._fields(_struct(kind)))
+            self._interface(name, kind, fields or (lambda: self._fields(_struct(kind))))
         assert self._types[name] is kind, f"two types are called {name}: add one of them to _NAMES"
         return name
 
@@ -176,9 +204,20 @@ class _Writer:
             found.append(f"{field.encode_name}{'?' if is_optional else ''}: {self._type(field.type)}")
         return found
 
+    def _member(self, field: shapes.Field) -> str:
+        return f"{field.encode_name}{'' if field.required else '?'}: {self._type(field.type)}"
+
     def _type(self, shape: shapes.Type) -> str:
         """Return a type of JSON, and write those that it names."""
         match shape:
+            case shapes.Metadata(extra={"page": name}):
+                return str(name)
+            case shapes.Metadata(type=inner):
+                return self._type(inner)
+            case (
+                shapes.TypedDictType(cls=kind, fields=fields) | shapes.DataclassType(cls=kind, fields=fields)
+            ):
+                return self.reference(kind, lambda: [self._member(each) for each in fields])
             case shapes.UnionType(types=types):
                 return " | ".join(dict.fromkeys(self._type(each) for each in types))
             case shapes.StructType(array_like=True, fields=fields):
@@ -193,7 +232,7 @@ class _Writer:
                 return _either(each.value for each in kind)
             case shapes.IntType() | shapes.FloatType() | shapes.EnumType():
                 return "number"
-            case shapes.StrType():
+            case shapes.StrType() | shapes.BytesType():
                 return "string"
             case shapes.CustomType(cls=kind) if kind is Message:
                 return "string"

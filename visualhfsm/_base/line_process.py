@@ -1,8 +1,8 @@
 """Child processes that answer questions, and end with this process.
 
-Such a process isolates work that may take long or fail. Questions and answers are one line each, after an
-empty one when it is ready. The process ends when its input ends; its time and memory are limited. At the end
-it is killed with all processes that it has started, unless they have left its group.
+Such a process isolates work that may take long or fail. Questions are one line each, and so are answers or
+their parts, after an empty line when it is ready. The process ends when its input ends; its time and memory
+are limited. At the end it is killed with all processes that it has started, unless they have left its group.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Final
 
 from visualhfsm._base.environment import child_environment
@@ -69,6 +69,7 @@ class LineProcess:
         self._longest_answer = longest_answer
         self._lock = threading.Lock()
         self._process: subprocess.Popen[bytes] | None = None
+        self._unread = b""
         self._closed = False
 
     def ask(self, question: bytes, patience: float) -> bytes:
@@ -76,11 +77,35 @@ class LineProcess:
 
         Raises NoAnswerError.
         """
+        return self._guarded(lambda: self._ask(question, patience))
+
+    def has_more(self, within: float) -> bool:
+        """Return whether the next part of an answer comes within some seconds."""
+        with self._lock, contextlib.suppress(TooSlowError):
+            process = self._process
+            if process is not None and process.stdout is not None and b"\n" not in self._unread:
+                _wait(process.stdout.fileno(), select.POLLIN, time.monotonic() + within)
+            return True
+        return False
+
+    def more(self, patience: float) -> bytes:
+        """Return the next part of an answer that has several, within `patience` s. Raises NoAnswerError."""
+        return self._guarded(lambda: self._more(patience))
+
+    def signal(self, number: signal.Signals) -> None:
+        """Send a signal to the process, if it runs; it must handle that."""
+        process = self._process
+        if process is not None and process.returncode is None:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(process.pid, number)
+
+    def _guarded(self, work: Callable[[], bytes]) -> bytes:
+        """Do work with the process, which is ended if that fails."""
         with self._lock:
             if self._closed:
                 raise NoAnswerError("it has been ended")
             try:
-                return self._ask(question, patience)
+                return work()
             except (OSError, EOFError) as error:
                 code = self._stop(_KILL_LIMIT)
                 raise (KilledError if code == -signal.SIGKILL else NoAnswerError)(_ended(code)) from error
@@ -106,6 +131,11 @@ class LineProcess:
         until = time.monotonic() + patience
         _write(process.stdin.fileno(), question + b"\n", until)
         return self._read_line(process.stdout.fileno(), until)
+
+    def _more(self, patience: float) -> bytes:
+        if self._process is None or self._process.stdout is None:
+            raise EOFError
+        return self._read_line(self._process.stdout.fileno(), time.monotonic() + patience)
 
     def _start(self) -> subprocess.Popen[bytes]:
         """Start the process, and wait until it is ready."""
@@ -135,8 +165,9 @@ class LineProcess:
         return self._process
 
     def _read_line(self, descriptor: int, until: float) -> bytes:
-        found = bytearray()
-        while not found.endswith(b"\n"):
+        part = self._unread
+        found = bytearray(part)
+        while b"\n" not in part:
             _wait(descriptor, select.POLLIN, until)
             part = os.read(descriptor, 1 << 16)
             if not part:
@@ -144,11 +175,13 @@ class LineProcess:
             found += part
             if len(found) > self._longest_answer:
                 raise NoAnswerError(f"its answer is longer than {self._longest_answer >> 20} MB")
-        return bytes(found[:-1])
+        line, _, self._unread = bytes(found).partition(b"\n")
+        return line
 
     def _stop(self, patience: float = 0.0) -> int:
         """End the process with its group; return its exit code, 0 if it lives on for `patience` s."""
         process, self._process = self._process, None
+        self._unread = b""
         if process is None:
             return 0
         try:
@@ -163,10 +196,11 @@ class LineProcess:
         return code
 
 
-def answer_lines(answer: Callable[[bytes], bytes], memory: int = _MEMORY) -> None:
+def answer_lines(answer: Callable[[bytes], bytes | Iterable[bytes]], memory: int = _MEMORY) -> None:
     """Say that the process is ready, and answer questions from stdin until it ends.
 
-    Other output goes to stderr. `memory` is the limit of the address space in bytes.
+    An answer is a line, or several, which are its parts. Other output goes to stderr. `memory` is the limit
+    of the address space in bytes.
     """
     resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
     output = os.fdopen(os.dup(1), "wb")
@@ -185,7 +219,8 @@ def answer_lines(answer: Callable[[bytes], bytes], memory: int = _MEMORY) -> Non
 
     goes_on = is_read(b"")
     while goes_on and (question := sys.stdin.buffer.readline()):
-        goes_on = is_read(answer(question))
+        answered = answer(question)
+        goes_on = all(map(is_read, (answered,) if isinstance(answered, bytes) else answered))
 
 
 def _ended(code: int) -> str:

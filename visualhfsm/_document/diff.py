@@ -43,6 +43,8 @@ _UNSEEN: Final = frozenset(("attributes", "comments", "extras", "lists", "root_t
 class Difference(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defaults=True):
     """A difference: a whole element, or a `part` of one with its text before and after.
 
+    Of a text of several lines, `lines` are those that differ, for who asks.
+
     Elements that the editor does not know are the part `other`.
     """
 
@@ -51,6 +53,7 @@ class Difference(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit
     part: str = ""
     before: str = ""
     after: str = ""
+    lines: tuple[str, ...] = ()
 
 
 def diff_documents(before: model.Document, after: model.Document) -> list[Difference]:

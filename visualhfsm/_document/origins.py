@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import Final, Literal, NamedTuple
 
@@ -52,7 +53,7 @@ class Origins:
         home: Path | None = None,
     ) -> None:
         self._imports = ImportedPlaces(document, path, include, home=home)
-        self._locator = Locator(document)
+        self._document = document
         self._name = path.name
         self._component = component
         self._source_map = source_map
@@ -62,6 +63,10 @@ class Origins:
         """The same, of a line of the component whose code comes from another file."""
         self._unloaded = re.compile(r"[^ :]+: error: ([^ :]+):(\d{1,9}): ")
         """The pattern of a library that fails: `follow_ball.py: error: follow_ball.xml:9: `."""
+
+    @cached_property
+    def _locator(self) -> Locator:
+        return Locator(self._document)
 
     @property
     def _whole(self) -> Document:
@@ -180,14 +185,19 @@ class Origins:
 
 
 def read_origins(
-    document: Path, component: Path, include: Sequence[Path] = (), *, home: Path | None = None
+    document: Path,
+    component: Path,
+    include: Sequence[Path] = (),
+    *,
+    home: Path | None = None,
+    content: Document | None = None,
 ) -> Origins | None:
     """Return the source map of a component, or None without its document.
 
     Without its file, only lines that name the document are found. `include` are as for `resolve`, `home` is
-    the document's own file where this one is a copy.
+    the document's own file where this one is a copy, and `content` the document if it was read already.
     """
-    read = read_document(document, Diagnostics())
+    read = content or read_document(document, Diagnostics())
     if read is None:
         return None
     try:

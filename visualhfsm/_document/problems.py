@@ -5,6 +5,8 @@ The editor never waits for a check: `CheckProcess` runs this module as a separat
 
 from __future__ import annotations
 
+import contextlib
+import signal
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -16,7 +18,7 @@ from codegen.diagnostics import Diagnostic, Diagnostics, Location, Note, Severit
 from codegen.hfsm import parse_document
 from codegen.hfsm.codes import Code
 from codegen.hfsm.document import Document
-from codegen.hfsm.loading import check_document
+from codegen.hfsm.loading import explore_document, load_document
 from codegen.messages import NO_MESSAGE, Message
 from visualhfsm._base.languages import encode_message
 from visualhfsm._base.line_process import answer_lines
@@ -35,8 +37,11 @@ _MOST_STEPS: Final = 2000
 """Steps of a counterexample that are sent; longer ones are in the notes."""
 _VIOLATED: Final = Code.VIOLATED_PROPERTY
 _NO_STATE: Final = Code.NO_STATE
+_ORDER: Final = {"error": 0, "warning": 1, "note": 2}
 UNTITLED: Final = "untitled.xml"
 """The name of a document that has no file."""
+GIVE_UP: Final = signal.SIGUSR1
+"""Ends the search of the model checker in the process that checks."""
 
 
 class StepView(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defaults=True):
@@ -116,20 +121,15 @@ class Proof(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defa
 class Findings(msgspec.Struct, frozen=True, kw_only=True):
     """The problems of a document, by severity, and the verdict on each of its properties, in their order.
 
-    Of very many, the first 1,000 and the worst of each element are listed; `counts` has the number of all by
-    severity. `proofs` is None if the model checker did not run, after errors or because it took too long.
+    Of very many, the first 1,000 and the worst of each piece are listed; `counts` has the number of all by
+    severity. `proofs` is None if the model checker did not run, after errors or because it took too long. As
+    long as it searches, the findings are not `complete`.
     """
 
     problems: tuple[Problem, ...] = ()
     counts: Mapping[Severity, int] = {}
     proofs: tuple[Proof, ...] | None = None
-
-
-def find_problems(
-    text: str, path: Path | None, include: Sequence[Path] = (), *, limit: int | None = None
-) -> list[Problem]:
-    """Return all problems that `check` finds."""
-    return [*check(text, path, include, limit=limit, most=None).problems]
+    complete: bool = True
 
 
 def check(
@@ -142,34 +142,55 @@ def check(
 ) -> Findings:
     """Check the text of a document; `path` is its file, if it has one.
 
-    The first `most` problems are listed, and the worst of each element. The model checker explores up to
+    The first `most` problems are listed, and the worst of each piece. The model checker explores up to
     `limit` configurations, by default as many as `check_document`: `CheckProcess` does so in another process.
     """
+    *_, found = check_in_parts(text, path, include, limit=limit, most=most)
+    return found
+
+
+def check_in_parts(
+    text: str,
+    path: Path | None,
+    include: Sequence[Path] = (),
+    *,
+    limit: int | None = None,
+    most: int | None = _MOST_PROBLEMS,
+) -> Iterator[Findings]:
+    """Yield what is found without the model checker, if that has to look, and then all; see `check`."""
     file = path or Path.cwd() / UNTITLED
     diagnostics = Diagnostics(decoded=True)
     document = parse_document(text, file, diagnostics)
-    report = None
+    loaded = None
     if document is not None and not diagnostics.has_errors:
-        report = check_document(file, diagnostics, include, limit=limit, document=document)
+        loaded = load_document(file, None, diagnostics, include, document=document)
     locator = Locator(document or Document())
     imports = ImportedPlaces(document or Document(), file, include)
-    order = {"error": 0, "warning": 1, "note": 2}
-    reported = (each for each in diagnostics if each.code != _NO_STATE or not _is_blank(document))
-    found = sorted(reported, key=lambda each: order[each.severity])
-    problems = (_with_steps(_problem(each, file, locator, imports), report) for each in found)
-    return Findings(
-        problems=tuple(problems if most is None else _listed(problems, most)),
-        counts=Counter(each.severity for each in found),
-        proofs=None if report is None else tuple(map(_proof, report.properties)),
-    )
+
+    def findings(report: ModelReport | None, *, complete: bool = True) -> Findings:
+        reported = (each for each in diagnostics if each.code != _NO_STATE or not _is_blank(document))
+        found = sorted(reported, key=lambda each: _ORDER[each.severity])
+        problems = (_with_steps(_problem(each, file, locator, imports), report) for each in found)
+        return Findings(
+            problems=tuple(problems if most is None else _listed(problems, most)),
+            counts=Counter(each.severity for each in found),
+            proofs=None if report is None else tuple(map(_proof, report.properties)),
+            complete=complete,
+        )
+
+    if loaded is None:
+        yield findings(None)
+        return
+    yield findings(None, complete=False)
+    yield findings(explore_document(loaded, file, diagnostics, limit=limit))
 
 
 def _listed(problems: Iterable[Problem], most: int) -> Iterator[Problem]:
-    """Yield the first problems, and the first of each further element, which shows it as its sign."""
+    """Yield the first problems, and the first of each further element or piece of code, which shows it."""
     seen: set[object] = set()
     for number, each in enumerate(problems):
         places = (each.place, *each.copies, *each.owners)
-        about = {(at.kind, at.automaton, at.id or (at.part, at.index)) for at in places if at is not None}
+        about = {(at.kind, at.automaton, at.id, at.part, at.index) for at in places if at is not None}
         if number < most or not about <= seen:
             yield each
         seen |= about
@@ -276,7 +297,10 @@ def _where(location: Location, file: Path, locator: Locator, imports: ImportedPl
 
 
 class Question(msgspec.Struct, frozen=True):
-    """The text of a document to check, and the other parameters of `check`."""
+    """The text of a document to check, and the other parameters of `check_in_parts`, whose parts answer it.
+
+    On GIVE_UP while the model checker searches, the last part is the first one again.
+    """
 
     text: str
     path: str
@@ -284,16 +308,34 @@ class Question(msgspec.Struct, frozen=True):
     limit: int | None
 
 
-def _answer(line: bytes) -> bytes:
+class _GivenUp(BaseException):
+    """The search of the model checker is given up; no code of ours takes this for an error."""
+
+
+def _answers(line: bytes) -> Iterator[bytes]:
     question = typed.from_json(line, Question)
-    found = check(
-        question.text,
-        Path(question.path),
-        [Path(directory) for directory in question.include],
-        limit=question.limit,
-    )
+    include = [Path(directory) for directory in question.include]
+    parts = check_in_parts(question.text, Path(question.path), include, limit=question.limit)
+    found = next(parts)
+    yield _encoded(found)
+    if found.complete:
+        return
+    with contextlib.suppress(_GivenUp):
+        signal.signal(GIVE_UP, _give_up)
+        found = next(parts)
+        signal.signal(GIVE_UP, signal.SIG_IGN)
+    yield _encoded(found)
+
+
+def _encoded(found: Findings) -> bytes:
     return msgspec.json.encode(found, enc_hook=encode_message)
 
 
+def _give_up(*_: object) -> None:
+    signal.signal(GIVE_UP, signal.SIG_IGN)
+    raise _GivenUp
+
+
 if __name__ == "__main__":
-    answer_lines(_answer)
+    signal.signal(GIVE_UP, signal.SIG_IGN)  # one that comes too late means an earlier question
+    answer_lines(_answers)

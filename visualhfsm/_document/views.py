@@ -7,7 +7,9 @@ an automaton is `period`. `x` and `y` are pixels: of a state its middle, of a tr
 from __future__ import annotations
 
 from dataclasses import fields
-from typing import Any, Final
+from typing import Annotated, Any, Final
+
+import msgspec
 
 from codegen.hfsm import document
 from codegen.hfsm.document import Automaton, Document, Interface, Node, Text
@@ -19,6 +21,15 @@ _HIDDEN: Final[dict[type, frozenset[str]]] = {
     Interface: frozenset(("ip", "port")),
 }
 _NAMES: Final[dict[tuple[type, str], str]] = {(Automaton, "iteration_time"): "period"}
+
+
+def of_page(name: str) -> msgspec.Meta:
+    """Return what annotates a type with its name in the page, where that says more."""
+    return msgspec.Meta(extra={"page": name})
+
+
+AutomatonView = Annotated[dict[str, Any], of_page("Automaton")]
+"""What `view` returns of an automaton."""
 
 
 def view(node: Node) -> dict[str, Any]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+from collections.abc import Callable
 from functools import partial
 from typing import Final
 
@@ -19,11 +20,13 @@ _logger = logging.getLogger(__name__)
 class CheckScheduler:
     """Checks documents that have not changed for a moment, one at a time, in their newest version.
 
-    `quiet` is that moment in seconds. The listeners of the document get what is found.
+    `quiet` is that moment in seconds. The listeners of the document get what is found. As soon as another
+    document is to be checked, `give_up_search` ends the search of the model checker, which is made up for.
     """
 
-    def __init__(self, quiet: float) -> None:
+    def __init__(self, quiet: float, give_up_search: Callable[[], None] = lambda: None) -> None:
         self._quiet = quiet
+        self._give_up_search = give_up_search
         self._threads = Threads(1)
         self._waiting: dict[int, Tab] = {}
         self._wanted = asyncio.Event()
@@ -34,6 +37,7 @@ class CheckScheduler:
         self._waiting[tab.id] = tab
         self._changed_at = asyncio.get_running_loop().time()
         self._wanted.set()
+        self._give_up_search()
 
     def forget(self, tab: Tab) -> None:
         """Stop checking a tab's document."""
@@ -62,7 +66,9 @@ class CheckScheduler:
     async def _check(self, tab: Tab) -> None:
         try:
             again = await tab.look_at_imports()
-            await self._threads.do(partial(tab.document.check, again=again))
+            findings = await self._threads.do(partial(tab.document.check, again=again))
+            if not findings.complete:
+                self._waiting.setdefault(tab.id, tab)
         except VisualHfsmError as error:
             _logger.warning("%s was not checked: %s", tab.shown.title, error)
         except Exception:  # an internal error of one check must not end all checks

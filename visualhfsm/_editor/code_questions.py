@@ -23,7 +23,7 @@ class CodeQuestions:
 
     def __init__(self, help: CodeHelp) -> None:
         self._help = help
-        self._desks = {wanted: _Desk() for wanted in ("complete", "explain", "signature", "lint")}
+        self._desks = {wanted: _Desk() for wanted in ("complete", "explain", "signature")}
         self._interfaces: asyncio.Task[Any] | None = None
 
     async def ask(

@@ -11,8 +11,11 @@ from typing import TYPE_CHECKING, Any, Final
 from codegen.messages import Message, joined
 from visualhfsm._base.errors import SharedRobotError, VisualHfsmError
 from visualhfsm._document.serialization import written
+from visualhfsm._monitor.followers import Followed, OpenedRecording
 from visualhfsm._monitor.messages import Stopper
+from visualhfsm._monitor.stopping import StopReport
 
+from . import answers as a
 from .tab import Tab
 from .window import Window
 
@@ -37,7 +40,7 @@ class Components:
     def require_rest(self) -> None:
         """Raise VisualHfsmError while components start or run: they would drive a robot that comes."""
         started = self._parts.started
-        present = {str(each["component"]) for each in self._workspace.present.components}
+        present = {str(each["component"]) for each in self._workspace.news.present.components}
         if names := (present - started.names(dry=True)) | started.names(dry=False):
             raise VisualHfsmError.because(
                 "stop {names} first: it would drive the real robot at once", names=", ".join(sorted(names))
@@ -49,7 +52,7 @@ class Components:
         They count only for a document that uses a robot.
         """
         ours = {each.started.component for each in self._workspace.tabs if each.started is not None}
-        names = [str(each["component"]) for each in self._workspace.present.components]
+        names = [str(each["component"]) for each in self._workspace.news.present.components]
         others = [name for name in names if name not in ours and name not in accepted]
         if not others or not tab.shown.document.interfaces:
             return
@@ -71,7 +74,7 @@ class Components:
         *,
         record: bool = False,
         dry_run: str | None = None,
-    ) -> dict[str, Any]:
+    ) -> a.StartedRun:
         """Start the component of a tab, which the window follows from then on, before it is present.
 
         It is refused when one of its name runs that was not started here. With `record`, its run is recorded
@@ -90,25 +93,29 @@ class Components:
                 name=name,
             ) from None
         source = tab.source
-        recording: dict[str, str] = {}
+        recording = ""
         if record:
             file = await self._workspace.threads.do(lambda: self._new_recording(name))
             arguments = [*arguments, "--record", str(file), "--record-images"]
-            recording = {"recording": self._workspace.project.root.name(file)}
+            recording = self._workspace.project.root.name(file)
         started = await self._parts.started.start(
             source, arguments, dry_run=dry_run, require_ready=self._parts.robot.require_connected
         )
         tab.generated = source.document
         tab.take_generated()
         self._workspace.publish_state()
-        return {**started, **recording, **await self.follow(window, name, awaited=True)}
+        followed = await self.follow(window, name, awaited=True)
+        run: a.StartedRun = {"component": started, "recording": recording, **followed}
+        if not recording:
+            del run["recording"]
+        return run
 
-    async def generate(self, tab: Tab) -> object:
+    async def generate(self, tab: Tab) -> a.Written:
         """Generate the component of a tab, also for one that runs and is to be reloaded."""
         source = tab.source
         generated = await self._parts.started.generate(source)
         tab.generated = source.document
-        return generated
+        return {"path": str(generated)}
 
     async def steer(self, component: str, action: str, arguments: Mapping[str, Any]) -> object:
         """Steer a component that is followed."""
@@ -121,14 +128,14 @@ class Components:
         return result
 
     def _runs_elsewhere(self, name: str) -> bool:
-        present = self._workspace.present.components
+        present = self._workspace.news.present.components
         return any(each["component"] == name for each in present) and not any(
             tab.is_started and tab.component == name for tab in self._workspace.tabs
         )
 
     # ---------------------------------------------------------------------------------------- stopping
 
-    async def emergency_stop(self, by: Stopper) -> object:
+    async def emergency_stop(self, by: Stopper) -> StopReport:
         """Stop the robot and all components of its realm, then all processes of components started here.
 
         The window that asked for it may close: it is repeated until the robot is still.
@@ -141,7 +148,7 @@ class Components:
             await asyncio.wait({stopping}, timeout=limit)
         finally:
             ending = self._stop(parts.started.stop_all())
-        report = await asyncio.shield(stopping)
+        report: StopReport = await asyncio.shield(stopping)
         if names and (unseen := names.difference(report.stopped, report.failed)):
             await asyncio.wait({ending}, timeout=limit)  # what was starting was not in the realm yet
             late = unseen & parts.started.names()
@@ -157,7 +164,7 @@ class Components:
 
     # ---------------------------------------------------------------------------------------- recordings
 
-    async def record(self, component: str, pictures: int | None) -> dict[str, str] | None:
+    async def record(self, component: str, pictures: int | None) -> a.Recorded | None:
         """Record a followed component, with its document if that is open; None ends the recording."""
         followers = self._parts.followers
         if pictures is None:
@@ -172,7 +179,7 @@ class Components:
         await followers.record(component, file, text, pictures)
         return {"recording": self._workspace.project.root.name(file)}
 
-    async def open_recording(self, window: Window, recording: Path) -> dict[str, Any]:
+    async def open_recording(self, window: Window, recording: Path) -> OpenedRecording:
         """Open a recording, which is closed when the window leaves or follows it no more."""
         found = await self._parts.followers.recording(recording)
         self._workspace.windows.follow(window, found["component"])
@@ -194,7 +201,7 @@ class Components:
 
     # ---------------------------------------------------------------------------------------- following
 
-    async def follow(self, window: Window, component: str, *, awaited: bool = False) -> dict[str, Any]:
+    async def follow(self, window: Window, component: str, *, awaited: bool = False) -> Followed:
         """Send a window what a component does from now on, if it is present or `awaited`."""
         self._workspace.windows.follow(window, component)
         try:

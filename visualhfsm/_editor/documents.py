@@ -9,7 +9,6 @@ import asyncio
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from visualhfsm._base.errors import EditError
 from visualhfsm._base.languages import known_language
@@ -19,13 +18,14 @@ from visualhfsm._processes.robots import find_worlds
 from visualhfsm.project._document import OpenDocument
 from visualhfsm.project._editing.templates import find_templates
 
+from . import answers as a
 from . import protocol as p
 from .tab import Tab
 from .window import Window
 from .workspace import Workspace
 
 
-async def hello(workspace: Workspace, window: Window, request: p.Hello) -> dict[str, Any]:
+async def hello(workspace: Workspace, window: Window, request: p.Hello) -> a.Greeting:
     """Send a window the whole state."""
     templates = await workspace.threads.do(find_templates)
     root = workspace.project.root.directory
@@ -43,17 +43,17 @@ async def hello(workspace: Workspace, window: Window, request: p.Hello) -> dict[
     }
 
 
-async def share(workspace: Workspace, _: Window, request: p.Share) -> dict[str, str]:
+async def share(workspace: Workspace, _: Window, request: p.Share) -> a.Address:
     """Return the read-only address of the page; blank once it is withdrawn."""
     return {"address": workspace.share(request.shared)}
 
 
-async def open_file(workspace: Workspace, path: str) -> dict[str, Any]:
+async def open_file(workspace: Workspace, path: str) -> a.Opened:
     """Open a document, or find the tab where it is open. SCXML becomes a new document."""
     return await shown(workspace, partial(workspace.project.open, path))
 
 
-async def recover(workspace: Workspace, _: Window, request: p.Recover) -> dict[str, Any]:
+async def recover(workspace: Workspace, _: Window, request: p.Recover) -> a.Opened:
     """Open a document that was still open when its editor ended, as it was then."""
     opened = await shown(workspace, partial(workspace.project.recover, request.journal))
     await workspace.look_for_recoverable()
@@ -66,7 +66,7 @@ async def discard(workspace: Workspace, _: Window, request: p.Discard) -> None:
     await workspace.look_for_recoverable()
 
 
-async def open_recording(workspace: Workspace, window: Window, request: p.Recording) -> dict[str, Any]:
+async def open_recording(workspace: Workspace, window: Window, request: p.Recording) -> a.ShownRecording:
     """Open a recording; `tab` of the answer shows the document that it contains, 0 without one."""
     project = workspace.project
     path = project.root.recording(request.path)
@@ -78,7 +78,7 @@ async def open_recording(workspace: Workspace, window: Window, request: p.Record
         return {**found, "tab": known}
     open_it = partial(project.open_text, path.name, found["document"], kept=True)
     try:
-        return {**found, **await shown(workspace, open_it, recording=path)}
+        return {**found, "tab": (await shown(workspace, open_it, recording=path))["tab"]}
     except EditError:
         return {**found, "tab": 0}
 
@@ -97,13 +97,13 @@ async def close(workspace: Workspace, _: Window, request: p.Close) -> None:
     await complete(closed())
 
 
-async def save(workspace: Workspace, _: Window, request: p.Save) -> dict[str, Any]:
+async def save(workspace: Workspace, _: Window, request: p.Save) -> a.Written:
     """Save a document to its own file."""
     tab = workspace.tabs.get(request.tab)
     return {"path": _name(workspace, await tab.edit(OpenDocument.save, overwrite=request.overwrite))}
 
 
-async def save_as(workspace: Workspace, _: Window, request: p.SaveAs) -> dict[str, Any]:
+async def save_as(workspace: Workspace, _: Window, request: p.SaveAs) -> a.SavedAs:
     """Save a document to another file; one of a recording is saved as a copy, which is opened."""
     tab = workspace.tabs.get(request.tab)
     if tab.recording is None:
@@ -113,14 +113,14 @@ async def save_as(workspace: Workspace, _: Window, request: p.SaveAs) -> dict[st
     return {"path": _name(workspace, copy), **await open_file(workspace, str(copy))}
 
 
-async def resolve(workspace: Workspace, _: Window, request: p.Resolve) -> dict[str, Any]:
+async def resolve(workspace: Workspace, _: Window, request: p.Resolve) -> a.Resolved:
     """Resolve a change of the file by another program."""
     tab = workspace.tabs.get(request.tab)
     resolution = await tab.edit(OpenDocument.resolve, request.choice)
     return {"revision": tab.shown.revision, "conflicts": list(resolution.conflicts)}
 
 
-async def list_files(workspace: Workspace, _: Window, request: p.ListFiles) -> dict[str, Any]:
+async def list_files(workspace: Workspace, _: Window, request: p.ListFiles) -> a.Listing:
     """List the documents, recordings and directories in a directory."""
     root = workspace.project.root
     directory = root.directory_of(request.directory)
@@ -144,7 +144,7 @@ async def list_files(workspace: Workspace, _: Window, request: p.ListFiles) -> d
 
 async def shown(
     workspace: Workspace, make: Callable[[], OpenDocument], *, recording: Path | None = None
-) -> dict[str, Any]:
+) -> a.Opened:
     """Open a document, and show it in a tab; the answer has the remarks about a foreign file."""
 
     async def show() -> Tab:
@@ -152,7 +152,9 @@ async def shown(
 
     tab = await complete(show())
     document = tab.document
-    return {"tab": tab.id, **({} if document.remarks is None else {"remarks": document.remarks})}
+    if document.remarks is None:
+        return {"tab": tab.id}
+    return {"tab": tab.id, "remarks": document.remarks}
 
 
 def _name(workspace: Workspace, path: Path) -> str:

@@ -6,7 +6,7 @@ Everything raises VisualHfsmError.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Concatenate, ParamSpec
+from typing import Concatenate, ParamSpec
 
 from visualhfsm._base.errors import MissingError
 from visualhfsm._document.commands import in_language
@@ -15,6 +15,7 @@ from visualhfsm._document.commands.paste import PasteStates
 from visualhfsm.project._document import OpenDocument
 from visualhfsm.project._editing.edited_document import Change
 
+from . import answers as a
 from . import protocol as p
 from .views import TabEdit
 from .window import Window
@@ -23,13 +24,13 @@ from .workspace import Workspace
 P = ParamSpec("P")
 
 
-async def do(workspace: Workspace, window: Window, request: p.Do) -> dict[str, Any]:
+async def do(workspace: Workspace, window: Window, request: p.Do) -> a.Done:
     """Apply a command; names that it makes up are in the language of the page."""
     command = in_language(request.command, window.language)
     return await change(workspace, request, OpenDocument.apply, command, request.base, window)
 
 
-async def copy(workspace: Workspace, window: Window, request: p.Copy) -> dict[str, str]:
+async def copy(workspace: Workspace, window: Window, request: p.Copy) -> a.Copied:
     """Put states into the clipboard."""
     tab = workspace.tabs.get(request.tab)
     text = await tab.edit(OpenDocument.copy, request.automaton, request.states, request.annotations)
@@ -37,15 +38,15 @@ async def copy(workspace: Workspace, window: Window, request: p.Copy) -> dict[st
     return {"text": text}
 
 
-async def cut(workspace: Workspace, window: Window, request: p.Cut) -> dict[str, Any]:
+async def cut(workspace: Workspace, window: Window, request: p.Cut) -> a.CutOut:
     """Put states into the clipboard, and delete them."""
     tab = workspace.tabs.editable(request.tab)
     text, changed = await tab.edit(OpenDocument.cut, request.automaton, request.states, request.annotations)
     workspace.clipboard = window.clipboard = text
-    return {**_outcome(changed), "text": text}
+    return {**_done(changed), "text": text}
 
 
-async def paste(workspace: Workspace, window: Window, request: p.Paste) -> dict[str, Any]:
+async def paste(workspace: Workspace, window: Window, request: p.Paste) -> a.Done:
     """Paste what the window has copied, or any window if it has copied nothing."""
     workspace.tabs.editable(request.tab)  # the first thing to say of a recording
     content = window.clipboard or workspace.clipboard
@@ -55,7 +56,7 @@ async def paste(workspace: Workspace, window: Window, request: p.Paste) -> dict[
     return await change(workspace, request, OpenDocument.apply, command)
 
 
-async def duplicate(workspace: Workspace, _: Window, request: p.Duplicate) -> dict[str, Any]:
+async def duplicate(workspace: Workspace, _: Window, request: p.Duplicate) -> a.Done:
     """Paste states beside themselves."""
     tab = workspace.tabs.editable(request.tab)
     content = await tab.edit(OpenDocument.copy, request.automaton, request.states, request.annotations)
@@ -63,7 +64,7 @@ async def duplicate(workspace: Workspace, _: Window, request: p.Duplicate) -> di
     return await change(workspace, request, OpenDocument.apply, command)
 
 
-async def add_ready(workspace: Workspace, window: Window, request: p.AddReady) -> dict[str, Any]:
+async def add_ready(workspace: Workspace, window: Window, request: p.AddReady) -> a.Done:
     """Draw a state of the shelf."""
     return await change(
         workspace,
@@ -80,7 +81,7 @@ async def add_ready(workspace: Workspace, window: Window, request: p.AddReady) -
     )
 
 
-async def put_on_shelf(workspace: Workspace, _: Window, request: p.PutOnShelf) -> dict[str, str]:
+async def put_on_shelf(workspace: Workspace, _: Window, request: p.PutOnShelf) -> a.Written:
     """Write states as a ready state of the project, and return the name of its file."""
     path = await workspace.tabs.get(request.tab).edit(
         OpenDocument.put_on_shelf,
@@ -100,9 +101,9 @@ async def change(
     work: Callable[Concatenate[OpenDocument, P], Change],
     *args: P.args,
     **kwargs: P.kwargs,
-) -> dict[str, Any]:
+) -> a.Done:
     """Change a document, and return what is new."""
-    return _outcome(await workspace.tabs.editable(request.tab).edit(work, *args, **kwargs))
+    return _done(await workspace.tabs.editable(request.tab).edit(work, *args, **kwargs))
 
 
 async def step(
@@ -111,12 +112,12 @@ async def step(
     work: Callable[Concatenate[OpenDocument, P], Change],
     *args: P.args,
     **kwargs: P.kwargs,
-) -> dict[str, Any]:
+) -> a.Undone:
     """Undo or redo, and return what is new, with the changed place, which may be out of sight."""
     changed = await workspace.tabs.editable(request.tab).edit(work, *args, **kwargs)
-    return {**_outcome(changed), "place": changed.place}
+    return {**_done(changed), "place": changed.place}
 
 
-def _outcome(change: Change) -> dict[str, Any]:
-    outcome = {"name": change.name, "revision": change.revision, "added": list(change.added)}
-    return {**outcome, "conflict": True} if change.conflict else outcome
+def _done(change: Change) -> a.Done:
+    done: a.Done = {"name": change.name, "revision": change.revision, "added": list(change.added)}
+    return {**done, "conflict": True} if change.conflict else done

@@ -103,11 +103,7 @@ _on(p.Imported, lambda w, _, r: questions.imported_by(w, w.tabs.get(r.tab)), Lan
 _on(p.Inline, lambda w, _, r: edits.change(w, r, OpenDocument.inline, r.automaton))
 _on(p.Interfaces, lambda w, _, _r: w.code_questions.interfaces(w.project.root.directory), Lane.CODE_HELP)
 _on(p.ListFiles, documents.list_files, Lane.BESIDE)
-_on(
-    p.Locate,
-    lambda w, _, r: w.parts.started.locate(w.tabs.get(r.tab).source, r.text, r.automaton, r.state),
-    Lane.BESIDE,
-)
+_on(p.Locate, questions.locate, Lane.BESIDE)
 _on(p.LookAtTests, lambda w, _, r: w.parts.tests.find(w.tabs.get(r.tab).source), Lane.BESIDE)
 _on(p.LookAtTrials, steering.look_at_trials, Lane.BESIDE)
 _on(p.Moment, lambda w, _, r: w.parts.followers.moment(r.component, r.time), Lane.BESIDE, for_viewers=True)

@@ -48,7 +48,7 @@ class Limits:
     output_characters: int = 200_000
     """Characters of these lines."""
 
-    quiet_seconds: float = 0.15
+    quiet_seconds: float = 0.03
     """The time for which a document must be unchanged before it is checked."""
 
     file_check_seconds: float = 1.0

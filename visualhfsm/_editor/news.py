@@ -6,18 +6,17 @@ import asyncio
 import contextlib
 import logging
 from collections.abc import Callable
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 from visualhfsm._monitor import messages
 from visualhfsm._processes.test_results import TestsPush
 from visualhfsm.project._document import Checked, Event, FileChanged
 from visualhfsm.trials._messages import TrialsPush
 
-from .protocol import Outside, Problems
+from .protocol import Outside
 from .tab import Tab
-
-if TYPE_CHECKING:
-    from .workspace import Workspace
+from .tabs import Tabs
+from .windows import Windows
 
 Item = TypeVar("Item")
 
@@ -25,11 +24,19 @@ _logger = logging.getLogger(__name__)
 
 
 class News:
-    """Takes reports in any thread, and passes them on on the event loop where it was made."""
+    """Takes reports in any thread, and passes them on on the event loop where it was made.
 
-    def __init__(self, workspace: Workspace) -> None:
-        self._workspace = workspace
-        self._tabs, self._windows = workspace.tabs, workspace.windows
+    `publish_state` sends all windows what the workspace says of its tabs and of what is `present`.
+    """
+
+    def __init__(self, tabs: Tabs, windows: Windows, publish_state: Callable[[], None]) -> None:
+        self._tabs = tabs
+        self._windows = windows
+        self._publish_state = publish_state
+        self.present = messages.Present([])
+        """The components of the realm, as they were reported last."""
+        self.robot = messages.Robot()
+        """The robot, in the same way."""
         self._loop = asyncio.get_running_loop()
 
     def publish(self, news: messages.Present | messages.Failed | messages.Push) -> None:
@@ -51,9 +58,7 @@ class News:
             return
         match event:
             case Checked(version=version, findings=findings):
-                tab.findings = Problems(
-                    tab=tab.id, revision=version.revision, items=findings.problems, counts=findings.counts
-                )
+                tab.take_findings(version, findings)
                 self._show_problems(tab)
                 if (tests := tab.tests.compare(tab.shown.document, tab.content)) is not None:
                     self._windows.push(tests)
@@ -61,7 +66,7 @@ class News:
                 outside = Outside(tab=tab.id, state=state, message=message)
                 tab.outside = outside if state in {"changed", "deleted"} else None
                 self._windows.push(outside)
-                self._workspace.publish_state()
+                self._publish_state()
 
     def _show_problems(self, tab: Tab) -> None:
         if (problems := tab.problems) is not None:
@@ -70,10 +75,10 @@ class News:
     def _publish(self, news: messages.Present | messages.Failed | messages.Push) -> None:
         match news:
             case messages.Present():
-                self._workspace.present = news
-                self._workspace.publish_state()
+                self.present = news
+                self._publish_state()
             case messages.Robot():
-                self._workspace.robot = news
+                self.robot = news
                 self._windows.push(news)
             case (
                 messages.Snapshot(component=component)
@@ -101,7 +106,7 @@ class News:
                     tab.failures.clear()
                     self._show_problems(tab)
                 tab.started = news
-                self._workspace.publish_state()  # first: a window gets a tab's name before what is started
+                self._publish_state()  # first: a window gets a tab's name before what is started
                 self._windows.push(news)
             case _:
                 _logger.debug("no window is left for %s", type(news).__name__)

@@ -15,7 +15,7 @@ from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Final, Literal
+from typing import Annotated, Final, Literal
 
 import msgspec
 
@@ -23,6 +23,7 @@ from codegen.messages import NO_MESSAGE, Message
 from visualhfsm._base.environment import child_environment
 from visualhfsm._base.errors import MissingPackageError, VisualHfsmError, WouldOverwriteError
 from visualhfsm._base.output_lines import describe_exit
+from visualhfsm._document.views import of_page
 from visualhfsm._monitor.realm.description import describe
 from visualhfsm._processes.bodies import FOLDER
 from visualhfsm.project._editing.files import make_folder, read_file, write_file
@@ -41,6 +42,10 @@ _MOST_NOTES: Final = 60
 _LONGEST_NOTE: Final = 400
 
 
+Described = Annotated[msgspec.Raw, of_page('import("../robot3d/robot-drawing.js").Described')]
+"""A robot as the page draws it."""
+
+
 class OwnRobot(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defaults=True):
     """A body of the user's own: the name and the text of its file, and how the robot is drawn.
 
@@ -54,8 +59,7 @@ class OwnRobot(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_d
     notes: list[str] = []
     problem: Message = NO_MESSAGE
     line: int = 0
-    robot: msgspec.Raw | None = None
-    """JSON for `static/robot3d/robot-drawing.js`."""
+    robot: Described | None = None
 
 
 class OwnRobots:

@@ -15,7 +15,7 @@ import msgspec
 
 from codegen.diagnostics import Severity
 from codegen.messages import NO_MESSAGE, Message
-from interfaces.hfsm import Breakpoint
+from interfaces.hfsm import Breakpoint, Explanation, ReloadReport
 from interfaces.nao import Vector3
 from visualhfsm._base.errors import ErrorKind
 from visualhfsm._base.languages import ENGLISH, encoder
@@ -23,11 +23,19 @@ from visualhfsm._document.commands import AnyCommand
 from visualhfsm._document.commands.transitions import TransitionType
 from visualhfsm._document.places import Place
 from visualhfsm._document.problems import Problem
-from visualhfsm._monitor.messages import Push
+from visualhfsm._document.views import AutomatonView, of_page
+from visualhfsm._monitor.followers import Followed
+from visualhfsm._monitor.messages import PresentComponent, Push
+from visualhfsm._monitor.realm.moments import Moment as Snapped
+from visualhfsm._monitor.realm.robot import RobotFacts
+from visualhfsm._monitor.stopping import StopReport
+from visualhfsm.project._code_help.protocol import InterfaceDescription
 from visualhfsm.project._editing.shelf import ReadyState
 from visualhfsm.trials._messages import ChosenLimit, ChosenRobot, ChosenRuns
 from zenoh_ice.data import typed
 
+from . import answers as a
+from .own_robots import Described, OwnRobot
 from .views import Request as BaseRequest
 from .views import RequestId, TabEdit, TabId, TabRequest, find_views
 
@@ -48,24 +56,28 @@ Ids = Annotated[list[ElementId], msgspec.Meta(max_length=100_000)]
 class Hello(BaseRequest):
     """Ask for the whole state, in a language such as `es`; the first request of a window."""
 
+    answer = a.Greeting
     language: Name = ENGLISH
 
 
 class Open(BaseRequest):
     """Open a document in a tab."""
 
+    answer = a.Opened
     path: Path
 
 
 class New(BaseRequest):
     """Create a document from a template."""
 
+    answer = a.Opened
     template: Name = "empty"
 
 
 class OpenText(BaseRequest):
     """Open a document whose text the page has, such as a dropped file; it has no path yet."""
 
+    answer = a.Opened
     name: Name
     text: Annotated[str, msgspec.Meta(max_length=4_000_000)]
 
@@ -79,12 +91,14 @@ class Close(TabRequest):
 class Save(TabRequest):
     """Save to the file that the document came from, with `overwrite` also over an older dialect."""
 
+    answer = a.Written
     overwrite: bool = False
 
 
 class SaveAs(TabRequest):
     """Save to another file, which is the document's from then on."""
 
+    answer = a.SavedAs
     path: Path
     overwrite: bool = False
 
@@ -92,6 +106,7 @@ class SaveAs(TabRequest):
 class Recover(BaseRequest):
     """Open a document that was still open when its editor ended: one of `recoverable`."""
 
+    answer = a.Opened
     journal: Name
 
 
@@ -104,6 +119,7 @@ class Discard(BaseRequest):
 class ListFiles(BaseRequest):
     """List a directory; the root for an empty one."""
 
+    answer = a.Listing
     directory: Path = ""
 
 
@@ -126,23 +142,32 @@ class Do(TabEdit):
 class Undo(TabEdit):
     """Undo the last step."""
 
+    answer = a.Undone
+
 
 class Redo(TabEdit):
     """Redo the step that was undone last."""
+
+    answer = a.Undone
 
 
 class GoTo(TabEdit):
     """Undo or redo up to a step of the document; `revision` is that of the step."""
 
+    answer = a.Undone
     revision: Revision
 
 
 class Copy(_ChosenStates):
     """Put states, their sub-trees, the transitions among them and annotations into the window's clipboard."""
 
+    answer = a.Copied
+
 
 class Cut(_ChosenStates):
     """Copy, and delete."""
+
+    answer = a.CutOut
 
 
 class Paste(TabEdit):
@@ -178,6 +203,7 @@ class AddReady(TabEdit):
 class PutOnShelf(TabEdit):
     """Write states with all below them as a ready state of the project."""
 
+    answer = a.Written
     automaton: ElementId
     states: Ids
     title: Name
@@ -189,6 +215,7 @@ class PutOnShelf(TabEdit):
 class Search(BaseRequest):
     """Search names and code, in one document or in all open ones, for a text or a whole word."""
 
+    answer = list[a.Hits]
     text: Name
     whole: bool = False
     tab: TabId | None = None
@@ -197,17 +224,21 @@ class Search(BaseRequest):
 class Resolve(TabRequest):
     """Decide about a document whose file another program changed: keep it, read the file, or merge both."""
 
+    answer = a.Resolved
     choice: Literal["mine", "theirs", "merge"]
 
 
 class Diff(TabRequest):
     """Compare a document with another version: a file, or `saved`."""
 
+    answer = a.Comparison
     against: Path
 
 
 class Imported(TabRequest):
     """Ask for the content of the automata that a document imports from other files."""
+
+    answer = list[AutomatonView]
 
 
 class Extract(TabEdit):
@@ -229,6 +260,7 @@ class Locate(TabRequest):
     A report also has its `automaton` and `state`, which distinguish pieces that share a line.
     """
 
+    answer = a.Located | None
     text: Name
     automaton: ElementId = 0
     state: ElementId = 0
@@ -238,10 +270,11 @@ class CodeHelp(TabRequest):
     """Ask about a piece of code, as it is being typed; `line` counts from 1, `column` from 0.
 
     `complete`: completions; `define`: where the name at the position is defined; `explain`: what it stands
-    for; `signature`: the call around it; `lint`: what is wrong with the code, wherever the position is.
+    for; `signature`: the call around it.
     """
 
-    wanted: Literal["complete", "define", "explain", "signature", "lint"]
+    answer = a.CodeAnswer
+    wanted: Literal["complete", "define", "explain", "signature"]
     place: Place
     code: Code
     line: Position = 1
@@ -251,9 +284,13 @@ class CodeHelp(TabRequest):
 class Interfaces(BaseRequest):
     """Ask for the interfaces that documents may declare, with their operations."""
 
+    answer = list[InterfaceDescription]
+
 
 class Generate(TabRequest):
     """Generate the component's Python."""
+
+    answer = a.Written
 
 
 class Start(TabRequest):
@@ -264,6 +301,7 @@ class Start(TabRequest):
     uses a robot runs only `beside` those components of others that the user has accepted, by name.
     """
 
+    answer = a.StartedRun
     arguments: Annotated[list[Name], msgspec.Meta(max_length=100)] = []
     record: bool = False
     dry_run: bool = False
@@ -319,6 +357,7 @@ class SaveTest(TabRequest):
     The answer has its `name`, and whether it is `complete`: its file says what it leaves out.
     """
 
+    answer = a.SavedTest
     component: Name
 
 
@@ -349,12 +388,14 @@ class GuessRobot(BaseRequest):
     project, whose text is answered as it is.
     """
 
+    answer = OwnRobot
     path: Path
 
 
 class CheckRobot(BaseRequest):
     """Read the text of a robot's file, as that of `name` in the folder `robots`: an `OwnRobot`."""
 
+    answer = OwnRobot
     name: Name
     text: Code
 
@@ -365,6 +406,7 @@ class SaveRobot(BaseRequest):
     The answer has its `path`, and all `bodies` that can be simulated then.
     """
 
+    answer = a.SavedRobot
     name: Name
     text: Code
     overwrite: bool = False
@@ -393,6 +435,7 @@ class EndRobot(BaseRequest):
 class Follow(BaseRequest):
     """Follow a running component."""
 
+    answer = Followed
     component: Name
 
 
@@ -416,7 +459,7 @@ class Resume(Steering):
     """Go on after a pause."""
 
 
-class Step(Steering):
+class StepOnce(Steering, tag="step"):
     """Run one cycle of one automaton, or of all with 0, while paused."""
 
     automaton: ElementId
@@ -459,11 +502,14 @@ class SetSpeed(Steering):
 class Explain(Steering):
     """Ask why each transition out of the current state has not fired: an `Explanation`."""
 
+    answer = Explanation
     automaton: ElementId
 
 
 class Reload(Steering):
     """Load the component's file again, and go on in it: a `ReloadReport`."""
+
+    answer = ReloadReport
 
 
 class StopPresent(BaseRequest):
@@ -475,6 +521,7 @@ class StopPresent(BaseRequest):
 class Moment(BaseRequest):
     """Ask for the snapshot of a component, or a recording, at a component time in s."""
 
+    answer = Snapped | None
     component: Name
     time: Time
 
@@ -482,6 +529,7 @@ class Moment(BaseRequest):
 class Series(BaseRequest):
     """Ask for numbers over time, by their names: at most `points`, so that no peak is lost."""
 
+    answer = a.Numbers
     component: Name
     names: Annotated[list[Name], msgspec.Meta(max_length=32)]
     start: Time = 0.0
@@ -492,6 +540,7 @@ class Series(BaseRequest):
 class Picture(BaseRequest):
     """Ask for the picture of a camera at a wall time, as JPEG; null if that was not kept."""
 
+    answer = bytes | None
     component: Name
     camera: Name
     at: Time
@@ -499,6 +548,8 @@ class Picture(BaseRequest):
 
 class EmergencyStop(BaseRequest):
     """Stop the robot and all components of the realm: a `StopReport`."""
+
+    answer = StopReport
 
 
 class ResetEmergencyStop(BaseRequest):
@@ -530,36 +581,46 @@ class PushRobot(SceneRequest):
 class SayToRobot(SceneRequest):
     """Say something to the robot; the answer is what programs recognized in it."""
 
+    answer = str
     text: Name
 
 
 class Facts(BaseRequest):
     """Ask for the constants of the robot: `RobotFacts`."""
 
+    answer = RobotFacts
+
 
 class Body(BaseRequest):
     """Ask for a robot as it is drawn, by the hash of its description; null if it is not known any more."""
 
+    answer = Described | None
     hash: Annotated[str, msgspec.Meta(max_length=64)]
 
 
 class Identities(BaseRequest):
     """Ask for the servants of the realm, each with the type ids of its interfaces."""
 
+    answer = dict[str, list[str]]
+
 
 class RosGraph(BaseRequest):
     """Ask for the graph of ROS, which takes a second."""
+
+    answer = dict[str, Any]
 
 
 class Share(BaseRequest):
     """Ask for the read-only address of the page, relative to it; or withdraw it, so that all viewers go."""
 
+    answer = a.Address
     shared: bool = True
 
 
 class Export(TabRequest):
     """Ask for the document as its file would hold it, or as one `page` of HTML, to download it."""
 
+    answer = a.Download
     page: bool = False
 
 
@@ -569,6 +630,7 @@ class ExportRun(BaseRequest):
     `tab` is the one that shows its document, 0 without one.
     """
 
+    answer = a.Download
     component: Name
     tab: ElementId = 0
 
@@ -579,6 +641,7 @@ class Record(BaseRequest):
     `pictures` is their number per second and camera, None to end. The push `workspace` reports recordings.
     """
 
+    answer = a.Recorded | None
     component: Name
     pictures: Annotated[int, msgspec.Meta(ge=0, le=30)] | None = None
 
@@ -586,6 +649,7 @@ class Record(BaseRequest):
 class Recording(BaseRequest):
     """Open the recording of a run."""
 
+    answer = a.ShownRecording
     path: Path
 
 
@@ -631,7 +695,7 @@ class Answer(msgspec.Struct, kw_only=True):
     """The result of an operation."""
 
     re: int
-    ok: Any = None
+    ok: object = None
 
 
 class ErrorAnswer(msgspec.Struct, kw_only=True):
@@ -680,7 +744,7 @@ class WorkspacePush(Push, tag="workspace"):
 
     tabs: list[TabState]
     recoverable: list[Recoverable]
-    present: list[dict[str, Any]]
+    present: list[PresentComponent]
 
 
 class Shelf(Push):
@@ -713,14 +777,17 @@ class DocumentPush(Push, tag="document"):
     undo: tuple[UndoStep, ...]
     redo: tuple[UndoStep, ...]
     dirty: bool
-    full: msgspec.Raw | msgspec.UnsetType = msgspec.UNSET
-    patch: msgspec.Raw | msgspec.UnsetType = msgspec.UNSET
+    full: Annotated[msgspec.Raw, of_page("Fields & {automata: Automaton[]}")] | msgspec.UnsetType = (
+        msgspec.UNSET
+    )
+    patch: Annotated[msgspec.Raw, of_page("Patch")] | msgspec.UnsetType = msgspec.UNSET
 
 
 class Problems(Push):
     """The problems of a revision of a document; of very many not all `items`, but the `counts` of all.
 
-    `imports` counts the changes of imported files.
+    `imports` counts the changes of imported files. Until they are `complete`, the verdicts of the model
+    checker are those of an earlier revision.
     """
 
     tab: int
@@ -728,6 +795,7 @@ class Problems(Push):
     items: Sequence[Problem]
     counts: Mapping[Severity, int] = {}
     imports: int = 0
+    complete: bool = True
 
 
 class Outside(Push):

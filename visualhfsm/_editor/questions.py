@@ -17,13 +17,14 @@ from visualhfsm._base.errors import MissingError
 from visualhfsm._document.diff import Difference, changed_lines, diff_documents
 from visualhfsm._document.places import search as search_document
 from visualhfsm._document.serialization import parse_file
-from visualhfsm._document.views import view
+from visualhfsm._document.views import AutomatonView, view
 from visualhfsm._drawing.page import drawing_page
 from visualhfsm.project._code_help.definition import define
 from visualhfsm.project._document import OpenDocument
 from visualhfsm.project._editing.files import read_file
 from visualhfsm.project._editing.imports import imported_views
 
+from . import answers as a
 from . import protocol as p
 from .tab import Tab
 from .window import Window
@@ -44,7 +45,7 @@ async def code_help(workspace: Workspace, window: Window, request: p.CodeHelp) -
     )
 
 
-async def search(workspace: Workspace, _: Window, request: p.Search) -> list[dict[str, Any]]:
+async def search(workspace: Workspace, _: Window, request: p.Search) -> list[a.Hits]:
     """Search in one document or in all open ones."""
     tabs: Sequence[Tab] = [*workspace.tabs] if request.tab is None else [workspace.tabs.get(request.tab)]
     shown = [(tab.id, tab.shown.document) for tab in tabs]
@@ -54,7 +55,7 @@ async def search(workspace: Workspace, _: Window, request: p.Search) -> list[dic
     )
 
 
-async def diff(workspace: Workspace, _: Window, request: p.Diff) -> dict[str, Any]:
+async def diff(workspace: Workspace, _: Window, request: p.Diff) -> a.Comparison:
     """Compare a document with a file, or with itself as it was saved."""
     tab = workspace.tabs.get(request.tab)
     if request.against == _SAVED:
@@ -71,7 +72,7 @@ async def diff(workspace: Workspace, _: Window, request: p.Diff) -> dict[str, An
     return await workspace.threads.do(partial(_compared, before, tab.shown.document))
 
 
-async def export(workspace: Workspace, _: Window, request: p.Export) -> dict[str, str]:
+async def export(workspace: Workspace, _: Window, request: p.Export) -> a.Download:
     """Return a document as its file would hold it, or as a page."""
     tab = workspace.tabs.get(request.tab)
     if request.page:
@@ -84,7 +85,14 @@ async def export(workspace: Workspace, _: Window, request: p.Export) -> dict[str
     return {"name": f"{tab.shown.title}.xml", "text": text}
 
 
-async def imported_by(workspace: Workspace, tab: Tab) -> list[dict[str, Any]]:
+async def locate(workspace: Workspace, _: Window, request: p.Locate) -> a.Located | None:
+    """Return the code to which a line of a log refers."""
+    source = workspace.tabs.get(request.tab).source
+    found = await workspace.parts.started.locate(source, request.text, request.automaton, request.state)
+    return None if found is None else {"place": found.place, "line": found.line}
+
+
+async def imported_by(workspace: Workspace, tab: Tab) -> list[AutomatonView]:
     """Return the content of the automata that the document of a tab imports."""
     shown = tab.shown
     if (path := shown.path) is None:
@@ -92,7 +100,7 @@ async def imported_by(workspace: Workspace, tab: Tab) -> list[dict[str, Any]]:
     return await workspace.threads.do(lambda: imported_views(shown.document, path, workspace.project.include))
 
 
-def _compared(before: Document, after: Document) -> dict[str, Any]:
+def _compared(before: Document, after: Document) -> a.Comparison:
     """Return the differences, with the former automata, so that removed elements can be drawn."""
     differences = diff_documents(before, after)
     affected = {each.place.automaton for each in differences}
@@ -102,9 +110,7 @@ def _compared(before: Document, after: Document) -> dict[str, Any]:
     }
 
 
-def _with_lines(difference: Difference) -> dict[str, Any]:
+def _with_lines(difference: Difference) -> Difference:
     """Return a difference with the lines that differ in it."""
-    shown: dict[str, Any] = msgspec.to_builtins(difference)
-    if lines := [*islice(changed_lines(difference), _MOST_LINES)]:
-        shown["lines"] = lines
-    return shown
+    lines = tuple(islice(changed_lines(difference), _MOST_LINES))
+    return msgspec.structs.replace(difference, lines=lines)

@@ -15,13 +15,14 @@ from visualhfsm.project._version import stem
 from visualhfsm.trials._messages import Choices
 from zenoh_ice.data import typed
 
+from . import answers as a
 from . import protocol as p
 from .questions import imported_by
 from .window import Window
 from .workspace import Workspace
 
 
-async def start(workspace: Workspace, window: Window, request: p.Start) -> dict[str, Any]:
+async def start(workspace: Workspace, window: Window, request: p.Start) -> a.StartedRun:
     """Generate and start the component of a document."""
     tab = workspace.tabs.get(request.tab)
     dry_run = request.body if request.dry_run else None
@@ -49,7 +50,7 @@ def _operation(request: p.Request) -> tuple[str, dict[str, Any]]:
     return str(request.__struct_config__.tag), arguments
 
 
-async def export_run(workspace: Workspace, _: Window, request: p.ExportRun) -> dict[str, str]:
+async def export_run(workspace: Workspace, _: Window, request: p.ExportRun) -> a.Download:
     """Return the page of a run with the document of a tab, if there is one, and a name for the file."""
     tab = workspace.tabs.get(request.tab) if request.tab else None
     document = None if tab is None else tab.shown.document
@@ -58,7 +59,7 @@ async def export_run(workspace: Workspace, _: Window, request: p.ExportRun) -> d
     return {"name": f"{stem(request.component.rpartition(':')[2])}.html", "text": text}
 
 
-async def save_robot(workspace: Workspace, _: Window, request: p.SaveRobot) -> dict[str, Any]:
+async def save_robot(workspace: Workspace, _: Window, request: p.SaveRobot) -> a.SavedRobot:
     """Write the file of a robot."""
     save = partial(workspace.own_robots.save, request.name, request.text, overwrite=request.overwrite)
     path = await workspace.threads.do(save)
@@ -104,7 +105,7 @@ async def start_tests(workspace: Workspace, _: Window, request: p.StartTests) ->
     tab.tests.of = source.document
 
 
-async def save_test(workspace: Workspace, _: Window, request: p.SaveTest) -> dict[str, object]:
+async def save_test(workspace: Workspace, _: Window, request: p.SaveTest) -> a.SavedTest:
     """Write a test of what a component, or that of a recording, did."""
     source = workspace.tabs.get(request.tab).source
     past = await workspace.parts.followers.past(request.component)

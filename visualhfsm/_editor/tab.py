@@ -14,12 +14,13 @@ from typing import Concatenate, Final, Generic, ParamSpec, Self, TypeVar
 import msgspec
 
 from codegen.diagnostics import Severity
+from codegen.hfsm.codes import PROVED
 from codegen.hfsm.document import Automaton, Document
 from visualhfsm._base.work import retrieve
 from visualhfsm._document.diff import differ
 from visualhfsm._document.imported_places import ImportedPlaces
 from visualhfsm._document.places import texts_at, texts_in
-from visualhfsm._document.problems import Problem
+from visualhfsm._document.problems import Findings, Problem
 from visualhfsm._monitor.messages import Failed, RecentLines, Source, StartedPush
 from visualhfsm._processes.test_results import TestsPush, version_of
 from visualhfsm.project._document import Changed, Event, OpenDocument
@@ -243,6 +244,8 @@ class Tab:
     async def look_at_imports(self) -> bool:
         """Read the imported files, and return whether they have changed since this was done before."""
         former, document = self._imports, self.document
+        if former == Imports() and all(each.imported is None for each in document.automata):
+            return False
         self._imports = await self._threads.do(lambda: Imports.read(document.imports(), former))
         return self._imports is not former
 
@@ -250,6 +253,16 @@ class Tab:
         """Return whether an imported file has changed since they were read."""
         imports = self._imports
         return bool(imports.stamps) and await self._threads.do(imports.differ)
+
+    def take_findings(self, version: Version, findings: Findings) -> None:
+        """Keep what was found in a version, with the last proofs as long as there are no newer ones."""
+        items, counts = findings.problems, findings.counts
+        if not findings.complete and self.findings is not None:
+            proved = [each for each in self.findings.items if each.code in PROVED]
+            items, counts = (*items, *proved), Counter(counts) + Counter(each.severity for each in proved)
+        self.findings = Problems(
+            tab=self.id, revision=version.revision, items=items, counts=counts, complete=findings.complete
+        )
 
     def take_generated(self) -> None:
         """Remember that the running component has loaded the last generated document."""

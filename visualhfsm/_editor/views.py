@@ -11,13 +11,15 @@ import logging
 from collections.abc import Awaitable, Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Final, Protocol
+from typing import Annotated, Any, ClassVar, Final, Protocol
 
 import msgspec
 
 from visualhfsm._monitor.messages import tag
 from visualhfsm.project._root import Root
 from zenoh_ice import plugins
+
+from . import answers
 
 RequestId = Annotated[int, msgspec.Meta(ge=0, le=2**53 - 1)]
 TabId = Annotated[int, msgspec.Meta(ge=1, le=2**31 - 1)]
@@ -33,6 +35,9 @@ class Request(
 ):
     """A request of the page, whose `op` is the name of its class."""
 
+    answer: ClassVar[Any] = None
+    """The type of what it is answered with."""
+
     id: RequestId
 
 
@@ -44,6 +49,8 @@ class TabRequest(Request):
 
 class TabEdit(TabRequest):
     """A change of one document; requests of this kind are executed in order."""
+
+    answer: ClassVar[Any] = answers.Done
 
 
 @dataclass(frozen=True, slots=True)

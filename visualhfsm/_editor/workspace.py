@@ -11,7 +11,7 @@ from types import TracebackType
 from typing import Final, Self
 
 from visualhfsm._editor.own_robots import OwnRobots
-from visualhfsm._monitor.messages import Output, Present, Robot
+from visualhfsm._monitor.messages import Output
 from visualhfsm.project._document import OpenDocument
 from visualhfsm.project._editing.journal import Abandoned
 from visualhfsm.project._project import Project
@@ -41,6 +41,7 @@ class Workspace:
     recovery. The project gets the parts that check and read code.
     """
 
+    news: News
     parts: Parts
     project: Project
     code_questions: CodeQuestions
@@ -62,8 +63,6 @@ class Workspace:
         self.threads = Threads(limits.threads)
         self.tabs = Tabs()
         self.windows = Windows()
-        self.present = Present([])
-        self.robot = Robot()
         self.instance = secrets.token_hex(8)
         """Distinguishes this run of the server from others, whose tabs had the same numbers."""
         self.clipboard = ""
@@ -72,17 +71,17 @@ class Workspace:
         self._make_project = make_project
         self._demo = demo
         self._recording = ""
-        self._checks = CheckScheduler(limits.quiet_seconds)
+        self._checks = CheckScheduler(limits.quiet_seconds, self._give_up_search)
         self._recoverable: list[Abandoned] = []
         self._published: WorkspacePush | None = None
         self._shelf = Shelf(states=[])
         self._tasks: list[asyncio.Task[None]] = []
 
     async def __aenter__(self) -> Self:
-        news = News(self)
-        self.parts = self._make_parts(news.publish)
+        self.news = News(self.tabs, self.windows, self.publish_state)
+        self.parts = self._make_parts(self.news.publish)
         self.project = self._make_project(self.parts)
-        self.project.subscribe(news.publish_event)
+        self.project.subscribe(self.news.publish_event)
         self.code_questions = CodeQuestions(self.project.code_help)
         self.own_robots = OwnRobots(self.project.root)
         self.components = Components(self)
@@ -147,6 +146,9 @@ class Workspace:
                 self.windows.push(report)
         self._checks.check(tab)
 
+    def _give_up_search(self) -> None:
+        self.project.checks.give_up_search()
+
     def remove(self, tab: Tab) -> None:
         """Remove a tab, whose document is closed."""
         self.tabs.remove(tab)
@@ -161,7 +163,7 @@ class Workspace:
     def begin_demo(self) -> bool:
         """Return whether a window is to run the demo: the first one, where neither document nor robot is."""
         wanted, self._demo = self._demo, False
-        return wanted and not self.tabs and self.robot.status == "none"
+        return wanted and not self.tabs and self.news.robot.status == "none"
 
     def offer_recording(self, path: str) -> None:
         """Let the first window that comes show a recording."""
@@ -210,7 +212,7 @@ class Workspace:
         window.greet(language)
         window.push(self._state())
         window.push(self._shelf)
-        window.push(self.robot)
+        window.push(self.news.robot)
         for tab in self.tabs:
             window.show(tab)
             for push in (tab.problems, tab.outside, tab.started, tab.trials.now, tab.tests.now):
@@ -243,7 +245,7 @@ class Workspace:
                 )
                 for each in self._recoverable
             ],
-            present=[dict(each) for each in self.present.components],
+            present=[*self.news.present.components],
         )
 
     def _tab_state(self, tab: Tab) -> TabState:

@@ -9,7 +9,7 @@ from collections.abc import AsyncGenerator, Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Annotated, Any, Final, NamedTuple, NotRequired, TypedDict
 
 import msgspec
 
@@ -18,11 +18,12 @@ from codegen.messages import NO_MESSAGE, Message
 from codegen.reasons import reason
 from interfaces.hfsm import HfsmMonitorPrx
 from visualhfsm._base.errors import MissingPackageError, VisualHfsmError
+from visualhfsm._document.views import of_page
 from visualhfsm._monitor import messages
 from visualhfsm._monitor.realm.audible import played_samples
 from visualhfsm._monitor.realm.description import nao
 from visualhfsm._monitor.realm.follower import Follower, LiveStructure, News, Silence
-from visualhfsm._monitor.realm.moments import translate_moment, translate_snapshot
+from visualhfsm._monitor.realm.moments import Moment, translate_moment, translate_snapshot
 from visualhfsm._monitor.realm.pictures import require_pillow
 from visualhfsm._monitor.realm.realm import MONITOR_PREFIX, components, describe_component, missing_component
 from visualhfsm._monitor.realm.robot import RobotFacts, RobotMonitor, RobotPresence
@@ -58,6 +59,27 @@ class Past(NamedTuple):
     timeline: Timeline
     parameters: Mapping[str, str]
     interventions: Interventions | None
+
+
+class Followed(TypedDict):
+    """What is known of a component that is followed: its latest data, and when it went silent."""
+
+    structure: LiveStructure | None
+    snapshot: Moment | None
+    timeline: Timeline
+    since: NotRequired[float | None]
+    facts: NotRequired[RobotFacts]
+
+
+class OpenedRecording(Followed):
+    """A recording: the name for further requests, its document, and until when it is `shortened` if it is."""
+
+    component: str
+    document: str
+    shortened: Message
+    world: Annotated[Sequence[Any], of_page('import("../robot3d/world-drawing.js").WorldShape[]')]
+    cameras: Sequence[str]
+    body: str
 
 
 _READS_NAO: Final = threading.Lock()
@@ -108,7 +130,7 @@ class Followers:
             asyncio.create_task(self._keep_pictures(), name="pictures"),
         }
 
-    async def follow(self, component: str, *, awaited: bool = False) -> dict[str, Any]:
+    async def follow(self, component: str, *, awaited: bool = False) -> Followed:
         """Follow a component, if it is present or `awaited`; return what is known of it."""
         follower = self._followers.get(component)
         if follower is None:
@@ -218,7 +240,7 @@ class Followers:
         if (recorder := self._recorders.pop(component, None)) is not None:
             await recorder.close()
 
-    async def recording(self, path: Path) -> dict[str, Any]:
+    async def recording(self, path: Path) -> OpenedRecording:
         """Open the recording of a run; return its first data, and the name for requesting more."""
         name, run = await self._recordings.open(path)
         return {
@@ -300,8 +322,10 @@ class Followers:
         for name, recorder in list(self._recorders.items()):
             if recorder.is_over:
                 await self.end_record(name)
-        running = [
-            {"component": name} | (it.shown if (it := self._recorders.get(name)) else {})
+        running: list[messages.PresentComponent] = [
+            {"component": name, "recording": it.file, "since": it.since}
+            if (it := self._recorders.get(name))
+            else {"component": name}
             for name in components(self._communicator)
         ]
         news = messages.Present(running)

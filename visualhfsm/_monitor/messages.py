@@ -12,10 +12,10 @@ import contextlib
 import secrets
 import socket
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Final, Literal, NotRequired, TypedDict
 
 import msgspec
 
@@ -91,11 +91,19 @@ class Failed:
     texts: tuple[str, ...]
 
 
+class PresentComponent(TypedDict):
+    """A component of the realm; the file into which it is recorded here, and since when."""
+
+    component: str
+    recording: NotRequired[str]
+    since: NotRequired[float]
+
+
 @dataclass(frozen=True, slots=True)
 class Present:
-    """The components that run in the realm: their names."""
+    """The components that run in the realm."""
 
-    components: Sequence[Mapping[str, Any]]
+    components: Sequence[PresentComponent]
 
 
 def tag(class_name: str) -> str:

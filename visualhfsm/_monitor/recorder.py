@@ -45,18 +45,18 @@ class Recorder:
             )
         if pictures:
             require_pillow()
-        self._since = time.time()
-        self.shown: Final[dict[str, object]] = {"recording": path.name, "since": self._since}
-        """Fields for the page: the name of the file, and when the recording began, in s of wall time."""
+        self.file: Final = path.name
+        self.since: Final = time.time()
+        """When the recording began, in s of wall time."""
         self._follower = follower
         self._communicator = follower.monitor.ice_getCommunicator()
         self._robot = robot
         self._run = newest.component.startedAt
         with VisualHfsmError.in_place_of(RecordingFailedError):
             self._writer = RecordingWriter.watching(path, follower.component, document)
-        self._writer.show("/world", World(list(robot.world.shapes)), self._since)
+        self._writer.show("/world", World(list(robot.world.shapes)), self.since)
         if (described := follower.described) is not None:
-            self._writer.show("/description", Description.of(described.body, described.looks), self._since)
+            self._writer.show("/description", Description.of(described.body, described.looks), self.since)
         self.record(structure)
         self.record(newest)
         self._task = asyncio.create_task(self._take_pictures(pictures))
@@ -67,7 +67,7 @@ class Recorder:
         newest = self._follower.log.newest
         other = newest is not None and newest.component.startedAt != self._run
         gone = self._follower.identity not in self._communicator.identities()
-        return other or gone or time.time() - self._since > _LONGEST_RECORDING
+        return other or gone or time.time() - self.since > _LONGEST_RECORDING
 
     def record(self, news: News) -> None:
         """Record news of the component; called from any thread."""

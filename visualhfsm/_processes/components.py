@@ -17,7 +17,13 @@ from tempfile import TemporaryDirectory
 from typing import Final, Literal
 
 from codegen.diagnostics import Diagnostics
-from codegen.hfsm import component_path, extension_path, interface_directories, write_document
+from codegen.hfsm import (
+    component_path,
+    extension_path,
+    interface_directories,
+    read_document,
+    write_document,
+)
 from codegen.hfsm.document import Document
 from codegen.messages import NO_MESSAGE, Message
 from codegen.reasons import reason
@@ -73,12 +79,12 @@ class StartedComponents(PerDocument["StartedComponent"]):
         self._written: dict[Path, bytes] = {}
         """The components that were generated beside their documents, by their files."""
 
-    async def generate(self, source: messages.Source) -> object:
+    async def generate(self, source: messages.Source) -> Path:
         """Write the component beside its document, or where the tab's component runs; return its path."""
         if source.path is None and self.get(source.tab) is None:
             raise VisualHfsmError.because("save the document first: its component is written beside it")
         generated = await self.do(source.tab, lambda component: component.generate(source))
-        return {"path": str(generated.component)}
+        return generated.component
 
     def names(self, *, dry: bool | None = None) -> set[str]:
         """Return the names of what starts or runs: with `dry` only of dry runs, or only of others."""
@@ -91,7 +97,7 @@ class StartedComponents(PerDocument["StartedComponent"]):
         *,
         dry_run: str | None = None,
         require_ready: Callable[[], None] = lambda: None,
-    ) -> dict[str, str]:
+    ) -> str:
         """Generate and start; the tab's former process is stopped first. Return the name of the component.
 
         A `dry_run` has a fake robot with the body of this name instead of the realm's robot. Without one,
@@ -113,7 +119,7 @@ class StartedComponents(PerDocument["StartedComponent"]):
             await component.start(source, arguments, dry_run=dry_run)  # which takes the name before it waits
 
         await self.do(source.tab, start)
-        return {"component": source.component}
+        return source.component
 
     async def stop(self, tab: int, by: messages.Stopper | None = None) -> None:
         """Stop the tab's process, if one runs; `by` says who wants that."""
@@ -130,8 +136,10 @@ class StartedComponents(PerDocument["StartedComponent"]):
         """Stop all processes, also those that are being started."""
         await asyncio.gather(*map(super().stop, [*self._kept]))
 
-    async def locate(self, source: messages.Source, text: str, automaton: int = 0, state: int = 0) -> object:
-        """Return the place and the line of the code to which a line of a log or a report refers, or None.
+    async def locate(
+        self, source: messages.Source, text: str, automaton: int = 0, state: int = 0
+    ) -> Origin | None:
+        """Return the code to which a line of a log or a report refers, or None.
 
         A report has the `automaton` and the `state`, which distinguish pieces that share a line. It may come
         from a component that runs elsewhere, from the same file.
@@ -141,8 +149,7 @@ class StartedComponents(PerDocument["StartedComponent"]):
         if origins is None and source.path is not None:
             path = source.path
             origins = await asyncio.to_thread(read_origins, path, component_path(path, None), self._include)
-        found = None if origins is None else origins.find(text, automaton=automaton, state=state)
-        return None if found is None else {"place": found.place, "line": found.line}
+        return None if origins is None else origins.find(text, automaton=automaton, state=state)
 
     async def close(self) -> None:
         """Stop everything that runs."""
@@ -377,11 +384,16 @@ class _Directory:
         if path is not None and self._aside is not None and target == Path(self._aside.name):
             _copy_extension(path, target / file.name)
         written = self._written if path is not None and target == path.parent else None
-        component = generate_component(file, target, diagnostics, include, written=written)
+        content = read_document(file, diagnostics)
+        component = None
+        if content is not None:
+            component = generate_component(
+                file, target, diagnostics, include, document=content, written=written
+            )
         if component is None:
             raise VisualHfsmError(summary(diagnostics))
         self._target = target
-        origins = read_origins(file, component, include, home=path)
+        origins = read_origins(file, component, include, home=path, content=content)
         return _Generated(component, origins, unsaved=file != path)
 
     def file_for_last_cycle(self) -> Path:

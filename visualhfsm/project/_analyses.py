@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -62,12 +63,15 @@ class Analyses:
         with self._check_lock:
             kept = self._kept
             if again or kept is None or not _same(kept[0], version):
-                findings = project.checks.check(version.document, version.path, project.include)
+                findings = project.checks.check(
+                    version.document, version.path, project.include, partial(self._checked, version)
+                )
             else:
                 findings = kept[1]
                 if kept[0].revision == version.revision:
                     return findings
-            self._kept = version, findings
+            if findings.complete:
+                self._kept = version, findings
         self._checked(version, findings)
         return findings
 

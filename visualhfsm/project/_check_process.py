@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -17,12 +17,14 @@ from visualhfsm._base.errors import EditError
 from visualhfsm._base.languages import decode_message
 from visualhfsm._base.line_process import LineProcess, NoAnswerError
 from visualhfsm._document import problems
-from visualhfsm._document.problems import UNTITLED, Findings, Problem, Question
+from visualhfsm._document.problems import GIVE_UP, UNTITLED, Findings, Problem, Question
 from visualhfsm._document.serialization import written
 from zenoh_ice.data import typed
 
 _CHECK_LIMIT: Final = 20.0
 """Limit of a check in seconds, and again without the model checker."""
+_SOON: Final = 0.1
+"""Seconds that the model checker has before what is found without it is passed on."""
 
 
 class CheckProcess:
@@ -36,18 +38,29 @@ class CheckProcess:
         self._patience = patience
         self._folder = folder or Path.cwd()
         self._process = LineProcess(problems.__name__)
+        self._turn = threading.Lock()
+        self._searching = threading.Event()
         self._closed = threading.Event()
 
-    def check(self, document: Document, path: Path | None, include: Sequence[Path] = ()) -> Findings:
-        """Check a document. Raises EditError when it cannot be written, or the process has been ended."""
+    def check(
+        self,
+        document: Document,
+        path: Path | None,
+        include: Sequence[Path] = (),
+        meanwhile: Callable[[Findings], None] = lambda _: None,
+    ) -> Findings:
+        """Check a document. Raises EditError when it cannot be written, or the process has been ended.
+
+        If the model checker takes long, `meanwhile` gets what is found without it.
+        """
         text = written(document)
         for limit in (None, 0):
             if self._closed.is_set():
                 raise EditError("Cannot check the document", "the checks have been ended")
             question = Question(text, str(path or self._folder / UNTITLED), [*map(str, include)], limit)
             try:
-                answer = self._process.ask(msgspec.json.encode(question), self._patience)
-                found = typed.from_json(answer, Findings, dec_hook=decode_message)
+                with self._turn:
+                    found = self._ask(question, meanwhile)
             except (NoAnswerError, msgspec.MsgspecError):
                 continue
             if limit is None:
@@ -60,10 +73,34 @@ class CheckProcess:
             Findings(), Message("this revision is not checked by the checks, which took too long or failed")
         )
 
+    def give_up_search(self) -> None:
+        """End the search of the model checker, if it runs: that check returns what is found without it."""
+        if self._searching.is_set():
+            self._process.signal(GIVE_UP)
+
+    def _ask(self, question: Question, meanwhile: Callable[[Findings], None]) -> Findings:
+        found = _findings(self._process.ask(msgspec.json.encode(question), self._patience))
+        if found.complete:
+            return found
+        self._searching.set()
+        try:
+            if not self._process.has_more(_SOON):
+                meanwhile(found)
+        finally:  # the rest is read in any case: what is read next answers another question
+            try:
+                rest = self._process.more(self._patience)
+            finally:
+                self._searching.clear()
+        return _findings(rest)
+
     def close(self) -> None:
         """End the process; a check that is running ends without a result."""
         self._closed.set()
         self._process.close()
+
+
+def _findings(answer: bytes) -> Findings:
+    return typed.from_json(answer, Findings, dec_hook=decode_message)
 
 
 def _with_warning(found: Findings, message: Message) -> Findings:

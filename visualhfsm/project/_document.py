@@ -70,7 +70,7 @@ class FileChanged:
 
 @dataclass(frozen=True, slots=True)
 class Checked:
-    """A version of a document was checked."""
+    """A version of a document was checked; the findings may not be `complete` yet."""
 
     document: OpenDocument
     version: Version
@@ -427,9 +427,14 @@ class OpenDocument(Analyses):
                 self._notifying = False
 
     def _checked(self, version: Version, findings: Findings) -> None:
-        with self._lock:
+        # Who has the document locked may wait for the rest of this check.
+        if not self._lock.acquire(blocking=findings.complete):
+            return
+        try:
             if not self._closed:
                 self._notify(Checked(self, version, findings))
+        finally:
+            self._lock.release()
 
     def _end(self) -> None:
         self._settle()

@@ -68,7 +68,7 @@ class TrialTimeline(_View, frozen=True):
     changes: list[StateChange]
 
 
-class Way(_View, frozen=True):
+class FailureView(_View, frozen=True):
     """A way to fail: so many trials, the numbers of some, and the timeline of one."""
 
     reason: Message
@@ -119,7 +119,7 @@ class TrialsView(_View, frozen=True):
     histograms: list[Histogram]
     dependences: list[Dependence]
     maps: list[PlaceMap]
-    ways: list[Way]
+    ways: list[FailureView]
     worst: list[Trial]
     from_start: int
     equal: bool

@@ -51,7 +51,7 @@ class Part(NamedTuple):
     """The mean of each number of the plan, whether the trials succeed or not."""
 
 
-class Way(NamedTuple):
+class FailureGroup(NamedTuple):
     """A way to fail: the reason, the states at the end, and the numbers of the trials.
 
     Reasons that only differ in figures are one; here stands that of the first trial.
@@ -145,13 +145,16 @@ class Summary:
         return tuple(dict.fromkeys(name for row in self.rows for name in row.numbers if name not in _NOTED))
 
     @cached_property
-    def ways(self) -> list[Way]:
+    def ways(self) -> list[FailureGroup]:
         """The ways in which it fails, the commonest first."""
         found: defaultdict[tuple[str, str], list[Row]] = defaultdict(list)
         for row in self.rows:
             if not row.success:
                 found[_way(row)].append(row)
-        ways = [Way(rows[0].reason, rows[0].states, [row.number for row in rows]) for rows in found.values()]
+        ways = [
+            FailureGroup(rows[0].reason, rows[0].states, [row.number for row in rows])
+            for rows in found.values()
+        ]
         return sorted(ways, key=lambda way: (-len(way.numbers), way.numbers[0]))
 
     @cached_property

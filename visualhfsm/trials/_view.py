@@ -12,7 +12,7 @@ import numpy as np
 from codegen.messages import Message, number
 from codegen.reasons import known_text
 
-from ._messages import Dependence, Histogram, Part, PlaceMap, Trial, TrialsView, TrialTimeline, Way
+from ._messages import Dependence, FailureView, Histogram, Part, PlaceMap, Trial, TrialsView, TrialTimeline
 from ._outcomes import Outcome, StateChange, read_outcomes
 from ._plan import Plan
 from ._quantities import Value
@@ -70,7 +70,7 @@ def view_of(plan: Plan, summary: Summary, file: Path, pages: Mapping[int, str] |
         ],
         maps=_maps(plan, summary),
         ways=[
-            Way(
+            FailureView(
                 _reason(way.reason),
                 _cut(way.states),
                 len(way.numbers),

@@ -1,6 +1,6 @@
 // What the page asks of `_view.py`.
 
-import type {Words} from "visualhfsm/data/messages.js";
+import type {Words} from "visualhfsm/data/protocol.js";
 
 /** A task, the marks that came back, and since when a teacher can collect what was handed in. */
 export interface Task {
@@ -10,14 +10,11 @@ export interface Task {
   handedIn: number | null;
 }
 
-declare module "visualhfsm/data/messages.js" {
+declare module "visualhfsm/data/protocol.js" {
   interface Answers {
     task: Task | null;
     handIn: {path: string; collected: boolean};
   }
-}
-
-declare module "visualhfsm/data/protocol.js" {
   interface Requests {
     task: {tab: number};
     handIn: {tab: number; overwrite?: boolean};

@@ -1,7 +1,7 @@
 /**
  * The task of an exercise beside the drawing, with its points and marks, and handing in.
  *
- * @import {Words} from "visualhfsm/data/messages.js"
+ * @import {Words} from "visualhfsm/data/protocol.js"
  * @import {Task} from "./messages.js"
  */
 
@@ -15,7 +15,7 @@ import {RequestError, store} from "visualhfsm/data/store.js";
 import {actionButton} from "visualhfsm/kit/buttons.js";
 import {confirm} from "visualhfsm/kit/dialog.js";
 import {messageOf, notify, notifyError} from "visualhfsm/kit/notices.js";
-import {addStyles} from "visualhfsm/kit/styles.js";
+import {addStyles} from "visualhfsm/kit/theme.js";
 import {language, t} from "visualhfsm/kit/texts.js";
 import {isOffered} from "visualhfsm/shell/views.js";
 

@@ -10,7 +10,7 @@ import pytest
 
 from codegen.diagnostics import Diagnostics, as_github, as_json
 from codegen.hfsm import compile_document
-from visualhfsm._document.problems import find_problems
+from tests.support.editing import find_problems
 
 WRONG = "unknown_one"
 

@@ -1,18 +1,19 @@
-"""The page about the protocol of running components names every request that steers, with its fields."""
+"""The list of messages names every request that steers, with its fields."""
 
 from __future__ import annotations
 
 import re
 
-from tests.support.places import ROOT
+import pytest
+
 from visualhfsm._editor import protocol as p
 
-PAGE = ROOT / "docs" / "reference/live-protocol.md"
+hooks = pytest.importorskip("docs.hooks", reason="needs the packages of visualhfsm[docs]")
 
 
 def test_every_request_that_steers_has_its_row_with_its_fields() -> None:
     rows: dict[str, str] = {}
-    for line in PAGE.read_text(encoding="utf-8").split("\n"):
+    for line in hooks.requests().split("\n"):
         if line.startswith("| `"):
             names, fields = line.split("|")[1:3]
             rows |= dict.fromkeys(re.findall(r"`(\w+)`", names), fields)

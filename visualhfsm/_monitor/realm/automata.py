@@ -162,7 +162,7 @@ class Span:
 
 
 @dataclass(frozen=True, slots=True)
-class Change:
+class LoggedChange:
     """A change of state, at the component time at which the new state was entered."""
 
     time: float
@@ -180,7 +180,7 @@ class StateLog:
 
     def __init__(self, most: int = 10_000) -> None:
         self._most = most
-        self.changes: deque[Change] = deque(maxlen=_LONGEST_LOG)
+        self.changes: deque[LoggedChange] = deque(maxlen=_LONGEST_LOG)
         self.spans: deque[Span] = deque(maxlen=_LONGEST_LOG)
         self._open: dict[int, Span] = {}
         self._last: dict[int, hfsm.AutomatonSnapshot] = {}
@@ -206,7 +206,7 @@ class StateLog:
             return
         if automaton.lastTransition == 0:  # first entered now: it was a ghost from the beginning
             return
-        change = Change(
+        change = LoggedChange(
             automaton.enteredAt, automaton.id, last.state, automaton.state, automaton.lastTransition
         )
         self.changes.append(change)

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any
 
 import msgspec
 from msgspec.structs import replace
 
 from codegen.messages import Message, joined
+from visualhfsm._document.views import of_page
 from visualhfsm._monitor.realm.run_log import LiveSnapshot
 from visualhfsm._monitor.realm.translation import translated
 from zenoh_ice.data import typed
 
-__all__ = ["translate_moment", "translate_snapshot"]
+__all__ = ["Moment", "translate_moment", "translate_snapshot"]
 
 
 def translate_snapshot(snapshot: LiveSnapshot) -> LiveSnapshot:
@@ -28,6 +29,10 @@ def translate_snapshot(snapshot: LiveSnapshot) -> LiveSnapshot:
         events = [replace(each, message=translated(each.message)) for each in robot.health.events]
         robot = replace(robot, health=replace(robot.health, events=events))
     return replace(snapshot, component=component, robot=robot)
+
+
+Moment = Annotated[Any, of_page("LiveSnapshot")]
+"""A `LiveSnapshot`, or what a log has of one."""
 
 
 def translate_moment(moment: msgspec.Raw | None) -> dict[str, Any] | None:

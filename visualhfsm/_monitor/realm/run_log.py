@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, Final
 import msgspec
 
 from interfaces.hfsm import ComponentSnapshot, ComponentStatus, Mark
-from visualhfsm._monitor.realm.automata import Change, StateLog, number_in
+from visualhfsm._monitor.realm.automata import LoggedChange, StateLog, number_in
 from visualhfsm._monitor.realm.robot import RobotState
 
 if TYPE_CHECKING:  # it takes long to load, and is first needed when numbers are plotted
@@ -162,7 +162,7 @@ class RunLog:
         with self._lock:
             return self._times[-1] - self._times[0] if self._times else 0.0
 
-    def changes(self, most: int | None = None) -> Sequence[Change]:
+    def changes(self, most: int | None = None) -> Sequence[LoggedChange]:
         """Return the newest changes of state, oldest first."""
         with self._lock:
             found = list(self._log.changes)

@@ -1,7 +1,4 @@
-"""Questions to the process that reads code, and its answers.
-
-`lint` is answered with `visualhfsm._document.problems.Problem`.
-"""
+"""Questions to the process that reads code, and its answers."""
 
 from __future__ import annotations
 
@@ -11,14 +8,13 @@ import msgspec
 
 from visualhfsm._document.places import Place
 
-Wanted = Literal["complete", "explain", "signature", "lint", "interfaces"]
+Wanted = Literal["complete", "explain", "signature", "interfaces"]
 
 
 class Question(msgspec.Struct, frozen=True, omit_defaults=True):
     """A question about the piece of code at a place of a document, which is given as its text.
 
-    The document of `lint` contains the code; for the other questions it may contain any code at that place.
-    `include` are directories with packages of interfaces.
+    There the document may contain any code. `include` are directories with packages of interfaces.
     """
 
     wanted: Wanted

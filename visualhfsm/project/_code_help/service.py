@@ -1,4 +1,4 @@
-"""Help with code: the questions to the processes that read it."""
+"""Help with code: the questions to the process that reads it."""
 
 from __future__ import annotations
 
@@ -12,11 +12,10 @@ import msgspec
 from codegen.hfsm.document import Document, Text
 from codegen.reasons import reason
 from visualhfsm._base.errors import VisualHfsmError
-from visualhfsm._base.languages import decode_message
 from visualhfsm._base.line_process import LineProcess, NoAnswerError
 from visualhfsm._document.commands.text import SetText
 from visualhfsm._document.places import Place
-from visualhfsm._document.problems import UNTITLED, Problem
+from visualhfsm._document.problems import UNTITLED
 from visualhfsm._document.serialization import written
 from zenoh_ice.data import typed
 
@@ -31,10 +30,10 @@ _LONGEST_CODE: Final = 200_000
 
 
 class CodeHelp:
-    """Answers questions about code in two processes, so that no check delays completion.
+    """Answers questions about code in a process.
 
-    They are processes because all that code imports is read for an answer, which may take long or any amount
-    of memory; none of it is run. They are started on first use. `include` are directories with packages of
+    It is one because all that code imports is read for an answer, which may take long or any amount of
+    memory; none of it is run. It is started on first use. `include` are directories with packages of
     interfaces, `folder` is that of documents without a file, by default the current one. Thread-safe: callers
     wait for their turn.
     """
@@ -45,9 +44,8 @@ class CodeHelp:
         self._patience = patience
         self._folder = folder or Path.cwd()
         self._include = tuple(map(str, include))
-        self._reading = LineProcess(f"{__package__}.worker")
-        self._linting = LineProcess(f"{__package__}.worker")
-        self._warm: set[LineProcess] = set()
+        self._process = LineProcess(f"{__package__}.worker")
+        self._is_warm = False
         self._context: tuple[Document, Place, str] | None = None
 
     def ask(
@@ -64,15 +62,12 @@ class CodeHelp:
         """Answer a question about a piece of code, in JSON; `line` counts from 1, `column` from 0.
 
         `path` is the file of the document, if it has one. `wanted` is `complete`: completions, best first;
-        `explain`: explanation of the name at the position; `signature`: the parameters of the call around it;
-        `lint`: problems of the code. None when there is no answer. Raises VisualHfsmError.
+        `explain`: explanation of the name at the position; `signature`: the parameters of the call around it.
+        None when there is no answer. Raises VisualHfsmError.
         """
         if len(code) > _LONGEST_CODE:
             return None
-        if wanted == "lint":
-            text = written(SetText(place=place, text=code).apply(_around(document, place)))
-        else:
-            text = self._context_of(document, place)
+        text = self._context_of(document, place)
         file = path or self._folder / UNTITLED
         return self._answer(Question(wanted, text, str(file), place, code, line, column, self._include))
 
@@ -84,23 +79,19 @@ class CodeHelp:
         return self._answer(Question("interfaces", path=str(folder / UNTITLED), include=self._include))
 
     def close(self) -> None:
-        """End the processes."""
-        self._reading.close()
-        self._linting.close()
+        """End the process."""
+        self._process.close()
 
     def _answer(self, question: Question) -> Any:  # noqa: ANN401
-        process = self._linting if question.wanted == "lint" else self._reading
-        patience = self._patience * (1 if process in self._warm else _FIRST)
+        patience = self._patience * (1 if self._is_warm else _FIRST)
         try:
-            line = process.ask(msgspec.json.encode(question), patience)
+            line = self._process.ask(msgspec.json.encode(question), patience)
         except UnicodeEncodeError as error:
             raise VisualHfsmError.because("no help with this code: {reason}", reason=reason(error)) from error
         except NoAnswerError as error:
-            self._warm.discard(process)
+            self._is_warm = False
             raise VisualHfsmError.because("no help with this code: {reason}", reason=reason(error)) from error
-        self._warm.add(process)
-        if question.wanted == "lint":
-            return typed.from_json(line, list[Problem], dec_hook=decode_message)
+        self._is_warm = True
         return typed.from_json(line)
 
     def _context_of(self, document: Document, place: Place) -> str:

@@ -16,10 +16,8 @@ from codegen.hfsm import parse_document, resolve
 from codegen.hfsm.code.text import parse_piece
 from codegen.hfsm.document import Document
 from codegen.hfsm.known_interfaces import KnownInterface, KnownInterfaces, find_interfaces
-from visualhfsm._base.languages import encode_message
 from visualhfsm._base.line_process import answer_lines
 from visualhfsm._document.places import Place
-from visualhfsm._document.problems import Problem, find_problems
 from zenoh_ice.data import typed
 
 from .completion import complete, explain, signature
@@ -29,13 +27,12 @@ from .protocol import InterfaceDescription, OperationDescription, Question
 
 _INTERFACES_AGE: Final = 30.0
 """Seconds after which generated interfaces are searched again."""
-_MOST_PROBLEMS: Final = 100
 _FINDERS: Final = {"complete": complete, "explain": explain, "signature": signature}
 
 
 def answer(line: bytes) -> bytes:
     """Answer a question."""
-    return msgspec.json.encode(_answer(typed.from_json(line, Question)), enc_hook=encode_message)
+    return msgspec.json.encode(_answer(typed.from_json(line, Question)))
 
 
 def _answer(question: Question) -> Any:  # noqa: ANN401 - one of several
@@ -44,18 +41,10 @@ def _answer(question: Question) -> Any:  # noqa: ANN401 - one of several
         return describe_interfaces(path, include)
     if question.place is None:
         return None
-    if question.wanted == "lint":
-        return lint(question.document, path, question.place, include)
     period = int(time.monotonic() / _INTERFACES_AGE)
     module = _around(question.document, question.place, path, include, period).with_code(question.code)
     find = _FINDERS[question.wanted]
     return with_readable_files(lambda: find(module, path, question.line, question.column))
-
-
-def lint(document: str, path: Path, place: Place, include: Sequence[Path] = ()) -> list[Problem]:
-    """Return the problems of the piece of code at a place."""
-    problems = find_problems(document, path, include, limit=0)
-    return [found for found in problems if found.place == place][:_MOST_PROBLEMS]
 
 
 def describe_interfaces(path: Path, include: Sequence[Path] = ()) -> list[InterfaceDescription]:

@@ -19,7 +19,7 @@ from visualhfsm._document.imported_places import shown_path
 from visualhfsm._document.nodes import changed, find_automaton
 from visualhfsm._document.serialization import written
 from visualhfsm._document.subtrees import below
-from visualhfsm._document.views import view
+from visualhfsm._document.views import AutomatonView, view
 
 from .files import write_file
 
@@ -108,7 +108,7 @@ def _file_of(document: Document, automaton: int) -> str:
     return stub.imported.file.text.strip()[:60]
 
 
-def imported_views(document: Document, path: Path, include: Sequence[Path] = ()) -> list[dict[str, Any]]:
+def imported_views(document: Document, path: Path, include: Sequence[Path] = ()) -> list[AutomatonView]:
     """Return the content of all automata that are imported, each before those below it.
 
     They have the ids that a component of the document, whose file is `path`, gives them. Each has the file,

@@ -18,6 +18,10 @@ ANSWERS = """
 import os, time
 from visualhfsm._base.line_process import answer_lines
 
+def late_parts():
+    yield b"one"
+    time.sleep(3600)
+
 def answer(line):
     match line.strip():
         case b"end":
@@ -28,6 +32,10 @@ def answer(line):
             print("this is no answer")
         case b"flood":
             return b"x" * (5 << 20)
+        case b"parts":
+            return iter((b"one", b"two"))
+        case b"slow parts":
+            return late_parts()
     return line.strip()[::-1]
 
 answer_lines(answer)
@@ -46,6 +54,17 @@ def process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[LinePro
 def test_each_question_is_answered_with_a_line(process: LineProcess) -> None:
     assert process.ask(b"abc", START_LIMIT) == b"cba"
     assert process.ask(b"print", START_LIMIT) == b"tnirp"
+
+
+def test_an_answer_may_have_parts(process: LineProcess) -> None:
+    assert process.ask(b"parts", START_LIMIT) == b"one"
+    assert process.has_more(START_LIMIT)
+    assert process.more(START_LIMIT) == b"two"
+    assert process.ask(b"slow parts", START_LIMIT) == b"one"
+    assert not process.has_more(0.01)
+    with pytest.raises(TooSlowError):
+        process.more(0.01)
+    assert process.ask(b"abc", START_LIMIT) == b"cba"
 
 
 @pytest.mark.slow

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from codegen.hfsm import write_document
 from codegen.hfsm.document import Document, Text
 from codegen.messages import Message
-from tests.support.editing import choose_command, large_document, tree
+from tests.support.editing import choose_command, find_problems, large_document, tree
 from tests.support.examples import examples
 from visualhfsm._base.errors import EditError
 from visualhfsm._document.commands import Command
@@ -26,7 +26,6 @@ from visualhfsm._document.commands.text import SetText
 from visualhfsm._document.commands.transitions import AddTransition, RenameTransition, ReorderTransition
 from visualhfsm._document.diff import diff_documents
 from visualhfsm._document.places import Place, search
-from visualhfsm._document.problems import find_problems
 from visualhfsm._document.serialization import parse
 from visualhfsm._document.subtrees import without_automata
 from visualhfsm.project._editing.merge import Merged, Typed, merge_documents, merge_lines, merge_typing

@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from tests.support.documents import document, state, sub, transition
+from tests.support.editing import find_problems
 from visualhfsm._document.places import Place
-from visualhfsm._document.problems import Problem, find_problems
+from visualhfsm._document.problems import Problem
 
 IMPORT = '<SubAutomata id="{}" idFather="1"><import{}>{}</import></SubAutomata>\n'
 LOOK = document(

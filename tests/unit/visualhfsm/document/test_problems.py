@@ -15,6 +15,7 @@ import psutil
 import pytest
 
 from codegen.diagnostics import Severity
+from codegen.hfsm.codes import PROVED
 from codegen.hfsm.document import (
     Automaton,
     Document,
@@ -26,16 +27,17 @@ from codegen.hfsm.document import (
     Transition,
 )
 from codegen.messages import Message
-from tests.support.editing import large_document, tree
+from tests.support.editing import find_problems, large_document, tree
 from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT
 from visualhfsm._base.errors import EditError
 from visualhfsm._document.commands.automata import AddAutomaton
 from visualhfsm._document.commands.text import SetText
 from visualhfsm._document.places import Located, Locator, Place, texts_at, texts_in
-from visualhfsm._document.problems import Problem, check, find_problems
+from visualhfsm._document.problems import Findings, Problem, check
 from visualhfsm._document.serialization import parse, written
 from visualhfsm.project._check_process import CheckProcess
-from visualhfsm.project._code_help.worker import lint
+
+TYPED = Place(kind="state", automaton=1, id=1, part="code")
 
 
 def only(problems: list[Problem], code: str) -> Problem:
@@ -69,7 +71,7 @@ def test_problems_are_counted_whether_or_not_they_are_listed(tmp_path: Path) -> 
     found = check(text, tmp_path / "many.xml")
     total = Counter(each.severity for each in find_problems(text, tmp_path / "many.xml"))
     assert total[Severity.WARNING] > 2000
-    assert len(found.problems) == 1001
+    assert len(found.problems) == 1002  # with the first of each further piece: a state, and its code
     assert found.counts == total
 
 
@@ -101,7 +103,33 @@ def test_code_is_marked_however_much_is_wrong_before_it(tmp_path: Path) -> None:
     states = (State(id=1, name="a", initial=True, code=Text(nobody)), State(id=2, name="b", code=Text("x")))
     text = written(Document(automata=(Automaton(id=1, states=states),)))
     place = Place(kind="state", automaton=1, id=2, part="code")
-    assert [each.code for each in lint(text, tmp_path / "many.xml", place)] == ["W520"]
+    found = check(text, tmp_path / "many.xml").problems
+    assert [each.code for each in found if each.place == place] == ["W520"]
+
+
+@pytest.mark.parametrize(
+    ("place", "code", "expected"),
+    [
+        (TYPED, "steps += 1", []),
+        (TYPED, "steps += 1\nx = = 2", [("E520", 2, 5)]),
+        (TYPED, "steps = stebs", [("W520", 1, 9)]),
+        (TYPED, "steps += 1\nself.Head.setPose(1)", [("W529", 2, 11)]),
+        (Place(kind="transition", automaton=1, id=1, part="trigger"), "steps > ", [("E515", 1, 1)]),
+        (Place(kind="automaton", automaton=1, part="functions"), "def f(self): return no", [("W520", 1, 21)]),
+        (Place(kind="automaton", automaton=1, part="variables"), "return 1", [("E520", 1, 1)]),
+    ],
+)
+def test_what_is_wrong_with_a_piece_of_code_is_marked_there(
+    place: Place, code: str, expected: list[tuple[str, int, int]]
+) -> None:
+    (automaton,) = clean().automata
+    document = Document(
+        automata=(replace(automaton, variables=Text("steps = 0")),),
+        interfaces=(Interface(name="Head", proxy="Head", type="PoseHead"),),
+    )
+    problems = find_problems(written(SetText(place=place, text=code).apply(document)), None)
+    found = [(each.code, each.line, each.column) for each in problems if each.place == place and each.line]
+    assert found == expected
 
 
 def test_a_document_in_which_nothing_is_drawn_yet_has_no_problems() -> None:
@@ -233,6 +261,54 @@ def test_a_revision_that_the_model_checker_did_not_look_at_has_a_warning(checks:
         running[0].kill()  # before it has answered: it takes longer to start
         (problem,) = future.result(CALL_LIMIT).problems
     assert (problem.severity, "by the model checker" in problem.message) == ("warning", True)
+
+
+def endless() -> Document:
+    """Return a document that the model checker explores for many seconds."""
+    root = Automaton(
+        id=1, states=(State(id=1, name="a", initial=True, children=tuple(range(2, 10)), code=Text("lost")),)
+    )
+    below = (
+        Automaton(
+            id=number,
+            father=1,
+            iteration_time=Text(str(100 + number)),
+            states=tuple(State(id=n, name=f"s{number}{n}", initial=n == 1) for n in range(1, 6)),
+            transitions=tuple(
+                Transition(
+                    id=n,
+                    origin=n,
+                    destination=n % 5 + 1,
+                    type="condition",
+                    trigger=Text(f"lost{number} > {n}"),
+                )
+                for n in range(1, 6)
+            ),
+        )
+        for number in range(2, 10)
+    )
+    goal = Property(
+        name="p", kind="never", expression=Text(" and ".join(f"#{n}/s{n}5" for n in range(2, 10)))
+    )
+    return Document(automata=(root, *below), properties=(goal,))
+
+
+def test_what_is_wrong_with_code_is_known_while_the_model_checker_searches(checks: CheckProcess) -> None:
+    checks.check(clean(), None)
+    known: list[Findings] = []
+
+    def hear(found: Findings) -> None:
+        known.append(found)
+        checks.give_up_search()
+
+    began = time.monotonic()
+    found = checks.check(endless(), None, meanwhile=hear)
+    assert time.monotonic() - began < 5
+    assert known == [found]
+    assert (found.complete, found.proofs) == (False, None)
+    assert "W520" in {each.code for each in found.problems}
+    assert not PROVED & {each.code for each in found.problems}
+    assert checks.check(clean(), None) == Findings(proofs=())
 
 
 @pytest.mark.slow

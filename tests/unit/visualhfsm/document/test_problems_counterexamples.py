@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from tests.support.editing import find_problems
 from visualhfsm._document.places import Place
-from visualhfsm._document.problems import StepView, find_problems
+from visualhfsm._document.problems import StepView
 
 DOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>
 <VisualHFSM>

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Sequence
 from pathlib import Path
 
-from codegen.hfsm.document import Document
+from codegen.diagnostics import Severity
+from codegen.messages import Message
 from tests.support.limits import RUN_LIMIT
 from visualhfsm import Checked, Event, Findings, Project
+from visualhfsm._document.problems import Problem
 from visualhfsm._editor.check_scheduler import CheckScheduler
 from visualhfsm._editor.tab import Tab, Threads
 from visualhfsm._monitor.messages import RecentLines
@@ -20,11 +21,60 @@ class FailsOnce(CheckProcess):
 
     asked = 0
 
-    def check(self, document: Document, path: Path | None, include: Sequence[Path] = ()) -> Findings:
+    def check(self, *_: object) -> Findings:
         self.asked += 1
         if self.asked == 1:
             raise RuntimeError("a fault")
         return Findings()
+
+
+class GivesUpOnce(CheckProcess):
+    """Gives up its first search."""
+
+    asked = 0
+
+    def check(self, *_: object) -> Findings:
+        self.asked += 1
+        return Findings(problems=(LATE,), complete=self.asked > 1)
+
+
+LATE = Problem(code="W522", severity=Severity.WARNING, message=Message("late"))
+NEVER = Problem(code="W514", severity=Severity.WARNING, message=Message("never entered"))
+
+
+def test_a_search_that_was_given_up_is_made_up_for_and_its_last_verdicts_stand(tmp_path: Path) -> None:
+    process = GivesUpOnce()
+    given_up: list[bool] = []
+
+    async def go() -> None:
+        loop = asyncio.get_running_loop()
+        checked: asyncio.Queue[Checked] = asyncio.Queue()
+        project = Project(tmp_path, journals=tmp_path, checks=process)
+        project.subscribe(
+            lambda event: (
+                loop.call_soon_threadsafe(checked.put_nowait, event) if isinstance(event, Checked) else None
+            )
+        )
+        threads = Threads(1)
+        tab = Tab(1, project.new(), threads, changed=lambda _: None, output=RecentLines(1, 100))
+        tab.take_findings(tab.shown, Findings(problems=(NEVER, LATE), counts={Severity.WARNING: 2}))
+        scheduler = CheckScheduler(0.0, lambda: given_up.append(True))
+        running = asyncio.create_task(scheduler.run())
+        scheduler.check(tab)
+        async with asyncio.timeout(RUN_LIMIT):
+            for items, complete in (((LATE, NEVER), False), ((LATE,), True)):
+                event = await checked.get()
+                tab.take_findings(event.version, event.findings)
+                assert tab.findings is not None
+                assert (tuple(tab.findings.items), tab.findings.complete) == (items, complete)
+        running.cancel()
+        await asyncio.wait({running})
+        project.close()
+        await scheduler.close()
+        await threads.close()
+
+    asyncio.run(go())
+    assert given_up == [True]
 
 
 def test_a_check_that_fails_is_not_the_last_one(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import * as commands from "../data/commands.js";
 import {notify} from "../kit/notices.js";
 import {firstPart, outgoing} from "../data/outline.js";
 import {page} from "../data/page.js";
-import {required} from "../kit/required.js";
+import {required} from "../kit/existence.js";
 import {t} from "../kit/texts.js";
 import {annotatedSelection, annotationActions} from "./annotation-actions.js";
 import {wheelSetting} from "./pointer.js";

@@ -6,7 +6,7 @@
  */
 
 import {applyHere} from "../data/commands.js";
-import {holdKeys} from "../kit/holding.js";
+import {holdKeys} from "../kit/waiting-keys.js";
 import {page} from "../data/page.js";
 import {t} from "../kit/texts.js";
 import {colorOf, COLORS} from "../measures/areas.js";

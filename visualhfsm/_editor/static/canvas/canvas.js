@@ -1,8 +1,7 @@
 /**
  * The canvas: shows the automaton of the page and lets it be drawn.
  *
- * @import {FieldsOf} from "../data/messages.js"
- * @import {Automaton, Commands} from "../data/protocol.js"
+ * @import {Automaton, Commands, FieldsOf} from "../data/protocol.js"
  * @import {Annotating} from "./annotations.js"
  * @import {Comparison} from "./comparison.js"
  * @import {Box, Point} from "../measures/geometry.js"
@@ -12,7 +11,7 @@
  */
 
 import {applyHere, selectAdded} from "../data/commands.js";
-import {holdKeys} from "../kit/holding.js";
+import {holdKeys} from "../kit/waiting-keys.js";
 import {keyOf} from "../kit/keys.js";
 import {isImporting} from "../data/outline.js";
 import {render, html, nothing} from "lit";

@@ -1,8 +1,7 @@
 /**
  * Show the differences from another version on the canvas: added, removed, changed and moved elements.
  *
- * @import {Difference} from "../data/messages.js"
- * @import {Automaton} from "../data/protocol.js"
+ * @import {Automaton, Difference} from "../data/protocol.js"
  */
 
 import {html, nothing, render} from "lit";

@@ -6,7 +6,7 @@
  */
 
 import {outgoing} from "../data/outline.js";
-import {required} from "../kit/required.js";
+import {required} from "../kit/existence.js";
 import {AnnotationLayer} from "./annotation-view.js";
 import {bounds, contains, handles, pointsOf, RADIUS, wider} from "../measures/geometry.js";
 import {placeLabels, roomOf} from "./labels.js";
@@ -25,7 +25,7 @@ const MARKED = 200; // views with marks that are drawn one by one in any case
 /**
  * @import {Automaton, Problem, State, Transition} from "../data/protocol.js"
  * @import {AnnotationView} from "./annotation-view.js"
- * @import {View} from "./crowd.js"
+ * @import {View} from "./merged-elements.js"
  * @import {Box, Point} from "../measures/geometry.js"
  * @import {Live} from "./live-marks.js"
  * @typedef {{imported: (state: State) => boolean, problem: (kind: "state" | "transition", id: number) => Problem |

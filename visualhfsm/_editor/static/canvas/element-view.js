@@ -7,7 +7,7 @@
  */
 
 import {FAILED, SEVERITIES} from "../data/problems.js";
-import {uncoded} from "../kit/coded.js";
+import {uncoded} from "../kit/texts.js";
 import {MARKS} from "./glyphs.js";
 
 /** @typedef {(string | false | 0 | undefined)[]} Words those that do not hold are left out */

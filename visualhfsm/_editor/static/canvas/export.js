@@ -6,7 +6,7 @@
 
 import {isImporting} from "../data/outline.js";
 import {page} from "../data/page.js";
-import {required} from "../kit/required.js";
+import {required} from "../kit/existence.js";
 import {t} from "../kit/texts.js";
 import {Drawing} from "./drawing.js";
 import {make} from "./svg.js";

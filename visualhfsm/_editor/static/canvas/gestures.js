@@ -11,7 +11,7 @@
 import {applyHere, selected} from "../data/commands.js";
 import {triggerFrom} from "../data/outline.js";
 import {page} from "../data/page.js";
-import {required} from "../kit/required.js";
+import {required} from "../kit/existence.js";
 import {areaOf, withContent} from "../measures/areas.js";
 import {contains, drawnArc, RADIUS} from "../measures/geometry.js";
 import {make} from "./svg.js";

@@ -11,7 +11,7 @@ import * as dagre from "dagre";
 
 import {apply} from "../data/commands.js";
 import {notify} from "../kit/notices.js";
-import {required} from "../kit/required.js";
+import {required} from "../kit/existence.js";
 import {n, t} from "../kit/texts.js";
 import {addAnnotations} from "./annotation-layout.js";
 import {fold} from "./folding.js";

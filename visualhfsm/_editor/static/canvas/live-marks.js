@@ -1,6 +1,6 @@
 /** Marks on states and transitions for the state of a running component. */
 
-import {required} from "../kit/required.js";
+import {required} from "../kit/existence.js";
 import {RADIUS} from "../measures/geometry.js";
 import {n, t} from "../kit/texts.js";
 import {make, set} from "./svg.js";

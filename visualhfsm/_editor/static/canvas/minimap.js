@@ -4,7 +4,7 @@
  */
 
 import {page} from "../data/page.js";
-import {required} from "../kit/required.js";
+import {required} from "../kit/existence.js";
 import {t} from "../kit/texts.js";
 import {contains, RADIUS} from "../measures/geometry.js";
 

@@ -9,7 +9,7 @@
 import {page} from "../data/page.js";
 import {Band, Link, Move, Pan, Pinch} from "./gestures.js";
 import {idOf} from "./order.js";
-import {browserStorage} from "../kit/storage.js";
+import {browserStorage} from "../kit/location.js";
 
 const WHEEL = 600; // pixels of a wheel for a zoom by e
 const PINCH = 150; // the same for a pinch on a trackpad

@@ -6,10 +6,10 @@
  * has the focus.
  *
  * @import {Box, Point} from "../measures/geometry.js"
- * @import {View} from "./crowd.js"
+ * @import {View} from "./merged-elements.js"
  */
 
-import {Crowd} from "./crowd.js";
+import {MergedElements} from "./merged-elements.js";
 import {contains, distance, pointsOf, RADIUS, wider} from "../measures/geometry.js";
 import {Plane, touches} from "./plane.js";
 import {StateView} from "./state-view.js";
@@ -34,7 +34,7 @@ export class Stage {
 
   /** @type {Plane<View>} */
   #plane = new Plane();
-  #crowd = new Crowd();
+  #crowd = new MergedElements();
   #isCrowded = false;
   /** Views that are drawn one by one. @type {Set<View>} */
   #drawn = new Set();

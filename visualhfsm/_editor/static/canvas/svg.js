@@ -1,6 +1,6 @@
 /** Create SVG quickly: templates are parsed once and cloned. */
 
-import {required} from "../kit/required.js";
+import {required} from "../kit/existence.js";
 
 const NAMESPACE = "http://www.w3.org/2000/svg";
 

@@ -8,10 +8,8 @@
  */
 
 import {sameProblem} from "../data/problems.js";
-import {uncoded} from "../kit/coded.js";
-import {t, visible} from "../kit/texts.js";
+import {spokenTime, t, uncoded, visible} from "../kit/texts.js";
 import {arc} from "../measures/geometry.js";
-import {spokenTime} from "../kit/times.js";
 import {ElementView} from "./element-view.js";
 import {TRIGGERS, UNKNOWN_TRIGGER} from "./glyphs.js";
 import {beside, HANDLE} from "./labels.js";

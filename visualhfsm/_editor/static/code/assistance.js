@@ -3,7 +3,7 @@
  *
  * @import {CompletionContext, Diagnostic, Text, Tooltip, Transaction} from "codemirror"
  * @import {Completions, NameExplanation, Place, Problem, Signature} from "../data/protocol.js"
- * @typedef {{complete: Completions, explain: NameExplanation, signature: Signature, lint: Problem[]}} Wanted
+ * @typedef {{complete: Completions, explain: NameExplanation, signature: Signature}} Wanted
  */
 
 import {
@@ -11,16 +11,18 @@ import {
   EditorView,
   StateEffect,
   StateField,
+  ViewPlugin,
   autocompletion,
   closeCompletion,
   forEachDiagnostic,
   hoverTooltip,
   linter,
+  setDiagnostics,
   setDiagnosticsEffect,
   showTooltip,
 } from "codemirror";
 import {store} from "../data/store.js";
-import {coded} from "../kit/coded.js";
+import {coded} from "../kit/texts.js";
 import {fixesFor, learnFixes} from "./fixes.js";
 import {problemsAt} from "./places.js";
 
@@ -29,10 +31,9 @@ import {problemsAt} from "./places.js";
  *   they are those of the text that is shown
  */
 
-const LINT_AFTER = 300; // ms without typing
 const LARGEST = 200_000; // characters; larger texts are edited without help
 
-/** Check again even though the code is the same. */
+/** There are other problems of the document. */
 export const recheck = StateEffect.define();
 /** Hide the parameters of the call. */
 const hideCall = StateEffect.define();
@@ -52,11 +53,8 @@ export function assistance({tab, place, problems}) {
   const help = new Help(tab, place);
   return [
     autocompletion({override: [(context) => help.complete(context)], icons: true, maxRenderedOptions: 100}),
-    linter((view) => help.lint(view, problems), {
-      delay: LINT_AFTER,
-      needsRefresh: ({transactions}) => transactions.some((each) => each.effects.some((effect) => effect.is(recheck))),
-      hideOn: (transaction, from, to) => takesAway(transaction, from, to),
-    }),
+    linter(null, {hideOn: (transaction, from, to) => takesAway(transaction, from, to)}),
+    problemMarks(tab, place, problems),
     lastMarks,
     EditorState.transactionFilter.of((transaction) => (setsTheSame(transaction) ? [] : transaction)),
     hoverTooltip((view, position) => help.hover(view, position), {hoverTime: 500, hideOnChange: true}),
@@ -184,60 +182,6 @@ class Help {
     return found && explain(found.detail ? [`${found.name}${found.detail}`] : [], found.documentation);
   }
 
-  /**
-   * Problems: those that the server finds in the present text, and those of the last check of the document.
-   *
-   * @param {EditorView} view @param {() => Known} problems
-   */
-  async lint(view, problems) {
-    const {doc} = view.state;
-    const revision = store.documents.get(this.tab)?.revision;
-    // What is declared elsewhere decides, too: a fix may leave this text as it is.
-    if (this.#linted?.doc !== doc || this.#linted.revision !== revision)
-      this.#linted = {doc, revision, found: await this.ask("lint", view.state)};
-    const {found} = this.#linted;
-    const {items, current} = problems();
-    // Without problems of the present text, those of an earlier one are better than none.
-    const known = current || !found ? problemsAt(items, this.place).filter((each) => each.line) : [];
-    /** @type {Map<string, Problem>} */
-    const marks = new Map();
-    for (const each of [...(found ?? []), ...known]) marks.set(`${each.line} ${each.message}`, each);
-    await learnFixes([...marks.values()]);
-    if (view.state.doc !== doc) return []; // too late: these would be marks of an earlier text
-    const text = doc.toString();
-    return this.#kept(
-      [...marks.values()].map((each) => asMark(doc, each, this.tab, text)).sort((one, other) => one.from - other.from),
-    );
-  }
-
-  /**
-   * The marks to show. One that says the same as an earlier mark is that mark, so that its open bubble and buttons stay.
-   *
-   * @param {Diagnostic[]} marks
-   */
-  #kept(marks) {
-    const earlier = this.#marks;
-    this.#marks = new Map();
-    for (const mark of marks) {
-      const {from, to, severity, message, actions = []} = mark;
-      const key = JSON.stringify([from, to, severity, message, ...actions.map(({name}) => name)]);
-      const known = earlier.get(key) ?? mark;
-      known.actions?.forEach((action, index) => Object.assign(action, actions[index]));
-      this.#marks.set(key, known);
-    }
-    return [...this.#marks.values()];
-  }
-
-  /** The last marks, by what they say. @type {Map<string, Diagnostic>} */
-  #marks = new Map();
-
-  /**
-   * The last problems found, with their text and the document's revision.
-   *
-   * @type {{doc: Text, revision: number | undefined, found: Problem[] | null} | undefined}
-   */
-  #linted = undefined;
-
   /** @param {EditorView} view @param {number} position */
   async hover(view, position) {
     const word = view.state.wordAt(position);
@@ -251,6 +195,53 @@ class Help {
       create: () => ({dom: explain([`${found.name}${found.detail}`], found.documentation)}),
     };
   }
+}
+
+/**
+ * Marks of the problems of the document at a place; while text is typed, the last ones move with it.
+ *
+ * @param {number} tab @param {Place} place @param {() => Known} problems
+ */
+function problemMarks(tab, place, problems) {
+  return ViewPlugin.define((view) => {
+    /** The last marks, by what they say. @type {Map<string, Diagnostic>} */
+    let shown = new Map();
+    const show = async () => {
+      const {doc} = view.state;
+      const known = problemsAt(problems().items, place).filter((each) => each.line);
+      await learnFixes(known);
+      if (view.state.doc !== doc || !view.dom.isConnected) return; // too late: these would be marks of an earlier text
+      const text = doc.toString();
+      const found = known.map((each) => asMark(doc, each, tab, text)).sort((one, other) => one.from - other.from);
+      shown = kept(found, shown);
+      view.dispatch(setDiagnostics(view.state, [...shown.values()]));
+    };
+    queueMicrotask(show); // of the last check, as long as there is no newer one
+    return {
+      update({transactions}) {
+        const isNew = transactions.some((each) => each.effects.some((effect) => effect.is(recheck)));
+        if (isNew && problems().current) queueMicrotask(show);
+      },
+    };
+  });
+}
+
+/**
+ * Marks by what they say. Those that say the same as earlier ones are replaced by these: open bubbles and buttons stay.
+ *
+ * @param {Diagnostic[]} found @param {Map<string, Diagnostic>} earlier
+ */
+function kept(found, earlier) {
+  /** @type {Map<string, Diagnostic>} */
+  const marks = new Map();
+  for (const mark of found) {
+    const {from, to, severity, message, actions = []} = mark;
+    const key = JSON.stringify([from, to, severity, message, ...actions.map(({name}) => name)]);
+    const known = earlier.get(key) ?? mark;
+    known.actions?.forEach((action, index) => Object.assign(action, actions[index]));
+    marks.set(key, known);
+  }
+  return marks;
 }
 
 /** Show the names in a message as code; one function for all, by which diagnostics are equal. @this {Diagnostic} */

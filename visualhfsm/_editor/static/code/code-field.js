@@ -9,9 +9,9 @@ import {properties} from "../data/element.js";
 import {page} from "../data/page.js";
 import {store} from "../data/store.js";
 import {step} from "../data/commands.js";
-import {holdKeys} from "../kit/holding.js";
+import {holdKeys} from "../kit/waiting-keys.js";
 import {messageOf} from "../kit/notices.js";
-import {required} from "../kit/required.js";
+import {required} from "../kit/existence.js";
 import {t} from "../kit/texts.js";
 import {Draft, flushEdits} from "./draft.js";
 import {commandFor, keyOf, samePlace} from "./places.js";
@@ -153,7 +153,7 @@ export class CodeField extends LitElement {
     this.#editor?.insert(text);
   }
 
-  /** Press a key at the cursor. @param {import("../kit/holding.js").Key} key */
+  /** Press a key at the cursor. @param {import("../kit/waiting-keys.js").Key} key */
   press(key) {
     this.#editor?.press(key);
   }

@@ -5,7 +5,7 @@
  * from elsewhere (undo, another window) are shown at once, but never replace text that is being typed: the server also
  * gets the text in which it was typed, and merges both.
  *
- * @import {Done} from "../data/messages.js"
+ * @import {Done} from "../data/protocol.js"
  * @typedef {(tab: number, text: string, base?: string) => Promise<Done>} Send with the text in which it was typed,
  *   if both are to be merged
  */

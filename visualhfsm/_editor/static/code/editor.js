@@ -290,7 +290,7 @@ export class Editor {
       this.#view.dispatch({...state.replaceSelection(text), userEvent: "input.type", scrollIntoView: true});
   }
 
-  /** Press a key at the cursor. @param {import("../kit/holding.js").Key} pressed */
+  /** Press a key at the cursor. @param {import("../kit/waiting-keys.js").Key} pressed */
   press(pressed) {
     const {key, ctrlKey, altKey, metaKey} = pressed;
     const more = {bubbles: true, cancelable: true, composed: true};

@@ -2,7 +2,7 @@
 
 import {Decoration, EditorView, StateField, WidgetType} from "codemirror";
 import {FAILED} from "../data/problems.js";
-import {coded} from "../kit/coded.js";
+import {coded} from "../kit/texts.js";
 import {recheck} from "./assistance.js";
 import {problemsAt} from "./places.js";
 

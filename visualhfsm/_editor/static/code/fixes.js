@@ -8,8 +8,7 @@
 
 import {html} from "lit";
 import {apply} from "../data/commands.js";
-import {coded} from "../kit/coded.js";
-import {t} from "../kit/texts.js";
+import {coded, t} from "../kit/texts.js";
 import {declare, loadIdentities, typeOf} from "./known-interfaces.js";
 import {keyOf} from "./places.js";
 

@@ -2,16 +2,13 @@
  * A short text in a panel with its label and its problems.
  *
  * @import {From} from "../data/element.js"
- * @import {Done} from "../data/messages.js"
- * @import {Place, Problem} from "../data/protocol.js"
+ * @import {Done, Place, Problem} from "../data/protocol.js"
  */
 
 import {html, live, nothing} from "lit";
 import {PageElement, properties} from "../data/element.js";
 import {store} from "../data/store.js";
-import {coded} from "../kit/coded.js";
-import {t} from "../kit/texts.js";
-import {spokenTime, toMilliseconds} from "../kit/times.js";
+import {coded, spokenTime, t, toMilliseconds} from "../kit/texts.js";
 import {Draft, isTooLong} from "./draft.js";
 import {fixButtons} from "./fixes.js";
 import {commandFor, keyOf, problemsAt} from "./places.js";

@@ -39,7 +39,7 @@ export const isVerdict = ({code}) => code === "E610" || code === "W611";
  * @param {number} index
  */
 export function verdictOf(document, index) {
-  const {problems, revision, checked} = document;
+  const {problems, revision, proved} = document;
   /** @param {Problem} problem */
   const isOfProperty = (problem) => problem.code in BY_CODE;
   const own = problems.find(
@@ -47,7 +47,7 @@ export function verdictOf(document, index) {
   );
   if (own) return BY_CODE[own.code];
   if (!document.fields.properties?.[index]?.expression.trim()) return undefined;
-  if (checked !== revision) return {kind: "unknown", words: t("Checking…")};
+  if (proved !== revision) return {kind: "unknown", words: t("Checking…")};
   if (problems.some((each) => each.severity === "error" && each.code !== FAILED && !isOfProperty(each)))
     return {kind: "unknown", words: t("Not checked: the document has errors.")};
   if (problems.some(({code}) => !code))

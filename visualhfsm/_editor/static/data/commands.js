@@ -3,8 +3,7 @@
  *
  * Nothing is drawn before the server has changed the document; refusals are shown.
  *
- * @import {Answers, Done, FieldsOf} from "./messages.js"
- * @import {Automaton, Command, Commands, Place, Requests, State} from "./protocol.js"
+ * @import {Answers, Automaton, Command, Commands, Done, FieldsOf, Place, Requests, State} from "./protocol.js"
  */
 
 import {withContent} from "../measures/areas.js";
@@ -248,7 +247,7 @@ export async function duplicate() {
   showAdded(await askTab("duplicate", {automaton: page.shownAutomaton.id, states, annotations}));
 }
 
-/** Select what was pasted. @param {import("./messages.js").Done | null} [done] */
+/** Select what was pasted. @param {import("./protocol.js").Done | null} [done] */
 function showAdded(done) {
   const added = done?.added?.find((each) => each.automaton === page.automaton?.id);
   if (!added) return;

@@ -18,7 +18,7 @@
 import {LitElement} from "lit";
 
 import {page} from "./page.js";
-import {required} from "../kit/required.js";
+import {required} from "../kit/existence.js";
 import {store} from "./store.js";
 
 /** Resolves when the last message of the server has been drawn. */

@@ -2,8 +2,9 @@
  * Choose a document among those that the server can reach.
  *
  * @import {From} from "./element.js"
- * @import {Entry} from "./messages.js"
+ * @import {Entry as Listed} from "./protocol.js"
  * @typedef {import("../kit/dialog.js").Close<string>} Close
+ * @typedef {Pick<Listed, "name" | "path" | "kind"> & Partial<Listed>} Entry
  */
 
 import {html, nothing} from "lit";
@@ -11,10 +12,9 @@ import {html, nothing} from "lit";
 import {icon} from "../kit/icons.js";
 import {messageOf} from "../kit/notices.js";
 import {store} from "./store.js";
-import {language, rich, t, visible} from "../kit/texts.js";
-import {containsWords} from "../kit/words.js";
-import {showDialog} from "../kit/dialog.js";
+import {containsWords, language, rich, t, visible} from "../kit/texts.js";
 import {Finder} from "../kit/finder.js";
+import {showDialog} from "../kit/dialog.js";
 
 /**
  * @param {{title: string, verb: string, suggestion?: string, start?: string, kind?: "document" | "recording" | "model", hint?: string,

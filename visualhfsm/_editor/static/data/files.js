@@ -6,7 +6,7 @@ import {confirm} from "../kit/dialog.js";
 import {keyOf} from "../kit/keys.js";
 import {notify, notifyError, clearErrors} from "../kit/notices.js";
 import {page} from "./page.js";
-import {browserStorage} from "../kit/storage.js";
+import {browserStorage} from "../kit/location.js";
 import {RequestError, store} from "./store.js";
 import {n, t} from "../kit/texts.js";
 
@@ -43,7 +43,7 @@ export async function openPath(path) {
 /**
  * Show an opened document, and remarks on what is missing or not the same here.
  *
- * @param {import("./messages.js").Opened} opened @param {string} name
+ * @param {import("./protocol.js").Opened} opened @param {string} name
  */
 function shown({tab, remarks}, name) {
   page.show(tab);

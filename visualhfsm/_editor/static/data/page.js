@@ -5,7 +5,7 @@
  */
 
 import {ownerOf, pathTo, rootOf, titleOf} from "./outline.js";
-import {required} from "../kit/required.js";
+import {required} from "../kit/existence.js";
 import {store} from "./store.js";
 
 /** Parts of a place that are edited as code beside the canvas. */

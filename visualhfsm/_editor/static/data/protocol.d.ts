@@ -1,5 +1,63 @@
 // Written by `python -m tests.support.protocol_types` from the types of Python. Do not edit.
 
+/** The last parameters of a function that takes the fields of a message, which may have none. */
+export type FieldsOf<Message> = {} extends Message ? [Message?] : [Message];
+
+/** What the server answers: the value of a request, or why it was refused. */
+export interface Answer {
+  push?: undefined;
+  re: number;
+  ok?: unknown;
+  error?: string;
+  kind: string;
+}
+
+export type Workspace = Omit<WorkspacePush, "push">;
+
+/** A text as elements: their tags, attributes and content. */
+export type Words = (string | [tag: string, attributes: Record<string, string>, content: Words])[];
+
+/** A document without its automata. */
+export type Fields = DocumentFields & {name: string};
+
+/** What changed in a document, as visualhfsm/_editor/window.py finds it. */
+export interface Patch {
+  document?: Partial<Fields>;
+  automata?: Automaton[];
+  removed?: number[];
+  order?: number[];
+  parts?: Part[];
+}
+
+/** What changed in an automaton. */
+export interface Part {
+  id: number;
+  fields?: Partial<Automaton>;
+  states?: Change<State>;
+  transitions?: Change<Transition>;
+  annotations?: Change<Annotation>;
+}
+
+/** What changed in a list of items. */
+export interface Change<Item> {
+  changed?: Item[];
+  removed?: number[];
+  order?: number[];
+}
+
+/** What is new in one automaton, by id; the automaton itself may be new. */
+export interface Added {
+  automaton: number;
+  states: number[];
+  transitions: number[];
+  annotations: number[];
+}
+
+/** The address for viewers, relative to the page. */
+export interface Address {
+  address: string;
+}
+
 /** A text that people wrote on the canvas for each other; nothing that runs depends on it. */
 export interface Annotation {
   id: number;
@@ -10,6 +68,89 @@ export interface Annotation {
   height: number;
   color: string;
   text: string;
+}
+
+/** The answer to each request. */
+export interface Answers {
+  addReady: Done;
+  body: import("../robot3d/robot-drawing.js").Described | null;
+  checkRobot: OwnRobot;
+  close: null;
+  codeHelp: Completions | NameExplanation | Signature | Definition | null;
+  connectRobot: null;
+  copy: Copied;
+  cut: CutOut;
+  diff: Comparison;
+  discard: null;
+  do: Done;
+  duplicate: Done;
+  emergencyStop: StopReport;
+  endRobot: null;
+  explain: Explanation;
+  export: Download;
+  exportRun: Download;
+  extract: Done;
+  facts: RobotFacts;
+  follow: Followed;
+  forceTransition: null;
+  generate: Written;
+  goTo: Undone;
+  guessRobot: OwnRobot;
+  hello: Greeting;
+  identities: Record<string, string[]>;
+  imported: Automaton[];
+  inline: Done;
+  interfaces: InterfaceDescription[];
+  listFiles: Listing;
+  locate: Located | null;
+  lookAtTests: null;
+  lookAtTrials: null;
+  moment: LiveSnapshot | null;
+  moveBalls: null;
+  new: Opened;
+  open: Opened;
+  openText: Opened;
+  outputShown: null;
+  paste: Done;
+  pause: null;
+  picture: string | null;
+  placeObject: null;
+  pushRobot: null;
+  putOnShelf: Written;
+  record: Recorded | null;
+  recordTrial: null;
+  recording: ShownRecording;
+  recover: Opened;
+  redo: Undone;
+  reload: ReloadReport;
+  resetEmergencyStop: null;
+  resolve: Resolved;
+  resume: null;
+  rosGraph: Record<string, unknown>;
+  save: Written;
+  saveAs: SavedAs;
+  saveRobot: SavedRobot;
+  saveTest: SavedTest;
+  sayToRobot: string;
+  search: Hits[];
+  sendEvent: null;
+  series: Numbers;
+  setBreakpoints: null;
+  setSpeed: null;
+  setVariable: null;
+  share: Address;
+  simulate: null;
+  standRobot: null;
+  start: StartedRun;
+  startTests: null;
+  startTrials: null;
+  step: null;
+  stop: null;
+  stopPresent: null;
+  stopTests: null;
+  stopTrials: null;
+  undo: Undone;
+  unfollow: null;
 }
 
 /** The expression that a state passes to the input `name` of one of its automata. */
@@ -252,6 +393,12 @@ export interface Commands {
   shareVariable: {automaton: number; name: string};
 }
 
+/** Differences, and the former automata in which they are. */
+export interface Comparison {
+  before: Automaton[];
+  differences: Difference[];
+}
+
 /** A completion; `type` is its kind in the terms of CodeMirror, `boost` moves it up in the list. */
 export interface Completion {
   label: string;
@@ -293,6 +440,11 @@ export interface ComponentStructure {
   events: string[];
 }
 
+/** States as a document, for the clipboard of the system. */
+export interface Copied {
+  text: string;
+}
+
 /** Where a name is written: from a `column` of a line on, both from 1, or as the value of a `field`. */
 export interface Correction {
   place: Place;
@@ -305,6 +457,23 @@ export interface Correction {
 export interface Counterexample {
   steps: Step[];
   repeats?: number | null;
+}
+
+/** The same of states that were cut. */
+export interface CutOut {
+  added: Added[];
+  conflict?: boolean;
+  name: string;
+  revision: number;
+  text: string;
+}
+
+/** Where a name is defined: a text of the document, and in it line and column, from 1. */
+export interface Definition {
+  place: Place;
+  line: number;
+  column: number;
+  length: number;
 }
 
 /** How success depends on a quantity. */
@@ -320,6 +489,7 @@ export interface Difference {
   part?: string;
   before?: string;
   after?: string;
+  lines?: string[];
 }
 
 /** An event that may come from outside; events that only automata send need no declaration. */
@@ -351,8 +521,31 @@ export interface DocumentPush {
   undo: UndoStep[];
   redo: UndoStep[];
   dirty: boolean;
-  full?: unknown;
-  patch?: unknown;
+  full?: Fields & {automata: Automaton[]};
+  patch?: Patch;
+}
+
+/** A step; `conflict` if somebody else had typed over the same words. */
+export interface Done {
+  added: Added[];
+  conflict?: boolean;
+  name: string;
+  revision: number;
+}
+
+/** A file to download. */
+export interface Download {
+  name: string;
+  text: string;
+}
+
+/** An entry of a directory; its size in bytes, when it was changed in s since 1970. */
+export interface Entry {
+  changedAt: number;
+  kind: "directory" | "document" | "model" | "recording";
+  name: string;
+  path: string;
+  size: number;
 }
 
 /** An error in user code or in the hand-over between automata. */
@@ -378,6 +571,37 @@ export interface Explanation {
 export interface Fact {
   name: string;
   words: string;
+}
+
+/** A way to fail: so many trials, the numbers of some, and the timeline of one. */
+export interface FailureView {
+  reason: string;
+  states: string;
+  count: number;
+  numbers: number[];
+  timeline: TrialTimeline;
+}
+
+/** What is known of a component that is followed: its latest data, and when it went silent. */
+export interface Followed {
+  facts?: RobotFacts;
+  since?: number | null;
+  snapshot: LiveSnapshot | null;
+  structure: LiveStructure | null;
+  timeline: Timeline;
+}
+
+/** The state of the editor; `instance` is another one after a restart, `key` lets the page in then. */
+export interface Greeting {
+  bodies: KnownBody[];
+  demo: boolean;
+  instance: string;
+  key: string;
+  recording: string;
+  root: string;
+  templates: Template[];
+  viewer: boolean;
+  worlds: World[];
 }
 
 /** The last value of a condition out of the current state. */
@@ -429,6 +653,12 @@ export interface Hit {
   start: number;
 }
 
+/** What was found in a document. */
+export interface Hits {
+  hits: Hit[];
+  tab: number;
+}
+
 /** The source of an imported automaton: another document, by its path relative to this one. */
 export interface Import {
   file: string;
@@ -471,6 +701,13 @@ export interface Library {
   kind: string;
 }
 
+/** The content of a directory. */
+export interface Listing {
+  directory: string;
+  entries: Entry[];
+  parent: string | null;
+}
+
 /** A component at one moment, in the words of `interfaces/hfsm.idl`, and its robot. */
 export interface LiveSnapshot {
   at: number;
@@ -485,6 +722,12 @@ export interface LiveStructure {
   breakpoints: Breakpoint[];
   cameras: string[];
   body: string;
+}
+
+/** A line of a piece of code. */
+export interface Located {
+  line: number;
+  place: Place;
 }
 
 /** What a component marks on a camera's picture, such as where it sees a ball. */
@@ -513,6 +756,18 @@ export interface NameExplanation {
 export interface Need {
   identity: string;
   type: string;
+}
+
+/** Numbers over time, by their names. */
+export interface Numbers {
+  times: number[];
+  values: Record<string, (number | null)[]>;
+}
+
+/** A document that is open, with what is missing of a foreign one. */
+export interface Opened {
+  remarks?: string[];
+  tab: number;
 }
 
 /** An operation as a method of a proxy; its signature begins with `(self`. */
@@ -567,7 +822,7 @@ export interface OwnRobot {
   notes?: string[];
   problem?: string;
   line?: number;
-  robot?: unknown | null;
+  robot?: import("../robot3d/robot-drawing.js").Described | null;
 }
 
 /** A typed value: a parameter of a component (`self.name`, `--name`), an input or output of an automaton. */
@@ -654,6 +909,13 @@ export interface PlanFacts {
   measures: string[];
 }
 
+/** A component of the realm; the file into which it is recorded here, and since when. */
+export interface PresentComponent {
+  component: string;
+  recording?: string;
+  since?: number;
+}
+
 /** One thing that is wrong, doubtful or worth knowing: `error`, `warning` or `note`. */
 export interface Problem {
   code: string;
@@ -682,6 +944,7 @@ export interface ProblemsPush {
   items: Problem[];
   counts: Record<string, number>;
   imports: number;
+  complete: boolean;
 }
 
 /** A property of the automata that the model checker tries to prove. */
@@ -743,6 +1006,11 @@ export interface ReadyValue {
   description: string;
 }
 
+/** The file of a recording. */
+export interface Recorded {
+  recording: string;
+}
+
 /** A document with unsaved changes that was open when its editor ended; `changed_at` in s since 1970. */
 export interface Recoverable {
   journal: string;
@@ -780,7 +1048,7 @@ export interface Requests {
   /** Ask about a piece of code, as it is being typed; `line` counts from 1, `column` from 0. */
   codeHelp: {
     tab: number;
-    wanted: "complete" | "define" | "explain" | "lint" | "signature";
+    wanted: "complete" | "define" | "explain" | "signature";
     place: Place;
     code: string;
     line?: number;
@@ -951,6 +1219,12 @@ export interface Requests {
   unfollow: {component: string};
 }
 
+/** What both sides had changed. */
+export interface Resolved {
+  conflicts: string[];
+  revision: number;
+}
+
 /** The `variable` of a state's automaton that takes the output `name` of one of the automata below. */
 export interface Result {
   name: string;
@@ -1005,10 +1279,45 @@ export interface RosInterface {
   stop: string;
 }
 
+/** The file of a document, and the tab of a copy. */
+export interface SavedAs {
+  path: string;
+  remarks?: string[];
+  tab?: number;
+}
+
+/** The file of a robot, and all that can be simulated then. */
+export interface SavedRobot {
+  bodies: KnownBody[];
+  path: string;
+}
+
+/** A test that was written, and whether it leaves nothing out. */
+export interface SavedTest {
+  complete: boolean;
+  name: string;
+}
+
 /** What can be drawn as ready states: ours, then those of the project. */
 export interface ShelfPush {
   push: "shelf";
   states: ReadyState[];
+}
+
+/** A recording, and the tab with its document; 0 without one. */
+export interface ShownRecording {
+  body: string;
+  cameras: string[];
+  component: string;
+  document: string;
+  facts?: RobotFacts;
+  shortened: string;
+  since?: number | null;
+  snapshot: LiveSnapshot | null;
+  structure: LiveStructure | null;
+  tab: number;
+  timeline: Timeline;
+  world: import("../robot3d/world-drawing.js").WorldShape[];
 }
 
 /** A call that is being typed: its parameters, and the index of the one at the cursor, -1 for none. */
@@ -1053,6 +1362,17 @@ export interface StartedPush {
   elsewhere: string;
   place: Place | null;
   line: number;
+}
+
+/** The component that was started, and the file in which its run is recorded. */
+export interface StartedRun {
+  component: string;
+  facts?: RobotFacts;
+  recording?: string;
+  since?: number | null;
+  snapshot: LiveSnapshot | null;
+  structure: LiveStructure | null;
+  timeline: Timeline;
 }
 
 /** A state: its position on the canvas in pixels, its code, and the automata that it owns. */
@@ -1117,6 +1437,12 @@ export interface TabState {
   changed: boolean;
   recording: string;
   views: string[];
+}
+
+/** A document with which one may begin. */
+export interface Template {
+  description: string;
+  name: string;
 }
 
 /** A test as the page shows it; without an outcome it was not run yet. */
@@ -1240,7 +1566,7 @@ export interface TrialsView {
   histograms: Histogram[];
   dependences: Dependence[];
   maps: PlaceMap[];
-  ways: Way[];
+  ways: FailureView[];
   worst: Trial[];
   fromStart: number;
   equal: boolean;
@@ -1253,6 +1579,15 @@ export interface UndoStep {
   revision: number;
 }
 
+/** A step that was undone or redone, and where. */
+export interface Undone {
+  added: Added[];
+  conflict?: boolean;
+  name: string;
+  place: Place | null;
+  revision: number;
+}
+
 /** A vector in the frame that its holder names. */
 export interface Vector3 {
   x: number;
@@ -1260,21 +1595,12 @@ export interface Vector3 {
   z: number;
 }
 
-/** A way to fail: so many trials, the numbers of some, and the timeline of one. */
-export interface Way {
-  reason: string;
-  states: string;
-  count: number;
-  numbers: number[];
-  timeline: TrialTimeline;
-}
-
 /** The open documents, those that can be recovered, and the components of the realm. */
 export interface WorkspacePush {
   push: "workspace";
   tabs: TabState[];
   recoverable: Recoverable[];
-  present: Record<string, unknown>[];
+  present: PresentComponent[];
 }
 
 /** A world of the simulation; `balls` says whether it has balls that can be moved. */
@@ -1282,4 +1608,9 @@ export interface World {
   name: string;
   description: string;
   balls: boolean;
+}
+
+/** The path of a file that was written. */
+export interface Written {
+  path: string;
 }

@@ -1,11 +1,11 @@
 /** The robot of the realm in words, and requests for a robot. */
 
-import {browserStorage} from "../kit/storage.js";
+import {browserStorage} from "../kit/location.js";
 import {store} from "./store.js";
 import {decimal, language, t} from "../kit/texts.js";
 
 /**
- * @import {Fields} from "./messages.js"
+ * @import {Fields} from "./protocol.js"
  * @import {Robot} from "./store.js"
  */
 

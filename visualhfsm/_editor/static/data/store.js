@@ -5,21 +5,21 @@
  * request that made it. The messages are those of visualhfsm/_editor/protocol.py.
  */
 
-import {socketAddress} from "../kit/address.js";
+import {channelOf, socketAddress} from "../kit/location.js";
 import {Resumption} from "./resumption.js";
-import {channelOf} from "../kit/storage.js";
 import {decimal, language, t} from "../kit/texts.js";
 import {updated, withContent} from "./updates.js";
-import {viewing} from "../kit/viewing.js";
+import {viewing} from "../kit/viewers.js";
 
 /**
  * @import {Target} from "../kit/events.js"
- * @import {Answer, Answers, Fields, FieldsOf, Greeting, Push, Workspace} from "./messages.js"
- * @import {Automaton, Command, OutputPush, OutsidePush, Problem, ProblemsPush, ReadyState, Requests, RobotPush, StartedPush,
- *   ShelfPush, SnapshotPush, StalePush, StructurePush, TestsPush, TrialsPush, UndoStep} from "./protocol.js"
+ * @import {Answer, Answers, Automaton, Command, Fields, FieldsOf, Greeting, OutputPush} from "./protocol.js"
+ * @import {OutsidePush, Problem, ProblemsPush, Push, ReadyState, Requests, RobotPush, ShelfPush} from "./protocol.js"
+ * @import {SnapshotPush, StalePush, StartedPush, StructurePush, TestsPush, TrialsPush, UndoStep} from "./protocol.js"
+ * @import {Workspace} from "./protocol.js"
  * @typedef {{tab: number, revision: number, undo: UndoStep[], redo: UndoStep[], dirty: boolean, fields: Fields,
  *   automata: Map<number, Automaton>, own: Map<number, Automaton>, content: Automaton[], problems: Problem[],
- *   counts: ProblemsPush["counts"], checked?: number}} OpenDocument `automata` are its `own` with the `content` of
+ *   counts: ProblemsPush["counts"], checked?: number, proved?: number}} OpenDocument `automata` are its `own` with the `content` of
  *   those that are imported; `checked` is the revision that the problems, with the `counts` of all, are those of
  * @typedef {{tab: number, text: string, typed: boolean}} Unsaved a text; `typed` while it is not sent
  * @typedef {Required<Omit<RobotPush, "push">>} Robot
@@ -105,7 +105,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   restarted = false;
   /** Typed texts that the server does not have yet, by their keys. @type {Map<string, Unsaved>} */
   unsaved = new Map();
-  /** The answer of the server to `hello`. @type {Greeting} */
+  /** The answer of the server to `hello`. @type {Partial<Greeting>} */
   greeting = {};
   /**
    * The stand-in for the server in an exported page: it answers requests, and has frames by path.
@@ -347,8 +347,8 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
         break;
       case "problems": {
         const document = this.documents.get(message.tab);
-        const {items: problems, counts, revision: checked} = message;
-        if (document) Object.assign(document, {problems, counts, checked});
+        const {items: problems, counts, revision: checked, complete} = message;
+        if (document) Object.assign(document, {problems, counts, checked, proved: complete ? checked : undefined});
         break;
       }
       case "trials":

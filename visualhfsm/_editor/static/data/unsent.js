@@ -3,7 +3,7 @@
 import {html, nothing} from "lit";
 
 import {notify, notifyError} from "../kit/notices.js";
-import {windowStorage} from "../kit/storage.js";
+import {windowStorage} from "../kit/location.js";
 import {store} from "./store.js";
 import {t} from "../kit/texts.js";
 

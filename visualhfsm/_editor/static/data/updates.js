@@ -1,8 +1,7 @@
 /**
  * Documents after a push of the server: unchanged parts are the same objects as before.
  *
- * @import {Change, DocumentPush, Fields, Part} from "./messages.js"
- * @import {Automaton} from "./protocol.js"
+ * @import {Automaton, Change, DocumentPush, Fields, Part} from "./protocol.js"
  * @import {OpenDocument} from "./store.js"
  */
 

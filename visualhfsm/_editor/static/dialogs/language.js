@@ -4,7 +4,7 @@ import {html} from "lit";
 
 import {notifyError} from "../kit/notices.js";
 import {flushEdits} from "../code/draft.js";
-import {browserStorage} from "../kit/storage.js";
+import {browserStorage} from "../kit/location.js";
 import {store} from "../data/store.js";
 import {CHOSEN, language, languages, t} from "../kit/texts.js";
 import {showDialog} from "../kit/dialog.js";

@@ -2,7 +2,7 @@
  * A robot of the user's own: choose its model, see it, correct what it was taken for, and save it.
  *
  * @import {From} from "../data/element.js"
- * @import {OwnRobot} from "../data/messages.js"
+ * @import {OwnRobot} from "../data/protocol.js"
  * @import {RobotDrawing} from "../robot3d/robot-drawing.js"
  * @typedef {Pick<OwnRobot, "name" | "text">} Draft
  */
@@ -13,7 +13,7 @@ import {PageElement, properties} from "../data/element.js";
 import {wordButton} from "../kit/buttons.js";
 import {spokenAngle, spokenPlace} from "../run/values.js";
 import {messageOf, notify, notifyError} from "../kit/notices.js";
-import {required} from "../kit/required.js";
+import {required} from "../kit/existence.js";
 import {chooseBody, simulate} from "../data/robot.js";
 import {RequestError, store} from "../data/store.js";
 import {t} from "../kit/texts.js";

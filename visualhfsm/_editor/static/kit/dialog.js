@@ -11,9 +11,9 @@
 
 import {html, nothing, render} from "lit";
 
-import {pressHeld} from "./holding.js";
+import {pressHeld} from "./waiting-keys.js";
 import {iconButton} from "./icons.js";
-import {laterStyles} from "./styles.js";
+import {laterStyles} from "./theme.js";
 import {t} from "./texts.js";
 
 /**

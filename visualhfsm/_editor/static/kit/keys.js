@@ -1,8 +1,8 @@
 /** Keys and their actions. The actions are defined in actions.js. */
 
-import {holdKey, holdPasted, isText} from "./holding.js";
+import {holdKey, holdPasted, isText} from "./waiting-keys.js";
 import {actionOf, actions, perform} from "./registry.js";
-import {required} from "./required.js";
+import {required} from "./existence.js";
 import {t} from "./texts.js";
 
 const MIDDLE = 1; // the button of the mouse

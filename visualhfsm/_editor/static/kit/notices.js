@@ -1,5 +1,4 @@
-import {coded} from "./coded.js";
-import {n, t} from "./texts.js";
+import {coded, n, t} from "./texts.js";
 /** Short messages at the top of the canvas, which screen readers announce. */
 
 /**

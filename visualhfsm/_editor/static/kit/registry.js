@@ -16,10 +16,10 @@
  *   menu was opened, `pasted` what the system's clipboard has
  */
 
-import {holdKeys} from "./holding.js";
-import {required} from "./required.js";
-import {isForbidden} from "./viewing.js";
-import {containsWords, folded} from "./words.js";
+import {holdKeys} from "./waiting-keys.js";
+import {required} from "./existence.js";
+import {isForbidden} from "./viewers.js";
+import {containsWords, folded} from "./texts.js";
 
 /** All actions by their ids, in the order in which they are found. @type {Map<string, Action>} */
 export const actions = new Map();

@@ -6,7 +6,7 @@
 
 import {html} from "lit";
 
-import {browserStorage} from "./storage.js";
+import {browserStorage} from "./location.js";
 
 const RESIZE_STEP = 24;
 const root = document.documentElement;

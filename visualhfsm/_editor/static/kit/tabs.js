@@ -7,8 +7,7 @@
  */
 
 import {html, nothing} from "lit";
-import {coded} from "./coded.js";
-import {n, t} from "./texts.js";
+import {coded, n, t} from "./texts.js";
 
 /**
  * @param {{label: string, tabs: Tab[], chosen: string, choose: (id: string) => void, write?: (id: string) => void,

@@ -6,7 +6,7 @@
  * @typedef {Record<string, unknown>} Values by the names of placeholders, such as `{name}`
  */
 
-import {browserStorage} from "./storage.js";
+import {browserStorage} from "./location.js";
 
 /** What the chosen language is kept as. */
 export const CHOSEN = "visualhfsm.language";
@@ -76,3 +76,44 @@ export const rich = (text, values) =>
 /** A number in prose. @param {number} value @param {number} digits after the point, or the comma */
 export const decimal = (value, digits) =>
   value.toLocaleString(language, {minimumFractionDigits: digits, maximumFractionDigits: digits});
+
+/** The parts of a text in which names stand between backticks, these as elements. @param {string} text @returns {(string | HTMLElement)[]} */
+export const coded = (text) =>
+  text.split("`").map((part, index) => {
+    if (!(index % 2)) return part;
+    const code = document.createElement("code");
+    code.textContent = part;
+    return code;
+  });
+
+/** A text for screen readers and bubbles of the browser, which show no code. @param {string} text */
+export const uncoded = (text) => text.replaceAll("`", "");
+
+/** @type {Record<string, number>} */
+const UNITS = {"": 1, ms: 1, s: 1000, min: 60_000};
+
+/** A time of a document in minutes, seconds or milliseconds; other text stays as it is. @param {string} milliseconds */
+export function spokenTime(milliseconds) {
+  const value = Number(milliseconds);
+  if (!milliseconds.trim() || !Number.isFinite(value)) return milliseconds.trim();
+  if (value >= UNITS.min && value % UNITS.min === 0) return `${value / UNITS.min} min`;
+  return value >= UNITS.s && Number.isInteger(value) ? `${value / UNITS.s} s` : `${value} ms`;
+}
+
+/** A typed time such as `1.5 s` or `500 ms` in milliseconds; other text stays as it is. @param {string} typed */
+export function toMilliseconds(typed) {
+  const [, number, unit] = /^(\d+(?:[.,]\d+)?)\s*(ms|s|min|)$/i.exec(typed.trim()) ?? [];
+  if (number === undefined) return typed;
+  return String(+(Number(number.replace(",", ".")) * UNITS[unit.toLowerCase()]).toFixed(6));
+}
+
+/** A text as it is compared: neither case nor accents matter. @param {string} text */
+export const folded = (text) => text.trim().normalize("NFD").replace(/\p{M}/gu, "").toLowerCase();
+
+/** Whether a text contains all words of another one, or parts of words, in any order. @param {string} text @param {string} sought */
+export function containsWords(text, sought) {
+  const all = folded(text);
+  return folded(sought)
+    .split(/\s+/)
+    .every((word) => all.includes(word));
+}

@@ -2,8 +2,7 @@
  * A drawing in one file, without a server: the views of the editor show the document from visualhfsm/_drawing/page.py,
  * and change nothing.
  *
- * @import {Fields} from "../data/messages.js"
- * @import {Automaton} from "../data/protocol.js"
+ * @import {Automaton, Fields} from "../data/protocol.js"
  * @typedef {{name: string, document: Fields & {automata: Automaton[]}, imported: Automaton[]}} Content
  */
 

@@ -1,8 +1,7 @@
 /**
  * What the pages that are one file have in common.
  *
- * @import {Fields, Push} from "../data/messages.js"
- * @import {Automaton} from "../data/protocol.js"
+ * @import {Automaton, Fields, Push} from "../data/protocol.js"
  */
 
 import {iconButton} from "../kit/icons.js";

@@ -11,8 +11,7 @@ import {TRIGGERS} from "../canvas/glyphs.js";
 import {picture} from "../canvas/export.js";
 import {outgoing, ownerOf} from "../data/outline.js";
 import {page} from "../data/page.js";
-import {t} from "../kit/texts.js";
-import {spokenTime} from "../kit/times.js";
+import {spokenTime, t} from "../kit/texts.js";
 
 /** Show the print dialog of the browser with the pages of the shown document. */
 export async function printComponent() {

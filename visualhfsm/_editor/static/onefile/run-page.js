@@ -1,9 +1,7 @@
 /**
  * A run in one file, without a server: the views of the editor show the content from visualhfsm/_monitor/run_page.py.
  *
- * @import {Fields} from "../data/messages.js"
- * @import {Automaton} from "../data/protocol.js"
- * @import {LiveStructure, Timeline} from "../data/protocol.js"
+ * @import {Automaton, Fields, LiveStructure, Timeline} from "../data/protocol.js"
  * @import {WorldShape} from "../robot3d/world-drawing.js"
  * @typedef {{name: string, began: number, shortened: string, structure: LiveStructure, timeline: Timeline,
  *   document: (Fields & {automata: Automaton[]}) | null, imported: Automaton[], world: WorldShape[], body: object,

@@ -1,6 +1,6 @@
 /** The data of a page that is one file, from visualhfsm/_base/html_file.py. */
 
-import {required} from "../kit/required.js";
+import {required} from "../kit/existence.js";
 import {language} from "../kit/texts.js";
 
 /** The data as text. */

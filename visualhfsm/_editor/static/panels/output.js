@@ -6,8 +6,8 @@ import {offers} from "../kit/buttons.js";
 import {tickBox} from "../kit/tick-box.js";
 import {monitor, spokenStatus} from "../run/monitor.js";
 import {page} from "../data/page.js";
-import {required} from "../kit/required.js";
-import {started, spokenEnd} from "../data/started.js";
+import {required} from "../kit/existence.js";
+import {started, spokenEnd} from "../data/component-status.js";
 import {t} from "../kit/texts.js";
 import {outputLog} from "../data/output-log.js";
 

@@ -10,8 +10,7 @@ import {html, nothing} from "lit";
 import {PageElement} from "../data/element.js";
 import {page} from "../data/page.js";
 import {FAILED, SEVERITIES} from "../data/problems.js";
-import {coded} from "../kit/coded.js";
-import {n, t} from "../kit/texts.js";
+import {coded, n, t} from "../kit/texts.js";
 import {fixButtons, learnFixes} from "../code/fixes.js";
 import {counterexamplePlayer, showStep} from "./counterexample.js";
 import {showNoMarks} from "../data/marks.js";
@@ -99,7 +98,7 @@ class Problems extends PageElement {
             ? html`<span class="faint">${t("{count} of {all} are listed", {count: shown.length, all})}</span>`
             : nothing
         }<span class="room"></span>${
-          document.checked !== undefined && document.checked !== document.revision
+          document.checked !== undefined && document.proved !== document.revision
             ? html`<span class="faint" role="status">${t("Being checked…")}</span>`
             : nothing
         }

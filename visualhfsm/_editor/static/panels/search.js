@@ -10,7 +10,7 @@ import {tickBox} from "../kit/tick-box.js";
 import {page} from "../data/page.js";
 import {store} from "../data/store.js";
 import {n, t} from "../kit/texts.js";
-import {viewing} from "../kit/viewing.js";
+import {viewing} from "../kit/viewers.js";
 import {keyOf, wordsFor} from "../code/places.js";
 import {moveAmongRows, pathOf} from "../kit/rows.js";
 

@@ -16,7 +16,7 @@ import {keyOf, placeOf, problemsOf} from "../code/places.js";
 import {tickBox} from "../kit/tick-box.js";
 import {problemLines, tabStrip} from "../kit/tabs.js";
 import {codeField, nameField} from "./fields.js";
-import {argumentList, declaredIn, resultList} from "./handed.js";
+import {argumentList, declaredIn, resultList} from "./arguments-and-results.js";
 
 const CODES = {
   entry: {label: t("Entry"), hint: t("Runs once on entry")},

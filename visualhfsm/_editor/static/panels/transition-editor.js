@@ -11,7 +11,7 @@
 
 import {html, live, nothing} from "lit";
 import {apply} from "../data/commands.js";
-import {holdKeys} from "../kit/holding.js";
+import {holdKeys} from "../kit/waiting-keys.js";
 import {iconButton} from "../kit/icons.js";
 import {firstPart, outgoing} from "../data/outline.js";
 import {page} from "../data/page.js";

@@ -13,7 +13,7 @@ import {
   Vector3,
 } from "three";
 
-import {required} from "../kit/required.js";
+import {required} from "../kit/existence.js";
 
 /** Metres by which the second sole must fit better for the body to stand on it instead. */
 const LEVEL = 0.005;

@@ -9,7 +9,7 @@ import {html, nothing} from "lit";
 
 import {offers} from "../kit/buttons.js";
 import {messageOf} from "../kit/notices.js";
-import {required} from "../kit/required.js";
+import {required} from "../kit/existence.js";
 import {n, t} from "../kit/texts.js";
 import {MonitorElement} from "../run/element.js";
 import {receiveFrames} from "./frames.js";

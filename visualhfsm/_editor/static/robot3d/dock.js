@@ -10,7 +10,7 @@ import {html, nothing} from "lit";
 import {icon} from "../kit/icons.js";
 import {messageOf, notifyError} from "../kit/notices.js";
 import {resizer} from "../kit/resizer.js";
-import {browserStorage} from "../kit/storage.js";
+import {browserStorage} from "../kit/location.js";
 import {t} from "../kit/texts.js";
 import {Camera, cameraNames, titleOf} from "./cameras.js";
 import {MonitorElement} from "../run/element.js";

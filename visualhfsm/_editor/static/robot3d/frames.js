@@ -1,6 +1,6 @@
 /** Images from the server: always the newest, once the previous one is drawn. */
 
-import {socketAddress} from "../kit/address.js";
+import {socketAddress} from "../kit/location.js";
 import {messageOf} from "../kit/notices.js";
 import {store} from "../data/store.js";
 import {language} from "../kit/texts.js";

@@ -8,15 +8,15 @@ import {html, nothing} from "lit";
 
 import {icon} from "../kit/icons.js";
 import {messageOf, notify} from "../kit/notices.js";
-import {required} from "../kit/required.js";
+import {required} from "../kit/existence.js";
 import {store} from "../data/store.js";
 import {t} from "../kit/texts.js";
-import {viewing} from "../kit/viewing.js";
+import {viewing} from "../kit/viewers.js";
 import {bodyOf} from "./bodies.js";
 import {MonitorElement, whyUnknown} from "../run/element.js";
 import {receiveFrames} from "./frames.js";
 import {Grabbing} from "./grabbing.js";
-import {Loudspeaker, SILENT, silenced} from "./heard.js";
+import {Loudspeaker, SILENT, silenced} from "./robot-sound.js";
 import {monitor} from "../run/monitor.js";
 import {RobotDrawing} from "./robot-drawing.js";
 
@@ -60,7 +60,7 @@ export class RobotView extends MonitorElement {
     this.says = false;
     /** Whether the robot has a camera. */
     this.sees = true;
-    /** What the present robot says and plays. @type {import("./heard.js").Heard} */
+    /** What the present robot says and plays. @type {import("./robot-sound.js").Heard} */
     this.heard = SILENT;
     this.loudspeaker = new Loudspeaker();
     /** @type {ReturnType<typeof receiveFrames> | undefined} */

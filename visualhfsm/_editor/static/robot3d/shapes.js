@@ -24,7 +24,7 @@ import {
   Vector3,
 } from "three";
 
-import {required} from "../kit/required.js";
+import {required} from "../kit/existence.js";
 
 /** Round and long shapes have their axis along z. @satisfies {Record<string, (size: number[]) => BufferGeometry>} */
 const FORMS = {

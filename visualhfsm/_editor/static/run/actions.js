@@ -2,7 +2,7 @@
 
 import {page} from "../data/page.js";
 import {notify} from "../kit/notices.js";
-import {required} from "../kit/required.js";
+import {required} from "../kit/existence.js";
 import {store} from "../data/store.js";
 import {t} from "../kit/texts.js";
 import {breakpointAt} from "./breakpoints.js";
@@ -57,7 +57,7 @@ function force() {
 
 /** Generate the component and reload it. @param {import("../kit/registry.js").Context} context */
 async function reload(context) {
-  if (!(await context.app.generate({quiet: true}))) return;
+  if (!(await context.app.runs.generate({quiet: true}))) return;
   const report = await monitor.steer("reload");
   if (!report) return;
   const {notKept, held} = report;
@@ -73,7 +73,7 @@ async function reload(context) {
 async function runWith({app}) {
   const {tab} = page;
   const options = await (await dialogs()).askParameters(tab, page.shownDocument.fields.parameters);
-  if (options && page.tab === tab) await app.run(options);
+  if (options && page.tab === tab) await app.runs.start(options);
 }
 
 /** @type {import("../kit/registry.js").Action[]} */
@@ -105,7 +105,7 @@ export const monitorActions = [
     keys: ["Alt+Shift+T"],
     scope: "typing",
     enabled: () => Boolean(page.document),
-    run: ({app}) => app.run([], {dryRun: true}),
+    run: ({app}) => app.runs.start([], {dryRun: true}),
     hint: t("you set the time, send the events and force transitions"),
   },
   {
@@ -115,7 +115,7 @@ export const monitorActions = [
     keys: ["Alt+Shift+R"],
     scope: "typing",
     enabled: () => runs() || Boolean(page.document),
-    run: async ({app}) => (runs() ? (await recorder()).toggleRecording() : app.run([], {record: true})),
+    run: async ({app}) => (runs() ? (await recorder()).toggleRecording() : app.runs.start([], {record: true})),
     hint: t("the followed behavior, until pressed again; or run and record the document"),
   },
   {
@@ -123,7 +123,7 @@ export const monitorActions = [
     label: t("Run and record"),
     icon: "film",
     enabled: () => Boolean(page.document),
-    run: ({app}) => app.run([], {record: true}),
+    run: ({app}) => app.runs.start([], {record: true}),
     hint: t("everything it reads, for a replay, and the pictures it uses; reloading is not possible"),
   },
   {
@@ -312,7 +312,7 @@ export const monitorActions = [
     keys: ["Alt+F5"],
     scope: "typing",
     enabled: () => Boolean(page.state),
-    run: ({app}) => app.run(["--begin-at", `${page.shownAutomaton.id}.${page.state?.id}`]),
+    run: ({app}) => app.runs.start(["--begin-at", `${page.shownAutomaton.id}.${page.state?.id}`]),
     hint: t("run the behavior with this state as its first"),
   },
   {

@@ -4,7 +4,7 @@
  */
 
 import {Sequence} from "../kit/sequence.js";
-import {browserStorage} from "../kit/storage.js";
+import {browserStorage} from "../kit/location.js";
 import {store} from "../data/store.js";
 
 /** @import {Breakpoint} from "../data/protocol.js" */

@@ -2,7 +2,7 @@
  * Open what a component runs elsewhere: its document, and recordings of its runs.
  *
  * @import {HfsmCanvas} from "../canvas/canvas.js"
- * @import {Entry} from "../data/messages.js"
+ * @import {Entry} from "../data/protocol.js"
  */
 
 import {ask} from "../data/commands.js";

@@ -1,7 +1,7 @@
 /**
  * The base of the elements of the monitor.
  *
- * @import {MonitorEvents} from "./shown.js"
+ * @import {MonitorEvents} from "./shown-run.js"
  */
 
 import {html} from "lit";

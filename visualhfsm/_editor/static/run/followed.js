@@ -1,14 +1,14 @@
 /**
  * What is followed, from when it is chosen until another is: its automata, and the moments of its run.
  *
- * @import {Followed as Reported} from "../data/messages.js"
- * @import {AutomatonSnapshot, ComponentStructure, LiveSnapshot, LiveStructure} from "../data/protocol.js"
+ * @import {AutomatonSnapshot, ComponentStructure, Followed as Reported, LiveSnapshot} from "../data/protocol.js"
+ * @import {LiveStructure} from "../data/protocol.js"
  * @import {Moment} from "../robot3d/robot-drawing.js"
  * @import {WorldShape} from "../robot3d/world-drawing.js"
  */
 
 import {t} from "../kit/texts.js";
-import {Past} from "./past.js";
+import {StateChanges} from "./state-changes.js";
 import {Structure} from "./structure.js";
 
 const LOOKED_AT = 3; // s of component time in which most cycles of what is late were too long
@@ -23,7 +23,7 @@ export class Followed {
   newest = undefined;
   /** A moment of the past that is shown instead. @type {LiveSnapshot | undefined} */
   looking = undefined;
-  past = new Past();
+  past = new StateChanges();
   /** The newest moments. @type {LiveSnapshot["component"][]} */
   #recent = [];
   /** Since when it is silent, s since 1970; 0 while it sends. */
@@ -133,7 +133,7 @@ export class Followed {
   begin({snapshot, timeline, since}) {
     this.since = since ?? 0;
     this.ended = undefined;
-    this.past = new Past(timeline ?? undefined);
+    this.past = new StateChanges(timeline ?? undefined);
     this.#recent = [];
     this.newest = snapshot ?? undefined;
     this.looking = undefined;
@@ -169,7 +169,7 @@ export class Followed {
     const restarted = newest !== undefined && value.component.startedAt !== newest.component.startedAt;
     if (restarted || (!newest && this.begun)) this.ended = undefined;
     if (restarted) {
-      this.past = new Past();
+      this.past = new StateChanges();
       this.#recent = [];
     }
     const {component} = value;

@@ -1,6 +1,6 @@
 /** Draws the states of automata over time, a lane each. */
 
-import {required} from "../kit/required.js";
+import {required} from "../kit/existence.js";
 import {decimal} from "../kit/texts.js";
 import {monitor} from "./monitor.js";
 
@@ -8,7 +8,7 @@ const NAMED = 34; // px, the least width of a span with a name
 const FONT = "11px Inter, system-ui, 'DejaVu Sans', sans-serif";
 
 /**
- * @import {Span} from "./past.js"
+ * @import {Span} from "./state-changes.js"
  * @typedef {{id: number, name: string}} Lane
  * @typedef {{empty: string, muted: string, plain: string[], parent: string[]}} Palette of a state's `plain` and
  *   `parent` the ground, the line and the letters

@@ -1,24 +1,24 @@
 /**
  * The component that this window follows: how it is chosen, and how to steer it.
  *
- * One component, or one recording, is followed at a time. `shown.js` has what views read of it, `followed.js` what is
- * known of it, `starts.js` what this window has started.
+ * One component, or one recording, is followed at a time. `shown-run.js` has what views read of it, `followed.js` what is
+ * known of it, `own-runs.js` what this window has started.
  *
- * @import {Answers, FieldsOf, Followed as Reported, Workspace} from "../data/messages.js"
- * @import {LiveSnapshot, LiveStructure, Requests, StartedPush} from "../data/protocol.js"
- * @import {MonitorEvents} from "./shown.js"
+ * @import {Answers, FieldsOf, Followed as Reported, LiveSnapshot, LiveStructure, Requests} from "../data/protocol.js"
+ * @import {StartedPush, Workspace} from "../data/protocol.js"
+ * @import {MonitorEvents} from "./shown-run.js"
  * @typedef {{component: string, awaited?: boolean, tab?: number, structure?: LiveStructure}} Next
  */
 
 import {notify, notifyError, clearErrors} from "../kit/notices.js";
 import {page} from "../data/page.js";
-import {started} from "../data/started.js";
+import {started} from "../data/component-status.js";
 import {store} from "../data/store.js";
 import {t} from "../kit/texts.js";
-import {viewing} from "../kit/viewing.js";
+import {viewing} from "../kit/viewers.js";
 import {Breakpoints} from "./breakpoints.js";
 import {Followed} from "./followed.js";
-import {Shown} from "./shown.js";
+import {ShownRun} from "./shown-run.js";
 import {RobotFacts} from "./structure.js";
 
 /** `ComponentStatus` of interfaces/hfsm.idl. */
@@ -30,7 +30,7 @@ export const ON_TIME = 1;
 export const ON_EVENT = 2;
 
 /** Chooses what is followed, takes what it sends, and steers it. */
-class Monitor extends Shown {
+class Monitor extends ShownRun {
   breakpoints = new Breakpoints(this);
   robot = new RobotFacts();
   /** Whether the canvas follows the deepest active automaton. */

@@ -2,8 +2,7 @@
  * Draw the state of the followed component on the canvas.
  *
  * @import {Live} from "../canvas/live-marks.js"
- * @import {Breakpoint} from "../data/protocol.js"
- * @import {LiveSnapshot} from "../data/protocol.js"
+ * @import {Breakpoint, LiveSnapshot} from "../data/protocol.js"
  */
 
 import {page} from "../data/page.js";

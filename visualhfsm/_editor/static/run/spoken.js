@@ -4,7 +4,7 @@
  * The bar says more, such as how long something hangs, which would be read once a second. Errors are notices.
  */
 
-import {started} from "../data/started.js";
+import {started} from "../data/component-status.js";
 import {page} from "../data/page.js";
 import {store} from "../data/store.js";
 import {t} from "../kit/texts.js";

@@ -1,12 +1,12 @@
 /**
  * The operator's stop button: it asks no question, does not wait, and works in every mode.
  *
- * @typedef {import("../data/messages.js").Answers["emergencyStop"]} Stopped
+ * @typedef {import("../data/protocol.js").Answers["emergencyStop"]} Stopped
  */
 
-import {socketAddress} from "../kit/address.js";
+import {socketAddress} from "../kit/location.js";
 import {clearErrors, messageOf, notify} from "../kit/notices.js";
-import {started} from "../data/started.js";
+import {started} from "../data/component-status.js";
 import {store} from "../data/store.js";
 import {language, t} from "../kit/texts.js";
 import {monitor} from "./monitor.js";

@@ -1,8 +1,8 @@
 /**
  * The constants: the automata of a component, the limits and cameras of a robot.
  *
- * @import {Breakpoint} from "../data/protocol.js"
- * @import {ComponentStructure, JointLimits, RobotFacts as Facts, TransitionStructure} from "../data/protocol.js"
+ * @import {Breakpoint, ComponentStructure, JointLimits, RobotFacts as Facts} from "../data/protocol.js"
+ * @import {TransitionStructure} from "../data/protocol.js"
  */
 
 const FACTS_AGAIN = 2000; // ms after which missing facts are requested again

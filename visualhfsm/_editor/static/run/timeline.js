@@ -12,7 +12,7 @@ import {html, nothing} from "lit";
 import {iconButton} from "../kit/icons.js";
 import {keyOf} from "../kit/keys.js";
 import {page} from "../data/page.js";
-import {required} from "../kit/required.js";
+import {required} from "../kit/existence.js";
 import {n, t} from "../kit/texts.js";
 import {MonitorElement, nothingRuns, spokenSeconds} from "./element.js";
 import {drawLanes, wasActive} from "./lanes.js";

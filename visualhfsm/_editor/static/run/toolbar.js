@@ -3,8 +3,8 @@
 import {html} from "lit";
 
 import {keyOf} from "../kit/keys.js";
-import {required} from "../kit/required.js";
-import {started} from "../data/started.js";
+import {required} from "../kit/existence.js";
+import {started} from "../data/component-status.js";
 import {n, t} from "../kit/texts.js";
 import {MonitorElement} from "./element.js";
 import {monitor} from "./monitor.js";

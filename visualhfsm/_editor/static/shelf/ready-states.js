@@ -9,13 +9,12 @@
 
 import {freePlace} from "../canvas/tools.js";
 import * as commands from "../data/commands.js";
-import {holdKeys} from "../kit/holding.js";
+import {holdKeys} from "../kit/waiting-keys.js";
 import {notifyError} from "../kit/notices.js";
 import {triggerFrom} from "../data/outline.js";
 import {page} from "../data/page.js";
 import {store} from "../data/store.js";
-import {language, t, translated} from "../kit/texts.js";
-import {containsWords, folded} from "../kit/words.js";
+import {containsWords, folded, language, t, translated} from "../kit/texts.js";
 
 const SENTENCE = /(?<=[.!?]) /; // ends before its space
 const BESIDE = 190; // pixels from a state to one that is drawn after it

@@ -12,7 +12,7 @@ import {icon, isIcon} from "../kit/icons.js";
 import {isTyping, keyOf} from "../kit/keys.js";
 import {page} from "../data/page.js";
 import {resizer} from "../kit/resizer.js";
-import {browserStorage} from "../kit/storage.js";
+import {browserStorage} from "../kit/location.js";
 import {store} from "../data/store.js";
 import {rich, t} from "../kit/texts.js";
 import {Carrying} from "./carrying.js";

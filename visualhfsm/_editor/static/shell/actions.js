@@ -2,14 +2,14 @@
 
 import {canvasActions, drawnSelection} from "../canvas/actions.js";
 import * as commands from "../data/commands.js";
-import {holdKeys} from "../kit/holding.js";
-import {browserStorage} from "../kit/storage.js";
+import {holdKeys} from "../kit/waiting-keys.js";
+import {browserStorage} from "../kit/location.js";
 import {monitorActions, monitoredSelection} from "../run/actions.js";
 import {monitor} from "../run/monitor.js";
 import {page} from "../data/page.js";
 import {spoken} from "../kit/keys.js";
 import {addActions} from "../kit/registry.js";
-import {started} from "../data/started.js";
+import {started} from "../data/component-status.js";
 import {n, t} from "../kit/texts.js";
 
 const hasDocument = () => Boolean(page.document);
@@ -197,7 +197,7 @@ addActions([
     keys: ["F6"],
     scope: "typing",
     enabled: hasDocument,
-    run: ({app}) => app.generate(),
+    run: ({app}) => app.runs.generate(),
   },
   {
     id: "run",
@@ -207,7 +207,7 @@ addActions([
     keys: ["F5"],
     scope: "typing",
     enabled: hasDocument,
-    run: ({app}) => app.run(),
+    run: ({app}) => app.runs.start(),
   },
   {
     id: "stop",

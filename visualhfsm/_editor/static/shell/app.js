@@ -6,21 +6,22 @@
  * @import {Automaton, Place} from "../data/protocol.js"
  * @import {OpenDocument} from "../data/store.js"
  * @import {At} from "../data/page.js"
+ * @import {Panel} from "./panels.js"
  */
 
-import {html, nothing, render} from "lit";
+import {html, nothing} from "lit";
 
 import "./actions.js";
 import "../canvas/canvas.js";
 import "./menubar.js";
 import "./robot-pill.js";
 import "./tree.js";
-import {askBy, askTab} from "../data/commands.js";
 import {PageElement} from "../data/element.js";
-import {holdKeys} from "../kit/holding.js";
+import {holdKeys} from "../kit/waiting-keys.js";
 import {icon} from "../kit/icons.js";
 import {listenForKeys} from "../kit/keys.js";
-import {messageOf, notify, notifyError, OFFLINE, clearErrors, showNoticesOf} from "../kit/notices.js";
+import {notifyError, OFFLINE, clearErrors, showNoticesOf} from "../kit/notices.js";
+import {showImports} from "../data/imported-content.js";
 import {page} from "../data/page.js";
 import {stopButton} from "../run/bar.js";
 import {monitor} from "../run/monitor.js";
@@ -28,61 +29,21 @@ import {planned} from "../run/breakpoints.js";
 import {listenForStop} from "../run/stop.js";
 import {outputLog} from "../data/output-log.js";
 import {perform} from "../kit/registry.js";
-import {chosenBody, isReadyFor} from "../data/robot.js";
-import {started} from "../data/started.js";
+import {viewing} from "../kit/viewers.js";
 import {actionButton} from "../kit/buttons.js";
 import {resizer, restoreSizes} from "../kit/resizer.js";
+import {takeDrops} from "./dropped-files.js";
+import {BOTTOM, FOR_VIEWERS, Panels, SIDE, panelTabs} from "./panels.js";
+import {Runs} from "./runs.js";
 import {banner, keepStopInView} from "./shell.js";
 import {isOffered, loadViews, views} from "./views.js";
 import {initTheme, switchTheme} from "../kit/theme.js";
-import {browserStorage, windowStorage} from "../kit/storage.js";
+import {browserStorage, windowStorage} from "../kit/location.js";
 import {store} from "../data/store.js";
-import {laterStyles} from "../kit/styles.js";
 import {t} from "../kit/texts.js";
-import {viewing} from "../kit/viewing.js";
 
-/**
- * An element that is loaded when it is first shown: a panel, or a part of the monitor.
- *
- * @typedef {PageElement & {focusFirst?: () => void, revealed?: Promise<unknown>}} Panel
- */
-
-/** Elements that are loaded when they are first shown, and their modules. @type {Record<string, string>} */
-const LAZY = {
-  "hfsm-code-panel": "../panels/code.js",
-  "hfsm-data-panel": "../panels/data.js",
-  "hfsm-problems": "../panels/problems.js",
-  "hfsm-search": "../panels/search.js",
-  "hfsm-output": "../panels/output.js",
-  "hfsm-undo-steps": "../panels/undo-steps.js",
-  "hfsm-tests-panel": "../trials/tests.js",
-  "hfsm-trials-panel": "../trials/trials.js",
-  "hfsm-monitor-toolbar": "../run/toolbar.js",
-  "hfsm-monitor-panel": "../run/panel.js",
-  "hfsm-monitor-timeline": "../run/timeline.js",
-  "hfsm-robot-dock": "../robot3d/dock.js",
-  "hfsm-shelf": "../shelf/shelf.js",
-  "hfsm-start": "./start.js",
-};
-/** What viewers see of these. */
-const FOR_VIEWERS = new Set(["hfsm-problems", "hfsm-search", "hfsm-output", "hfsm-monitor-timeline"]);
 const UNHURRIED = 500; // ms after the first picture until more is loaded
 const SHOWN = "visualhfsm.shown"; // the tab that a window shows
-const SIDE = [
-  ["hfsm-code-panel", t("Code")],
-  ["hfsm-data-panel", t("Data")],
-  ["hfsm-monitor-panel", t("Live")],
-];
-const BOTTOM = [
-  ["hfsm-problems", t("Problems")],
-  ["hfsm-search", t("Search")],
-  ["hfsm-output", t("Output")],
-  ["hfsm-tests-panel", t("Tests")],
-  ["hfsm-trials-panel", t("Trials")],
-  ["hfsm-undo-steps", t("Undo steps")],
-  ["hfsm-monitor-timeline", t("Timeline")],
-];
-
 export class HfsmApp extends PageElement {
   static properties = {side: {state: true}, bottom: {state: true}, tree: {state: true}};
   /** @type {typeof PageElement.watches} */
@@ -99,8 +60,7 @@ export class HfsmApp extends PageElement {
     /** The class that shows or hides the tree; empty where the width of the window decides. */
     this.tree = "";
     this.canvas = /** @type {HfsmCanvas} */ (document.createElement("hfsm-canvas"));
-    /** Those of `LAZY` that are loaded. @type {Map<string, Panel>} */
-    this.elements = new Map();
+    this.panels = new Panels(() => this.requestUpdate());
     /** The timeline below the canvas. @type {(Panel & {compact?: boolean}) | undefined} */
     this.strip = undefined;
     /** The tabs before the last change. @type {Set<number> | undefined} */
@@ -112,8 +72,12 @@ export class HfsmApp extends PageElement {
   /** Tags of the elements that were last requested beside and below the canvas; they may still be loading. */
   #wanted = {side: "", bottom: ""};
 
-  /** The tab with a run that is not followed yet: what it writes is shown. */
-  #starting = -1;
+  runs = new Runs(this);
+
+  /** Whether something is below the canvas, or is loaded to be there. */
+  get isBottomWanted() {
+    return Boolean(this.#wanted.bottom);
+  }
 
   get context() {
     return {app: this, canvas: this.canvas};
@@ -127,7 +91,7 @@ export class HfsmApp extends PageElement {
     this.listen(page, "tab", () => this.#titleWindow());
     this.listen(page, "tab", () => showNoticesOf(page.tab));
     this.listen(page, "tab", () => windowStorage.setItem(SHOWN, String(page.tab)));
-    this.listen(page, "tab", () => (this.arrives = Boolean(this.elements.get("hfsm-start")?.isConnected)));
+    this.listen(page, "tab", () => (this.arrives = Boolean(this.panels.get("hfsm-start")?.isConnected)));
     this.listen(store, "connection", () => store.online && clearErrors(OFFLINE));
     this.listen(page, "tab", () => this.#offerViews());
     this.listen(page, "save", () => perform("save", this.context));
@@ -140,7 +104,7 @@ export class HfsmApp extends PageElement {
     });
     store.addEventListener("document", () => setTimeout(() => this.#loadLater(), UNHURRIED), {once: true});
     this.listen(store, "closed", ({detail}) => page.forget(detail.tab));
-    this.listen(outputLog, "lines", ({detail}) => this.#showOutput(detail));
+    this.listen(outputLog, "lines", ({detail}) => this.runs.showOutput(detail));
     this.listen(store, "failure", ({detail}) => notifyError(detail.error));
     this.listen(
       /** @type {Target<{"hfsm-menu": Parameters<typeof import("./menu.js").showMenu>[0], tool: null}>} */ (
@@ -176,7 +140,7 @@ export class HfsmApp extends PageElement {
   /** Show an element beside the canvas; an empty tag closes it. @param {string} tag */
   async showSide(tag) {
     this.#wanted.side = tag;
-    const element = tag ? await this.#load(tag) : undefined;
+    const element = tag ? await this.panels.load(tag) : undefined;
     if ((tag && !element) || this.#wanted.side !== tag) return undefined;
     this.side = tag;
     await this.updateComplete;
@@ -187,7 +151,7 @@ export class HfsmApp extends PageElement {
   async showBottom(tag, {focuses = true} = {}) {
     this.#wanted.bottom = tag;
     const show = async () => {
-      const element = tag ? await this.#load(tag) : undefined;
+      const element = tag ? await this.panels.load(tag) : undefined;
       if ((tag && !element) || this.#wanted.bottom !== tag) return undefined;
       this.bottom = tag;
       await this.updateComplete;
@@ -197,61 +161,9 @@ export class HfsmApp extends PageElement {
     return tag && focuses ? holdKeys(show) : show();
   }
 
-  /** Write the component; returns undefined when that was not possible. */
-  async generate({quiet = false} = {}) {
-    const done = await askTab("generate");
-    if (!done) this.#showErrors();
-    else if (!quiet) notify(t("Generated {path}.", {path: done.path}));
-    return done;
-  }
-
-  /**
-   * Start the component of the shown tab, and follow it; `options` are those of its command line. A `dryRun` needs no
-   * robot.
-   *
-   * @param {string[]} options
-   */
-  async run(options = [], {record = false, dryRun = false} = {}) {
-    const {tab, document: shown} = page;
-    if (!shown) return;
-    const serves = !options.length && !record && !dryRun;
-    const may = await holdKeys(async () => (await import("./beside.js")).mayRun(tab, this.context, serves));
-    if (!may || monitor.starting === tab) return;
-    page.dispatchEvent(new Event("run")); // what helps to type would cover what runs
-    if (!dryRun && !isReadyFor(shown.fields)) {
-      const {settle} = await import("./robot-run.js");
-      const settled = await settle(shown.fields);
-      if (!settled) return;
-      dryRun = settled === "dryRun";
-      page.show(tab);
-    }
-    started.dismiss(tab);
-    import("../run/spoken.js");
-    if (dryRun) this.showLive("dryRun");
-    this.#starting = tab;
-    const body = dryRun ? chosenBody() : "";
-    const request = {tab, arguments: [...options, ...planned.argumentsFor(tab)], record, dryRun, body};
-    const {startBeside} = await import("./beside.js");
-    const answer = await monitor.start(tab, () => askBy("start", tab, () => startBeside(request)));
-    if (answer === undefined && store.online) this.#showErrors();
-    if (answer?.recording) (await import("../run/documents.js")).awaitRecording(tab, answer.recording);
-  }
-
-  /** Show what a run writes while it starts, such as why it cannot. @param {{tab: number, lines: object[]}} written */
-  #showOutput({tab, lines}) {
-    if (tab !== this.#starting || !lines.length || this.#wanted.bottom) return;
-    this.showBottom("hfsm-output", {focuses: false}); // what was selected can be edited meanwhile
-  }
-
-  /** Show the errors of the document, for which no component was generated; they may not be known yet. */
-  #showErrors() {
-    const {document} = page;
-    if (document && (document.checked !== document.revision || document.counts.error)) this.showBottom("hfsm-problems");
-  }
-
   /** Show the robot beside the drawing, or fold it. @param {boolean} [folded] by default the other way */
   async foldRobot(folded) {
-    const wasThere = this.elements.has("hfsm-robot-dock");
+    const wasThere = Boolean(this.panels.get("hfsm-robot-dock"));
     const dock = /** @type {import("../robot3d/dock.js").RobotDock | undefined} */ (await this.#showRobot());
     await dock?.fold(folded ?? (wasThere && !dock.folded));
   }
@@ -263,7 +175,7 @@ export class HfsmApp extends PageElement {
 
   /** When there is a robot to see, load what shows it. */
   async #showRobot() {
-    const known = this.elements.get("hfsm-robot-dock");
+    const known = this.panels.get("hfsm-robot-dock");
     return known ?? (monitor.hasRobot ? this.#showMonitor("hfsm-robot-dock") : undefined);
   }
 
@@ -284,7 +196,7 @@ export class HfsmApp extends PageElement {
   showShelf() {
     if (!this.showsTree) this.tree = "with-tree";
     return holdKeys(async () => {
-      const shelf = /** @type {import("../shelf/shelf.js").Shelf | undefined} */ (await this.#load("hfsm-shelf"));
+      const shelf = /** @type {import("../shelf/shelf.js").Shelf | undefined} */ (await this.panels.load("hfsm-shelf"));
       this.requestUpdate();
       await this.updateComplete;
       await shelf?.search();
@@ -365,7 +277,7 @@ export class HfsmApp extends PageElement {
         <hfsm-menubar></hfsm-menubar>
         <hfsm-tabs></hfsm-tabs>
         <hfsm-robot></hfsm-robot>
-        <div class="monitor-area">${this.elements.get("hfsm-monitor-toolbar") ?? nothing}</div>
+        <div class="monitor-area">${this.panels.get("hfsm-monitor-toolbar") ?? nothing}</div>
         ${stopButton(this.context)}
       </header>
       <div class="second-row" role="region" aria-label=${t("Run and draw")}>
@@ -385,7 +297,7 @@ export class HfsmApp extends PageElement {
         <aside class="left" aria-label=${t("Automata and shelf")} ?hidden=${starting}>
           <div class="stacked">
             <nav aria-label=${t("Tree of automata")}><hfsm-tree></hfsm-tree></nav>
-            ${(starting ? undefined : this.elements.get("hfsm-shelf")) ?? nothing}
+            ${(starting ? undefined : this.panels.get("hfsm-shelf")) ?? nothing}
           </div>
           ${resizer({name: t("Width of the tree"), variable: "--left", along: "x", sign: 1, smallest: 120, largest: 480})}
         </aside>
@@ -402,15 +314,16 @@ export class HfsmApp extends PageElement {
                 largest: 1200,
               })}
               <div class="stacked ${this.side ? "with-panel" : ""}">
-                ${this.elements.get("hfsm-robot-dock") ?? nothing}${
+                ${this.panels.get("hfsm-robot-dock") ?? nothing}${
                   this.side
                     ? html`<section class="side" aria-label=${t("Panel beside the canvas")}>
-                        ${this.#panelTabs(
+                        ${panelTabs(
                           [...SIDE, ...[...views.values()].filter(isOffered).map(({tag, title}) => [tag, title])],
                           this.side,
                           (tag) => this.showSide(tag),
+                          () => this.canvas.focusSelected(),
                         )}
-                        <div class="content">${this.elements.get(this.side)}</div>
+                        <div class="content">${this.panels.get(this.side)}</div>
                       </section>`
                     : nothing
                 }
@@ -433,81 +346,27 @@ export class HfsmApp extends PageElement {
                     largest: 700,
                   })}
                   <section class="bottom" aria-label=${t("Panel below the canvas")}>
-                    ${this.#panelTabs(
+                    ${panelTabs(
                       BOTTOM.filter(([tag]) => !viewing.on || FOR_VIEWERS.has(tag)),
                       this.bottom,
                       (tag) => this.showBottom(tag),
+                      () => this.canvas.focusSelected(),
                     )}
-                    <div class="content">${this.elements.get(this.bottom)}</div>
+                    <div class="content">${this.panels.get(this.bottom)}</div>
                   </section>`
               : nothing
           }
-          ${starting && store.online ? this.#lazily("hfsm-start") : nothing}
+          ${starting && store.online ? this.panels.lazily("hfsm-start") : nothing}
         </main>
       </div>
       <footer><hfsm-status></hfsm-status></footer>`;
   }
 
-  /** @param {string[][]} list @param {string} shown @param {(tag: string) => void} show */
-  #panelTabs(list, shown, show) {
-    return html`<h2 class="for-readers">${list.find(([tag]) => tag === shown)?.[1]}</h2>
-      <div class="panel-tabs">
-        <div role="tablist" aria-label=${t("Panels")}>
-          ${list.map(
-            ([tag, name]) =>
-              html` <button type="button" role="tab" aria-selected=${tag === shown} @click=${() => show(tag)}>
-                ${name}
-              </button>`,
-          )}
-        </div>
-        <button
-          type="button"
-          class="action bare"
-          aria-label=${t("Close the panel")}
-          title=${t("Close the panel")}
-          @click=${() => {
-            show("");
-            this.canvas.focusSelected();
-          }}
-        >
-          ${icon("close")}
-        </button>
-      </div>`;
-  }
-
   /** Load what the first picture does not need. */
   async #loadLater() {
     if (viewing.on) return; // who may not draw needs no shelf
-    await this.#load("hfsm-shelf");
+    await this.panels.load("hfsm-shelf");
     this.requestUpdate();
-  }
-
-  /** An element that is loaded as soon as it is to be shown. @param {string} tag */
-  #lazily(tag) {
-    const element = this.elements.get(tag);
-    if (!element) this.#load(tag).then((loaded) => loaded && this.requestUpdate());
-    return element ?? nothing;
-  }
-
-  /**
-   * Load the module of an element once; reports when that is not possible.
-   *
-   * @param {string} tag
-   * @returns {Promise<Panel | undefined>}
-   */
-  async #load(tag) {
-    const file = LAZY[tag] ?? views.get(tag)?.module;
-    try {
-      await Promise.all([import(file), laterStyles()]);
-    } catch (error) {
-      notifyError(new Error(t("{file} could not be loaded: {reason}", {file, reason: messageOf(error)})));
-      return undefined;
-    }
-    if (!this.elements.has(tag)) {
-      const element = /** @type {Panel} */ (document.createElement(tag));
-      this.elements.set(tag, element);
-    }
-    return this.elements.get(tag);
   }
 
   /** @param {Place & At} place */
@@ -565,7 +424,7 @@ export class HfsmApp extends PageElement {
 
   /** Load an element of the monitor, and draw the page with it. @param {string} tag */
   async #showMonitor(tag) {
-    const element = await this.#load(tag);
+    const element = await this.panels.load(tag);
     this.requestUpdate();
     return element;
   }
@@ -583,14 +442,14 @@ export class HfsmApp extends PageElement {
   /** When the first component is followed, load the elements that show it. */
   async #monitored() {
     this.requestUpdate();
-    if (monitor.newest) this.#starting = -1;
+    if (monitor.newest) this.runs.starting = -1;
     if (!monitor.component || this.strip) return;
     this.strip = Object.assign(/** @type {Panel} */ (document.createElement("hfsm-monitor-timeline")), {compact: true});
     const [whyNot] = await Promise.all([
       import("../run/why-not.js"),
       import("../run/spoken.js"),
       this.#showOverlay(),
-      this.#load("hfsm-monitor-timeline"),
+      this.panels.load("hfsm-monitor-timeline"),
     ]);
     whyNot.explainUnderPointer(this.canvas);
     this.requestUpdate();
@@ -599,79 +458,6 @@ export class HfsmApp extends PageElement {
 
 /** The marks in the shown automaton that do not come from a run. */
 const highlighted = () => page.highlight?.get(page.automaton?.id ?? 0);
-
-/** @param {DragEvent} event */
-const holdsFiles = (event) => event.dataTransfer?.types.includes("Files") ?? false;
-
-/** Accept files that are dropped anywhere, and show a sign while they are dragged. @param {HTMLElement} element */
-function takeDrops(element) {
-  const sign = document.createElement("div");
-  sign.className = "drop-sign";
-  sign.hidden = true;
-  sign.setAttribute("aria-hidden", "true");
-  render(html`<p><strong>${t("Drop to open")}</strong><br />${t("a document (.xml) or SCXML (.scxml)")}</p>`, sign);
-  document.body.append(sign);
-  element.addEventListener("dragover", (event) => {
-    if (!holdsFiles(event) || viewing.on) return; // text goes where it is dropped
-    event.preventDefault();
-    sign.hidden = false;
-  });
-  element.addEventListener("dragleave", (event) => (sign.hidden = sign.hidden || !event.relatedTarget));
-  element.addEventListener("drop", async (event) => {
-    if (!holdsFiles(event)) return;
-    event.preventDefault();
-    if (viewing.on) return;
-    sign.hidden = true;
-    const files = [...(event.dataTransfer?.files ?? [])]; // the browser empties the list after this handler
-    try {
-      await (await import("../data/files.js")).openDropped(files);
-    } catch (error) {
-      notifyError(error);
-    }
-  });
-}
-
-/* Imported automata are drawn and followed like others, and edited in their own file. */
-
-/**
- * The shown imports of each tab: the imports that were requested, the answer, and the number of their last change.
- *
- * @type {Map<number, {asked: string, content: import("../data/protocol.js").Automaton[], number?: number}>}
- */
-const imported = new Map();
-
-/** Request the imports of the shown document, now and whenever they may have changed. */
-function showImports() {
-  store.addEventListener("document", ({detail}) => detail.tab === page.tab && lookAtImports(detail.tab));
-  store.addEventListener("closed", ({detail}) => imported.delete(detail.tab));
-  store.addEventListener("problems", ({detail}) => {
-    const known = imported.get(detail.tab);
-    if (!known || known.number === detail.imports) return;
-    known.number = detail.imports;
-    if (detail.tab === page.tab) lookAtImports(page.tab, true);
-  });
-  page.addEventListener("tab", () => lookAtImports(page.tab, true)); // the other file may have been changed there
-  store.addEventListener("connection", () => store.online && lookAtImports(page.tab, true)); // not asked while offline
-}
-
-/** @param {number} tab */
-async function lookAtImports(tab, again = false) {
-  const document = store.documents.get(tab);
-  const asked = importsOf(document);
-  const known = imported.get(tab);
-  if (!document || (!asked && !known) || (known?.asked === asked && !again)) return;
-  imported.set(tab, {asked, content: known?.content ?? [], number: known?.number});
-  const content = asked ? await store.request("imported", {tab}).catch(() => []) : [];
-  if (imported.get(tab)?.asked !== asked) return; // the imports have changed meanwhile
-  imported.set(tab, {asked, content, number: imported.get(tab)?.number});
-  store.showContent(tab, content);
-}
-
-/** The imports of a document as a text, to detect changes. @param {OpenDocument | undefined} document */
-const importsOf = (document) =>
-  [...(document?.own.values() ?? [])]
-    .flatMap(({id, imported: from}) => (from ? `${id} ${from.automaton} ${from.file}` : []))
-    .join("\n");
 
 initTheme();
 keepStopInView();

@@ -6,7 +6,7 @@
  * @typedef {{side: string, bottom: string, tree: string, robot: boolean}} Arrangement
  */
 
-import {browserStorage} from "../kit/storage.js";
+import {browserStorage} from "../kit/location.js";
 
 const CHOSEN = "visualhfsm.layout";
 /** As they are at first. @type {Record<string, Arrangement>} */

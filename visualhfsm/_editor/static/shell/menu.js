@@ -6,9 +6,9 @@ import {selectionActions, selectionTitle} from "./actions.js";
 import {icon} from "../kit/icons.js";
 import {spoken} from "../kit/keys.js";
 import {actionOf, isPossible} from "../kit/registry.js";
-import {isForbidden} from "../kit/viewing.js";
-import {required} from "../kit/required.js";
-import {laterStyles} from "../kit/styles.js";
+import {isForbidden} from "../kit/viewers.js";
+import {required} from "../kit/existence.js";
+import {laterStyles} from "../kit/theme.js";
 import {t} from "../kit/texts.js";
 
 const GAP = 4; // pixels between a button and the menu below it

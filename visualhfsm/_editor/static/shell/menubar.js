@@ -12,9 +12,9 @@ import {PageElement} from "../data/element.js";
 import {page} from "../data/page.js";
 import {monitor} from "../run/monitor.js";
 import {isOffered, withAdded} from "../kit/registry.js";
+import {viewing} from "../kit/viewers.js";
 import {actionButton, menuButton} from "../kit/buttons.js";
 import {t} from "../kit/texts.js";
-import {viewing} from "../kit/viewing.js";
 
 const menu = () => import("./menu.js");
 

@@ -6,10 +6,9 @@ import {icon} from "../kit/icons.js";
 import {spoken} from "../kit/keys.js";
 import {findActions, perform} from "../kit/registry.js";
 import {canDraw, drawReady, findReady, readyStates} from "../shelf/ready-states.js";
-import {t} from "../kit/texts.js";
-import {folded} from "../kit/words.js";
-import {showDialog} from "../kit/dialog.js";
+import {folded, t} from "../kit/texts.js";
 import {Finder} from "../kit/finder.js";
+import {showDialog} from "../kit/dialog.js";
 
 /**
  * Let the user choose an action, and perform it.

@@ -7,7 +7,7 @@ import {PageElement} from "../data/element.js";
 import {icon} from "../kit/icons.js";
 import {notifyError} from "../kit/notices.js";
 import {bodies, chooseBody, chosenBody, simulate} from "../data/robot.js";
-import {browserStorage} from "../kit/storage.js";
+import {browserStorage} from "../kit/location.js";
 import {store} from "../data/store.js";
 import {t} from "../kit/texts.js";
 

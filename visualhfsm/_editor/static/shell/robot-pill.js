@@ -12,9 +12,9 @@ import {keyOf} from "../kit/keys.js";
 import {notify, notifyError, clearErrors} from "../kit/notices.js";
 import {ROBOT, shownOf, simulate} from "../data/robot.js";
 import {store} from "../data/store.js";
-import {laterStyles} from "../kit/styles.js";
+import {laterStyles} from "../kit/theme.js";
 import {t} from "../kit/texts.js";
-import {viewing} from "../kit/viewing.js";
+import {viewing} from "../kit/viewers.js";
 
 export class RobotPill extends PageElement {
   /** @type {typeof PageElement.watches} */

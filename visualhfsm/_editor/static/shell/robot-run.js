@@ -20,7 +20,7 @@ import {store} from "../data/store.js";
 import {t} from "../kit/texts.js";
 
 /** @import {HfsmApp} from "./app.js" */
-/** @import {Fields} from "../data/messages.js" */
+/** @import {Fields} from "../data/protocol.js" */
 
 const DANCE = "dance";
 
@@ -72,14 +72,14 @@ export async function watchDance(app) {
   await openNew(DANCE);
   if (page.tabState?.title !== DANCE) return;
   if (isFree) chosen = "simulate";
-  if (await coming) await app.run();
+  if (await coming) await app.runs.start();
   else if (status === "present") notify(t("A real robot is connected. Press Run when it may move."));
 }
 
 /** Run the shown document, on a simulated robot where there is none. @param {HfsmApp} app */
 export function runSimulated(app) {
   chosen = "simulate";
-  return app.run();
+  return app.runs.start();
 }
 
 /** Wait for the robot that was requested, which a former server may have left stopped. @param {Promise<unknown>} request */

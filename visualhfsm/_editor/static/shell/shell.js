@@ -18,11 +18,11 @@ import {keyOf, spoken} from "../kit/keys.js";
 import {monitor} from "../run/monitor.js";
 import {page} from "../data/page.js";
 import {perform} from "../kit/registry.js";
+import {viewing} from "../kit/viewers.js";
 import {store} from "../data/store.js";
 import {folderOf, partsOf} from "../data/tab-names.js";
 import {language, n, rich, t, visible} from "../kit/texts.js";
 import {copyUnsent, unsentBanner} from "../data/unsent.js";
-import {viewing} from "../kit/viewing.js";
 
 class Tabs extends PageElement {
   /** @type {typeof PageElement.watches} */

@@ -12,7 +12,7 @@ import {STOP_KEY} from "../run/stop.js";
 import {notify} from "../kit/notices.js";
 import {page} from "../data/page.js";
 import {store} from "../data/store.js";
-import {laterStyles} from "../kit/styles.js";
+import {laterStyles} from "../kit/theme.js";
 import {rich, t} from "../kit/texts.js";
 
 /** @import {Context} from "../kit/registry.js" */

@@ -8,7 +8,7 @@
 import {messageOf, notifyError} from "../kit/notices.js";
 import {addActions} from "../kit/registry.js";
 import {t} from "../kit/texts.js";
-import {viewing} from "../kit/viewing.js";
+import {viewing} from "../kit/viewers.js";
 import {page} from "../data/page.js";
 
 /**

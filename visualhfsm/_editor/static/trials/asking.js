@@ -2,7 +2,7 @@
  * What the user asks of trials: the words of the button, and the request that it sends.
  *
  * @import {OpenDocument} from "../data/store.js"
- * @import {PlanFacts, TrialsPush, Way} from "../data/protocol.js"
+ * @import {PlanFacts, TrialsPush, FailureView} from "../data/protocol.js"
  * @typedef {"sim" | "fake" | "none"} Robot
  * @typedef {{runs?: number, state?: string, robot?: Robot, limit?: number}} Draft what was changed and is not sent yet
  */
@@ -83,7 +83,7 @@ function statesByPath(document) {
 /**
  * Marks for the states in which failed trials ended: how many, and whether nowhere more did.
  *
- * @param {OpenDocument | undefined} document @param {readonly Way[]} ways
+ * @param {OpenDocument | undefined} document @param {readonly FailureView[]} ways
  */
 export function endings(document, ways) {
   const states = statesByPath(document);

@@ -1,7 +1,8 @@
 /**
  * A series of trials: how often it succeeds, what that depends on, and how it fails.
  *
- * @import {Dependence, Histogram, Origin, Rate, Trial, PlaceMap, TrialsView, TrialTimeline, Way} from "../data/protocol.js"
+ * @import {Dependence, Histogram, Origin, Rate, Trial, PlaceMap, TrialsView, TrialTimeline} from "../data/protocol.js"
+ * @import {FailureView} from "../data/protocol.js"
  */
 
 import {LitElement, html, nothing, repeat, svg} from "lit";
@@ -86,7 +87,7 @@ export class HfsmTrials extends LitElement {
     `;
   }
 
-  /** The rows keep their identity while trials run, so that an open one stays open. @param {Way[]} ways */
+  /** The rows keep their identity while trials run, so that an open one stays open. @param {FailureView[]} ways */
   #ways(ways) {
     return repeat(
       ways,
@@ -219,7 +220,7 @@ const sign = (kind, meaning) =>
     ${meaning}</span
   >`;
 
-/** How many trials fail in ways that are not listed. @param {Rate} share @param {Way[]} ways */
+/** How many trials fail in ways that are not listed. @param {Rate} share @param {FailureView[]} ways */
 function otherWays(share, ways) {
   const others = share.trials - share.successes - ways.reduce((all, {count}) => all + count, 0);
   return others > 0

@@ -9,10 +9,11 @@ import pytest
 from codegen.hfsm.document import Document
 from codegen.messages import Message
 from tests.support.documents import document, state, sub, transition
+from tests.support.editing import find_problems
 from visualhfsm._base.errors import EditError
 from visualhfsm._document.commands.text import Correction, CorrectName, StraightenText
 from visualhfsm._document.places import Place, texts_in
-from visualhfsm._document.problems import Problem, find_problems
+from visualhfsm._document.problems import Problem
 from visualhfsm._document.serialization import parse, written
 
 HEAD = "<iceinterface><nameinterface>Head</nameinterface><interface>{}</interface></iceinterface>\n"

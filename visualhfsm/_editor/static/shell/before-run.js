@@ -5,13 +5,12 @@
 
 import {confirm} from "../kit/dialog.js";
 import {isEnabled, perform} from "../kit/registry.js";
-import {started} from "../data/started.js";
+import {started} from "../data/component-status.js";
 import {RequestError, store} from "../data/store.js";
 import {t} from "../kit/texts.js";
 
 /**
- * @import {Answers} from "../data/messages.js"
- * @import {Requests} from "../data/protocol.js"
+ * @import {Answers, Requests} from "../data/protocol.js"
  * @import {Choice} from "../kit/dialog.js"
  */
 

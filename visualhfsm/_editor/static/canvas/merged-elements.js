@@ -15,7 +15,7 @@ import {make} from "./svg.js";
 const WIDTH = 2000; // pixels of a part of the plane
 const ROW = 65536; // parts
 
-export class Crowd {
+export class MergedElements {
   /** Hidden from screen readers: for them there are the tree, and what is selected. */
   arcs = make("g", {class: "crowd", "aria-hidden": "true"});
   circles = make("g", {class: "crowd", "aria-hidden": "true"});

@@ -1,10 +1,10 @@
 /** What this window has started: from which tabs, and which runs it may steer, also after it was loaded again. */
 
-import {windowStorage} from "../kit/storage.js";
+import {windowStorage} from "../kit/location.js";
 
 const STEERED = "visualhfsm.steered";
 
-export class Starts {
+export class OwnRuns {
   /** The tab from which each component was started last, by any window. @type {Map<string, number>} */
   tabs = new Map();
   /** The components that this window has started and that are not known to have ended. @type {Set<string>} */

@@ -12,7 +12,7 @@ const MOST_AUTOMATA = 2_000; // automata that are distinguished
  * @typedef {{state: number, ghost: boolean, start: number, end: number}} Span when a state was the current one
  */
 
-export class Past {
+export class StateChanges {
   /**
    * @param {Timeline} [timeline] as the server reports it
    */

@@ -9,7 +9,7 @@ import {icon, iconButton} from "../kit/icons.js";
 import {bodies, chooseBody, chosenBody} from "../data/robot.js";
 import {store} from "../data/store.js";
 import {language, t, visible} from "../kit/texts.js";
-import {viewing} from "../kit/viewing.js";
+import {viewing} from "../kit/viewers.js";
 
 /** @import {From} from "../data/element.js" */
 

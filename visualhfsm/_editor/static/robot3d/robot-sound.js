@@ -10,7 +10,7 @@
  * @property {[number | null, number | null]} ages s since the text and the sound began; null where that is unknown
  */
 
-import {browserStorage} from "../kit/storage.js";
+import {browserStorage} from "../kit/location.js";
 import {language} from "../kit/texts.js";
 import {SampledSound} from "./sampled-sound.js";
 

@@ -14,7 +14,7 @@ const ALIVE = ["generating", "starting", "started", "stopping"];
 
 /** @import {StartedPush} from "./protocol.js" */
 
-class Started {
+class ComponentStatus {
   /** @type {Map<number, StartedPush>} */
   #started = new Map();
   /** Functions that remove the message that the component of a tab has ended. @type {Map<number, () => void>} */
@@ -150,4 +150,4 @@ export function spokenEnd(message) {
   return how.startsWith("with") ? `Ended ${how}` : t("Ended: {how}", {how});
 }
 
-export const started = new Started();
+export const started = new ComponentStatus();

@@ -9,15 +9,15 @@
 
 import {store} from "../data/store.js";
 import {Followed} from "./followed.js";
-import {Starts} from "./starts.js";
+import {OwnRuns} from "./own-runs.js";
 
 /**
  * Events: `mode` when it is followed or no longer, lost or found, or when permission to steer it changes; `structure` when
  * that or breakpoints change; `snapshot` at each new moment of the component; `shown` when the `snapshot` changes.
  */
-export class Shown extends /** @type {new () => Target<MonitorEvents>} */ (EventTarget) {
+export class ShownRun extends /** @type {new () => Target<MonitorEvents>} */ (EventTarget) {
   followed = new Followed();
-  starts = new Starts();
+  starts = new OwnRuns();
 
   get component() {
     return this.followed.component;

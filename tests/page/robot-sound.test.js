@@ -85,7 +85,7 @@ const speechSynthesis = {
 };
 Object.assign(globalThis, {AudioContext, SpeechSynthesisUtterance, speechSynthesis});
 
-const {Loudspeaker, SILENT, silenced} = await import(new URL("robot3d/heard.js", STATIC).href);
+const {Loudspeaker, SILENT, silenced} = await import(new URL("robot3d/robot-sound.js", STATIC).href);
 
 const BEEP = {
   ...SILENT,
@@ -101,7 +101,7 @@ const BEEP = {
 };
 const GOAL = {...SILENT, says: "Goal!", counts: [1, 0], ages: [0.03, null]};
 
-/** @type {import("../../visualhfsm/_editor/static/robot3d/heard.js").Loudspeaker} */
+/** @type {import("../../visualhfsm/_editor/static/robot3d/robot-sound.js").Loudspeaker} */
 let loudspeaker;
 
 beforeEach(() => {

@@ -1,0 +1,127 @@
+/**
+ * The panels of the page, and other elements that are loaded when they are first shown.
+ *
+ * @import {PageElement} from "../data/element.js"
+ */
+
+import {html, nothing} from "lit";
+import {icon} from "../kit/icons.js";
+import {messageOf, notifyError} from "../kit/notices.js";
+import {t} from "../kit/texts.js";
+import {laterStyles} from "../kit/theme.js";
+import {views} from "./views.js";
+
+/**
+ * An element that is loaded when it is first shown: a panel, or a part of the monitor.
+ *
+ * @typedef {PageElement & {focusFirst?: () => void, revealed?: Promise<unknown>}} Panel
+ */
+
+/** Elements that are loaded when they are first shown, and their modules. @type {Record<string, string>} */
+const LAZY = {
+  "hfsm-code-panel": "../panels/code.js",
+  "hfsm-data-panel": "../panels/data.js",
+  "hfsm-problems": "../panels/problems.js",
+  "hfsm-search": "../panels/search.js",
+  "hfsm-output": "../panels/output.js",
+  "hfsm-undo-steps": "../panels/undo-steps.js",
+  "hfsm-tests-panel": "../trials/tests.js",
+  "hfsm-trials-panel": "../trials/trials.js",
+  "hfsm-monitor-toolbar": "../run/toolbar.js",
+  "hfsm-monitor-panel": "../run/panel.js",
+  "hfsm-monitor-timeline": "../run/timeline.js",
+  "hfsm-robot-dock": "../robot3d/dock.js",
+  "hfsm-shelf": "../shelf/shelf.js",
+  "hfsm-start": "./start-page.js",
+};
+/** What viewers see of these. */
+export const FOR_VIEWERS = new Set(["hfsm-problems", "hfsm-search", "hfsm-output", "hfsm-monitor-timeline"]);
+export const SIDE = [
+  ["hfsm-code-panel", t("Code")],
+  ["hfsm-data-panel", t("Data")],
+  ["hfsm-monitor-panel", t("Live")],
+];
+export const BOTTOM = [
+  ["hfsm-problems", t("Problems")],
+  ["hfsm-search", t("Search")],
+  ["hfsm-output", t("Output")],
+  ["hfsm-tests-panel", t("Tests")],
+  ["hfsm-trials-panel", t("Trials")],
+  ["hfsm-undo-steps", t("Undo steps")],
+  ["hfsm-monitor-timeline", t("Timeline")],
+];
+
+export class Panels {
+  /** Those that are loaded. @type {Map<string, Panel>} */
+  #elements = new Map();
+  #drawAgain;
+
+  /** @param {() => void} drawAgain */
+  constructor(drawAgain) {
+    this.#drawAgain = drawAgain;
+  }
+
+  /** A panel, if it is loaded. @param {string} tag */
+  get(tag) {
+    return this.#elements.get(tag);
+  }
+
+  /** An element that is loaded as soon as it is to be shown. @param {string} tag */
+  lazily(tag) {
+    const element = this.#elements.get(tag);
+    if (!element) this.load(tag).then((loaded) => loaded && this.#drawAgain());
+    return element ?? nothing;
+  }
+
+  /**
+   * Load the module of an element once; reports when that is not possible.
+   *
+   * @param {string} tag
+   * @returns {Promise<Panel | undefined>}
+   */
+  async load(tag) {
+    const file = LAZY[tag] ?? views.get(tag)?.module;
+    try {
+      await Promise.all([import(file), laterStyles()]);
+    } catch (error) {
+      notifyError(new Error(t("{file} could not be loaded: {reason}", {file, reason: messageOf(error)})));
+      return undefined;
+    }
+    if (!this.#elements.has(tag)) {
+      const element = /** @type {Panel} */ (document.createElement(tag));
+      this.#elements.set(tag, element);
+    }
+    return this.#elements.get(tag);
+  }
+}
+
+/**
+ * The tabs of panels, with a button that closes the shown one.
+ *
+ * @param {string[][]} list @param {string} shown @param {(tag: string) => void} show @param {() => void} left
+ */
+export function panelTabs(list, shown, show, left) {
+  return html`<h2 class="for-readers">${list.find(([tag]) => tag === shown)?.[1]}</h2>
+    <div class="panel-tabs">
+      <div role="tablist" aria-label=${t("Panels")}>
+        ${list.map(
+          ([tag, name]) =>
+            html` <button type="button" role="tab" aria-selected=${tag === shown} @click=${() => show(tag)}>
+              ${name}
+            </button>`,
+        )}
+      </div>
+      <button
+        type="button"
+        class="action bare"
+        aria-label=${t("Close the panel")}
+        title=${t("Close the panel")}
+        @click=${() => {
+          show("");
+          left();
+        }}
+      >
+        ${icon("close")}
+      </button>
+    </div>`;
+}
