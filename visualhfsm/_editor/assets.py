@@ -155,7 +155,7 @@ class Assets:
             .replace(_IMPORT_MAP, import_map)
             .replace(_PRELOADS, preloads)
             .replace(_LANGUAGES, " ".join(texts_by_language(self._directory)))
-            .replace(_VIEWS, " ".join(views))
+            .replace(_VIEWS, "\n".join(f'<script type="module" src="{each}"></script>' for each in views))
             .replace(_VERSION, self._version)
         )
         digest = base64.b64encode(hashlib.sha256(import_map.encode()).digest()).decode()

@@ -158,7 +158,7 @@ _on(p.Undo, lambda w, _, r: edits.step(w, r, OpenDocument.undo))
 
 
 def _on_view(kind: type[TabRequest], handle: Callable[[Any, ViewedDocument], Awaitable[object]]) -> None:
-    def handled(w: Workspace, window: Window, r: TabRequest) -> Awaitable[object]:
+    async def handled(w: Workspace, window: Window, r: TabRequest) -> object:
         tab = w.tabs.get(r.tab)
         shown, root, in_thread = tab.shown, w.project.root, w.threads.do
 
@@ -166,7 +166,7 @@ def _on_view(kind: type[TabRequest], handle: Callable[[Any, ViewedDocument], Awa
             return tab.edit(OpenDocument.save_copy, target, overwrite=overwrite)
 
         document = ViewedDocument(shown.path, shown.title, window.language, root, in_thread, save_copy)
-        return handle(r, document)
+        return await handle(r, document)
 
     _on(kind, handled, Lane.IN_ORDER if issubclass(kind, TabEdit) else Lane.BESIDE)
 

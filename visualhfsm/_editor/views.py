@@ -1,7 +1,7 @@
 """Views of plug-ins: what they show of a document beside its drawing, and what the page may ask for that.
 
 A view is an entry point of the seam `visualhfsm.views`, whose name is that of the view. Its module `view.js`
-is loaded with the page: `addView` of `shell/views.js` adds actions, and a panel, whose own module is loaded
+is loaded with the page: `addView` of `shell/panels.js` adds actions, and a panel, whose own module is loaded
 when it is shown. Modules of the page have the names `visualhfsm/...` there.
 """
 

@@ -17,7 +17,7 @@ import {confirm} from "visualhfsm/kit/dialog.js";
 import {messageOf, notify, notifyError} from "visualhfsm/kit/notices.js";
 import {addStyles} from "visualhfsm/kit/theme.js";
 import {language, t} from "visualhfsm/kit/texts.js";
-import {isOffered} from "visualhfsm/shell/views.js";
+import {isOffered} from "visualhfsm/shell/panels.js";
 
 await addStyles(new URL("./task.css", import.meta.url));
 

@@ -1,7 +1,7 @@
 /** The task of an exercise: what the page has of it before it is shown. */
 
 import {t} from "visualhfsm/kit/texts.js";
-import {addView, isOffered} from "visualhfsm/shell/views.js";
+import {addView, isOffered} from "visualhfsm/shell/panels.js";
 
 const hasTask = () => isOffered({name: "task"});
 

@@ -71,11 +71,11 @@ def test_the_modules_of_a_view_are_served_below_its_name_and_import_those_of_the
 ) -> None:
     folder = tmp_path_factory.mktemp("view")
     (folder / "view.js").write_text("// Chess\nimport 'visualhfsm/keys.js';\n")
-    (static / "index.html").write_text(f'{PAGE}<meta name="views" content="%VIEWS%">')
+    (static / "index.html").write_text(f"{PAGE}%VIEWS%")
     assets, other = Assets(static, {"chess": folder}), version(Assets(static))
     number = version(assets)
     html = assets.page().html.decode()
-    assert f'content="./plugins/chess/{number}/view.js"' in html
+    assert f'<script type="module" src="./plugins/chess/{number}/view.js"></script>' in html
     assert f'modulepreload" href="./plugins/chess/{number}/view.js"' in html
     assert f'"visualhfsm/":"./static/{number}/"' in html
     assert (

@@ -33,10 +33,9 @@ import {viewing} from "../kit/viewers.js";
 import {actionButton} from "../kit/buttons.js";
 import {resizer, restoreSizes} from "../kit/resizer.js";
 import {takeDrops} from "./dropped-files.js";
-import {BOTTOM, FOR_VIEWERS, Panels, SIDE, panelTabs} from "./panels.js";
+import {BOTTOM, FOR_VIEWERS, Panels, SIDE, panelTabs, isOffered, views} from "./panels.js";
 import {Runs} from "./runs.js";
 import {banner, keepStopInView} from "./shell.js";
-import {isOffered, loadViews, views} from "./views.js";
 import {initTheme, switchTheme} from "../kit/theme.js";
 import {browserStorage, windowStorage} from "../kit/location.js";
 import {store} from "../data/store.js";
@@ -134,7 +133,7 @@ export class HfsmApp extends PageElement {
     if (browserStorage.getItem("visualhfsm.layout"))
       import("./layouts.js").then((module) => module.restoreLayout(this));
     showImports();
-    loadViews().then(() => store.connect());
+    store.connect();
   }
 
   /** Show an element beside the canvas; an empty tag closes it. @param {string} tag */

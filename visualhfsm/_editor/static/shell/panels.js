@@ -1,15 +1,20 @@
 /**
  * The panels of the page, and other elements that are loaded when they are first shown.
  *
+ * Views of plug-ins are panels beside the drawing, with actions: their module `view.js` is loaded with the page.
+ *
  * @import {PageElement} from "../data/element.js"
+ * @import {Action} from "../kit/registry.js"
  */
 
 import {html, nothing} from "lit";
 import {icon} from "../kit/icons.js";
 import {messageOf, notifyError} from "../kit/notices.js";
+import {addActions} from "../kit/registry.js";
 import {t} from "../kit/texts.js";
 import {laterStyles} from "../kit/theme.js";
-import {views} from "./views.js";
+import {viewing} from "../kit/viewers.js";
+import {page} from "../data/page.js";
 
 /**
  * An element that is loaded when it is first shown: a panel, or a part of the monitor.
@@ -50,6 +55,23 @@ export const BOTTOM = [
   ["hfsm-undo-steps", t("Undo steps")],
   ["hfsm-monitor-timeline", t("Timeline")],
 ];
+
+/**
+ * @typedef {{name: string, tag: string, title: string, module: string, actions: Action[]}} View `name` is that of its
+ *   entry point, `tag` that of the element of its panel, which `module` defines
+ */
+
+/** The views by the tags of their panels. @type {Map<string, View>} */
+export const views = new Map();
+
+/** Add a view. @param {View} view */
+export function addView(view) {
+  views.set(view.tag, view);
+  addActions(view.actions);
+}
+
+/** Whether a view has something to show of the document. @param {{name: string}} view */
+export const isOffered = ({name}) => !viewing.on && Boolean(page.tabState?.views.includes(name));
 
 export class Panels {
   /** Those that are loaded. @type {Map<string, Panel>} */
