@@ -36,12 +36,13 @@ class FilesNotWrittenError(Exception):
     """A file could not be written or removed; the disk is as it was before."""
 
 
-def read_regular(path: Path, limit: int = -1) -> bytes:
-    """Return the content of a file, at most `limit` bytes.
+def read_regular(path: Path, limit: int = -1, *, links: bool = True) -> bytes:
+    """Return the content of a file, at most `limit` bytes; without `links`, the file itself is none.
 
     Raises OSError, also for what is no regular file: a pipe would wait for its writer.
     """
-    with open(path, "rb", opener=lambda name, flags: os.open(name, flags | os.O_NONBLOCK)) as file:
+    how = os.O_NONBLOCK | (0 if links else os.O_NOFOLLOW)
+    with open(path, "rb", opener=lambda name, flags: os.open(name, flags | how)) as file:
         if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
             raise OSError(errno.EINVAL, "not a regular file", str(path))
         return file.read(limit)

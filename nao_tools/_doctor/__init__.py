@@ -8,12 +8,12 @@ from functools import partial
 from importlib import import_module
 from typing import Final
 
-from nao_tools._doctor.findings import Finding, Level, fail
 from nao_tools._doctor.installation import check_installation
 from nao_tools._doctor.machine import check_machine, check_robots
 from nao_tools._doctor.network import check_network
 from nao_tools._output import console, print_json, wrapped
 from nao_tools._values import Json
+from nao_tools.findings import Finding, Level, fail
 from zenoh_ice.data.exceptions import ZenohIceError
 from zenoh_ice.data.text import printable
 from zenoh_ice.settings import Settings

@@ -14,7 +14,7 @@ from importlib.metadata import PackageNotFoundError, distributions, requires
 from pathlib import Path
 from typing import Final
 
-from nao_tools._doctor.findings import Finding, fail, note, ok
+from nao_tools.findings import Finding, fail, note, ok
 from zenoh_ice.application import hidden_interfaces
 from zenoh_ice.data.status import version_of
 

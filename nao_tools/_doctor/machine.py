@@ -1,23 +1,23 @@
-"""Check the machine: what renders and grades, its limits, addresses, clock, and the robots served on it."""
+"""Check the machine: what renders, its limits, addresses, clock, what plug-ins need, robots served on it."""
 
 from __future__ import annotations
 
 import errno
 import os
 import resource
-import shutil
 import signal
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Final
 
 import msgspec
 
-from nao_tools._doctor.findings import Finding, fail, note, ok, warn
+from nao_tools.findings import Finding, fail, note, ok, warn
+from zenoh_ice import plugins
 from zenoh_ice.application.kept_stop import UNREADABLE, Kept, kept_directory, read_kept
 from zenoh_ice.application.processor import IN_PART, is_in_part, lacks_of_mujoco
 from zenoh_ice.data.text import printable, signal_name
@@ -76,23 +76,6 @@ _REPAIR: Final = (
 )
 _OTHER_PROCESSOR: Final = "use another computer; give a virtual machine the processor of its host"
 
-# Another process, too: what operators use stands without the packages of a teacher.
-_WALLS_PROGRAM: Final = """\
-import sys
-try:
-    from visualhfsm_classes import SandboxUnavailable, check_walls
-except ModuleNotFoundError as error:
-    sys.exit(f"missing {error.name}")
-except Exception as error:
-    sys.exit(" ".join(f"import {type(error).__name__}: {error}".split()))
-try:
-    check_walls()
-except SandboxUnavailable as error:
-    sys.exit(str(error))
-"""
-_WALLS_PACKAGE: Final = "sudo apt-get install bubblewrap"
-_WALLS: Final = f"{_WALLS_PACKAGE} (0.8 or newer), and allow user namespaces: docs/how-to/class.md"
-
 _FEW_FILES: Final = 1024
 _OLDEST_TIME: Final = 1_704_067_200.0  # 2024-01-01: a clock before that was never set
 
@@ -106,7 +89,7 @@ def check_machine() -> Iterator[Finding]:
     """Yield findings about the machine, which matter to the programs that run on it."""
     yield from _check_gl_choice()
     yield _check_rendering()
-    yield from _check_walls()
+    yield from _check_plugins()
     files, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
     if 0 <= files < _FEW_FILES:
         text = f"a process may open only {files} files; each link takes one"
@@ -157,23 +140,14 @@ def _check_rendering() -> Finding:
     return fail(f"the simulator cannot be loaded, it ends by {name}", _REPAIR)
 
 
-def _check_walls() -> Iterator[Finding]:
-    """Yield whether submissions can be graded here; where nobody has prepared it, it may be intended."""
-    done = _ran(_WALLS_PROGRAM)
-    if done is None:
-        yield warn(f"grading: bubblewrap has not ended within {_LIMIT:g} s", _WALLS)
-        return
-    last = _last_line(done)
-    if done.returncode == 0:
-        yield ok("grading: bubblewrap contains submissions")
-    elif last.startswith(_MISSING):
-        yield note(f"grading: not checked, {last.removeprefix(_MISSING)} is not installed")
-    elif last.startswith(_IMPORT):
-        yield fail(f"grading: it cannot be loaded: {last.removeprefix(_IMPORT)}", _REPAIR)
-    elif shutil.which("bwrap") is None:
-        yield note(f"grading: {last}", f"where submissions are graded: {_WALLS_PACKAGE}")
-    else:
-        yield warn(f"grading: {last}", _WALLS)
+def _check_plugins() -> Iterator[Finding]:
+    """Yield what plug-ins find: entry points of the seam `nao_tools.checks`, functions that yield some."""
+    for name in plugins.names("nao_tools.checks"):
+        try:
+            check: Callable[[], Iterable[Finding]] | None = plugins.find("nao_tools.checks", name)
+            yield from check() if check is not None else ()
+        except Exception as error:  # noqa: BLE001 - whatever the code of others raises
+            yield fail(f"{name}: it cannot be checked: {' '.join(str(error).split())}", _REPAIR)
 
 
 def _ran(program: str) -> subprocess.CompletedProcess[bytes] | None:

@@ -24,9 +24,9 @@ from nao_tools._connection import (
     process_name,
     servants,
 )
-from nao_tools._doctor.findings import Finding, fail, note, ok, warn
 from nao_tools._dynamic import target_of
 from nao_tools._output import count_text, duration_text
+from nao_tools.findings import Finding, fail, note, ok, warn
 from zenoh_ice import (
     Communicator,
     ConnectFailedException,

@@ -13,9 +13,15 @@ from typing import TYPE_CHECKING, Final, Self, TypeVar
 
 from codegen.messages import Message
 from codegen.reasons import reason
-from visualhfsm._base.errors import VisualHfsmError
-from visualhfsm._base.line_process import KilledError, NoAnswerError, NotReadyError, TooSlowError
-from visualhfsm._base.task_processes import EndedError, TaskProcesses
+from visualhfsm import VisualHfsmError
+from visualhfsm.plugins import (
+    EndedError,
+    KilledError,
+    NoAnswerError,
+    NotReadyError,
+    TaskProcesses,
+    TooSlowError,
+)
 from visualhfsm_classes._errors import ComputerFailed, GradingError
 from visualhfsm_classes._exercise import Exercise
 from visualhfsm_classes._marks import Marks

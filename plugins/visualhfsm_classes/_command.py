@@ -11,8 +11,8 @@ import typer
 
 from codegen.messages import Message
 from codegen.reasons import reason
-from visualhfsm._base.errors import VisualHfsmError
-from visualhfsm._base.options import examples
+from visualhfsm import VisualHfsmError
+from visualhfsm.plugins import examples
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -20,14 +20,17 @@ if TYPE_CHECKING:
     from visualhfsm_classes._class import Graders
     from visualhfsm_classes._exercise import Exercise
 
-EPILOG: Final = examples(
+_EPILOG: Final = examples(
     "grade look handed-in",
     "grade exercises/mine handed-in --out marks --language es",
     "grade exercises/mine --check",
     notes="Exit codes: 0 done, 1 an error, or --check found something, 2 wrong usage, 130 Ctrl-C.",
 )
 
+app: Final = typer.Typer(add_completion=False)
 
+
+@app.command(epilog=_EPILOG)
 def grade(
     exercise: Annotated[
         str, typer.Argument(metavar="EXERCISE", help="The folder of an exercise, or the name of ours.")

@@ -23,8 +23,7 @@ from codegen.hfsm.known_interfaces import find_interfaces
 from codegen.hfsm.model_checker.model import nanoseconds
 from codegen.logic import PROOFS
 from hfsm_runtime import Automaton, Component, Event, Output, Parameter, Proxy, State, Transition
-from visualhfsm.simulation import DocumentInvalid
-from visualhfsm.simulation._loading import importable
+from visualhfsm.simulation import DocumentInvalid, importable
 from zenoh_ice import ObjectPrx
 
 LARGEST_DOCUMENT: Final = 2 << 20

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import re
 import signal
-import stat
 import subprocess
 import tempfile
 from collections.abc import Mapping, Sequence
@@ -17,6 +15,7 @@ from typing import Any, Final, Self
 
 import msgspec
 
+from codegen.files import read_regular
 from codegen.hfsm.document import Document
 from codegen.logic import read_proofs
 from codegen.messages import Message
@@ -32,7 +31,7 @@ from visualhfsm_classes._errors import ComputerFailed, ComputerTooBusy, GradingE
 from visualhfsm_classes._requests import Requests
 from visualhfsm_classes._sandbox import Allowance, ContainedError, Sandbox, ended_by, why_not_begun
 from visualhfsm_classes._walls import Walls
-from visualhfsm_classes.contained import protocol
+from visualhfsm_classes.contained import _protocol as protocol
 from zenoh_ice import ZenohIceError
 
 _COMPILE_LIMIT: Final = 600.0
@@ -235,37 +234,35 @@ class _Code:
 
     def run(self, part: str, automaton: int, id: int, where: str, event: Event | None) -> bool:
         """Run a piece of code, and return what a condition is. Raises what the code raises."""
-        sandbox, requests = self._sandbox, self._requests
-        assert sandbox is not None
-        assert requests is not None
-        if event is None:
-            message = protocol.RunCode(requests.now, automaton, part, id)
-        else:
-            data = b"" if event.data is None else msgspec.json.encode(event.data)
-            message = protocol.RunCode(requests.now, automaton, part, id, event.name, data)
+        sandbox, now = self._running
+        name = "" if event is None else event.name
+        data = b"" if event is None or event.data is None else msgspec.json.encode(event.data)
+        message = protocol.RunCode(now, automaton, part, id, name, data)
         done = sandbox.ask(message, protocol.Done, where)
         if self._shows:
-            for name, value in sandbox.values(done.variables, where).items():
-                self._show(automaton, name, value)
+            for variable, value in sandbox.values(done.variables, where).items():
+                self._show(automaton, variable, value)
         return done.value
 
     def names(self, part: str, automaton: int, id: int, where: str) -> list[str]:
         """Return which proxies a piece of code names, as the submission's process says."""
-        sandbox, requests = self._sandbox, self._requests
-        assert sandbox is not None
-        assert requests is not None
-        return sandbox.ask(protocol.ListNames(requests.now, automaton, part, id), protocol.Names, where).names
+        sandbox, now = self._running
+        return sandbox.ask(protocol.ListNames(now, automaton, part, id), protocol.Names, where).names
 
     def variables(self, automaton: int) -> dict[str, Any]:
         """Return the variables of an automaton, as the submission's process says."""
-        sandbox, requests = self._sandbox, self._requests
-        assert sandbox is not None
-        assert requests is not None
+        sandbox, now = self._running
         where = "its variables"
-        answer = sandbox.ask(protocol.ListVariables(requests.now, automaton), protocol.Variables, where)
-        return {
-            name: sandbox.value(each, where) for name, each in sandbox.values(answer.values, where).items()
-        }
+        answer = sandbox.ask(protocol.ListVariables(now, automaton), protocol.Done, where)
+        found = sandbox.values(answer.variables, where)
+        return {name: sandbox.value(each, where) for name, each in found.items()}
+
+    @property
+    def _running(self) -> tuple[Sandbox, int]:
+        """The process, and the time in ns."""
+        assert self._sandbox is not None
+        assert self._requests is not None
+        return self._sandbox, self._requests.now
 
     def _show(self, automaton: int, name: str, encoded: msgspec.Raw) -> None:
         """Show a variable, if all those that are shown do not take too much memory.
@@ -362,10 +359,7 @@ class ContainedBehavior(Behavior):
 def _content(path: Path) -> bytes | None:
     """Return the content of a file that a stranger handed in; None for a link, a pipe, or one too large."""
     try:
-        with os.fdopen(os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK), "rb") as file:
-            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
-                return None
-            content = file.read(LARGEST_DOCUMENT + 1)
+        content = read_regular(path, LARGEST_DOCUMENT + 1, links=False)
     except OSError:
         return None
     return content if len(content) <= LARGEST_DOCUMENT else None

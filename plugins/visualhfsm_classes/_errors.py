@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from codegen.messages import Message
-from visualhfsm._base.errors import VisualHfsmError
+from visualhfsm import VisualHfsmError
 
 
 class SandboxUnavailable(VisualHfsmError):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 from codegen.hfsm import write_document
 from codegen.hfsm.document import Automaton, Document
-from visualhfsm._base.languages import system_languages
+from visualhfsm.plugins import system_languages
 from visualhfsm.trials import SUFFIX
 from visualhfsm_classes._errors import GradingError
 from visualhfsm_classes._exercise import FILE, VISIBLE
@@ -19,13 +19,13 @@ if TYPE_CHECKING:
     from visualhfsm_classes._exercise import Exercise
 
 _OURS: Final = "exercises"
-_PACKAGE: Final = Path(__file__).parents[1]
+_PACKAGE: Final = Path(__file__).parent
 
 
 def our_exercises() -> Path:
     """Return the folder of the exercises that come with us: in the wheel, or in a checkout."""
     installed = _PACKAGE / "_shipped" / _OURS
-    return installed if installed.is_dir() else _PACKAGE.parent / _OURS
+    return installed if installed.is_dir() else _PACKAGE.parents[1] / _OURS
 
 
 def find_exercise(name: str) -> Path:

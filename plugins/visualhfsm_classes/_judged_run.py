@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import Actor, ChangeKind
-from visualhfsm.trials._trial import place_of
+from visualhfsm.trials import place_of
 
 if TYPE_CHECKING:
     from hfsm_runtime.virtual import Call

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
-from visualhfsm._base.csv_file import write_csv
+from visualhfsm.plugins import write_csv
 from visualhfsm_classes._words import say
 
 if TYPE_CHECKING:

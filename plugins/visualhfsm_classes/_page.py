@@ -8,11 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from codegen.messages import Message
-from visualhfsm._base.html_file import write_html
-from visualhfsm._document.serialization import parse
-from visualhfsm._monitor.recordings import open_recording
-from visualhfsm._monitor.run_page import run_page
+from visualhfsm.plugins import recorded_run, run_page, write_html
 from visualhfsm_classes._words import figure, say
 
 if TYPE_CHECKING:
@@ -141,9 +137,7 @@ def _words(text: str) -> str:
 
 def _frame(exercise: Exercise, marks: Marks, recording: Path) -> str:
     """Return the page of a recording as a frame, with the policy of that page."""
-    run = open_recording(recording)
-    document = parse(run.document, Message("The document cannot be read")) if run.document else None
-    page = html.escape(run_page(run.exported(document)))
+    page = html.escape(run_page(recorded_run(recording)))
     title = say(marks.language, "all good" if marks.points == marks.of else "worst")
     where = say(
         marks.language,

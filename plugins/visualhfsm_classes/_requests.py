@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import partial
 from typing import Any, Final, cast
@@ -12,8 +12,8 @@ import msgspec
 from hfsm_runtime.errors import ComponentError, ComponentStoppedError, CycleCutError, EventError
 from visualhfsm.simulation import Behavior
 from visualhfsm_classes._sandbox import ContainedError
-from visualhfsm_classes.contained import protocol
-from visualhfsm_classes.contained.protocol import Answered, Deliver, Done, Failed, Message, Polled, Sample
+from visualhfsm_classes.contained import _protocol as protocol
+from visualhfsm_classes.contained._protocol import Answered, Deliver, Done, Failed, Message, Sample
 from zenoh_ice import ObjectNotExistException, ObjectPrx, UserException, ZenohIceError
 from zenoh_ice.data import typed
 from zenoh_ice.data.codec import Parted
@@ -22,7 +22,7 @@ from zenoh_ice.data.interface import Operation
 from zenoh_ice.data.keys import Target
 from zenoh_ice.data.wire import encode_error
 from zenoh_ice.objects.proxy import Call
-from zenoh_ice.transport import Arrived, Inlet
+from zenoh_ice.transport import Arrived, Inlet, Outcome
 
 Ask = Callable[[Message, type[Any], str], Any]
 
@@ -58,20 +58,21 @@ class Requests:
 
     def serve(self, message: Any) -> Message:  # noqa: ANN401 - each kind of message
         """Do what is asked for, and return the answer."""
+        value: object = None
         try:
             match message:
                 case protocol.Call():
-                    return self._call(message)
+                    value = self._call(message)
                 case protocol.Poll():
-                    return Polled(self.now, self._poll(message))
+                    value = self._poll(message)
                 case protocol.Sleep():
                     behavior = self._behavior
                     sleep = behavior.component._hfsm_sleep if message.ends else behavior.clock.sleep
                     sleep(message.seconds)
                 case protocol.Wait():
-                    return Answered(self.now, self._wait(message))
+                    value = self._wait(message)
                 case protocol.Find():
-                    return protocol.Found(self.now, dict(self._find(message)))
+                    value = self._find(message)
                 case protocol.Subscribe():
                     self._subscribe(message)
                 case protocol.Push():
@@ -92,7 +93,7 @@ class Requests:
             return Failed(self.now, type(error).__name__, "")
         except (ComponentError, SystemException, msgspec.MsgspecError, RecursionError) as error:
             return Failed(self.now, type(error).__name__, str(error))
-        return Answered(self.now)
+        return Answered(self.now, value)
 
     def close(self) -> None:
         """Listen to no stream any more."""
@@ -100,19 +101,18 @@ class Requests:
             inlet.close()
         self._inlets.clear()
 
-    def _call(self, message: protocol.Call) -> Message:
+    def _call(self, message: protocol.Call) -> Outcome:
         key = message.identity, message.operation
         call = self._calls.get(key)
         if call is None:
             proxy, operation = self._found(message.realm, *key)
             call = self._calls[key] = Call(proxy, operation)
         try:
-            result: bytes | Parted = call.call_encoded(message.payload)
+            return True, _plain(call.call_encoded(message.payload))
         except UserException as error:
-            return protocol.Outcome(self.now, False, Sample(encode_error(error)))
-        return protocol.Outcome(self.now, True, _sample(result, None))
+            return False, encode_error(error)
 
-    def _find(self, message: protocol.Find) -> Any:  # noqa: ANN401 - fingerprints by type id
+    def _find(self, message: protocol.Find) -> Mapping[str, str]:
         self._servant(message.realm, message.identity)
         communicator = self._behavior.world.communicator
         return communicator.find(Target(message.realm, message.identity), message.type_id, 0.0)
@@ -201,10 +201,9 @@ def _event_data(encoded: bytes) -> Any:  # noqa: ANN401 - whatever JSON knows
 
 
 def _opened(arrived: Arrived) -> Sample:
-    return _sample(arrived.payload, arrived.attachment)
+    assert arrived.attachment is not None
+    return Sample(_plain(arrived.payload), arrived.attachment)
 
 
-def _sample(payload: bytes | Parted, attachment: bytes | None) -> Sample:
-    if isinstance(payload, Parted):
-        return Sample(payload.rest, list(payload.places), list(payload.large), attachment)
-    return Sample(bytes(payload), attachment=attachment)
+def _plain(payload: bytes | Parted) -> bytes | Parted:
+    return payload if isinstance(payload, Parted) else bytes(payload)

@@ -17,11 +17,11 @@ import msgspec
 
 from hfsm_runtime.source_map import PLACE
 from interfaces import jderobot
-from visualhfsm._base.line_process import explain_signal
+from visualhfsm.plugins import explain_signal
 from visualhfsm_classes._errors import ComputerFailed, ComputerTooBusy
 from visualhfsm_classes._process import CodeProcess
 from visualhfsm_classes._walls import Walls
-from visualhfsm_classes.contained import protocol
+from visualhfsm_classes.contained import _protocol as protocol
 from zenoh_ice.data import exceptions, typed
 from zenoh_ice.data.exceptions import SystemException
 from zenoh_ice.data.text import printable

@@ -8,12 +8,12 @@ from __future__ import annotations
 import hashlib
 import os
 import re
-import stat
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from codegen.files import read_regular
 from visualhfsm_classes._errors import GradingError
 from zenoh_ice.data.text import encodable, printable
 
@@ -104,11 +104,7 @@ def _documents(path: Path, name: str) -> list[Path]:
 def _content(path: Path) -> bytes:
     """Return the bytes of a regular file, of nothing that a link, a pipe or a device could be."""
     try:
-        descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
-        with open(descriptor, "rb") as file:  # noqa: PTH123 - a path would follow links
-            if not stat.S_ISREG(os.fstat(descriptor).st_mode):
-                raise UnreadableSubmission("it is no regular file: hand in the document itself")
-            content = file.read(_LARGEST_DOCUMENT + 1)
+        content = read_regular(path, _LARGEST_DOCUMENT + 1, links=False)
     except OSError as error:
         raise UnreadableSubmission(f"it cannot be read: {error.strerror}") from error
     if len(content) > _LARGEST_DOCUMENT:

@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from visualhfsm.trials._terminal import bar
+from visualhfsm.trials import bar
 from visualhfsm_classes._words import figure, say
 
 if TYPE_CHECKING:

@@ -10,20 +10,29 @@ import sys
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Final
 
+import codegen
 from visualhfsm_classes._errors import SandboxUnavailable
 from visualhfsm_classes._seccomp import make_filter
 
-_ROOT: Final = Path(__file__).resolve().parents[2]
-"""The folder of our packages."""
+_CORE: Final = Path(codegen.__file__).resolve().parents[1]
+"""The folder of the packages of the core."""
+_PLUGINS: Final = Path(__file__).resolve().parents[1]
+"""The folder of ours, and of other plug-ins."""
 _INSIDE: Final = Path("/packages")
 _OURS: Final = _INSIDE / "ours"
 _COMPILER: Final = _INSIDE / "compile.py"
-_PACKAGES: Final = ("codegen", "hfsm_runtime", "interfaces", "naoserver", "zenoh_ice", "zenoh_ros2")
+_PACKAGES: Final = ("codegen", "hfsm_runtime", "interfaces", "naoserver", "zenoh_ice")
 """The packages that behaviors import, and that compile them: neither the judge nor behaviors of others."""
+_SEAMS: Final = ("codegen.", "hfsm_runtime.")
+"""Beginnings of the seams to which plug-ins add what compiles and runs documents."""
+_TOO: Final = ("visualhfsm_ros2", "zenoh_ros2")
+"""The names of others that may be there."""
+_CONTAINED: Final = f"{__package__}/contained"
+"""The program that runs the code."""
 _LIBRARIES: Final = ("/lib", "/lib64", "/usr/lib", "/usr/lib64", "/usr/local/lib")
 _FILES: Final = ("/etc/ld.so.cache", "/etc/alternatives", "/etc/localtime", "/usr/share/zoneinfo")
 _SYSTEM: Final = (Path("/usr"), Path("/usr/local"))
@@ -132,12 +141,21 @@ def _seen(python: Path, include: Sequence[Path]) -> dict[Path, Path]:
     sites = [Path(each).resolve() for each in sys.path if Path(each).name in _SITES and Path(each).is_dir()]
     for number, site in enumerate(dict.fromkeys([*sites, *_linked(sites)])):
         seen[site] = _INSIDE / f"site{number}"
-    for name in _PACKAGES:
-        seen[_ROOT / name] = _OURS / name
+    seen |= {_CORE / name: _OURS / name for name in _PACKAGES}
+    seen |= {_PLUGINS / name: _OURS / name for name in (_CONTAINED, *_compiling())}
     seen[Path(__file__).with_name("_compile.py")] = _COMPILER
     for number, folder in enumerate(include):
         seen[folder] = _INSIDE / f"include{number}"
     return seen
+
+
+@cache
+def _compiling() -> list[str]:
+    """Return the names of plug-ins beside this one that compile or run documents."""
+    groups = (each for each in importlib.metadata.entry_points().groups if each.startswith(_SEAMS))
+    points = (point for group in groups for point in importlib.metadata.entry_points(group=group))
+    names = {*(point.module.partition(".")[0] for point in points), *_TOO}
+    return sorted(name for name in names if (_PLUGINS / name).is_dir())
 
 
 def _linked(sites: Sequence[Path]) -> Iterator[Path]:
@@ -151,7 +169,8 @@ def _linked(sites: Sequence[Path]) -> Iterator[Path]:
 def _covered(seen: Mapping[Path, Path], hidden: Sequence[Path]) -> Iterator[Path]:
     """Yield the places of folders that are to be empty: what is hidden, and the rest of our distribution."""
     sites = [source for source, place in seen.items() if _is_site(place)]
-    ours = {site / name for site in sites for name in _distributed() if name not in _PACKAGES}
+    hidden_packages = _distributed() - {*_PACKAGES, *_compiling()}
+    ours = {site / name for site in sites for name in hidden_packages}
     for folder in {*ours, *(path.resolve() for path in hidden)}:
         for source, place in seen.items():
             if folder.is_symlink():

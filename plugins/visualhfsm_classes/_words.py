@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from codegen.messages import Value, template
-from visualhfsm._base.languages import known_language, said
+from visualhfsm.plugins import known_language, said
 
 _WORDS: Final = {
     "at once": template("is in `{state}` when {event}"),

@@ -13,8 +13,8 @@ from pathlib import Path
 import msgspec
 
 from codegen.reasons import reason
-from visualhfsm._base.errors import MissingPackageError, VisualHfsmError
-from visualhfsm._base.task_processes import answer_tasks
+from visualhfsm import VisualHfsmError
+from visualhfsm.plugins import MissingPackageError, answer_tasks
 from visualhfsm.trials import TrialsError
 from visualhfsm_classes._errors import ComputerFailed, ComputerTooBusy, GradingError, SandboxUnavailable
 from visualhfsm_classes._exercise import Exercise, read_exercise

@@ -1,11 +1,10 @@
-"""The pages that are written as files are accessible, too: runs, trials, and marks of a class."""
+"""The pages that are written as files are accessible, too: runs, drawings and trials."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal
 
 import pytest
 from playwright.sync_api import Browser, Page, expect
@@ -14,10 +13,10 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import read_document
 from codegen.hfsm.document import Annotation, Text
 from codegen.messages import Message
-from tests.support.browser import load_axe, new_context
+from tests.support.browser import new_context
 from tests.support.component import dance_and_follow
+from tests.support.exported_pages import FOUND, TOO_WIDE, check
 from tests.support.places import ROOT
-from tests.support.targets import small_targets
 from tests.support.watching import recorded
 from visualhfsm._document.serialization import parse
 from visualhfsm._drawing.page import drawing_page
@@ -27,35 +26,12 @@ from visualhfsm.trials._outcomes import Header, Record, StateChange
 from visualhfsm.trials._page import trials_page
 from visualhfsm.trials._summary import summarize
 from visualhfsm.trials._view import view_of
-from visualhfsm_classes._exercise import read_exercise
-from visualhfsm_classes._marks import Earned, Marks
-from visualhfsm_classes._page import write_index, write_page
-from visualhfsm_classes._submissions import Submission
-
-FOUND = """async () => {
-  const rules = {"label-content-name-mismatch": {enabled: true}};
-  const {violations} = await axe.run(document, {resultTypes: ["violations"], rules});
-  return violations.flatMap(({id, nodes}) =>
-    nodes.map((node) => `${id}: ${node.html.slice(0, 150)} ${node.failureSummary}`));
-}"""
 
 
 @pytest.fixture
 def page(browser: Browser) -> Iterator[Page]:
     with new_context(browser) as context:
         yield context.new_page()
-
-
-def check(page: Page, path: Path) -> None:
-    """Open a page in both themes, and look for what is wrong."""
-    themes: tuple[Literal["light", "dark"], ...] = ("light", "dark")
-    for theme in themes:
-        page.emulate_media(color_scheme=theme)
-        page.goto(path.as_uri())
-        page.get_by_role("heading", level=1).wait_for()
-        load_axe(page)
-        assert page.evaluate(FOUND) == [], theme
-        assert small_targets(page) == []
 
 
 def test_the_page_of_a_run_is_accessible(page: Page, tmp_path: Path) -> None:
@@ -109,44 +85,15 @@ def trials_in(folder: Path) -> Path:
     return path
 
 
-def marks_in(folder: Path) -> tuple[Path, Path]:
-    """Write the page of a submission, and that of its class."""
-    exercise = read_exercise(ROOT / "exercises" / "ball")
-    earned = (
-        Earned("It sees the `ball`", 2, 3, "It saw everything in 4 of 6 trials"),
-        Earned("It waits", 0, 1, "Never"),
-    )
-    name = "Maximilian_Konstantin_and_everything_in_one_name"
-    marks = Marks(name=name, language="en", earned=earned, error="division by zero in look")
-    path, index = folder / "ana.html", folder / "index.html"
-    write_page(path, exercise, marks)
-    write_index(index, exercise, "en", [(Submission("Ana", folder / "ana.xml", "ana"), marks)])
-    return path, index
-
-
 def test_the_page_of_trials_is_accessible(page: Page, tmp_path: Path) -> None:
     check(page, trials_in(tmp_path))
 
 
-def test_the_pages_of_marks_are_accessible(page: Page, tmp_path: Path) -> None:
-    for path in marks_in(tmp_path):
-        check(page, path)
-
-
-TOO_WIDE = """() => [document.documentElement, ...document.querySelectorAll("main, figure, table, section")]
-  .filter((each) => each.scrollWidth > each.clientWidth + 1)
-  .map((each) => `${each.tagName} ${each.className} ${each.scrollWidth} > ${each.clientWidth}`)"""
-
-
-def test_pages_of_trials_and_marks_fit_a_phone(page: Page, tmp_path: Path) -> None:
+def test_the_page_of_trials_fits_a_phone(page: Page, tmp_path: Path) -> None:
     page.set_viewport_size({"width": 390, "height": 800})
-    for path in (trials_in(tmp_path), *marks_in(tmp_path)):
-        page.goto(path.as_uri())
-        page.get_by_role("heading", level=1).wait_for()
-        assert page.evaluate(TOO_WIDE) == [], path.name
-    box = page.get_by_role("cell", name="It saw everything").bounding_box()
-    assert box is not None
-    assert box["width"] > 300, "what happened is too narrow for its words"
+    page.goto(trials_in(tmp_path).as_uri())
+    page.get_by_role("heading", level=1).wait_for()
+    assert page.evaluate(TOO_WIDE) == []
 
 
 COUNTS_BESIDE_BARS = """(each) => {

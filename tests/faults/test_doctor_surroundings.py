@@ -5,96 +5,29 @@ Each machine is broken by namespaces and variables, in several ways at once: sta
 
 from __future__ import annotations
 
-import json
 import os
-import shutil
-import subprocess
-import sys
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Final
 
 import pytest
 
-from tests.support.limits import RUN_LIMIT
+from tests.support.broken_machines import SELF, Found, broken, examined, run
 from tests.support.places import ROOT
 
 pytestmark = pytest.mark.slow
 
-SELF: Final = [sys.executable, "-P", "-m"]
-DOCTOR: Final = [*SELF, "nao_tools", "doctor", "--json"]
 SIMULATOR: Final = [*SELF, "naoserver_sim", "--world", "empty"]
 CALCULATOR: Final = [*SELF, "tests.support.calculator_server"]
 ONLY_IPV6: Final = "ip link set lo up && ip addr del 127.0.0.1/8 dev lo"
 FULL: Final = "mount -t tmpfs -o size=64k none full && ! head -c 90000 /dev/zero > full/file 2> /dev/null"
 READ_ONLY: Final = "mount -t tmpfs -o ro none state"
 NO_AVX: Final = "mount --bind cpuinfo /proc/cpuinfo"
-NO_NAMESPACES: Final = "echo 0 > /proc/sys/user/max_user_namespaces"
 FEW_FILES: Final = "ulimit -n 64"
 OLD_PROCESSOR: Final = "import os, signal\nos.kill(os.getpid(), signal.SIGILL)\n"
 ROBOT: Final = """
 "$PYTHON" -P -m tests.support.calculator_server --listen 'tcp/[::1]:7447' > ready &
 until grep -q ready ready; do sleep 0.1; done
 """
-
-
-class Found(NamedTuple):
-    """The findings of a command, as lines."""
-
-    code: int
-    lines: list[str]
-
-    def having(self, text: str) -> str:
-        """Return the only finding that has a text."""
-        (line,) = (each for each in self.lines if text in each)
-        return line
-
-
-def broken(folder: Path, *steps: str, then: str = "", needs: tuple[str, ...] = ()) -> list[str]:
-    """Return what makes a command run in a folder, in separate namespaces, after steps of a shell that break them."""
-    for program in ("unshare", "mount", *needs):
-        if shutil.which(program) is None:
-            pytest.skip(f"{program} is not installed")
-    apart = [
-        "unshare",
-        "--map-root-user",
-        "--net",
-        "--mount",
-        "--pid",
-        "--fork",
-        "--kill-child",
-        "--mount-proc",
-    ]
-    begin = ["set -e", f"cd '{folder}'", *steps]
-    built = run([*apart, "sh", "-c", "\n".join(begin)])
-    if built.returncode:
-        pytest.skip(f"such a machine cannot be made here: {built.stderr.strip()}")
-    return [*apart, "sh", "-c", "\n".join([*begin, then, 'exec env PATH="$SEARCHED" "$@"']), "sh"]
-
-
-def run(command: list[str], **environment: str) -> subprocess.CompletedProcess[str]:
-    """Run a command to its end; `SEARCHED` is the PATH behind the steps that break the machine."""
-    variables = {
-        **os.environ,
-        "PYTHON": sys.executable,
-        "SEARCHED": os.environ["PATH"],
-        "PYTHONPATH": str(ROOT),
-    }
-    return subprocess.run(
-        command,
-        env={**variables, **environment},
-        capture_output=True,
-        text=True,
-        timeout=RUN_LIMIT,
-        check=False,
-    )
-
-
-def examined(command: list[str], *words: str, **environment: str) -> Found:
-    """Run `nao doctor` behind a command."""
-    done = run([*command, *DOCTOR, *words], **environment)
-    assert done.stdout.startswith("["), done
-    found = json.loads(done.stdout)
-    return Found(done.returncode, [f"{each['level']} {each['text']} | {each['fix']}" for each in found])
 
 
 @pytest.fixture(scope="module")
@@ -130,22 +63,10 @@ def bare(folder: Path) -> Found:
 def locked(folder: Path) -> Found:
     """An old computer on which next to nothing is allowed, and whose network is down."""
     return examined(
-        broken(folder, READ_ONLY, NO_AVX, NO_NAMESPACES, FEW_FILES, needs=("bwrap",)),
+        broken(folder, READ_ONLY, NO_AVX, FEW_FILES),
         XDG_STATE_HOME=str(folder / "state"),
         PYTHONPATH=f"{ROOT}{os.pathsep}{folder / 'user'}",
     )
-
-
-def test_bubblewrap_that_is_missing_is_a_note_for_those_who_grade(bare: Found) -> None:
-    line = bare.having("grading: ")
-    assert line.startswith("note grading: bubblewrap is missing")
-    assert line.endswith("where submissions are graded: sudo apt-get install bubblewrap")
-
-
-def test_bubblewrap_that_may_not_work_is_a_warning(locked: Found) -> None:
-    line = locked.having("grading: ")
-    assert line.startswith("warn grading: bubblewrap cannot make walls here")
-    assert "and allow user namespaces" in line
 
 
 def test_a_full_disk_on_which_no_stop_can_be_kept(bare: Found, folder: Path) -> None:

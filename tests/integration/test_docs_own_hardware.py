@@ -13,14 +13,12 @@ import pytest
 from interfaces.nao import PoseHeadPrx
 from naoserver.hardware.servos import ServoBus
 from naoserver.hardware.sim_bus import SimBus
-from tests.support.commands import run_here
 from tests.support.limits import MOVE_LIMIT
 from tests.support.pages import DOCS, blocks_of, sections_of
 from tests.support.places import ROOT
 from tests.support.processes import STEADY, ComponentProcess, free_endpoint
 from tests.support.reader import commands_of
 from tests.support.waiting import until
-from visualhfsm._commands.app import app
 from visualhfsm._commands.new import new
 from zenoh_ice import initialize
 
@@ -106,10 +104,3 @@ def test_the_readme_that_is_made_shows_commands_of_the_page_and_of_every_robot(p
         "nao stop",
         "visualhfsm edit",
     }
-
-
-def test_a_robot_is_no_exercise(tmp_path: Path) -> None:
-    done = run_here(app, "visualhfsm", "new", tmp_path / "mine", "--hardware", "--exercise", "look")
-    assert done.returncode == 2
-    assert "--hardware" in done.stderr
-    assert not (tmp_path / "mine").exists()

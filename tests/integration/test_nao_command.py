@@ -23,8 +23,8 @@ from typer.main import get_command
 
 from nao_tools._command import app
 from nao_tools._completion import complete_call, complete_camera, complete_servant, complete_stream
-from nao_tools._doctor.findings import Level
 from nao_tools._doctor.network import check_network
+from nao_tools.findings import Level
 from naoserver.fake import FakeRobot
 from tests.support.carriers import NETWORK, calls_over_network, over_both
 from tests.support.gripper import GripperI

@@ -169,7 +169,16 @@ def test_who_was_locked_out_can_stop_and_nothing_else(root: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "path", ["/", "/?token=", "/?token=wrong", "/static/0/vendor/lit.js", "/ws", "/nothing"]
+    "path",
+    [
+        "/",
+        "/?token=",
+        "/?token=wrong",
+        "/static/0/vendor/lit.js",
+        "/plugins/task/0/view.js",
+        "/ws",
+        "/nothing",
+    ],
 )
 def test_nobody_gets_anything_without_the_token(running: Editor, path: str) -> None:
     status, headers, content = running.get(path)

@@ -11,7 +11,9 @@ const {MENUS, selectionActions, selectionTitle} = await import(new URL("shell/ac
 const {keyTable} = await import(new URL("dialogs/key-table.js", STATIC).href);
 const {listenForKeys, spoken, written} = await import(new URL("kit/keys.js", STATIC).href);
 const {page} = await import(new URL("data/page.js", STATIC).href);
-const {actions, findActions, isEnabled, perform} = await import(new URL("kit/registry.js", STATIC).href);
+const {actions, addActions, findActions, isEnabled, perform, withAdded} = await import(
+  new URL("kit/registry.js", STATIC).href
+);
 const {store} = await import(new URL("data/store.js", STATIC).href);
 const {containsWords} = await import(new URL("kit/texts.js", STATIC).href);
 
@@ -102,6 +104,23 @@ test("the menus have each action once, and none that is unknown", () => {
     [],
   );
   assert.equal(new Set(ids).size, ids.length);
+});
+
+test("an action stands before or after the one that it names", () => {
+  const added = (/** @type {object} */ fields) => ({label: "x", icon: "file", run: () => {}, ...fields});
+  addActions([added({id: "board", before: "problems"}), added({id: "give", after: "saveAs", keys: ["Alt+Q"]})]);
+  try {
+    assert.deepEqual(withAdded(["saveAs", "problems", "output"]), ["saveAs", "give", "board", "problems", "output"]);
+    assert.deepEqual(
+      keyTable()
+        .flatMap(({rows}) => rows)
+        .filter(({text}) => text === "x")
+        .map(({keys}) => keys),
+      [[], ["Alt+Q"]],
+    );
+  } finally {
+    for (const id of ["board", "give"]) actions.delete(id);
+  }
 });
 
 test("what has no key is in a menu", () => {

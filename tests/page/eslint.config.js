@@ -21,7 +21,7 @@ export default [
     },
   },
   {
-    files: ["**/_editor/static/**"],
+    files: ["**/_editor/static/**", "**/plugins/*/static/**"],
     languageOptions: {globals: globals.browser},
     rules: {
       // _editor/assets.py sends modules without such lines.

@@ -5,7 +5,7 @@
  * in templates, in attributes that people see or hear, and in a few properties and calls, outside of these functions.
  */
 
-import {readFileSync, readdirSync} from "node:fs";
+import {existsSync, readFileSync, readdirSync} from "node:fs";
 import {relative, resolve} from "node:path";
 import {fileURLToPath} from "node:url";
 
@@ -13,6 +13,7 @@ import {parse} from "acorn";
 import {parseFragment} from "parse5";
 
 export const STATIC = fileURLToPath(new URL("../../visualhfsm/_editor/static/", import.meta.url));
+const PLUGINS = fileURLToPath(new URL("../../plugins/", import.meta.url));
 
 /** How many of their arguments are texts. @type {Record<string, number>} */
 const FUNCTIONS = {t: 1, n: 2, rich: 1};
@@ -34,12 +35,24 @@ const SAME = new Set(
 /** @typedef {{id: string, plural?: string, file: string, line: number, comment?: string}} Message */
 /** @typedef {{file: string, line: number, text: string, start: number, end: number, what: string}} Finding */
 
-/** The modules of the page, without the libraries. */
+/** The modules of the page, without the libraries, and after them those of views. */
 export function modules() {
-  return readdirSync(STATIC, {recursive: true, encoding: "utf-8"})
+  const own = readdirSync(STATIC, {recursive: true, encoding: "utf-8"})
     .filter((name) => name.endsWith(".js") && !name.startsWith("vendor") && name !== "kit/texts.js")
     .sort();
+  const views = existsSync(PLUGINS) ? readdirSync(PLUGINS, {recursive: true, encoding: "utf-8"}) : [];
+  return [
+    ...own,
+    ...views
+      .filter((name) => /\/static\/.*\.js$/.test(name))
+      .map((name) => `plugins/${name}`)
+      .sort(),
+  ];
 }
+
+/** The file of a module. @param {string} name */
+export const fileOf = (name) =>
+  name.startsWith("plugins/") ? resolve(PLUGINS, name.slice("plugins/".length)) : resolve(STATIC, name);
 
 /**
  * The texts of one module.
@@ -205,7 +218,7 @@ function inTemplate({quasis, expressions}, source) {
 
 /** The texts of all modules. */
 export function allTexts() {
-  const found = modules().map((name) => textsOf(readFileSync(resolve(STATIC, name), "utf-8"), name));
+  const found = modules().map((name) => textsOf(readFileSync(fileOf(name), "utf-8"), name));
   return {messages: found.flatMap(({messages}) => messages), unwrapped: found.flatMap(({unwrapped}) => unwrapped)};
 }
 

@@ -113,8 +113,8 @@ def _descendants(base: type[msgspec.Struct]) -> list[type[msgspec.Struct]]:
 
 
 def _concrete_requests() -> list[type[msgspec.Struct]]:
-    """Return the requests that the server decodes."""
-    return [*get_args(protocol.Request)]
+    """Return the requests of the page itself, which the server decodes."""
+    return [*protocol.REQUESTS]
 
 
 def _name_of_push(push: type[msgspec.Struct]) -> str:

@@ -19,16 +19,16 @@ from codegen.options import require_directories
 from visualhfsm._base.errors import MissingPackageError
 from visualhfsm._base.options import examples
 from visualhfsm._commands import check, convert, diff, draw, new, replay, report
+from visualhfsm._commands.plugged import WithPlugged
 from visualhfsm._commands.steer import register as register_steering
 from visualhfsm.trials import _command as trials
-from visualhfsm_classes import _command as grading
 from zenoh_ice.application.cli import finite, report_ready, with_settings
 from zenoh_ice.settings import Settings
 
 if TYPE_CHECKING:  # it needs the packages of the extra `web`
     from visualhfsm._editor.server import Occasion
 
-app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+app = typer.Typer(cls=WithPlugged, add_completion=False, pretty_exceptions_enable=False)
 
 _PACKAGES: Final = frozenset({"h11", "starlette", "uvicorn", "websockets"})
 """Packages of the extra `web` that the server needs from the start."""
@@ -262,12 +262,11 @@ def watch(
 
 
 register_steering(app)
-app.command(epilog=new.EPILOG)(new.new)
+app.command(cls=new.NewCommand, epilog=new.EPILOG)(new.new)
 app.command(epilog=check.EPILOG)(check.check)
 app.command(epilog=convert.EPILOG)(convert.convert)
 app.command(epilog=diff.EPILOG)(diff.diff)
 app.command(epilog=draw.EPILOG)(draw.draw)
-app.command(epilog=grading.EPILOG)(grading.grade)
 app.command(epilog=replay.EPILOG)(replay.replay)
 app.command(epilog=report.EPILOG)(report.report)
 app.command(epilog=trials.EPILOG)(trials.trials)

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import shlex
-import shutil
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Final
+from typing import Annotated, Any, Final
 
 import typer
+from typer.core import TyperCommand
 
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._base.options import examples
+from visualhfsm._commands.plugged import plugged_commands
 
-EPILOG: Final = examples("new my-robot", "new my-bust --hardware", "new ana --exercise look --language es")
+EPILOG: Final = examples("new my-robot", "new my-bust --hardware")
 
 _TEMPLATE: Final = Path(__file__).with_name("template")
 _HARDWARE: Final = Path(__file__).with_name("template_hardware")
@@ -45,17 +47,6 @@ def new(
         ),
     ],
     *,
-    exercise: Annotated[
-        str | None,
-        typer.Option(
-            metavar="EXERCISE",
-            help="Make a pupil's folder instead: of an exercise, or the name of one of ours.",
-        ),
-    ] = None,
-    language: Annotated[
-        str | None,
-        typer.Option(metavar="CODE", help="Language of the task.", show_default="the system's"),
-    ] = None,
     hardware: Annotated[
         bool,
         typer.Option("--hardware", help="Make a robot of your own instead: a server of servos on a bus."),
@@ -63,56 +54,79 @@ def new(
 ) -> None:
     """Make a project: an interface, a program that serves it, a behavior, its test, a stack, files for Git.
 
-    They run at once, and are meant to be changed. With --exercise it is a pupil's folder: a task, a document
-    to draw in, and the trials that pupils see; with --hardware it is a robot: its server, its description,
+    They run at once, and are meant to be changed. With --hardware it is a robot: its server, its description,
     its test, its stack. Files that are there are never overwritten.
     """
-    if hardware and exercise is not None:
-        raise typer.BadParameter("give either --hardware or --exercise")
-    if exercise is not None:
-        _make_exercise(folder, exercise, language)
-        return
-    if language is not None:
-        raise typer.BadParameter("--language needs --exercise EXERCISE")
     from codegen.command import generate
 
     template = _HARDWARE if hardware else _TEMPLATE
-    files = {path: path.relative_to(template) for path in template.rglob("*")}
-    files |= {_TEMPLATE / name: Path(name) for name in _HIDDEN}
-    made = {
-        path: folder / name.with_name(_name_of(path))
-        for path, name in sorted(files.items())
+    paths = {path.relative_to(template): path for path in template.rglob("*")}
+    paths |= {Path(name): _TEMPLATE / name for name in _HIDDEN}
+    files = {
+        str(name.with_name(_name_of(path))): path.read_bytes()
+        for name, path in paths.items()
         if path.is_file() and "__pycache__" not in path.parts
     }
-    with VisualHfsmError.in_place_of(OSError, _UNMADE, folder=str(folder)):
-        _require_empty(folder)
-        for path, target in made.items():
-            target.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(path, target)
-    for target in sorted(made.values()):
+    _write(folder, files)
+    for target in sorted(folder / name for name in files):
         typer.echo(f"wrote {target}")
     if not hardware:
         generate([*folder.glob("interfaces/*.idl"), *folder.glob("behaviors/*.xml")])
     typer.echo((_NEXT_HARDWARE if hardware else _NEXT).format(folder=shlex.quote(str(folder))))
 
 
-def _make_exercise(folder: Path, name: str, language: str | None) -> None:
-    """Make the folder of a pupil."""
-    from visualhfsm_classes import read_exercise
-    from visualhfsm_classes._handout import chosen_language, find_exercise, handout
-    from visualhfsm_classes._words import say
+class NewCommand(TyperCommand):
+    """`new` with what plug-ins can make instead, which is loaded when the command is named.
 
-    exercise = read_exercise(find_exercise(name))
-    spoken = chosen_language(exercise, language)
-    files = handout(exercise, spoken)
+    One of the seam `visualhfsm.templates` is an application of typer with one command, whose options are None
+    by default. If any is given, the command returns the files to write, by name, and a function of their
+    folder that returns what is said then.
+    """
+
+    def get_params(self, ctx: Any) -> list[Any]:  # noqa: ANN401 - typer brings a click of its own
+        """Return the parameters, with the options of plug-ins."""
+        own, number = super().get_params(ctx), len(self.params)
+        added = [option for _, command in _templates() for option in command.params]
+        return [*own[:number], *added, *own[number:]]
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:  # noqa: ANN401
+        """Write the help, with that of plug-ins."""
+        for _, command in _templates():
+            self.help = f"{self.help}\n\n{command.help}"
+            self.epilog = f"{self.epilog}\n\n{command.epilog}"
+        super().format_help(ctx, formatter)
+
+    def invoke(self, ctx: Any) -> Any:  # noqa: ANN401
+        """Make the folder."""
+        chosen = None
+        for name, command in _templates():
+            given = {option.name: ctx.params.pop(option.name) for option in command.params}
+            if any(value is not None for value in given.values()):
+                chosen = name, command, given
+        if chosen is None:
+            return super().invoke(ctx)
+        name, command, given = chosen
+        if ctx.params["hardware"]:
+            raise typer.BadParameter(f"give either --hardware or --{name}", ctx)
+        folder = Path(ctx.params["folder"])
+        files, said = ctx.invoke(command.callback, **given)
+        _write(folder, files)
+        typer.echo(said(folder))
+        return None
+
+
+def _templates() -> list[tuple[str, Any]]:
+    return plugged_commands("visualhfsm.templates")
+
+
+def _write(folder: Path, files: Mapping[str, bytes]) -> None:
+    """Write files, by their names, into a new folder."""
     with VisualHfsmError.in_place_of(OSError, _UNMADE, folder=str(folder)):
         _require_empty(folder)
-        folder.mkdir(parents=True, exist_ok=True)
-        for file, content in files.items():
-            (folder / file).write_bytes(content)
-    for file in files:
-        typer.echo(say(spoken, "wrote", file=str(folder / file)))
-    typer.echo(say(spoken, "next", folder=shlex.quote(str(folder)), document=f"{exercise.name}.xml"))
+        for name, content in files.items():
+            target = folder / name
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_bytes(content)
 
 
 def _require_empty(folder: Path) -> None:

@@ -7,7 +7,6 @@ from typing import Annotated, Final
 
 import typer
 
-from codegen.messages import Message
 from visualhfsm._base.options import examples
 
 EPILOG: Final = examples("report dance.mcap", "report recordings/dance.mcap hand-in/dance.html")
@@ -31,20 +30,14 @@ def report(
     The file needs neither a server nor a network. It contains the whole document with its code.
     """
     # Imported here: other commands need not wait for them.
-    from visualhfsm._document.serialization import parse
-    from visualhfsm._monitor.recordings import open_recording
+    from visualhfsm._monitor.recordings import recorded_run
     from visualhfsm._monitor.run_page import write_run_page
 
     target = page or recording.with_suffix(".html")
     if target.exists() and not force:
         raise typer.BadParameter(f"{target} exists: --force overwrites it", param_hint="HTML")
-    run = open_recording(recording)
-    document = (
-        parse(run.document, Message("{recording}: the document cannot be read", recording=str(recording)))
-        if run.document
-        else None
-    )
-    size = write_run_page(target, run.exported(document))
+    run = recorded_run(recording)
+    size = write_run_page(target, run)
     typer.echo(f"{target}: {size / 1e6:.1f} MB")
     if text := str(run.shortened):
         typer.echo(text)

@@ -6,21 +6,18 @@ The types of the page and the tables of docs/reference/protocol.md are made of t
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, Any, Literal, NotRequired, TypedDict
+from typing import Literal, NotRequired, TypedDict
 
 from codegen.messages import Message
 from visualhfsm._document.diff import Difference
 from visualhfsm._document.places import Hit, Place
-from visualhfsm._document.views import AutomatonView, of_page
+from visualhfsm._document.views import AutomatonView
 from visualhfsm._monitor.followers import Followed, OpenedRecording
 from visualhfsm._processes.bodies import KnownBody
 from visualhfsm._processes.robots import World
 from visualhfsm.project._code_help.definition import Definition
 from visualhfsm.project._code_help.protocol import Completions, Explanation, Signature
 from visualhfsm.project._editing.edited_document import Added
-
-Words = Annotated[Sequence[Any], of_page("Words")]
-
 
 CodeAnswer = Completions | Explanation | Signature | Definition | None
 """What is known of a piece of code: it depends on what is wanted."""
@@ -94,12 +91,6 @@ class SavedAs(Written):
     remarks: NotRequired[Sequence[Message]]
 
 
-class HandedIn(Written):
-    """The file that a teacher collects, if anybody does."""
-
-    collected: bool
-
-
 class Resolved(TypedDict):
     """What both sides had changed."""
 
@@ -157,15 +148,6 @@ class Located(TypedDict):
 
     place: Place
     line: int
-
-
-class Task(TypedDict):
-    """A task, the marks that came back, and since when a teacher can collect what was handed in."""
-
-    text: Words
-    marks: Words
-    collected: str
-    handedIn: float | None
 
 
 class StartedRun(Followed):

@@ -1,8 +1,9 @@
 """The page's files, and how long the browser may cache them.
 
-All paths begin with `static/<version>/`, where the version is a digest of all files: the browser may cache
-files forever and still never shows an old one. The page itself, `index.html`, names the version. It names all
-files relative to its own address, and so does not know the path below which it is served.
+Paths begin with `static/<version>/`, those of views with `plugins/<view>/<version>/`, where the version is
+a digest of all files: the browser may cache files forever and still never shows an old one. The page itself,
+`index.html`, names the version. It names all files relative to its own address, and so does not know the path
+below which it is served.
 
 Modules are sent without the comments that fill whole lines, a fifth of their compressed
 bytes, and style sheets without theirs.
@@ -18,8 +19,10 @@ import json
 import mimetypes
 import re
 import secrets
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Final
 
 from starlette.exceptions import HTTPException
@@ -28,12 +31,15 @@ from starlette.responses import Response
 
 from visualhfsm._base.html_file import LIBRARIES, STATIC, imported_modules, texts_by_language
 
+from .protocol import VIEWS
 from .security import content_security_policy
+from .views import ENTRY
 
 _VERSION: Final = "%VERSION%"
 _IMPORT_MAP: Final = "%IMPORT_MAP%"
 _PRELOADS: Final = "%PRELOADS%"
 _LANGUAGES: Final = "%LANGUAGES%"
+_VIEWS: Final = "%VIEWS%"
 _NONCE: Final = b"%NONCE%"
 _ENTRY: Final = "shell/app.js"
 
@@ -63,10 +69,11 @@ class _File:
 
 
 class Assets:
-    """The files below a directory, held in memory until they change."""
+    """The files below a directory, and those of views by name, held in memory until they change."""
 
-    def __init__(self, directory: Path = STATIC) -> None:
+    def __init__(self, directory: Path = STATIC, views: Mapping[str, Path] = MappingProxyType({})) -> None:
         self._directory = directory.resolve(strict=True)
+        self._views = {name: folder.resolve(strict=True) for name, folder in views.items()}
         self._files: dict[str, _File] = {}
         self._stamps: dict[str, tuple[int, int]] = {}
         self._version = ""
@@ -74,14 +81,16 @@ class Assets:
 
     def page(self) -> Page:
         """Return the current page."""
-        stamps = {
-            path.relative_to(self._directory).as_posix(): _stamp(path)
-            for path in self._directory.rglob("*")
+        paths = {
+            _name(view, path.relative_to(folder)): path
+            for view, folder in {"": self._directory, **self._views}.items()
+            for path in folder.rglob("*")
             if path.is_file()
         }
+        stamps = {name: _stamp(path) for name, path in paths.items()}
         if stamps != self._stamps:
             self._files = {name: file for name, file in self._files.items() if stamps.get(name) == file.stamp}
-            self._version = self._digest(sorted(stamps))
+            self._version = _digest(paths)
             self._page = self._make_page()
             self._stamps = stamps
         return self._page
@@ -97,8 +106,8 @@ class Assets:
 
     async def file(self, request: Request) -> Response:
         """Answer the request for a file of the page."""
-        name = request.path_params["path"]
-        file = self._file(name)
+        name, view = request.path_params["path"], request.path_params.get("view", "")
+        file = self._file(name, view)
         if file is None:
             raise HTTPException(404)
         current = request.path_params["version"] == self._version
@@ -111,15 +120,18 @@ class Assets:
         }
         return _answer(request, file.plain, file.packed, kind, headers)
 
-    def _file(self, name: str) -> _File | None:
+    def _file(self, name: str, view: str) -> _File | None:
+        folder = self._views.get(view) if view else self._directory
+        if folder is None:
+            return None
         try:
-            path = (self._directory / name).resolve(strict=True)
+            path = (folder / name).resolve(strict=True)
             stamp = _stamp(path)
-            if not path.is_relative_to(self._directory) or not path.is_file():
+            if not path.is_relative_to(folder) or not path.is_file():
                 return None
         except (OSError, ValueError):  # ValueError: a zero byte
             return None
-        name = path.relative_to(self._directory).as_posix()  # one for each file, however it was requested
+        name = _name(view, path.relative_to(folder))  # one for each file, however it was requested
         known = self._files.get(name)
         if known is None or known.stamp != stamp:
             plain = path.read_bytes()
@@ -129,28 +141,21 @@ class Assets:
             known = self._files[name] = _File(stamp, plain, packed)
         return known
 
-    def _digest(self, names: list[str]) -> str:
-        digest = hashlib.sha256()
-        for name in names:
-            digest.update(name.encode() + b"\0")
-            digest.update(hashlib.sha256((self._directory / name).read_bytes()).digest())
-        return digest.hexdigest()[:12]
-
     def _make_page(self) -> Page:
         base = f"./static/{self._version}"  # an import map needs the dot
-        imports = {name: f"{base}/vendor/{name}.js" for name in LIBRARIES}
+        views = [f"./plugins/{name}/{self._version}/{ENTRY}" for name in self._views]
+        imports = {name: f"{base}/vendor/{name}.js" for name in LIBRARIES} | {"visualhfsm/": f"{base}/"}
         import_map = json.dumps({"imports": imports}, separators=(",", ":"))
         # The browser requests all modules at once instead of one after the other.
-        preloads = "\n".join(
-            f'<link rel="modulepreload" href="{imports.get(name, f"{base}/{name}")}">'
-            for name in imported_modules(_ENTRY, self._directory)
-        )
+        modules = (imports.get(name, f"{base}/{name}") for name in imported_modules(_ENTRY, self._directory))
+        preloads = "\n".join(f'<link rel="modulepreload" href="{each}">' for each in (*modules, *views))
         html = (
             (self._directory / "index.html")
             .read_text("utf-8")
             .replace(_IMPORT_MAP, import_map)
             .replace(_PRELOADS, preloads)
             .replace(_LANGUAGES, " ".join(texts_by_language(self._directory)))
+            .replace(_VIEWS, "\n".join(f'<script type="module" src="{each}"></script>' for each in views))
             .replace(_VERSION, self._version)
         )
         digest = base64.b64encode(hashlib.sha256(import_map.encode()).digest()).decode()
@@ -177,8 +182,21 @@ _STRIPPED: Final = {".js": without_comments, ".css": _without_css_comments}
 
 @functools.cache
 def page_assets() -> Assets:
-    """Return the editor's own files, which all servers of a process share."""
-    return Assets()
+    """Return the editor's own files and those of views, which all servers of a process share."""
+    return Assets(views={name: view.static for name, view in VIEWS.items()})
+
+
+def _name(view: str, path: Path) -> str:
+    """Return the name of a file of the page, or of a view."""
+    return f"{view}:{path.as_posix()}" if view else path.as_posix()
+
+
+def _digest(paths: Mapping[str, Path]) -> str:
+    digest = hashlib.sha256()
+    for name in sorted(paths):
+        digest.update(name.encode() + b"\0")
+        digest.update(hashlib.sha256(paths[name].read_bytes()).digest())
+    return digest.hexdigest()[:12]
 
 
 def _stamp(path: Path) -> tuple[int, int]:

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from visualhfsm._base.errors import EditError, MissingError
+from visualhfsm._base.errors import EditError
 from visualhfsm._base.languages import known_language
 from visualhfsm._base.work import complete
 from visualhfsm._processes.bodies import find_bodies
@@ -21,7 +21,6 @@ from visualhfsm.project._editing.templates import find_templates
 from . import answers as a
 from . import protocol as p
 from .tab import Tab
-from .tasks import collected
 from .window import Window
 from .workspace import Workspace
 
@@ -112,16 +111,6 @@ async def save_as(workspace: Workspace, _: Window, request: p.SaveAs) -> a.Saved
         return {"path": _name(workspace, saved)}
     copy = await tab.edit(OpenDocument.save_copy, request.path, overwrite=request.overwrite)
     return {"path": _name(workspace, copy), **await open_file(workspace, str(copy))}
-
-
-async def hand_in(workspace: Workspace, _: Window, request: p.HandIn) -> a.HandedIn:
-    """Write a copy of a saved document to where a teacher collects it, if anywhere."""
-    root, tab = workspace.project.root, workspace.tabs.get(request.tab)
-    if (path := tab.shown.path) is None:
-        raise MissingError.because("{title} was never saved", title=tab.shown.title)
-    if (target := collected(root, path)) is not None:
-        await tab.edit(OpenDocument.save_copy, target, overwrite=request.overwrite)
-    return {"path": root.name(target or path), "collected": target is not None}
 
 
 async def resolve(workspace: Workspace, _: Window, request: p.Resolve) -> a.Resolved:

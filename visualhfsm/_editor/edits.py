@@ -17,6 +17,7 @@ from visualhfsm.project._editing.edited_document import Change
 
 from . import answers as a
 from . import protocol as p
+from .views import TabEdit
 from .window import Window
 from .workspace import Workspace
 
@@ -96,7 +97,7 @@ async def put_on_shelf(workspace: Workspace, _: Window, request: p.PutOnShelf) -
 
 async def change(
     workspace: Workspace,
-    request: p.TabEdit,
+    request: TabEdit,
     work: Callable[Concatenate[OpenDocument, P], Change],
     *args: P.args,
     **kwargs: P.kwargs,
@@ -107,7 +108,7 @@ async def change(
 
 async def step(
     workspace: Workspace,
-    request: p.TabEdit,
+    request: TabEdit,
     work: Callable[Concatenate[OpenDocument, P], Change],
     *args: P.args,
     **kwargs: P.kwargs,

@@ -6,6 +6,7 @@ from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 from enum import Enum
 from functools import partial
+from pathlib import Path
 from typing import Any, Final, TypeVar
 
 from visualhfsm._monitor.messages import Simulation
@@ -14,6 +15,7 @@ from zenoh_ice.data import typed
 
 from . import documents, edits, questions, steering
 from . import protocol as p
+from .views import TabEdit, TabRequest, ViewedDocument
 from .window import Window
 from .workspace import Workspace
 
@@ -96,7 +98,6 @@ _on(p.Generate, lambda w, _, r: w.components.generate(w.tabs.get(r.tab)), Lane.B
 _on(p.GoTo, lambda w, _, r: edits.step(w, r, OpenDocument.go_to, r.revision))
 _on(p.GuessRobot, lambda w, _, r: w.own_robots.guess(r.path), Lane.BESIDE, _READING_LIMIT)
 _on(p.Hello, documents.hello, for_viewers=True)
-_on(p.HandIn, documents.hand_in)
 _on(p.Identities, lambda w, _, _r: w.parts.followers.identities(), Lane.BESIDE)
 _on(p.Imported, lambda w, _, r: questions.imported_by(w, w.tabs.get(r.tab)), Lane.BESIDE, for_viewers=True)
 _on(p.Inline, lambda w, _, r: edits.change(w, r, OpenDocument.inline, r.automaton))
@@ -153,10 +154,26 @@ _on(p.StopPresent, lambda w, _, r: w.components.steer(r.component, "stop", {}), 
 _on(p.Stop, lambda w, window, r: w.parts.started.stop(r.tab, window.kind), Lane.STOP_STARTED)
 _on(p.StopTests, lambda w, _, r: w.parts.tests.stop(r.tab), Lane.STOP_STARTED)
 _on(p.StopTrials, lambda w, _, r: w.parts.trials.stop(r.tab), Lane.STOP_STARTED)
-_on(p.Task, questions.task, Lane.BESIDE)
 _on(p.Undo, lambda w, _, r: edits.step(w, r, OpenDocument.undo))
 
 
+def _on_view(kind: type[TabRequest], handle: Callable[[Any, ViewedDocument], Awaitable[object]]) -> None:
+    async def handled(w: Workspace, window: Window, r: TabRequest) -> object:
+        tab = w.tabs.get(r.tab)
+        shown, root, in_thread = tab.shown, w.project.root, w.threads.do
+
+        def save_copy(target: Path, overwrite: bool) -> Awaitable[object]:
+            return tab.edit(OpenDocument.save_copy, target, overwrite=overwrite)
+
+        document = ViewedDocument(shown.path, shown.title, window.language, root, in_thread, save_copy)
+        return await handle(r, document)
+
+    _on(kind, handled, Lane.IN_ORDER if issubclass(kind, TabEdit) else Lane.BESIDE)
+
+
+for view in p.VIEWS.values():
+    for asks, answers in view.requests.items():
+        _on_view(asks, answers)
 for steers in p.Steering.__subclasses__():
     _on(steers, steering.steer, Lane.BESIDE)
 for sets in p.SceneRequest.__subclasses__():

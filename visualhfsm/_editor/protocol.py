@@ -9,7 +9,7 @@ explains all of them with examples.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, Literal, Union
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Union
 
 import msgspec
 
@@ -25,7 +25,7 @@ from visualhfsm._document.places import Place
 from visualhfsm._document.problems import Problem
 from visualhfsm._document.views import AutomatonView, of_page
 from visualhfsm._monitor.followers import Followed
-from visualhfsm._monitor.messages import PresentComponent, Push, tag
+from visualhfsm._monitor.messages import PresentComponent, Push
 from visualhfsm._monitor.realm.moments import Moment as Snapped
 from visualhfsm._monitor.realm.robot import RobotFacts
 from visualhfsm._monitor.stopping import StopReport
@@ -36,11 +36,11 @@ from zenoh_ice.data import typed
 
 from . import answers as a
 from .own_robots import Described, OwnRobot
+from .views import Request as BaseRequest
+from .views import RequestId, TabEdit, TabId, TabRequest, find_views
 
 # ------------------------------------------------------------------------------------------ requests
 
-RequestId = Annotated[int, msgspec.Meta(ge=0, le=2**53 - 1)]
-TabId = Annotated[int, msgspec.Meta(ge=1, le=2**31 - 1)]
 TrialNumber = Annotated[int, msgspec.Meta(ge=1, le=2**31 - 1)]
 ElementId = Annotated[int, msgspec.Meta(ge=0, le=2**31 - 1)]
 Position = Annotated[int, msgspec.Meta(ge=0, le=10_000_000)]
@@ -53,41 +53,28 @@ Code = Annotated[str, msgspec.Meta(max_length=1_000_000)]
 Ids = Annotated[list[ElementId], msgspec.Meta(max_length=100_000)]
 
 
-class _Request(
-    msgspec.Struct, kw_only=True, rename="camel", forbid_unknown_fields=True, tag_field="op", tag=tag
-):
-    answer: ClassVar[Any] = None
-    """The type of what it is answered with."""
-
-    id: RequestId
-
-
-class _TabRequest(_Request):
-    tab: TabId
-
-
-class Hello(_Request):
+class Hello(BaseRequest):
     """Ask for the whole state, in a language such as `es`; the first request of a window."""
 
     answer = a.Greeting
     language: Name = ENGLISH
 
 
-class Open(_Request):
+class Open(BaseRequest):
     """Open a document in a tab."""
 
     answer = a.Opened
     path: Path
 
 
-class New(_Request):
+class New(BaseRequest):
     """Create a document from a template."""
 
     answer = a.Opened
     template: Name = "empty"
 
 
-class OpenText(_Request):
+class OpenText(BaseRequest):
     """Open a document whose text the page has, such as a dropped file; it has no path yet."""
 
     answer = a.Opened
@@ -95,20 +82,20 @@ class OpenText(_Request):
     text: Annotated[str, msgspec.Meta(max_length=4_000_000)]
 
 
-class Close(_TabRequest):
+class Close(TabRequest):
     """Close a tab; one with unsaved changes only with `discard`."""
 
     discard: bool = False
 
 
-class Save(_TabRequest):
+class Save(TabRequest):
     """Save to the file that the document came from, with `overwrite` also over an older dialect."""
 
     answer = a.Written
     overwrite: bool = False
 
 
-class SaveAs(_TabRequest):
+class SaveAs(TabRequest):
     """Save to another file, which is the document's from then on."""
 
     answer = a.SavedAs
@@ -116,30 +103,24 @@ class SaveAs(_TabRequest):
     overwrite: bool = False
 
 
-class Recover(_Request):
+class Recover(BaseRequest):
     """Open a document that was still open when its editor ended: one of `recoverable`."""
 
     answer = a.Opened
     journal: Name
 
 
-class Discard(_Request):
+class Discard(BaseRequest):
     """Discard the changes of such a document."""
 
     journal: Name
 
 
-class ListFiles(_Request):
+class ListFiles(BaseRequest):
     """List a directory; the root for an empty one."""
 
     answer = a.Listing
     directory: Path = ""
-
-
-class TabEdit(_TabRequest):
-    """A change of one document; requests of this kind are executed in order."""
-
-    answer: ClassVar[Any] = a.Done
 
 
 class _ChosenStates(TabEdit):
@@ -231,7 +212,7 @@ class PutOnShelf(TabEdit):
     description: Code = ""
 
 
-class Search(_Request):
+class Search(BaseRequest):
     """Search names and code, in one document or in all open ones, for a text or a whole word."""
 
     answer = list[a.Hits]
@@ -240,21 +221,21 @@ class Search(_Request):
     tab: TabId | None = None
 
 
-class Resolve(_TabRequest):
+class Resolve(TabRequest):
     """Decide about a document whose file another program changed: keep it, read the file, or merge both."""
 
     answer = a.Resolved
     choice: Literal["mine", "theirs", "merge"]
 
 
-class Diff(_TabRequest):
+class Diff(TabRequest):
     """Compare a document with another version: a file, or `saved`."""
 
     answer = a.Comparison
     against: Path
 
 
-class Imported(_TabRequest):
+class Imported(TabRequest):
     """Ask for the content of the automata that a document imports from other files."""
 
     answer = list[AutomatonView]
@@ -273,20 +254,7 @@ class Inline(TabEdit):
     automaton: ElementId
 
 
-class Task(_TabRequest):
-    """Ask for the task of the exercise in whose folder the document lies, and for the marks beside it."""
-
-    answer = a.Task | None
-
-
-class HandIn(_TabRequest):
-    """Write a copy of the document to where a teacher collects it, with `overwrite` over an earlier one."""
-
-    answer = a.HandedIn
-    overwrite: bool = False
-
-
-class Locate(_TabRequest):
+class Locate(TabRequest):
     """Ask which line of which piece of code a line of a log, or of an error's report, refers to.
 
     A report also has its `automaton` and `state`, which distinguish pieces that share a line.
@@ -298,7 +266,7 @@ class Locate(_TabRequest):
     state: ElementId = 0
 
 
-class CodeHelp(_TabRequest):
+class CodeHelp(TabRequest):
     """Ask about a piece of code, as it is being typed; `line` counts from 1, `column` from 0.
 
     `complete`: completions; `define`: where the name at the position is defined; `explain`: what it stands
@@ -313,19 +281,19 @@ class CodeHelp(_TabRequest):
     column: Position = 0
 
 
-class Interfaces(_Request):
+class Interfaces(BaseRequest):
     """Ask for the interfaces that documents may declare, with their operations."""
 
     answer = list[InterfaceDescription]
 
 
-class Generate(_TabRequest):
+class Generate(TabRequest):
     """Generate the component's Python."""
 
     answer = a.Written
 
 
-class Start(_TabRequest):
+class Start(TabRequest):
     """Generate and start the component as a process; `arguments` are those of its command line.
 
     With `record`, the run is recorded into a new file below the root, which the answer names. A `dry_run` has
@@ -341,15 +309,15 @@ class Start(_TabRequest):
     beside: Annotated[list[Name], msgspec.Meta(max_length=1000)] = []
 
 
-class Stop(_TabRequest):
+class Stop(TabRequest):
     """Stop the process of a component that was started here."""
 
 
-class LookAtTrials(_TabRequest):
+class LookAtTrials(TabRequest):
     """Ask for the plan of a document's trials, and what those that were run say: the push `trials`."""
 
 
-class StartTrials(_TabRequest):
+class StartTrials(TabRequest):
     """Run those trials of a document that were not run yet; the push `trials` reports what they say.
 
     Of older outcomes, those of another version of document or plan are replaced only with `again`. `state`,
@@ -363,27 +331,27 @@ class StartTrials(_TabRequest):
     again: bool = False
 
 
-class StopTrials(_TabRequest):
+class StopTrials(TabRequest):
     """Stop the trials of a document; what is done is kept."""
 
 
-class RecordTrial(_TabRequest):
+class RecordTrial(TabRequest):
     """Run one of the trials again, and record it; the push `trials` says when that is done, and where."""
 
     number: TrialNumber
 
 
-class LookAtTests(_TabRequest):
+class LookAtTests(TabRequest):
     """Ask for the tests of a document: the push `tests` names them."""
 
 
-class StartTests(_TabRequest):
+class StartTests(TabRequest):
     """Run the tests of a document as it was saved, or some by name; the push `tests` has the results."""
 
     names: Annotated[list[Name], msgspec.Meta(max_length=1000)] = []
 
 
-class SaveTest(_TabRequest):
+class SaveTest(TabRequest):
     """Write what a followed component, or a recorded one, did as a new test.
 
     The answer has its `name`, and whether it is `complete`: its file says what it leaves out.
@@ -393,15 +361,15 @@ class SaveTest(_TabRequest):
     component: Name
 
 
-class StopTests(_TabRequest):
+class StopTests(TabRequest):
     """Stop the tests of a document."""
 
 
-class OutputShown(_Request):
+class OutputShown(BaseRequest):
     """Say that the last push `output` was shown, so that the next one may come."""
 
 
-class Simulate(_Request):
+class Simulate(BaseRequest):
     """Start a simulated robot, or start it again with other options; what was started here before is ended.
 
     The answer comes before the robot is present: the push `robot` reports the progress.
@@ -413,7 +381,7 @@ class Simulate(_Request):
     body: Name = ""
 
 
-class GuessRobot(_Request):
+class GuessRobot(BaseRequest):
     """Take a model of a robot, a URDF, xacro or MJCF below the root, for what it seems to be.
 
     The answer is an `OwnRobot`, whose text is to be corrected. The path may also be that of a body of the
@@ -424,7 +392,7 @@ class GuessRobot(_Request):
     path: Path
 
 
-class CheckRobot(_Request):
+class CheckRobot(BaseRequest):
     """Read the text of a robot's file, as that of `name` in the folder `robots`: an `OwnRobot`."""
 
     answer = OwnRobot
@@ -432,7 +400,7 @@ class CheckRobot(_Request):
     text: Code
 
 
-class SaveRobot(_Request):
+class SaveRobot(BaseRequest):
     """Write the file of a robot in the folder `robots`, with `overwrite` also over another one.
 
     The answer has its `path`, and all `bodies` that can be simulated then.
@@ -444,7 +412,7 @@ class SaveRobot(_Request):
     overwrite: bool = False
 
 
-class ConnectRobot(_Request):
+class ConnectRobot(BaseRequest):
     """Connect to a real robot at an address such as `nao.local`; `start` is its first action.
 
     It is refused while components run, because they would drive the robot at once.
@@ -454,30 +422,30 @@ class ConnectRobot(_Request):
     start: Literal["leave", "stiffen", "stand"] = "leave"
 
 
-class MoveBalls(_Request):
+class MoveBalls(BaseRequest):
     """Move the balls of the simulation along their routes, or leave them where they are."""
 
     moving: bool
 
 
-class EndRobot(_Request):
+class EndRobot(BaseRequest):
     """End the simulation, or the connection to the real robot, that was started here."""
 
 
-class Follow(_Request):
+class Follow(BaseRequest):
     """Follow a running component."""
 
     answer = Followed
     component: Name
 
 
-class Unfollow(_Request):
+class Unfollow(BaseRequest):
     """Stop following it; it keeps running."""
 
     component: Name
 
 
-class Steering(_Request):
+class Steering(BaseRequest):
     """An operation of the monitor of a component that is followed, in `interfaces/hfsm.idl`."""
 
     component: Name
@@ -544,13 +512,13 @@ class Reload(Steering):
     answer = ReloadReport
 
 
-class StopPresent(_Request):
+class StopPresent(BaseRequest):
     """Stop a component that is followed, also one that was started elsewhere."""
 
     component: Name
 
 
-class Moment(_Request):
+class Moment(BaseRequest):
     """Ask for the snapshot of a component, or a recording, at a component time in s."""
 
     answer = Snapped | None
@@ -558,7 +526,7 @@ class Moment(_Request):
     time: Time
 
 
-class Series(_Request):
+class Series(BaseRequest):
     """Ask for numbers over time, by their names: at most `points`, so that no peak is lost."""
 
     answer = a.Numbers
@@ -569,7 +537,7 @@ class Series(_Request):
     points: Annotated[int, msgspec.Meta(ge=2, le=10_000)] = 1000
 
 
-class Picture(_Request):
+class Picture(BaseRequest):
     """Ask for the picture of a camera at a wall time, as JPEG; null if that was not kept."""
 
     answer = bytes | None
@@ -578,21 +546,21 @@ class Picture(_Request):
     at: Time
 
 
-class EmergencyStop(_Request):
+class EmergencyStop(BaseRequest):
     """Stop the robot and all components of the realm: a `StopReport`."""
 
     answer = StopReport
 
 
-class ResetEmergencyStop(_Request):
+class ResetEmergencyStop(BaseRequest):
     """Let the robot accept commands again."""
 
 
-class StandRobot(_Request):
+class StandRobot(BaseRequest):
     """Put a simulated robot on its feet where it is."""
 
 
-class SceneRequest(_Request):
+class SceneRequest(BaseRequest):
     """An operation of a simulation's world, in `interfaces/nao.idl`."""
 
 
@@ -617,46 +585,46 @@ class SayToRobot(SceneRequest):
     text: Name
 
 
-class Facts(_Request):
+class Facts(BaseRequest):
     """Ask for the constants of the robot: `RobotFacts`."""
 
     answer = RobotFacts
 
 
-class Body(_Request):
+class Body(BaseRequest):
     """Ask for a robot as it is drawn, by the hash of its description; null if it is not known any more."""
 
     answer = Described | None
     hash: Annotated[str, msgspec.Meta(max_length=64)]
 
 
-class Identities(_Request):
+class Identities(BaseRequest):
     """Ask for the servants of the realm, each with the type ids of its interfaces."""
 
     answer = dict[str, list[str]]
 
 
-class RosGraph(_Request):
+class RosGraph(BaseRequest):
     """Ask for the graph of ROS, which takes a second."""
 
     answer = dict[str, Any]
 
 
-class Share(_Request):
+class Share(BaseRequest):
     """Ask for the read-only address of the page, relative to it; or withdraw it, so that all viewers go."""
 
     answer = a.Address
     shared: bool = True
 
 
-class Export(_TabRequest):
+class Export(TabRequest):
     """Ask for the document as its file would hold it, or as one `page` of HTML, to download it."""
 
     answer = a.Download
     page: bool = False
 
 
-class ExportRun(_Request):
+class ExportRun(BaseRequest):
     """Ask for the run of a followed component, or of an open recording, as one page of HTML, to download it.
 
     `tab` is the one that shows its document, 0 without one.
@@ -667,7 +635,7 @@ class ExportRun(_Request):
     tab: ElementId = 0
 
 
-class Record(_Request):
+class Record(BaseRequest):
     """Record a followed component into a new file below the root, whose path is the answer; or end that.
 
     `pictures` is their number per second and camera, None to end. The push `workspace` reports recordings.
@@ -678,23 +646,27 @@ class Record(_Request):
     pictures: Annotated[int, msgspec.Meta(ge=0, le=30)] | None = None
 
 
-class Recording(_Request):
+class Recording(BaseRequest):
     """Open the recording of a run."""
 
     answer = a.ShownRecording
     path: Path
 
 
+REQUESTS: Final = [
+    found
+    for found in [*globals().values()]
+    if isinstance(found, type) and issubclass(found, BaseRequest) and not found.__name__.startswith("_")
+    if found not in (BaseRequest, SceneRequest, Steering, TabEdit, TabRequest)
+]
+"""The requests of the page itself."""
+VIEWS: Final = find_views(REQUESTS)
+"""The views of plug-ins, by name."""
+
 if TYPE_CHECKING:
-    Request = _Request
+    Request = BaseRequest
 else:
-    _REQUESTS = [
-        found
-        for found in [*globals().values()]
-        if isinstance(found, type) and issubclass(found, _Request) and not found.__name__.startswith("_")
-        if found not in (SceneRequest, Steering, TabEdit)
-    ]
-    Request = Union[tuple(_REQUESTS)]  # noqa: UP007 - made of a tuple
+    Request = Union[(*REQUESTS, *(kind for view in VIEWS.values() for kind in view.requests))]
     """Any request."""
 
 decode_request: Final[Callable[[bytes | str], Request]] = typed.json_decoder(Request)
@@ -744,7 +716,7 @@ class TabState(msgspec.Struct, kw_only=True, rename="camel"):
     name of its running component, or of the one that it would become. `outside` says what another
     program did to the file: nothing, `changed` or `deleted`. `changed` says that the document differs from
     that of the running component. `recording` is the file that contains the document, which is read-only.
-    `task`: it lies in the folder of an exercise.
+    `views` are the plug-ins' that have something to show of it.
     """
 
     tab: int
@@ -755,7 +727,7 @@ class TabState(msgspec.Struct, kw_only=True, rename="camel"):
     outside: str
     changed: bool = False
     recording: str = ""
-    task: bool = False
+    views: list[str] = []
 
 
 class Recoverable(msgspec.Struct, kw_only=True, rename="camel"):

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 from itertools import islice
-from typing import Any, Final, cast
+from typing import Any, Final
 
 import msgspec
 
@@ -27,7 +27,6 @@ from visualhfsm.project._editing.imports import imported_views
 from . import answers as a
 from . import protocol as p
 from .tab import Tab
-from .tasks import read_task
 from .window import Window
 from .workspace import Workspace
 
@@ -91,14 +90,6 @@ async def locate(workspace: Workspace, _: Window, request: p.Locate) -> a.Locate
     source = workspace.tabs.get(request.tab).source
     found = await workspace.parts.started.locate(source, request.text, request.automaton, request.state)
     return None if found is None else {"place": found.place, "line": found.line}
-
-
-async def task(workspace: Workspace, window: Window, request: p.Task) -> a.Task | None:
-    """Return the task of a document, and the marks beside it."""
-    root, path = workspace.project.root, workspace.tabs.get(request.tab).shown.path
-    if path is None:
-        return None
-    return cast("a.Task", await workspace.threads.do(lambda: read_task(root, path, window.language)))
 
 
 async def imported_by(workspace: Workspace, tab: Tab) -> list[AutomatonView]:

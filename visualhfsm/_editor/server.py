@@ -448,6 +448,7 @@ def make_app(workspace: Workspace, site: Site, credentials: Credentials | None) 
         for route in (
             Route(path, assets.index),
             Route(f"{path}static/{{version}}/{{path:path}}", assets.file),
+            Route(f"{path}plugins/{{view}}/{{version}}/{{path:path}}", assets.file),
             WebSocketRoute(f"{path}ws", ask),
             WebSocketRoute(f"{path}camera/{{name}}", see),
             WebSocketRoute(f"{path}poses", feel),

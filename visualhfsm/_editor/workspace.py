@@ -22,10 +22,10 @@ from .components import Components
 from .limits import Limits
 from .news import News
 from .parts import MakeParts, Parts
-from .protocol import Recoverable, Shelf, TabState, WorkspacePush
+from .protocol import VIEWS, Recoverable, Shelf, TabState, WorkspacePush
 from .tab import Tab, Threads
 from .tabs import Tabs
-from .tasks import has_task
+from .views import offered
 from .window import Window
 from .windows import Windows
 
@@ -259,7 +259,7 @@ class Workspace:
             recording=self._name(tab.recording),
             outside="" if tab.outside is None else tab.outside.state,
             changed=tab.differs_from_loaded,
-            task=has_task(shown.path),
+            views=offered(VIEWS, shown.path),
         )
 
     def _name(self, path: Path | None) -> str:

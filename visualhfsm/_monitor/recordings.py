@@ -28,6 +28,7 @@ from interfaces.hfsm import (
     TimerSnapshot,
 )
 from visualhfsm._base.errors import VisualHfsmError
+from visualhfsm._document.serialization import parse
 from visualhfsm._monitor.realm.audible import LONGEST_NAME, LONGEST_TEXT
 from visualhfsm._monitor.realm.description import DescribedRobot, describe, nao
 from visualhfsm._monitor.realm.pictures import OLDEST, encode_jpeg, evenly, require_pillow
@@ -175,6 +176,13 @@ class RecordedPictures:
         if image is None or image.encoding != "rgb8":
             return None
         return encode_jpeg(image.width, image.height, image.data)
+
+
+def recorded_run(path: Path) -> Run:
+    """Return the run of a recording to export, with its document. Raises VisualHfsmError."""
+    recorded = open_recording(path)
+    what = Message("{recording}: the document cannot be read", recording=str(path))
+    return recorded.exported(parse(recorded.document, what) if recorded.document else None)
 
 
 def open_recording(path: Path, most_steps: int = _MOST_STEPS) -> RecordedRun:

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from ._behavior import Behavior as Behavior
     from ._behavior import simulate as simulate
     from ._loading import DocumentInvalid as DocumentInvalid
+    from ._loading import importable as importable
     from ._loading import load_component as load_component
     from ._robot import Ball as Ball
     from ._robot import RobotUnderTest as RobotUnderTest

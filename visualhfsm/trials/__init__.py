@@ -37,6 +37,8 @@ if TYPE_CHECKING:
     from ._series import run_tasks as run_tasks
     from ._series import run_trials as run_trials
     from ._summary import Summary as Summary
+    from ._terminal import bar as bar
+    from ._trial import place_of as place_of
     from ._trial import quiet as quiet
     from ._trial import run_trial as run_trial
     from ._worker import Task as Task

@@ -11,11 +11,9 @@ from typing import Final
 
 import msgspec
 
-from codegen.messages import Message
 from visualhfsm._base.html_file import html_file, write_html
 from visualhfsm._base.languages import in_all_languages
-from visualhfsm._document.serialization import parse
-from visualhfsm._monitor.recordings import open_recording
+from visualhfsm._monitor.recordings import recorded_run
 from visualhfsm._monitor.run_page import write_run_page
 
 from ._messages import Origin, TrialsView
@@ -52,10 +50,8 @@ def write_trials_page(
         for number, recording in recordings.items():
             if not recording.is_file():
                 continue
-            run = open_recording(recording)
-            document = parse(run.document, Message("The document cannot be read")) if run.document else None
             page = folder / f"{number}.html"
-            write_run_page(page, run.exported(document))
+            write_run_page(page, recorded_run(recording))
             pages[number] = f"{folder.name}/{page.name}"
     view = msgspec.structs.replace(view_of(plan, summary, outcomes, pages), origin=origin_of(plan, outcomes))
     return write_html(path, trials_page(view))

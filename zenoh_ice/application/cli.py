@@ -232,7 +232,7 @@ def _drop_other_commands(app: typer.Typer) -> None:
             app.registered_commands, app.registered_groups = asked, []
 
 
-def _join_lines(app: typer.Typer) -> None:
+def join_lines(app: typer.Typer) -> None:
     """Join the lines of the paragraphs in docstrings of commands: Rich would keep them, on any terminal."""
     described: list[CommandInfo | TyperInfo] = [*app.registered_commands]
     if app.registered_callback is not None:
@@ -243,7 +243,7 @@ def _join_lines(app: typer.Typer) -> None:
             each.help = "\n\n".join(" ".join(paragraph.split()) for paragraph in paragraphs)
     for group in app.registered_groups:
         if group.typer_instance is not None:
-            _join_lines(group.typer_instance)
+            join_lines(group.typer_instance)
 
 
 def _name_of(command: CommandInfo) -> str:
@@ -266,7 +266,7 @@ def run(app: typer.Typer, *, expected: tuple[type[Exception], ...] = ()) -> NoRe
     gc.freeze()  # imported modules stay loaded: later collections need not search them
     gc.enable()
     _drop_other_commands(app)
-    _join_lines(app)
+    join_lines(app)
     atexit.register(gc.freeze)  # exiting frees all memory: skip the final garbage collection
     why: str | None
     try:

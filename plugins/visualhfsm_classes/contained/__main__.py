@@ -11,7 +11,7 @@ from typing import Final
 
 from visualhfsm_classes.contained._code import FarComponent
 from visualhfsm_classes.contained._link import Link
-from visualhfsm_classes.contained.protocol import READY, Begin, Limits, Pipe, PipeError, PrintedTooMuch
+from visualhfsm_classes.contained._protocol import READY, Begin, Limits, Pipe, PipeError, PrintedTooMuch
 
 
 class Output(io.TextIOWrapper):

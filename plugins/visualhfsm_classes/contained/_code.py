@@ -15,32 +15,35 @@ from typing import Any, Final
 
 import msgspec
 
-from hfsm_runtime._actor import make_event
-from hfsm_runtime._advice import explain
-from hfsm_runtime._automaton import Automaton, Event, State
-from hfsm_runtime._cycle import hand_over, outputs_of
-from hfsm_runtime._marks import Mark
-from hfsm_runtime._recording.clocks import TimeModule
-from hfsm_runtime._recording.run import restore_random
-from hfsm_runtime._stop import names_in
-from hfsm_runtime._variables import functions_of, short_repr, values_of
+from hfsm_runtime import Automaton, Event, State
 from hfsm_runtime.component import Component, endpoints_of, equip, make_automata, proxies_of
 from hfsm_runtime.debugger.reload import components_in
 from hfsm_runtime.errors import ComponentError, VariablesError
 from hfsm_runtime.loading import naming_libraries
+from hfsm_runtime.plugins import (
+    Mark,
+    TimeModule,
+    explain,
+    functions_of,
+    hand_over,
+    make_event,
+    names_in,
+    outputs_of,
+    restore_random,
+    short_repr,
+    values_of,
+)
 from hfsm_runtime.source_map import locate
 from interfaces.jderobot import JderobotException
-from visualhfsm_classes.contained import protocol
+from visualhfsm_classes.contained import _protocol as protocol
 from visualhfsm_classes.contained._link import FarTransport, Link
-from visualhfsm_classes.contained.protocol import (
+from visualhfsm_classes.contained._protocol import (
     LARGEST_TEXT,
     LARGEST_VALUES,
-    Answered,
     Begin,
     Done,
     Raised,
     RunCode,
-    Variables,
 )
 from zenoh_ice.data import typed
 
@@ -86,7 +89,7 @@ class FarComponent:
                 case protocol.Deliver():
                     self._transport.inlets[message.stream].push(message.sample)
                 case protocol.ListVariables():
-                    return Variables(_encoded(self._variables(message.automaton)))
+                    return Done(variables=_encoded(self._variables(message.automaton)))
                 case protocol.ListNames():
                     return protocol.Names(self._names(message))
         except protocol.PipeError:
@@ -132,10 +135,10 @@ class FarComponent:
 
     def _send(self, name: str, data: object) -> None:
         event = make_event(name, data)
-        self._link.ask(protocol.Send(event.name, msgspec.json.encode(event.data)), Answered)
+        self._link.ask(protocol.Send(event.name, msgspec.json.encode(event.data)))
 
     def _mark(self, mark: Mark) -> None:
-        self._link.ask(protocol.SetMark(mark.camera, float(mark.u), float(mark.v), mark.label), Answered)
+        self._link.ask(protocol.SetMark(mark.camera, float(mark.u), float(mark.v), mark.label))
 
     def _variables(self, automaton: int) -> dict[str, object]:
         found = values_of(self._automata[automaton])
@@ -189,7 +192,7 @@ class _Handler(logging.Handler):
         except Exception:  # noqa: BLE001 - arguments of others
             self.handleError(record)
             return
-        self._link.ask(protocol.Log(record.levelno, _sendable(text)), Answered)
+        self._link.ask(protocol.Log(record.levelno, _sendable(text)))
 
 
 def _load(message: Begin) -> type[Component]:

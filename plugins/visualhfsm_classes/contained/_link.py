@@ -10,14 +10,14 @@ import threading
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from functools import partial
-from typing import Any, Final, TypeVar
+from typing import Any, Final
 
 import msgspec
 
-from hfsm_runtime._recording.transport import ObservedTransport
 from hfsm_runtime.coroutine import Coroutine, current_coroutine
 from hfsm_runtime.errors import EventError
-from visualhfsm_classes.contained import protocol
+from hfsm_runtime.plugins import ObservedTransport
+from visualhfsm_classes.contained import _protocol as protocol
 from zenoh_ice import Settings
 from zenoh_ice.data import exceptions, typed
 from zenoh_ice.data.codec import Parted
@@ -33,7 +33,7 @@ from zenoh_ice.transport import Arrived, Caller, Inlet, Outcome, outcome_of
 _POLL_PERIOD: Final = 0.01
 """Seconds between two looks at an event that code waits for."""
 
-M = TypeVar("M")
+_OUTCOME: Final = tuple[bool, bytes | Parted]
 
 
 class Link:
@@ -66,7 +66,7 @@ class Link:
             if not code.ended:
                 self._waiting[number] = code
 
-    def ask(self, request: object, answer: type[M]) -> M:
+    def ask(self, request: object, answer: Any = None) -> Any:  # noqa: ANN401 - a value of that type
         """Return the answer to a request. Raises SystemException, EventError, and what ends a cycle."""
         code = current_coroutine() if threading.get_ident() == self._thread else None
         if code is None:
@@ -75,8 +75,8 @@ class Link:
         message = code.wait()
         if isinstance(message, protocol.Failed):
             raise _failure(message)
-        assert isinstance(message, answer)
-        return message
+        assert isinstance(message, protocol.Answered)
+        return None if answer is None else typed.convert(message.value, answer)
 
     def _answer(self, message: object) -> None:
         assert isinstance(message, protocol.Task)
@@ -99,11 +99,11 @@ class FarClock(VirtualClock):
         """Let a duration in s pass."""
         if seconds < 0:
             raise ValueError(f"a clock does not run backwards: advance({seconds})")
-        self._link.ask(protocol.Sleep(float(seconds), ends=False), protocol.Answered)
+        self._link.ask(protocol.Sleep(float(seconds), ends=False))
 
     def sleep_in_cycle(self, seconds: float) -> None:
         """Let a duration in s pass; raises what ends the cycle when it has to end."""
-        self._link.ask(protocol.Sleep(max(0.0, float(seconds))), protocol.Answered)
+        self._link.ask(protocol.Sleep(max(0.0, float(seconds))))
 
     def wait(self, event: threading.Event, timeout: float) -> bool:
         """Let time pass until an event is set, at most `timeout` s; return whether it is set."""
@@ -144,12 +144,13 @@ class FarTransport(ObservedTransport):
 
     def subscribe(self, target: Target, operation: Operation[..., Any], queue: int = 1) -> Inlet:
         number = next(self._numbers)
-        self._link.ask(protocol.Subscribe(number, *target, operation.name, queue), protocol.Answered)
+        self._link.ask(protocol.Subscribe(number, *target, operation.name, queue))
         inlet = self.inlets[number] = FarInlet(self._link, number, partial(self.inlets.pop, number, None))
         return inlet
 
     def find(self, target: Target, type_id: str, timeout: float) -> Mapping[str, str]:  # noqa: ARG002
-        return self._link.ask(protocol.Find(*target, type_id), protocol.Found).fingerprints
+        found: dict[str, str] = self._link.ask(protocol.Find(*target, type_id), dict[str, str])
+        return found
 
     def wait(self, future: Future[Any], timeout: float | None) -> None:
         """Return at once: a call has its outcome when it has begun."""
@@ -164,8 +165,8 @@ class _FarCaller:
 
     def call(self, payload: bytes) -> Outcome:
         request = protocol.Call(*self._target, self._operation, payload)
-        outcome = self._link.ask(request, protocol.Outcome)
-        return outcome.ok, _payload(outcome.result)
+        outcome: Outcome = self._link.ask(request, _OUTCOME)
+        return outcome
 
     def begin(
         self, payload: bytes, done: Callable[[Outcome | SystemException], object]
@@ -185,24 +186,24 @@ class FarInlet:
         self._callback: Callable[[Any], object] = lambda _: None
 
     def poll(self) -> protocol.Sample | None:
-        return self._link.ask(protocol.Poll(self._number), protocol.Polled).sample
+        sample: protocol.Sample | None = self._link.ask(protocol.Poll(self._number), protocol.Sample | None)
+        return sample
 
     def wait(self, changed: threading.Condition, holds: Callable[[], bool], timeout: float) -> bool:  # noqa: ARG002
         self._holds = holds
-        return self._link.ask(protocol.Wait(self._number, max(0.0, timeout)), protocol.Answered).value
+        return bool(self._link.ask(protocol.Wait(self._number, max(0.0, timeout)), bool))
 
     def deliver(self, callback: Callable[[Any], object], rate: float | None = None) -> None:
         self._callback = callback
-        self._link.ask(protocol.Push(self._number, rate), protocol.Answered)
+        self._link.ask(protocol.Push(self._number, rate))
 
     def open(self, sample: protocol.Sample) -> Arrived:
-        assert sample.attachment is not None
         sent_at, now = decode_attachment(sample.attachment).wall_time, self._link.clock.now
-        return Arrived(_payload(sample), sample.attachment, lambda: now() - sent_at)
+        return Arrived(sample.payload, sample.attachment, lambda: now() - sent_at)
 
     def close(self, timeout: float = 0.0) -> bool:  # noqa: ARG002
         if self._forget() is not None:
-            self._link.ask(protocol.Unsubscribe(self._number), protocol.Answered)
+            self._link.ask(protocol.Unsubscribe(self._number))
         return True
 
     def holds(self) -> bool:
@@ -212,9 +213,3 @@ class FarInlet:
     def push(self, sample: protocol.Sample) -> None:
         """Call the function of a subscription."""
         self._callback(sample)
-
-
-def _payload(sample: protocol.Sample) -> bytes | Parted:
-    if sample.places is None:
-        return sample.rest
-    return Parted(sample.rest, tuple(sample.places), sample.large)

@@ -14,14 +14,15 @@ import pytest
 
 from nao_tools._connection import listens
 from nao_tools._doctor import installation
-from nao_tools._doctor.findings import Finding, Level
 from nao_tools._doctor.installation import check_installation
 from nao_tools._doctor.machine import check_machine, check_robots
 from nao_tools._doctor.network import check_network, holder_of
+from nao_tools.findings import Finding, Level
 from naoserver.safety.latch import Latch, latch_of
 from tests.support.limits import RUN_LIMIT
 from tests.support.nao_command import nao
 from tests.support.places import ROOT
+from tests.support.plugged import plugged
 from zenoh_ice.settings import Settings, load_settings
 
 RENAME = "rename it, or take its folder from PYTHONPATH"
@@ -212,3 +213,20 @@ def test_a_port_that_speaks_something_else_is_reported() -> None:
             process.kill()
     assert text.startswith("no link: ")
     assert "a server that hangs or another program holds it" in text
+
+
+def test_what_plugins_find_is_reported_and_a_broken_one_leaves_the_others(tmp_path: Path) -> None:
+    code = """
+from nao_tools.findings import warn
+
+def dust():
+    yield warn("dust on the lens", "wipe it")
+
+def wheels():
+    raise RuntimeError("no wheels")
+"""
+    with plugged(tmp_path, code, nao_tools__checks="dust = dust\nwheels = wheels"):
+        found = list(check_machine())
+    assert "dust on the lens | wipe it" in reported(iter(found), Level.WARNING)
+    (failure,) = (each for each in reported(iter(found), Level.FAILURE) if each.startswith("wheels"))
+    assert failure.startswith("wheels: it cannot be checked: no wheels")

@@ -85,7 +85,7 @@ def imports(name: str, ids: tuple[int, ...]) -> str:
 
 LINK: Final = """
 import gc, msgspec
-from visualhfsm_classes.contained import protocol
+from visualhfsm_classes.contained import _protocol as protocol
 pipe = next(each for each in gc.get_objects() if type(each).__name__ == "Pipe")
 decode = msgspec.msgpack.Decoder(protocol.ToFar).decode
 def ask(message):
@@ -287,7 +287,7 @@ def _peak(process: int) -> int:
     return int(found[1]) >> 10 if found else 0
 
 
-OURS: Final = re.compile(r"\b(_\w+|protocol)\.py\b|\[Errno|/tmp/|" + re.escape(str(ROOT)))
+OURS: Final = re.compile(r"\b_\w+\.py\b|\[Errno|/tmp/|" + re.escape(str(ROOT)))
 """What no reason has: our modules, numbers of errors, and folders of the teacher."""
 
 

@@ -293,6 +293,7 @@ def test_an_exercise_without_a_start_begins_with_an_empty_document(tmp_path: Pat
         (["grade", "look"], "give either SUBMISSIONS or --check"),
         (["new", "handed-in", "--exercise", "look"], "handed-in is not empty"),
         (["new", "ana", "--language", "es"], "--language needs --exercise"),
+        (["new", "ana", "--hardware", "--exercise", "look"], "give either --hardware or --exercise"),
         (["grade", "look", "empty"], "there are no submissions"),
     ],
 )

@@ -11,6 +11,7 @@ import re
 from pathlib import Path
 
 import pytest
+from starlette.exceptions import HTTPException
 from starlette.requests import Request
 
 from tests.support.places import ROOT
@@ -45,12 +46,12 @@ def version(assets: Assets) -> str:
     return found[1].decode()
 
 
-def sent(assets: Assets, name: str) -> bytes:
+def sent(assets: Assets, name: str, **view: str) -> bytes:
     """A file as a browser receives it, compressed."""
     scope = {
         "type": "http",
         "headers": [(b"accept-encoding", b"gzip")],
-        "path_params": {"version": version(assets), "path": name},
+        "path_params": {"version": version(assets), "path": name, **view},
     }
     answer = asyncio.run(assets.file(Request(scope)))
     assert answer.headers["content-encoding"] == "gzip"
@@ -63,6 +64,27 @@ def test_the_page_asks_at_once_for_all_modules_that_it_begins_with(static: Path)
     preloaded = re.findall(r'modulepreload" href="([^"]+)"', assets.page().html.decode())
     names = ["canvas/canvas.js", "geometry.js", "keys.js", "shell/app.js", "vendor/lit.js"]
     assert sorted(preloaded) == [base + name for name in names]
+
+
+def test_the_modules_of_a_view_are_served_below_its_name_and_import_those_of_the_page(
+    static: Path, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    folder = tmp_path_factory.mktemp("view")
+    (folder / "view.js").write_text("// Chess\nimport 'visualhfsm/keys.js';\n")
+    (static / "index.html").write_text(f"{PAGE}%VIEWS%")
+    assets, other = Assets(static, {"chess": folder}), version(Assets(static))
+    number = version(assets)
+    html = assets.page().html.decode()
+    assert f'<script type="module" src="./plugins/chess/{number}/view.js"></script>' in html
+    assert f'modulepreload" href="./plugins/chess/{number}/view.js"' in html
+    assert f'"visualhfsm/":"./static/{number}/"' in html
+    assert (
+        gzip.decompress(sent(assets, "view.js", view="chess")) == b"        \nimport 'visualhfsm/keys.js';\n"
+    )
+    assert number != other
+    for view, name in (("chess", "../index.html"), ("chess", "keys.js"), ("go", "view.js")):
+        with pytest.raises(HTTPException):
+            sent(assets, name, view=view)
 
 
 def test_the_hash_is_that_of_the_import_map(static: Path) -> None:

@@ -9,6 +9,7 @@ import pytest
 
 from visualhfsm._editor import protocol as p
 from visualhfsm._editor.handlers import HANDLERS, Lane
+from visualhfsm._editor.views import TabEdit
 
 
 def test_every_request_has_a_handler() -> None:
@@ -16,7 +17,7 @@ def test_every_request_has_a_handler() -> None:
 
 
 def test_changes_of_documents_are_executed_in_order() -> None:
-    edits = {kind for kind in HANDLERS if issubclass(kind, p.TabEdit)}
+    edits = {kind for kind in HANDLERS if issubclass(kind, TabEdit)}
     assert edits
     assert {HANDLERS[kind].lane for kind in edits} == {Lane.IN_ORDER}
 

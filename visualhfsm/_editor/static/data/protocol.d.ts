@@ -96,7 +96,6 @@ export interface Answers {
   generate: Written;
   goTo: Undone;
   guessRobot: OwnRobot;
-  handIn: HandedIn;
   hello: Greeting;
   identities: Record<string, string[]>;
   imported: Automaton[];
@@ -150,7 +149,6 @@ export interface Answers {
   stopPresent: null;
   stopTests: null;
   stopTrials: null;
-  task: Task | null;
   undo: Undone;
   unfollow: null;
 }
@@ -610,12 +608,6 @@ export interface Greeting {
 export interface GuardSnapshot {
   transition: number;
   value: boolean;
-}
-
-/** The file that a teacher collects, if anybody does. */
-export interface HandedIn {
-  collected: boolean;
-  path: string;
 }
 
 /** Something that an operator should know: a command limited, a velocity timed out, a fall. */
@@ -1100,8 +1092,6 @@ export interface Requests {
   goTo: {tab: number; revision: number};
   /** Take a model of a robot, a URDF, xacro or MJCF below the root, for what it seems to be. */
   guessRobot: {path: string};
-  /** Write a copy of the document to where a teacher collects it, with `overwrite` over an earlier one. */
-  handIn: {tab: number; overwrite?: boolean};
   /** Ask for the whole state, in a language such as `es`; the first request of a window. */
   hello: {language?: string};
   /** Ask for the servants of the realm, each with the type ids of its interfaces. */
@@ -1223,8 +1213,6 @@ export interface Requests {
   stopTests: {tab: number};
   /** Stop the trials of a document; what is done is kept. */
   stopTrials: {tab: number};
-  /** Ask for the task of the exercise in whose folder the document lies, and for the marks beside it. */
-  task: {tab: number};
   /** Undo the last step. */
   undo: {tab: number};
   /** Stop following it; it keeps running. */
@@ -1448,15 +1436,7 @@ export interface TabState {
   outside: string;
   changed: boolean;
   recording: string;
-  task: boolean;
-}
-
-/** A task, the marks that came back, and since when a teacher can collect what was handed in. */
-export interface Task {
-  collected: string;
-  handedIn: number | null;
-  marks: Words;
-  text: Words;
+  views: string[];
 }
 
 /** A document with which one may begin. */

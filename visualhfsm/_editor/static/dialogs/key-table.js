@@ -2,7 +2,7 @@
 
 import {spoken} from "../kit/keys.js";
 import {MONITOR_KEYS} from "../run/actions.js";
-import {actionOf} from "../kit/registry.js";
+import {actionOf, withAdded} from "../kit/registry.js";
 import {t} from "../kit/texts.js";
 
 /** All keys for the help: groups of [keys, what it does]. */
@@ -17,10 +17,10 @@ export function keyTable() {
     [t("Move around")]: "up moveLeft moveRight moveUp moveDown goLeft goRight goUp goDown goNext goBack cancel",
     [t("Edit")]: "undo redo copy cut paste duplicate group selectAll tryEarlier tryLater resetHandle layout layoutAll",
     [t("View")]:
-      "fit fitSelection zoomIn zoomOut palette menu search definition fromDefinition task problems output undoSteps robot theme help",
+      "fit fitSelection zoomIn zoomOut palette menu search definition fromDefinition problems output undoSteps robot theme help",
     [t("Files")]: "new open save saveAs closeTab export compare nextTab previousTab",
     [t("Data and run")]: "interfaces timing variables functions component generate run stop tests trials",
     [t("Watch and control")]: MONITOR_KEYS.join(" "),
   };
-  return Object.entries(groups).map(([title, ids]) => ({title, rows: ids.split(" ").map(row)}));
+  return Object.entries(groups).map(([title, ids]) => ({title, rows: withAdded(ids.split(" ")).map(row)}));
 }

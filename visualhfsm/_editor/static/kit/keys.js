@@ -121,13 +121,11 @@ function holds(scope, focused, canvas) {
 
 /** Listen for keys. @param {import("./registry.js").Context} context */
 export function listenForKeys(context) {
-  /** Actions by the name of their key, such as `Ctrl+Shift+Z`. @type {Map<string, import("./registry.js").Action>} */
-  const byKey = new Map();
-  for (const action of actions.values())
-    if (action.scope !== "code") for (const key of action.keys ?? []) byKey.set(key, action);
+  /** The action of a key, such as `Ctrl+Shift+Z`. @param {string} key */
+  const byKey = (key) => [...actions.values()].find(({scope, keys}) => scope !== "code" && keys?.includes(key));
   const hold = (/** @type {KeyboardEvent} */ event) => {
     const key = written(event);
-    const action = byKey.get(key);
+    const action = byKey(key);
     const isUrgent = action?.scope === "typing" && /F\d+$/.test(key); // what controls a run does not wait
     const isOurs = action || isText(event) || EDITS.test(key); // the browser's own keys are left to it
     if (isOurs && !isUrgent && !event.isComposing) holdKey(event, action?.id === "paste");
@@ -140,7 +138,7 @@ export function listenForKeys(context) {
     const typing = isTyping(target);
     if (typing && composes(event)) return;
     const key = written(event);
-    const action = byKey.get(key);
+    const action = byKey(key);
     const element = event.target instanceof Element ? event.target : document.body;
     const searches = /^[^ ]$/.test(key) && !typing && holds("drawing", element, context.canvas); // in Firefox
     if (leaves(key, typing) || searches) event.preventDefault();

@@ -5,10 +5,12 @@
  *
  * @typedef {{id: string, label: string, icon: string, keys?: string[], run: (context: Context) => unknown,
  *   opens?: boolean, enabled?: (context: Context) => boolean, checked?: (context: Context) => boolean, hint?: string,
- *   scope?: "canvas" | "code" | "drawing" | "page" | "typing", help?: string, words?: string}} Action The scope says where its keys
+ *   scope?: "canvas" | "code" | "drawing" | "page" | "typing", help?: string, words?: string,
+ *   before?: string, after?: string}} Action The scope says where its keys
  *   hold: on the canvas, in code, which listens for them itself, also on the tools and the tree, anywhere but in fields, or everywhere. Without one, keys with
  *   Ctrl or Alt hold anywhere but in fields, and others, such as letters and Delete, on the drawing. `hint` says more than the label, `help` stands for both in the list of keys; `checked` says whether a switch
- *   is on, and `opens` that it opens a dialog for what is typed next. An action is also found by its `words`, which are not shown: what else people call it.
+ *   is on, and `opens` that it opens a dialog for what is typed next. An action is also found by its `words`, which are not shown: what else people call it. In menus and lists it stands
+ *   `before` or `after` another one, if that is so.
  * @typedef {{app: import("../shell/app.js").HfsmApp, canvas: import("../canvas/canvas.js").HfsmCanvas,
  *   point?: {x: number, y: number}, pasted?: {text?: string, html?: string}}} Context `point` is where in the drawing a
  *   menu was opened, `pasted` what the system's clipboard has
@@ -26,6 +28,14 @@ export const actions = new Map();
 export function addActions(list) {
   for (const action of list) actions.set(action.id, action);
 }
+
+/** Ids of actions, with those that stand before or after one of them. @param {string[]} ids */
+export const withAdded = (ids) =>
+  ids.flatMap((id) => {
+    const beside = (/** @type {"before" | "after"} */ side) =>
+      [...actions.values()].filter((each) => each[side] === id).map((each) => each.id);
+    return [...beside("before"), id, ...beside("after")];
+  });
 
 /** An action by its id. @param {string} id */
 export const actionOf = (id) => required(actions.get(id), `action ${id}`);

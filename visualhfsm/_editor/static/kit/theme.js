@@ -34,15 +34,20 @@ const LATER = ["dialogs", "print", "panels", "run", "shelf", "trials"];
 let loading;
 
 /** Load them, once; resolves when they are there, or cannot be loaded. */
-export const laterStyles = () => (loading ??= Promise.all(LATER.map(load)));
+export const laterStyles = () =>
+  (loading ??= Promise.all(
+    LATER.map((name) =>
+      addStyles(new URL(`../styles/${name}.css`, import.meta.url), name === "print" ? "print" : "all"),
+    ),
+  ));
 
-/** @param {string} name */
-const load = (name) =>
+/** Load a style sheet; resolves when it is there, or cannot be loaded. @param {URL} url @param {string} [media] */
+export const addStyles = (url, media = "all") =>
   new Promise((resolve) => {
     const link = document.createElement("link");
     link.rel = "stylesheet";
-    link.href = new URL(`../styles/${name}.css`, import.meta.url).href;
-    link.media = name === "print" ? "print" : "all";
+    link.href = url.href;
+    link.media = media;
     link.onload = link.onerror = resolve;
     // The last of several equal rules counts, and those of the monitor come later.
     const next = document.querySelector('link[href$="/styles/monitor.css"]');

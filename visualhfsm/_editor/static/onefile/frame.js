@@ -37,7 +37,7 @@ export const themeButton = (redraw) =>
  * @returns {Push[]}
  */
 export function pushes(name, title, full) {
-  const tab = {tab: TAB, title, component: name, path: "", recording: name, task: false};
+  const tab = {tab: TAB, title, component: name, path: "", recording: name, views: []};
   /** @type {Push} */
   const workspace = {
     push: "workspace",

@@ -13,7 +13,6 @@ import {started} from "../data/component-status.js";
 import {n, t} from "../kit/texts.js";
 
 const hasDocument = () => Boolean(page.document);
-const hasTask = () => Boolean(page.tabState?.task);
 
 /** The tab whose component was started here and is to be stopped: the shown or the followed one, else 0. */
 const startedHere = () => [page.tab, monitor.component && monitor.tab].find((tab) => tab && started.isAlive(tab)) || 0;
@@ -273,27 +272,6 @@ addActions([
     run: async () => (await import("../code/definitions.js")).goBack(),
   },
   {
-    id: "task",
-    label: t("Task"),
-    words: t("exercise, homework, points, marks"),
-    icon: "file",
-    keys: ["Alt+K"],
-    scope: "typing",
-    enabled: hasTask,
-    run: ({app}) => app.toggleTask(),
-    hint: t("what the exercise asks for, its points and your marks"),
-    checked: ({app}) => app.side === "hfsm-task",
-  },
-  {
-    id: "handIn",
-    label: t("Hand in"),
-    words: t("submit, turn in, send, exercise, homework"),
-    icon: "exportFile",
-    enabled: hasTask,
-    run: async () => (await import("../panels/task.js")).handIn(),
-    hint: t("save it where your teacher collects it"),
-  },
-  {
     id: "problems",
     label: t("Problems"),
     words: t("errors, warnings, checks"),
@@ -453,7 +431,7 @@ export const MENUS = [
     title: t("File"),
     groups: [
       ["new", "open", "example", "openRecording", "ownRobot"],
-      ["save", "saveAs", "handIn"],
+      ["save", "saveAs"],
       ["compare", "export", "exportRun", "share", "generate"],
       ["closeTab"],
     ],
@@ -481,7 +459,7 @@ export const MENUS = [
     groups: [
       ["layoutDraw", "layoutRun", "layoutLookBack"],
       ["robotDock", "robotView", "cameras", "livePanel", "timeline"],
-      ["task", "problems", "output", "tests", "trials", "undoSteps", "tree", "shelf"],
+      ["problems", "output", "tests", "trials", "undoSteps", "tree", "shelf"],
       ["up", "fit", "fitSelection", "zoomIn", "zoomOut"],
       ["follow", "wheelZooms", "theme", "language", "newWindow"],
     ],

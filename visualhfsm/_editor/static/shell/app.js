@@ -33,7 +33,7 @@ import {viewing} from "../kit/viewers.js";
 import {actionButton} from "../kit/buttons.js";
 import {resizer, restoreSizes} from "../kit/resizer.js";
 import {takeDrops} from "./dropped-files.js";
-import {BOTTOM, FOR_VIEWERS, Panels, SIDE, panelTabs} from "./panels.js";
+import {BOTTOM, FOR_VIEWERS, Panels, SIDE, panelTabs, isOffered, views} from "./panels.js";
 import {Runs} from "./runs.js";
 import {banner, keepStopInView} from "./shell.js";
 import {initTheme, switchTheme} from "../kit/theme.js";
@@ -92,7 +92,7 @@ export class HfsmApp extends PageElement {
     this.listen(page, "tab", () => windowStorage.setItem(SHOWN, String(page.tab)));
     this.listen(page, "tab", () => (this.arrives = Boolean(this.panels.get("hfsm-start")?.isConnected)));
     this.listen(store, "connection", () => store.online && clearErrors(OFFLINE));
-    this.listen(page, "tab", () => this.#offerTask());
+    this.listen(page, "tab", () => this.#offerViews());
     this.listen(page, "save", () => perform("save", this.context));
     this.listen(page, "highlight", () => this.canvas.showLive(highlighted()));
     this.listen(page, "automaton", () => page.highlight && this.canvas.showLive(highlighted()));
@@ -207,20 +207,21 @@ export class HfsmApp extends PageElement {
     this.tree = this.showsTree ? "without-tree" : "with-tree";
   }
 
-  /** Show the task of the exercise, or fold it. */
-  async toggleTask() {
-    const panel = await this.showSide(this.side === "hfsm-task" ? "" : "hfsm-task");
+  /** Show the panel of a view, or fold it. @param {string} tag */
+  async toggleView(tag) {
+    const panel = await this.showSide(this.side === tag ? "" : tag);
     if (panel) panel.focusFirst?.();
     else this.canvas.focusSelected();
   }
 
-  /** Show the task of an exercise when this browser first shows its document. */
-  #offerTask() {
-    const {task, path} = page.tabState ?? {};
-    const shown = `visualhfsm.task ${store.greeting.root}/${path}`;
-    if (!task || viewing.on || browserStorage.getItem(shown)) return;
-    browserStorage.setItem(shown, "shown");
-    this.showSide("hfsm-task");
+  /** Show what plug-ins have to show of a document when this browser first shows it. */
+  #offerViews() {
+    for (const view of views.values()) {
+      const shown = `visualhfsm.${view.name} ${store.greeting.root}/${page.tabState?.path}`;
+      if (!isOffered(view) || browserStorage.getItem(shown)) continue;
+      browserStorage.setItem(shown, "shown");
+      this.showSide(view.tag);
+    }
   }
 
   /** Show the menu of the robot. */
@@ -316,7 +317,7 @@ export class HfsmApp extends PageElement {
                   this.side
                     ? html`<section class="side" aria-label=${t("Panel beside the canvas")}>
                         ${panelTabs(
-                          SIDE.filter(([tag]) => tag !== "hfsm-task" || (page.tabState?.task && !viewing.on)),
+                          [...SIDE, ...[...views.values()].filter(isOffered).map(({tag, title}) => [tag, title])],
                           this.side,
                           (tag) => this.showSide(tag),
                           () => this.canvas.focusSelected(),

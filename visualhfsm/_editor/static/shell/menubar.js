@@ -11,7 +11,7 @@ import {MENUS, selectionTitle} from "./actions.js";
 import {PageElement} from "../data/element.js";
 import {page} from "../data/page.js";
 import {monitor} from "../run/monitor.js";
-import {isOffered} from "../kit/registry.js";
+import {isOffered, withAdded} from "../kit/registry.js";
 import {viewing} from "../kit/viewers.js";
 import {actionButton, menuButton} from "../kit/buttons.js";
 import {t} from "../kit/texts.js";
@@ -19,7 +19,10 @@ import {t} from "../kit/texts.js";
 const menu = () => import("./menu.js");
 
 /** The menus that have anything for this page. */
-const menus = () => MENUS.filter(({groups}) => groups.flat().some(isOffered));
+const menus = () =>
+  MENUS.map(({title, groups}) => ({title, groups: groups.map(withAdded)})).filter(({groups}) =>
+    groups.flat().some(isOffered),
+  );
 
 class Menubar extends PageElement {
   static properties = {at: {state: true}};

@@ -1,14 +1,20 @@
 /**
  * The panels of the page, and other elements that are loaded when they are first shown.
  *
+ * Views of plug-ins are panels beside the drawing, with actions: their module `view.js` is loaded with the page.
+ *
  * @import {PageElement} from "../data/element.js"
+ * @import {Action} from "../kit/registry.js"
  */
 
 import {html, nothing} from "lit";
 import {icon} from "../kit/icons.js";
 import {messageOf, notifyError} from "../kit/notices.js";
+import {addActions} from "../kit/registry.js";
 import {t} from "../kit/texts.js";
 import {laterStyles} from "../kit/theme.js";
+import {viewing} from "../kit/viewers.js";
+import {page} from "../data/page.js";
 
 /**
  * An element that is loaded when it is first shown: a panel, or a part of the monitor.
@@ -24,7 +30,6 @@ const LAZY = {
   "hfsm-search": "../panels/search.js",
   "hfsm-output": "../panels/output.js",
   "hfsm-undo-steps": "../panels/undo-steps.js",
-  "hfsm-task": "../panels/task.js",
   "hfsm-tests-panel": "../trials/tests.js",
   "hfsm-trials-panel": "../trials/trials.js",
   "hfsm-monitor-toolbar": "../run/toolbar.js",
@@ -40,7 +45,6 @@ export const SIDE = [
   ["hfsm-code-panel", t("Code")],
   ["hfsm-data-panel", t("Data")],
   ["hfsm-monitor-panel", t("Live")],
-  ["hfsm-task", t("Task")],
 ];
 export const BOTTOM = [
   ["hfsm-problems", t("Problems")],
@@ -51,6 +55,23 @@ export const BOTTOM = [
   ["hfsm-undo-steps", t("Undo steps")],
   ["hfsm-monitor-timeline", t("Timeline")],
 ];
+
+/**
+ * @typedef {{name: string, tag: string, title: string, module: string, actions: Action[]}} View `name` is that of its
+ *   entry point, `tag` that of the element of its panel, which `module` defines
+ */
+
+/** The views by the tags of their panels. @type {Map<string, View>} */
+export const views = new Map();
+
+/** Add a view. @param {View} view */
+export function addView(view) {
+  views.set(view.tag, view);
+  addActions(view.actions);
+}
+
+/** Whether a view has something to show of the document. @param {{name: string}} view */
+export const isOffered = ({name}) => !viewing.on && Boolean(page.tabState?.views.includes(name));
 
 export class Panels {
   /** Those that are loaded. @type {Map<string, Panel>} */
@@ -81,10 +102,11 @@ export class Panels {
    * @returns {Promise<Panel | undefined>}
    */
   async load(tag) {
+    const file = LAZY[tag] ?? views.get(tag)?.module;
     try {
-      await Promise.all([import(LAZY[tag]), laterStyles()]);
+      await Promise.all([import(file), laterStyles()]);
     } catch (error) {
-      notifyError(new Error(t("{file} could not be loaded: {reason}", {file: LAZY[tag], reason: messageOf(error)})));
+      notifyError(new Error(t("{file} could not be loaded: {reason}", {file, reason: messageOf(error)})));
       return undefined;
     }
     if (!this.#elements.has(tag)) {

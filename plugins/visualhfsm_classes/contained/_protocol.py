@@ -13,12 +13,13 @@ import os
 import select
 import struct
 import time
-from typing import Annotated, Final
+from typing import Annotated, Any, Final
 
 import msgspec
 
-from hfsm_runtime._recording.run import random_state
 from hfsm_runtime.errors import ComponentStoppedError, CycleCutError
+from hfsm_runtime.plugins import random_state
+from zenoh_ice.data.codec import Parted
 
 LARGEST_REQUEST: Final = 4 << 20
 """Bytes of the largest message of the far end."""
@@ -121,7 +122,7 @@ class AskHolds(Timed):
 
 
 class ListVariables(Timed):
-    """Say what the variables of an automaton are: answered by Variables."""
+    """Say what the variables of an automaton are: answered by Done."""
 
     automaton: int
 
@@ -136,28 +137,9 @@ class ListNames(Timed):
 
 
 class Answered(Timed):
-    """The answer to a request of the far end that asks for nothing, or for a truth value."""
+    """The answer to a request of the far end, with what that asks for."""
 
-    value: bool = True
-
-
-class Outcome(Timed):
-    """The answer to a call; the result may have its large byte sequences separately."""
-
-    ok: bool
-    result: Sample
-
-
-class Found(Timed):
-    """The answer to Find."""
-
-    fingerprints: dict[str, str]
-
-
-class Polled(Timed):
-    """The answer to Poll: the next sample, if there is one."""
-
-    sample: Sample | None = None
+    value: Any = None
 
 
 class Failed(Timed):
@@ -168,12 +150,10 @@ class Failed(Timed):
 
 
 class Sample(msgspec.Struct, array_like=True):
-    """An encoded value, with its large byte sequences apart, and what is known about it."""
+    """A sample of a stream, and what is known about it."""
 
-    rest: bytes
-    places: list[int] | None = None
-    large: list[bytes] = []
-    attachment: bytes | None = None
+    payload: bytes | Parted
+    attachment: bytes
 
 
 # What the far end asks for and answers.
@@ -198,12 +178,6 @@ class Raised(Message):
     """The second member of an exception of a servant, such as who holds the robot."""
 
 
-class Variables(Message):
-    """The values of variables that are plain, and texts of all others: encoded Values."""
-
-    values: msgspec.Raw
-
-
 class Names(Message):
     """The names of attributes, with those in functions that the code names."""
 
@@ -211,7 +185,7 @@ class Names(Message):
 
 
 class Call(Message):
-    """Call an operation of a servant: answered by Outcome or Failed."""
+    """Call an operation of a servant: answered with whether it succeeded, and its result, or by Failed."""
 
     realm: Name
     identity: Name
@@ -220,7 +194,7 @@ class Call(Message):
 
 
 class Find(Message):
-    """Say which interfaces a servant has: answered by Found or Failed."""
+    """Say which interfaces a servant has: answered with fingerprints by type id, or by Failed."""
 
     realm: Name
     identity: Name
@@ -238,7 +212,7 @@ class Subscribe(Message):
 
 
 class Poll(Message):
-    """Take the next sample of a stream: answered by Polled."""
+    """Take the next sample of a stream: answered with it, or None."""
 
     stream: int
 
@@ -257,7 +231,7 @@ class Unsubscribe(Message):
 
 
 class Wait(Message):
-    """Let time pass until AskHolds says that it holds, at most `timeout` s: answered by Answered."""
+    """Let time pass until AskHolds says that it holds, at most `timeout` s: answered with whether it does."""
 
     stream: int
     timeout: float
@@ -296,11 +270,10 @@ class Log(Message):
 
 Task = Begin | RunCode | Deliver | AskHolds | ListVariables | ListNames
 """What the far end is to do."""
-ToFar = Task | Answered | Outcome | Found | Polled | Failed
+ToFar = Task | Answered | Failed
 ToNear = (
     Done
     | Raised
-    | Variables
     | Names
     | Call
     | Find

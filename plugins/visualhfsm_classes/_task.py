@@ -11,8 +11,7 @@ from typing import Any, Final
 from urllib.parse import unquote
 
 from codegen.files import is_regular, read_regular
-from visualhfsm._base.markdown import markdown
-from visualhfsm.project._root import Root
+from visualhfsm.plugins import Root, markdown
 
 _TASK, _EXERCISE, _MARKS, _TRIALS = "task.md", "exercise.toml", "marks.md", ".trials.toml"
 _HAND_IN: Final = "hand-in"  # from there, below the root, a teacher collects: docs/how-to/classroom.md
@@ -59,7 +58,8 @@ def read_task(root: Root, path: Path, language: str) -> dict[str, Any]:
 
     task = text(f"task.{language}.md") or text(_TASK) or text("task.en.md")
     if text(_EXERCISE):  # its author looks at it
-        from visualhfsm_classes import points_table, read_exercise
+        from visualhfsm_classes._exercise import read_exercise
+        from visualhfsm_classes._handout import points_table
 
         task += f"\n\n{points_table(read_exercise(folder), language)}"
     copy = collected(root, path)

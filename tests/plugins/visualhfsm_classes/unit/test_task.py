@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from tests.support.places import ROOT
-from visualhfsm._editor.tasks import collected, has_task, read_task
 from visualhfsm.project._root import Root
+from visualhfsm_classes._task import collected, has_task, read_task
 
 PIXEL = b"GIF89a\x01\x00\x01\x00\x00\x00\x00;"
 

@@ -1,20 +1,25 @@
 /**
  * The task of an exercise beside the drawing, with its points and marks, and handing in.
  *
- * @import {Task, Words} from "../data/protocol.js"
+ * @import {Words} from "visualhfsm/data/protocol.js"
+ * @import {Task} from "./messages.js"
  */
 
 import {html, nothing} from "lit";
-import {download} from "../canvas/export.js";
-import {ask} from "../data/commands.js";
-import {PageElement} from "../data/element.js";
-import {save} from "../data/files.js";
-import {page} from "../data/page.js";
-import {RequestError, store} from "../data/store.js";
-import {actionButton} from "../kit/buttons.js";
-import {confirm} from "../kit/dialog.js";
-import {messageOf, notify, notifyError} from "../kit/notices.js";
-import {language, t} from "../kit/texts.js";
+import {download} from "visualhfsm/canvas/export.js";
+import {ask} from "visualhfsm/data/commands.js";
+import {PageElement} from "visualhfsm/data/element.js";
+import {save} from "visualhfsm/data/files.js";
+import {page} from "visualhfsm/data/page.js";
+import {RequestError, store} from "visualhfsm/data/store.js";
+import {actionButton} from "visualhfsm/kit/buttons.js";
+import {confirm} from "visualhfsm/kit/dialog.js";
+import {messageOf, notify, notifyError} from "visualhfsm/kit/notices.js";
+import {addStyles} from "visualhfsm/kit/theme.js";
+import {language, t} from "visualhfsm/kit/texts.js";
+import {isOffered} from "visualhfsm/shell/panels.js";
+
+await addStyles(new URL("./task.css", import.meta.url));
 
 /** Whether two answers differ: a panel that is not drawn again stays scrolled. @param {unknown[]} answers */
 const differ = (...answers) => new Set(answers.map((each) => JSON.stringify(each))).size > 1;
@@ -74,7 +79,7 @@ class TaskPanel extends PageElement {
   async #ask() {
     const {tab} = page;
     try {
-      const found = page.tabState?.task ? await store.request("task", {tab}) : null;
+      const found = isOffered({name: "task"}) ? await store.request("task", {tab}) : null;
       if (tab === page.tab) Object.assign(this, {failed: "", task: found ? {...found, tab} : undefined});
     } catch (error) {
       this.failed = messageOf(error);

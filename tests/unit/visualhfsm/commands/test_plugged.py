@@ -1,0 +1,89 @@
+"""Commands and templates of plug-ins: found when they are named, and no harm to others when they are broken."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.support.commands import run_here
+from tests.support.plugged import plugged
+from visualhfsm import VisualHfsmError
+from visualhfsm._commands import plugged as module
+from visualhfsm._commands.app import app
+
+DANCE = """
+import typer
+
+app = typer.Typer(add_completion=False)
+
+@app.command()
+def dance(partner: str) -> None:
+    '''Dance
+    with somebody.'''
+    typer.echo(f"dances with {partner}")
+"""
+CHESS = """
+from typing import Annotated
+import typer
+
+app = typer.Typer(add_completion=False)
+
+@app.command(epilog="visualhfsm new board --chess 8")
+def chess(*, chess: Annotated[int | None, typer.Option(help="Make a board instead.")] = None):
+    '''With --chess it is a board.'''
+    return {"fields/a1": b"rook" * chess}, lambda folder: f"play in {folder}"
+"""
+
+
+@pytest.fixture(autouse=True)
+def forget():
+    """Let each test find its own plug-ins."""
+    module._plugged.cache_clear()
+    yield
+    module._plugged.cache_clear()
+
+
+def test_a_command_is_listed_and_runs_and_costs_others_nothing(tmp_path: Path) -> None:
+    with plugged(tmp_path, DANCE, visualhfsm__commands="dance = app"):
+        assert run_here(app, "visualhfsm", "new", "--help").returncode == 0
+        assert "stranger" not in sys.modules
+        assert "Dance with somebody." in run_here(app, "visualhfsm", "--help").stdout
+        assert run_here(app, "visualhfsm", "dance", "Nao").stdout == "dances with Nao\n"
+
+
+def test_a_command_that_cannot_be_loaded_says_why_and_leaves_the_others(tmp_path: Path) -> None:
+    with plugged(tmp_path, "import wheels", visualhfsm__commands="dance = app"):
+        listed = run_here(app, "visualhfsm", "--help")
+        assert "No module named 'wheels'" in " ".join(listed.stdout.split())
+        assert "convert" in listed.stdout
+        done = run_here(app, "visualhfsm", "dance", "--fast", expected=(VisualHfsmError,))
+    assert done.returncode == 1
+    assert "the plug-in dance of a-stranger (stranger:app) cannot be loaded" in done.stderr
+
+
+def test_what_is_no_command_is_named(tmp_path: Path) -> None:
+    with plugged(tmp_path, "app = 1", visualhfsm__commands="dance = app"):
+        done = run_here(app, "visualhfsm", "dance", expected=(VisualHfsmError,))
+    assert done.returncode == 1
+    assert "dance of visualhfsm.commands is no application of typer with one command" in done.stderr
+
+
+def test_a_template_adds_its_options_and_makes_a_folder(tmp_path: Path) -> None:
+    board = tmp_path / "board"
+    with plugged(tmp_path, CHESS, visualhfsm__templates="chess = app"):
+        shown = run_here(app, "visualhfsm", "new", "--help").stdout
+        assert "With --chess it is a board." in shown
+        assert "visualhfsm new board --chess 8" in shown
+        done = run_here(app, "visualhfsm", "new", board, "--chess", "2")
+        assert (done.returncode, done.stdout) == (0, f"play in {board}\n")
+        assert (board / "fields/a1").read_text() == "rookrook"
+        refused = run_here(app, "visualhfsm", "new", tmp_path / "b", "--chess", "2", "--hardware")
+        assert refused.returncode == 2
+        assert not (tmp_path / "b").exists()
+        again = run_here(app, "visualhfsm", "new", board, "--chess", "2", expected=(VisualHfsmError,))
+        assert "is not empty" in again.stderr
+        plain = run_here(app, "visualhfsm", "new", tmp_path / "mine")
+    assert plain.returncode == 0
+    assert (tmp_path / "mine/stack.toml").is_file()

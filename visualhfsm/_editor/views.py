@@ -1,0 +1,120 @@
+"""Views of plug-ins: what they show of a document beside its drawing, and what the page may ask for that.
+
+A view is an entry point of the seam `visualhfsm.views`, whose name is that of the view. Its module `view.js`
+is loaded with the page: `addView` of `shell/panels.js` adds actions, and a panel, whose own module is loaded
+when it is shown. Modules of the page have the names `visualhfsm/...` there.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Awaitable, Callable, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Final, Protocol
+
+import msgspec
+
+from visualhfsm._monitor.messages import tag
+from visualhfsm.project._root import Root
+from zenoh_ice import plugins
+
+from . import answers
+
+RequestId = Annotated[int, msgspec.Meta(ge=0, le=2**53 - 1)]
+TabId = Annotated[int, msgspec.Meta(ge=1, le=2**31 - 1)]
+
+ENTRY: Final = "view.js"
+_SEAM: Final = "visualhfsm.views"
+
+_logger = logging.getLogger(__name__)
+
+
+class Request(
+    msgspec.Struct, kw_only=True, rename="camel", forbid_unknown_fields=True, tag_field="op", tag=tag
+):
+    """A request of the page, whose `op` is the name of its class."""
+
+    answer: ClassVar[Any] = None
+    """The type of what it is answered with."""
+
+    id: RequestId
+
+
+class TabRequest(Request):
+    """A request about the document of a tab; it is executed beside others."""
+
+    tab: TabId
+
+
+class TabEdit(TabRequest):
+    """A change of one document; requests of this kind are executed in order."""
+
+    answer: ClassVar[Any] = answers.Done
+
+
+@dataclass(frozen=True, slots=True)
+class ViewedDocument:
+    """The document that a request of a view is about."""
+
+    path: Path | None
+    """The file of the document, None as long as it was never saved."""
+    title: str
+    language: str
+    """The language of the window that asks."""
+    root: Root
+    """The folder of the project: what pages may reach."""
+    in_thread: Callable[[Callable[[], Any]], Awaitable[Any]]
+    """The function that returns the result of work that takes some time."""
+    save_copy: Callable[[Path, bool], Awaitable[object]]
+    """The function that writes the document to a file, perhaps over an earlier one. Raises EditError."""
+
+
+class View(Protocol):
+    """What a plug-in shows of a document."""
+
+    @property
+    def static(self) -> Path:
+        """The folder with `view.js` and what it imports, served below `/plugins/NAME/`."""
+
+    @property
+    def requests(self) -> Mapping[type[TabRequest], Callable[[Any, ViewedDocument], Awaitable[object]]]:
+        """What the page may ask for, and what answers, which raises VisualHfsmError."""
+
+    def offers(self, path: Path | None) -> bool:
+        """Whether there is anything to show of a document; this is asked with each change of it."""
+
+
+def find_views(known: Iterable[type[Request]]) -> dict[str, View]:
+    """Return the views of plug-ins by name; what is wrong with one that is left out is logged.
+
+    Their requests have other names than those that are `known`.
+    """
+    names = {kind.__struct_config__.tag for kind in known}
+    views: dict[str, View] = {}
+    for name in plugins.names(_SEAM):
+        try:
+            view: View | None = plugins.find(_SEAM, name)
+            if view is None:
+                continue
+            added = {kind.__struct_config__.tag for kind in view.requests}
+            if names & added or not name.isidentifier() or not (view.static / ENTRY).is_file():
+                raise ValueError("it has a name or requests that there are, or no view.js")
+        except Exception as error:  # noqa: BLE001 - whatever the code of others raises
+            _logger.warning("the page has no view %s: %s", name, error)
+        else:
+            names |= added
+            views[name] = view
+    return views
+
+
+def offered(views: Mapping[str, View], path: Path | None) -> list[str]:
+    """Return the names of the views that have something to show of the document of a file."""
+    found = []
+    for name, view in views.items():
+        try:
+            if view.offers(path):
+                found.append(name)
+        except Exception:
+            _logger.exception("the view %s is not offered", name)
+    return found

@@ -1,0 +1,37 @@
+"""What plug-ins use, besides `visualhfsm`, `visualhfsm.simulation`, `.testing` and `.trials`.
+
+ARCHITECTURE.md lists the seams to which they add something.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from zenoh_ice.lazy import import_on_use
+
+if TYPE_CHECKING:
+    from visualhfsm._base.csv_file import write_csv as write_csv
+    from visualhfsm._base.errors import MissingPackageError as MissingPackageError
+    from visualhfsm._base.html_file import write_html as write_html
+    from visualhfsm._base.languages import known_language as known_language
+    from visualhfsm._base.languages import said as said
+    from visualhfsm._base.languages import system_languages as system_languages
+    from visualhfsm._base.line_process import KilledError as KilledError
+    from visualhfsm._base.line_process import NoAnswerError as NoAnswerError
+    from visualhfsm._base.line_process import NotReadyError as NotReadyError
+    from visualhfsm._base.line_process import TooSlowError as TooSlowError
+    from visualhfsm._base.line_process import explain_signal as explain_signal
+    from visualhfsm._base.markdown import markdown as markdown
+    from visualhfsm._base.options import examples as examples
+    from visualhfsm._base.task_processes import EndedError as EndedError
+    from visualhfsm._base.task_processes import TaskProcesses as TaskProcesses
+    from visualhfsm._base.task_processes import answer_tasks as answer_tasks
+    from visualhfsm._editor.views import TabEdit as TabEdit
+    from visualhfsm._editor.views import TabRequest as TabRequest
+    from visualhfsm._editor.views import View as View
+    from visualhfsm._editor.views import ViewedDocument as ViewedDocument
+    from visualhfsm._monitor.recordings import recorded_run as recorded_run
+    from visualhfsm._monitor.run_page import run_page as run_page
+    from visualhfsm.project._root import Root as Root
+
+__getattr__, __dir__ = import_on_use(__name__)
