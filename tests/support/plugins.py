@@ -1,4 +1,4 @@
-"""Plug-ins of somebody else, installed for a test."""
+"""Plug-ins for a test: those of somebody else installed, and ours taken away."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 
 from zenoh_ice import plugins
 
-__all__ = ["installed", "write_distribution"]
+__all__ = ["installed", "without", "write_distribution"]
 
 
 def write_distribution(folder: Path, name: str, points: Mapping[str, Mapping[str, str]]) -> None:
@@ -41,6 +41,21 @@ def installed(folder: Path, points: Mapping[str, Mapping[str, str]], **modules: 
         finally:
             for name in modules:
                 sys.modules.pop(name, None)
+            _forget()
+
+
+@contextmanager
+def without(*packages: str) -> Iterator[None]:
+    """Let some packages not be found in a `with` block, and nothing that they add to a seam."""
+    own = {name for name in sys.modules if name.partition(".")[0] in packages}
+    with pytest.MonkeyPatch.context() as patch:
+        for name in own.union(packages):
+            patch.setitem(sys.modules, name, None)
+        _forget()
+        try:
+            yield
+        finally:
+            patch.undo()
             _forget()
 
 

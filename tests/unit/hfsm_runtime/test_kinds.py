@@ -19,9 +19,9 @@ from hfsm_runtime.component import Endpoint, endpoints_of
 from hfsm_runtime.errors import ComponentError, MissingLibraryError, NotConnectedError
 from hfsm_runtime.kinds import NAMES, Ask, Called, Differs, Ends, Kind, kinds_of, options_of_kinds
 from hfsm_runtime.virtual import VirtualWorld
-from tests.support.absent import without
 from tests.support.automata import automaton
-from zenoh_ice import Settings, plugins
+from tests.support.plugins import installed, without
+from zenoh_ice import Settings
 
 
 class Signal(Endpoint):
@@ -81,32 +81,23 @@ SIGNALS = Signals()
 
 
 @pytest.fixture
-def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Kind]:
-    """Install a distribution with the kind, as `pip` does."""
-    about = tmp_path / "signals-1.0.dist-info"
-    about.mkdir()
-    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: signals\nVersion: 1.0\n")
-    (about / "entry_points.txt").write_text(
-        f"[hfsm_runtime.kinds]\nsignals = {__name__}:SIGNALS\n[hfsm_runtime.options]\nsignals = {__name__}:options\n"
-    )
-    monkeypatch.syspath_prepend(tmp_path)
-    plugins.names.cache_clear()
-    plugins.find.cache_clear()
-    SIGNALS.stopped.clear()
-    yield SIGNALS
-    plugins.names.cache_clear()
-    plugins.find.cache_clear()
+def kind(tmp_path: Path) -> Iterator[Kind]:
+    """The kind, installed."""
+    points = {"kinds": {"signals": f"{__name__}:SIGNALS"}, "options": {"signals": f"{__name__}:options"}}
+    with installed(tmp_path, {f"hfsm_runtime.{group}": named for group, named in points.items()}):
+        SIGNALS.stopped.clear()
+        yield SIGNALS
 
 
 def options() -> list[inspect.Parameter]:
     return [inspect.Parameter("signals", inspect.Parameter.KEYWORD_ONLY, annotation=bool, default=False)]
 
 
-def test_an_endpoint_is_connected_by_its_kind_and_stopped_by_it(installed: Kind) -> None:
+def test_an_endpoint_is_connected_by_its_kind_and_stopped_by_it(kind: Kind) -> None:
     component, world = Horn(), VirtualWorld()
     with pytest.raises(NotConnectedError, match=r"self\.horn \(harbor/horn of signals\) is not connected"):
         _ = component.horn
-    assert kinds_of(component) == {"signals": installed}
+    assert kinds_of(component) == {"signals": kind}
     world.connect(component)
     world.connect(component)  # as a reload does
     assert component.horn.heard_at() == world.clock.now()
@@ -116,7 +107,7 @@ def test_an_endpoint_is_connected_by_its_kind_and_stopped_by_it(installed: Kind)
     world.close()
 
 
-@pytest.mark.usefixtures("installed")
+@pytest.mark.usefixtures("kind")
 def test_its_options_are_those_of_every_component() -> None:
     assert [each.name for each in options_of_kinds()["signals"]] == ["signals"]
 

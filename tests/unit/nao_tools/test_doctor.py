@@ -22,7 +22,7 @@ from naoserver.safety.latch import Latch, latch_of
 from tests.support.limits import RUN_LIMIT
 from tests.support.nao_command import nao
 from tests.support.places import ROOT
-from tests.support.plugged import plugged
+from tests.support.plugins import installed
 from zenoh_ice.settings import Settings, load_settings
 
 RENAME = "rename it, or take its folder from PYTHONPATH"
@@ -225,7 +225,9 @@ def dust():
 def wheels():
     raise RuntimeError("no wheels")
 """
-    with plugged(tmp_path, code, nao_tools__checks="dust = dust\nwheels = wheels"):
+    with installed(
+        tmp_path, {"nao_tools.checks": {"dust": "stranger:dust", "wheels": "stranger:wheels"}}, stranger=code
+    ):
         found = list(check_machine())
     assert "dust on the lens | wipe it" in reported(iter(found), Level.WARNING)
     (failure,) = (each for each in reported(iter(found), Level.FAILURE) if each.startswith("wheels"))

@@ -10,8 +10,8 @@ import pytest
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document, write_document
 from codegen.hfsm.kinds import find_kind
-from tests.support.absent import without
 from tests.support.documents import document, problems, state, sub
+from tests.support.plugins import without
 
 ENDPOINTS = """<ros>
     <rosinterface kind="publish"><name>drive</name><target>/cmd_vel</target><type>geometry_msgs/msg/Twist</type></rosinterface>

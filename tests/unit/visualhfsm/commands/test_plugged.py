@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.support.commands import run_here
-from tests.support.plugged import plugged
+from tests.support.plugins import installed
 from visualhfsm import VisualHfsmError
 from visualhfsm._commands import plugged as module
 from visualhfsm._commands.app import app
@@ -46,7 +46,7 @@ def forget():
 
 
 def test_a_command_is_listed_and_runs_and_costs_others_nothing(tmp_path: Path) -> None:
-    with plugged(tmp_path, DANCE, visualhfsm__commands="dance = app"):
+    with installed(tmp_path, {"visualhfsm.commands": {"dance": "stranger:app"}}, stranger=DANCE):
         assert run_here(app, "visualhfsm", "new", "--help").returncode == 0
         assert "stranger" not in sys.modules
         assert "Dance with somebody." in run_here(app, "visualhfsm", "--help").stdout
@@ -54,7 +54,7 @@ def test_a_command_is_listed_and_runs_and_costs_others_nothing(tmp_path: Path) -
 
 
 def test_a_command_that_cannot_be_loaded_says_why_and_leaves_the_others(tmp_path: Path) -> None:
-    with plugged(tmp_path, "import wheels", visualhfsm__commands="dance = app"):
+    with installed(tmp_path, {"visualhfsm.commands": {"dance": "stranger:app"}}, stranger="import wheels"):
         listed = run_here(app, "visualhfsm", "--help")
         assert "No module named 'wheels'" in " ".join(listed.stdout.split())
         assert "convert" in listed.stdout
@@ -64,7 +64,7 @@ def test_a_command_that_cannot_be_loaded_says_why_and_leaves_the_others(tmp_path
 
 
 def test_what_is_no_command_is_named(tmp_path: Path) -> None:
-    with plugged(tmp_path, "app = 1", visualhfsm__commands="dance = app"):
+    with installed(tmp_path, {"visualhfsm.commands": {"dance": "stranger:app"}}, stranger="app = 1"):
         done = run_here(app, "visualhfsm", "dance", expected=(VisualHfsmError,))
     assert done.returncode == 1
     assert "dance of visualhfsm.commands is no application of typer with one command" in done.stderr
@@ -72,7 +72,7 @@ def test_what_is_no_command_is_named(tmp_path: Path) -> None:
 
 def test_a_template_adds_its_options_and_makes_a_folder(tmp_path: Path) -> None:
     board = tmp_path / "board"
-    with plugged(tmp_path, CHESS, visualhfsm__templates="chess = app"):
+    with installed(tmp_path, {"visualhfsm.templates": {"chess": "stranger:app"}}, stranger=CHESS):
         shown = run_here(app, "visualhfsm", "new", "--help").stdout
         assert "With --chess it is a board." in shown
         assert "visualhfsm new board --chess 8" in shown

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.plugged import plugged
+from tests.support.plugins import installed
 from visualhfsm._editor import protocol as p
 from visualhfsm._editor.views import find_views, offered
 
@@ -46,7 +46,7 @@ def static(tmp_path: Path) -> Path:
 
 @pytest.mark.usefixtures("static")
 def test_a_view_is_found_and_offered_for_its_documents(tmp_path: Path) -> None:
-    with plugged(tmp_path, CHESS, visualhfsm__views="chess = chess"):
+    with installed(tmp_path, {"visualhfsm.views": {"chess": "stranger:chess"}}, stranger=CHESS):
         views = find_views(p.REQUESTS)
         assert [kind.__name__ for kind in views["chess"].requests] == ["ShowBoard"]
         assert offered(views, Path("a.chess")) == ["chess"]
@@ -55,7 +55,7 @@ def test_a_view_is_found_and_offered_for_its_documents(tmp_path: Path) -> None:
 
 @pytest.mark.usefixtures("static")
 def test_a_view_that_fails_is_not_offered(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
-    with plugged(tmp_path, CHESS, visualhfsm__views="chess = chess"):
+    with installed(tmp_path, {"visualhfsm.views": {"chess": "stranger:chess"}}, stranger=CHESS):
         assert offered(find_views(p.REQUESTS), None) == []
     assert "the view chess is not offered" in caplog.text
 
@@ -65,7 +65,9 @@ def test_a_view_that_fails_is_not_offered(tmp_path: Path, caplog: pytest.LogCapt
 def test_what_cannot_be_a_view_is_left_out_and_logged(
     tmp_path: Path, point: str, caplog: pytest.LogCaptureFixture
 ) -> None:
-    with plugged(tmp_path, CHESS, visualhfsm__views=f"{point}\nboard = chess"):
+    name, _, value = point.partition(" = ")
+    points = {name: f"stranger:{value}", "board": "stranger:chess"}
+    with installed(tmp_path, {"visualhfsm.views": points}, stranger=CHESS):
         assert "chess" not in (views := find_views(p.REQUESTS))
         assert "board" in views
     assert "the page has no view " in caplog.text
@@ -73,5 +75,5 @@ def test_what_cannot_be_a_view_is_left_out_and_logged(
 
 
 def test_a_view_without_a_module_is_left_out(tmp_path: Path) -> None:
-    with plugged(tmp_path, CHESS, visualhfsm__views="chess = chess"):
+    with installed(tmp_path, {"visualhfsm.views": {"chess": "stranger:chess"}}, stranger=CHESS):
         assert "chess" not in find_views(p.REQUESTS)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.support.absent import without
+from tests.support.plugins import without
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._monitor.graphs import read_ros_graph
 from zenoh_ice import Settings
