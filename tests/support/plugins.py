@@ -5,13 +5,20 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
+from typing import Final
 
 import pytest
 
 from zenoh_ice import plugins
 
-__all__ = ["installed", "without", "write_distribution"]
+__all__ = ["OLD_DOCUMENTS", "installed", "without", "write_distribution"]
+
+OLD_DOCUMENTS: Final = pytest.mark.skipif(
+    find_spec("visualhfsm_old_documents") is None, reason="only its plug-in knows documents of other editors"
+)
+"""Marks tests of documents that may be those of other editors."""
 
 
 def write_distribution(folder: Path, name: str, points: Mapping[str, Mapping[str, str]]) -> None:

@@ -9,6 +9,7 @@ import pytest
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import compile_document
 from tests.support.documents import compile_to, document, state, sub, transition
+from tests.support.plugins import OLD_DOCUMENTS
 from visualhfsm.testing import MakeBehavior
 
 
@@ -29,6 +30,7 @@ def started(text: str, directory: Path, behavior: MakeBehavior, name: str = "beh
     return vars(run.component)["found"]
 
 
+@OLD_DOCUMENTS
 @pytest.mark.parametrize(
     ("names", "used"),
     [
@@ -51,6 +53,7 @@ def test_a_component_starts_whatever_its_interfaces_are_called(
     assert started(text, tmp_path, behavior) == 0.5
 
 
+@OLD_DOCUMENTS
 def test_code_may_name_the_class_of_a_proxy_that_is_hidden(tmp_path: Path, behavior: MakeBehavior) -> None:
     code = "self.found = MotorsPrx.checkedCast(self.MotorsPrx).getV()"
     text = document(sub(1, 0, state(1, "go", code, initial=True)), config=interface("Motors"))
@@ -98,6 +101,7 @@ def test_a_document_may_be_called_like_what_its_component_imports(
     assert started(text, tmp_path, behavior, name) == 0.5
 
 
+@OLD_DOCUMENTS
 @pytest.mark.parametrize("name", ["Proxy", "property"])
 def test_a_name_that_the_component_cannot_do_without_is_refused(tmp_path: Path, name: str) -> None:
     path = tmp_path / "behavior.xml"

@@ -16,6 +16,7 @@ from codegen.hfsm import write_document
 from tests.support.codegen_command import codegen
 from tests.support.editing import large_document, tree
 from tests.support.limits import EVENT_LIMIT, RUN_LIMIT
+from tests.support.plugins import OLD_DOCUMENTS
 from visualhfsm import (
     AddEntry,
     AddState,
@@ -156,6 +157,7 @@ def test_a_new_document_in_spanish_can_be_saved_and_generated(project: Project) 
     compile(code, str(component), "exec")
 
 
+@OLD_DOCUMENTS
 def test_scxml_is_opened_as_a_new_document_with_remarks(project: Project, root: Path) -> None:
     (root / "toggle.scxml").write_text(SCXML)
     document = project.open("toggle.scxml")

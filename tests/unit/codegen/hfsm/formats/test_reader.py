@@ -13,6 +13,7 @@ from codegen.hfsm import parse_document, read_document, write_document
 from codegen.hfsm.document import Comment, Document, Element
 from tests.support.any_text import any_text
 from tests.support.examples import examples
+from tests.support.plugins import OLD_DOCUMENTS
 
 PATH = Path("test.xml")
 
@@ -230,6 +231,7 @@ def test_a_comma_in_a_number_is_understood_and_reported() -> None:
     assert [warning.split(":")[0] for warning in warnings(text)] == ["W503 test.xml"]
 
 
+@OLD_DOCUMENTS
 @pytest.mark.parametrize(
     "text",
     [
@@ -251,6 +253,7 @@ AUTOMATON = "<SubAutomata id='1' idFather='0'>\n{}</SubAutomata>"
 STATE = AUTOMATON.format("<state id='1' initial='true'><name>a</name>{}</state>")
 
 
+@OLD_DOCUMENTS
 @pytest.mark.parametrize(
     ("inside", "message", "note"),
     [

@@ -11,6 +11,7 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import DocumentNotWritableError, parse_document, write_document
 from codegen.hfsm.document import Document, Text
 from tests.support.examples import examples
+from tests.support.plugins import OLD_DOCUMENTS
 from tests.support.random_documents import documents
 
 
@@ -20,6 +21,7 @@ def test_what_xml_cannot_hold_is_refused_on_writing(text: str) -> None:
         write_document(Document(description=Text(text)))
 
 
+@OLD_DOCUMENTS
 @settings(max_examples=examples(10), deadline=None)
 @given(documents)
 def test_what_is_written_reads_back_the_same(document: Document) -> None:

@@ -14,6 +14,7 @@ import pytest
 
 from codegen.hfsm import write_document
 from tests.support.editing import tree
+from tests.support.plugins import OLD_DOCUMENTS
 from visualhfsm._base.environment import child_environment
 from visualhfsm._base.errors import ChangedOutsideError, EditError, OldFormatError
 from visualhfsm._document.commands import Command
@@ -295,6 +296,7 @@ def test_saving_as_asks_before_it_overwrites(session: EditedDocument, tmp_path: 
     assert (session.path, session.name, session.dirty) == (other, "other", False)
 
 
+@OLD_DOCUMENTS
 def test_an_old_dialect_opens_and_is_saved_elsewhere(tmp_path: Path) -> None:
     old = tmp_path / "old.xml"
     old.write_text(SPANISH)
@@ -311,6 +313,7 @@ def test_an_old_dialect_opens_and_is_saved_elsewhere(tmp_path: Path) -> None:
     assert "<name>tres</name>" in (tmp_path / "new.xml").read_text()
 
 
+@OLD_DOCUMENTS
 @pytest.mark.parametrize("choice", [None, Choice.THEIRS, Choice.MERGE])
 def test_a_recovered_document_of_an_old_format_is_not_replaced_unasked(
     tmp_path: Path, choice: Choice | None
