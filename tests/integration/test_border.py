@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 from collections.abc import Iterator
@@ -40,8 +41,15 @@ def tree(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 def run(tree: Path, *command: str) -> str:
     """Run a program of the environment in the tree; return what it printed."""
     program = tree.parent / "environment" / "bin" / command[0]
+    environment = {name: value for name, value in os.environ.items() if name != "MUJOCO_GL"}
     done = subprocess.run(
-        [program, *command[1:]], cwd=tree, capture_output=True, text=True, timeout=LONGEST, check=False
+        [program, *command[1:]],
+        cwd=tree,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=LONGEST,
+        check=False,
     )
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout

@@ -33,6 +33,7 @@ ELSEWHERE: Final = {
     r"make demo": "downloads the packages; test_demo starts the demo",
     r"python3 -m venv": "`make_environment` makes it",
     r"\. \.venv/bin/activate @own-(project|hardware)": "`make_environment` makes it",
+    r"naoserver-sim --lines": "the plug-in of the page adds it; test_docs_plug_in.py runs it",
     r"pip install": "downloads; `make_environment` does what it does",
     r"naoserver-naoqi --robot tcp://nao\.local": "needs a real robot; test_naoqi_command starts it beside a NAOqi",
     r"export|ros2": "ROS is not installed; test_ros_zenoh_peer talks with its wire format",

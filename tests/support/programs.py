@@ -84,8 +84,9 @@ def take(app: typer.Typer, program: str, words: list[str]) -> None:
     text = " ".join([program, *words])
     while words and hasattr(command, "commands"):
         program, *words = words
-        assert program in command.commands, f"{text}: no such command"
-        command = command.commands[program]
+        inner = command.get_command(None, program)  # of a plug-in, too
+        assert inner is not None, f"{text}: no such command"
+        command = inner
     try:
         command.make_context(program, words)
     except Exception as refused:
