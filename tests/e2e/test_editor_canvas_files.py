@@ -17,6 +17,7 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document
 from tests.support.browser import EditorPage
 from tests.support.panels import DOCUMENT as PANELS_DOCUMENT
+from tests.support.plugins import OLD_DOCUMENTS
 from visualhfsm._drawing.svg import svg
 
 SPANISH = """<VisualHFSM><SubAutomata><idSub>1</idSub><Estado estado_inicial="true"><id>1</id><nombre>uno</nombre>
@@ -116,6 +117,7 @@ def test_what_is_typed_on_the_start_page_after_alt_n_is_drawn(shown: EditorPage)
     expect(shown.state("first")).to_be_in_viewport(ratio=1)
 
 
+@OLD_DOCUMENTS
 def test_characters_that_turn_a_name_around_are_seen(shown: EditorPage, root: Path) -> None:
     name, mark = "a\u202egnp.xml", "‹U+202E›"
     (root / name).write_text(SPANISH.replace("uno", "\u2067uno"), "utf-8")
@@ -169,6 +171,7 @@ def test_a_document_is_found_by_typing_a_part_of_its_name(shown: EditorPage, roo
     expect(tab(shown, "waltz")).to_have_attribute("aria-selected", "true")
 
 
+@OLD_DOCUMENTS
 def test_documents_come_from_the_start_page_and_from_dropped_files(shown: EditorPage, root: Path) -> None:
     shown.page.get_by_role("button", name=re.compile("^Follow the ball")).click()
     shown.expect_states("follow", "search")
@@ -241,6 +244,7 @@ def test_each_tab_keeps_its_place_and_its_selection_also_while_the_server_is_awa
     shown.expect_states("followBall", "dance")
 
 
+@OLD_DOCUMENTS
 def test_documents_are_saved_under_names_that_are_free(shown: EditorPage, root: Path) -> None:
     # The dialog keeps the name after an error, and makes folders.
     open_file(shown, "dance.xml")

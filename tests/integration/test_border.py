@@ -16,14 +16,15 @@ from tests.support.limits import RUN_LIMIT
 from tests.support.places import ROOT
 from tests.support.soak import cases
 
-LEFT_OUT: Final = {".git", ".venv", "coverage", "demo", "dist", "node_modules", "plugins", "site"}
-"""Folders that the tree does not get, wherever they are: plug-ins and their tests, and what is made."""
+MADE: Final = {".git", ".venv", "coverage", "demo", "dist", "node_modules", "site"}
+"""Folders that the tree does not get, wherever they are."""
 PLUG_INS: Final = tuple(path.parent.name for path in (ROOT / "plugins").glob("*/__init__.py"))
 LONGEST: Final = 60 * RUN_LIMIT
 
 
 def left_out(folder: str, names: list[str]) -> set[str]:
-    return LEFT_OUT.intersection(names)
+    has_plug_ins = Path(folder) in {ROOT, ROOT / "tests"}
+    return MADE.intersection(names) | ({"plugins"} if has_plug_ins else set())
 
 
 @pytest.fixture(scope="module")

@@ -14,8 +14,11 @@ from typer.testing import CliRunner, Result
 from tests.support.codegen_command import ROOT, files_in
 from tests.support.commands import run_here
 from tests.support.limits import RUN_LIMIT
+from tests.support.plugins import OLD_DOCUMENTS
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._commands.app import app
+
+pytestmark = OLD_DOCUMENTS
 
 OLD = """<VisualStates>
   <config type="1"><plugins><plugin id="0"><name>/scan</name></plugin></plugins></config>

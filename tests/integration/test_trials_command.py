@@ -16,6 +16,7 @@ from tests.support.commands import run_here
 from tests.support.documents import document, state, sub, transition
 from tests.support.limits import RUN_LIMIT
 from tests.support.places import ROOT
+from tests.support.plugins import needs
 from tests.support.processes import ComponentProcess, module
 from tests.support.waiting import until
 from visualhfsm._base.errors import VisualHfsmError
@@ -24,6 +25,9 @@ from visualhfsm._monitor.recordings import open_recording
 from visualhfsm.trials._outcomes import read_outcomes
 
 pytestmark = pytest.mark.slow
+
+CLUSTER = needs("visualhfsm_cluster")
+
 
 PLAN = """
 robot = "fake"
@@ -162,6 +166,7 @@ def test_two_documents_are_compared_on_the_same_trials(ran: Ran) -> None:
     assert (folder / "slow.outcomes.csv").exists()
 
 
+@CLUSTER
 def test_parameters_are_tuned_and_tried_on_fresh_trials(folder: Path) -> None:
     text = (folder / "follow_ball.xml").read_text(encoding="utf-8")
     declared = "<parameters><parameter><name>patience</name><type>float</type><default>3</default></parameter></parameters>"
@@ -194,10 +199,15 @@ def test_the_page_has_those_of_the_worst_trials_beside_it(ran: Ran) -> None:
         (["follow_ball.xml", "--success", "found"], 1, "there is no state found; there are follow, search"),
         (["follow_ball.xml", "--record", "x.mcap"], 2, "--record needs --only NUMBER"),
         (["absent.xml"], 2, "absent.xml"),
-        (["follow_ball.xml", "--tune"], 1, "no parameter has a range"),
+        pytest.param(["follow_ball.xml", "--tune"], 1, "no parameter has a range", marks=CLUSTER),
         (["follow_ball.xml", "--tune", "--only", "3"], 2, "without --only"),
         (["follow_ball.xml"] * 3, 2, "at most two documents are compared"),
-        (["follow_ball.xml", "--cluster", "no://127.0.0.1:1"], 1, "the cluster at no://127.0.0.1:1 cannot"),
+        pytest.param(
+            ["follow_ball.xml", "--cluster", "no://127.0.0.1:1"],
+            1,
+            "the cluster at no://127.0.0.1:1 cannot",
+            marks=CLUSTER,
+        ),
         pytest.param(  # Dask tries that for 10 s
             ["follow_ball.xml", "--cluster", "tcp://127.0.0.1:1"],
             1,

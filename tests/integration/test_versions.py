@@ -9,11 +9,15 @@ from importlib.metadata import EntryPoint, version
 import pytest
 
 from tests.support.places import ROOT
+from tests.support.plugins import needs
 
 SCRIPTS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["scripts"]
 
 
-@pytest.mark.parametrize("name", SCRIPTS)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=needs(module.partition(".")[0])) for name, module in SCRIPTS.items()],
+)
 def test_a_command_says_the_version_of_the_installed_wheel(
     name: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

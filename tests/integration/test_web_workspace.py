@@ -34,6 +34,7 @@ from tests.support.editor import (
 )
 from tests.support.editor import parts as make_parts
 from tests.support.limits import EVENT_LIMIT, FOREVER
+from tests.support.plugins import OLD_DOCUMENTS
 from tests.support.robot_server import eventually
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._document.places import Place
@@ -297,6 +298,7 @@ def test_what_cannot_be_looked_at_is_not_listed(root: Path, window: Window) -> N
             window.ask("listFiles", directory="closed")
 
 
+@OLD_DOCUMENTS
 def test_scxml_becomes_a_new_document(root: Path, window: Window) -> None:
     (root / "chart.scxml").write_text(SCXML)
     (root / "other.xml").write_text(SCXML)

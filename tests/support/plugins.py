@@ -13,11 +13,15 @@ import pytest
 
 from zenoh_ice import plugins
 
-__all__ = ["OLD_DOCUMENTS", "installed", "without", "write_distribution"]
+__all__ = ["OLD_DOCUMENTS", "installed", "needs", "without", "write_distribution"]
 
-OLD_DOCUMENTS: Final = pytest.mark.skipif(
-    find_spec("visualhfsm_old_documents") is None, reason="only its plug-in knows documents of other editors"
-)
+
+def needs(plug_in: str) -> pytest.MarkDecorator:
+    """Return a mark of tests of the core that need a plug-in, and are skipped in a tree without it."""
+    return pytest.mark.skipif(find_spec(plug_in) is None, reason=f"needs the plug-in {plug_in}")
+
+
+OLD_DOCUMENTS: Final = needs("visualhfsm_old_documents")
 """Marks tests of documents that may be those of other editors."""
 
 

@@ -12,6 +12,7 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm.codes import Code
 from codegen.hfsm.loading import check_document
 from tests.support.codegen_command import ROOT
+from tests.support.plugins import needs
 
 DOCUMENTS = ROOT / "tests" / "data" / "documents"
 HFSM = ROOT / "codegen" / "hfsm"
@@ -34,6 +35,7 @@ def test_there_are_enough_documents_to_trust_the_checks() -> None:
 
 
 @pytest.mark.slow
+@needs("visualhfsm_old_documents")
 def test_a_planted_fault_is_found_at_its_line_and_nothing_else() -> None:
     wrong = {}
     for path in FAULTY:
