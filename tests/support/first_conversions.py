@@ -6,7 +6,7 @@ there are, and ends with 1 after the seeds of the processes that did not survive
 
 from __future__ import annotations
 
-import importlib
+import importlib.util
 import os
 import pkgutil
 import random
@@ -33,15 +33,23 @@ PACKAGES: Final = [
     "naoserver_sim",
     "visualhfsm",
     "zenoh_ice",
+    "visualhfsm_classes",
+    "visualhfsm_cluster",
+    "visualhfsm_learning",
+    "visualhfsm_makers",
+    "visualhfsm_naoqi_programs",
+    "visualhfsm_old_documents",
+    "visualhfsm_ros2",
     "zenoh_ros2",
 ]
+"""The core, and the plug-ins as far as they are there."""
 THREADS: Final = 4
 READS: Final = "get_class_annotations"
 """The function of msgspec that runs while a type is half known."""
 
 
 def main(seeds: list[int]) -> int:
-    for package in PACKAGES:
+    for package in filter(importlib.util.find_spec, PACKAGES):
         for module in pkgutil.walk_packages(importlib.import_module(package).__path__, f"{package}."):
             if not module.name.endswith("__main__") and ".template." not in module.name:
                 with suppress(ImportError):  # of a package that is not installed
