@@ -18,7 +18,26 @@ from tests.support.soak import cases
 
 MADE: Final = {".git", ".venv", "coverage", "demo", "dist", "node_modules", "site"}
 """Folders that the tree does not get, wherever they are."""
+PACKAGES: Final = (
+    *("ballmover", "behaviors", "codegen", "hfsm_runtime", "nao_tools", "naoserver", "naoserver_sim"),
+    *("visualhfsm", "zenoh_ice"),
+)
+OF_ALL: Final = (
+    "e2e/test_editor_help.py",
+    "e2e/test_jupyter_hub.py",
+    "integration/test_border.py",
+    "integration/test_docs_commands.py",
+    "integration/test_docs_robots.py",
+    "unit/codegen/test_python_layout.py",
+)
+"""Tests of pages that speak of plug-ins, too, or of the programs of an environment that has more."""
 PLUG_INS: Final = tuple(path.parent.name for path in (ROOT / "plugins").glob("*/__init__.py"))
+CORE: Final = (
+    *("tests/unit/" + name for name in PACKAGES),
+    *("tests/integration", "tests/faults", "tests/e2e"),
+    *(f"--ignore=tests/{name}" for name in OF_ALL),
+)
+"""The core's own tests."""
 LONGEST: Final = 60 * RUN_LIMIT
 
 
@@ -85,7 +104,7 @@ def test_what_codegen_writes_is_the_same(tree: Path) -> None:
             ),
             ("tests/e2e/test_demo.py", "tests/e2e/test_editor_menus.py"),
         ],
-        [("tests",)],
+        [CORE],
     ),
     ids=lambda tests: Path(tests[-1]).stem,
 )
