@@ -101,7 +101,7 @@ def kinds_of(component: Component | type[Component]) -> dict[str, Kind]:
 
 
 def options_of_kinds() -> dict[str, Sequence[inspect.Parameter]]:
-    """Return the options of each kind that is installed, by its name. Raises PluginError."""
+    """Return the options of each kind that is installed, by its name."""
     return {name: make() for name, make in plugins.each("hfsm_runtime.options")}
 
 

@@ -5,12 +5,15 @@ ARCHITECTURE.md lists the seams; the package that asks has the protocol of what 
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint, EntryPoints
+
+_log = logging.getLogger(__name__)
 
 
 class PluginError(Exception):
@@ -33,10 +36,18 @@ def find(seam: str, name: str) -> Any | None:  # noqa: ANN401 - the caller knows
 
 
 def each(seam: str) -> Iterator[tuple[str, Any]]:
-    """Yield the name and what it stands for, of all that is installed for a seam. Raises PluginError."""
+    """Yield the name and what it stands for, of all that is installed for a seam.
+
+    What cannot be loaded is named in the log: one plug-in keeps no other from working, and no command.
+    """
     for name in names(seam):
-        if (found := find(seam, name)) is not None:
-            yield name, found
+        try:
+            found = find(seam, name)
+        except PluginError as error:
+            _log.warning("%s", error)
+        else:
+            if found is not None:
+                yield name, found
 
 
 def _points(seam: str) -> EntryPoints:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import logging
 import re
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import AbstractContextManager
@@ -15,7 +14,6 @@ from naoserver.serving.assembly import Assembly
 from zenoh_ice import plugins
 
 _PORT: Final = re.compile(r":(\d+)(?=$|[?#/])")
-_log = logging.getLogger(__name__)
 
 
 class Serve(Protocol):
@@ -54,16 +52,8 @@ class Entrance:
 
 
 def find_entrances() -> list[Entrance]:
-    """Return the entrances that are installed; one that cannot be loaded is named in the log."""
-    found: list[Entrance] = []
-    for name in plugins.names("naoserver.entrances"):
-        try:
-            entrance = plugins.find("naoserver.entrances", name)
-        except plugins.PluginError as error:
-            _log.warning("%s", error)
-        else:
-            found += [entrance] if entrance is not None else []
-    return found
+    """Return the entrances that are installed."""
+    return [entrance for _, entrance in plugins.each("naoserver.entrances")]
 
 
 def options_of(entrances: Iterable[Entrance]) -> list[inspect.Parameter]:

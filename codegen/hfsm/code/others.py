@@ -73,7 +73,7 @@ class OtherCode(Protocol):
 
 @cache
 def others() -> tuple[OtherCode, ...]:
-    """Return what is installed. Raises PluginError."""
+    """Return what is installed."""
     return tuple(each for _, each in plugins.each(SEAM))
 
 

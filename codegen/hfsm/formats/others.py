@@ -61,7 +61,7 @@ class WritableFormat(Format, Protocol):
 
 @cache
 def formats() -> tuple[Format, ...]:
-    """Return what is installed. Raises PluginError."""
+    """Return what is installed."""
     return tuple(each for _, each in plugins.each(SEAM))
 
 

@@ -134,3 +134,9 @@ def test_a_generated_component_says_so_when_it_is_imported(name: str) -> None:
 def test_a_command_then_has_no_options_of_ros() -> None:
     with without("visualhfsm_ros2"):
         assert "ros" not in options_of_kinds()
+
+
+def test_a_plug_in_that_is_broken_keeps_no_component_from_its_command(tmp_path: Path) -> None:
+    points = {"hfsm_runtime.options": {"broken": "breaks:options"}}
+    with installed(tmp_path, points, breaks="raise ValueError('no wheels')"):
+        assert "broken" not in options_of_kinds()

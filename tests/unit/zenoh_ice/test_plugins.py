@@ -54,3 +54,10 @@ def test_what_cannot_be_loaded_is_named_with_its_distribution(tmp_path, code, wh
             plugins.find(SEAM, "one")
         assert "the plug-in one of a-stranger (stranger:made) cannot be loaded: " in str(caught.value)
         assert why in str(caught.value)
+
+
+def test_what_cannot_be_loaded_is_named_in_the_log_and_leaves_the_others(tmp_path, caplog):
+    points = {SEAM: {"broken": "breaks:made", "one": "stranger:made"}}
+    with plugin.installed(tmp_path, points, stranger="made = 1", breaks="raise ValueError('no wheels')"):
+        assert list(plugins.each(SEAM)) == [("one", 1)]
+    assert "the plug-in broken of a-stranger (breaks:made) cannot be loaded: no wheels" in caplog.text
