@@ -296,9 +296,9 @@ class SimulatedRobot(SimulatedDevice):
         return data.cam_xpos[index].copy(), data.cam_xmat[index].reshape(3, 3).copy()
 
     def start(self) -> None:
-        """Start the threads of cameras and physics; with a virtual clock there are none."""
+        """Start the thread of the physics; with a virtual clock there is none."""
         if self._paced:
-            self._renderer.start()
+            self._renderer.check()
             self._paced.start()
 
     def check(self) -> None:
