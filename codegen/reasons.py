@@ -86,40 +86,38 @@ def reason(error: BaseException) -> Message:
 def known_text(text: str, others: tuple[Message, ...] = (), fewest: int = 0) -> Message:
     """Return a text of Python or of the system as a message, with what is known of it.
 
-    `others` are messages of templates that are looked for, too, if at least the `fewest` letters of the text
-    are theirs: `{automaton} is in {state}` alone would fit too much. Of several that fit, the one with most
-    letters counts. Before a text the name of an exception may stand, as in `NameError: name 'x' is not
-    defined`; a semicolon divides what is known.
+    `others` are messages of templates that are looked for, too. The `fewest` letters of a text that are of
+    templates keep those as `{automaton} is in {state}` from fitting too much; of several that fit, the one
+    with most letters counts. Before a text the name of an exception may stand, as in `NameError: name 'x' is
+    not defined`; a semicolon divides what is known.
     """
     if len(text) > _LONGEST_TEXT:
         return Message.verbatim(text)
     if exception := _EXCEPTION.fullmatch(text):
         kind, what = exception.groups()
         return Message("{kind}: {what}", kind=kind, what=known_text(what, others, fewest))
-    return _find(text, others, fewest, "; ") or Message.verbatim(text)
+    found = _find(text, others, "; ")
+    return found if _letters(found) >= fewest else Message.verbatim(text)
 
 
-def _find(text: str, others: tuple[Message, ...], fewest: int, separator: str) -> Message | None:
-    """Return a text, or a list of texts, as the message with most letters of templates; None without any."""
-    found = list(_fitting(text, others, fewest))
+def _find(text: str, others: tuple[Message, ...], separator: str) -> Message:
+    """Return a text, or a list of texts, as the message with most letters of templates."""
+    found = [Message.verbatim(text), *_fitting(text, others)]
     if separator in text:
-        listed = [(each, _find(each, others, fewest, "; ")) for each in text.split(separator)]
-        found.append(joined(separator, [message or each for each, message in listed]))
-    best = max(found, key=_letters, default=None)
-    return best if best is not None and _letters(best) else None
+        found.append(joined(separator, [_find(each, others, "; ") for each in text.split(separator)]))
+    return max(found, key=_letters)
 
 
-def _fitting(text: str, others: tuple[Message, ...], fewest: int) -> Iterator[Message]:
+def _fitting(text: str, others: tuple[Message, ...]) -> Iterator[Message]:
     """Yield a text as the messages of the templates that fit it."""
-    for known in _patterns(others, fewest):
+    for known in _patterns(others):
         if known.longest in text and (found := known.pattern.fullmatch(text)):
             with suppress(ValueError):  # where it has another text in place of a number
                 values = {
                     name: _value(name, each, known.formats[name], others)
                     for name, each in found.groupdict().items()
                 }
-                message = known.message.again(values)
-                if message == text and _letters(message) >= known.fewest:
+                if (message := known.message.again(values)) == text:
                     yield message
 
 
@@ -127,7 +125,7 @@ def _value(name: str, text: str, how: str, others: tuple[Message, ...]) -> Value
     """Return a value as its template writes it. Raises ValueError for a text in place of a number."""
     if how:
         return float(text.removesuffix("%")) / (100 if how.endswith("%") else 1)
-    return _find(text, others, 0, ", ") or text if name in _PARTS else number(text)
+    return _find(text, others, ", ") if name in _PARTS else number(text)
 
 
 class _Known(NamedTuple):
@@ -140,16 +138,14 @@ class _Known(NamedTuple):
     """How its values are written, by name; empty for texts."""
     longest: str
     """Its longest text between values, which is in all of these."""
-    fewest: int
-    """Letters of templates that a text of it has at least."""
 
 
 @cache
-def _patterns(others: tuple[Message, ...], fewest: int) -> tuple[_Known, ...]:
-    return (*(_known(each, fewest) for each in others), *(_known(each, 0) for each in _KNOWN))
+def _patterns(others: tuple[Message, ...]) -> tuple[_Known, ...]:
+    return tuple(map(_known, (*others, *_KNOWN)))
 
 
-def _known(message: Message, fewest: int) -> _Known:
+def _known(message: Message) -> _Known:
     formats: dict[str, str] = {}
     longest = pattern = ""
     for literal, name, how, _ in message.pieces():
@@ -160,7 +156,7 @@ def _known(message: Message, fewest: int) -> _Known:
         elif name is not None:
             formats[name] = how or ""
             pattern += f"(?P<{name}>.+?)"
-    return _Known(message, re.compile(pattern, re.DOTALL), formats, longest, fewest)
+    return _Known(message, re.compile(pattern, re.DOTALL), formats, longest)
 
 
 def _letters(message: Message) -> int:

@@ -24,7 +24,7 @@ _MEMBERS: Final = re.compile(r"(.+) (\(\w+='[^']*'\))", re.DOTALL)
 """The text of an interface's exception, with its other members."""
 _REPEATED: Final = re.compile(r"(.+) \((\d+) more since the last report\)", re.DOTALL)
 """An event of a robot that it had more than once."""
-_FEWEST_LETTERS: Final = 10
+_FEWEST_LETTERS: Final = 8
 """Of templates in a text that is known: with fewer, another text may just look like it."""
 
 

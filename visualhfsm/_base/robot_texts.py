@@ -12,28 +12,6 @@ from codegen.messages import Message, template
 
 __all__ = ["SAID"]
 
-_ERRORS: Final = (
-    template(
-        "the server of {servant} is offline (connecting to {addresses}); calls continue when it is back"
-    ),
-    template("the server of {servant} is offline; calls continue when it is back"),
-    template("no servant {servant} in realm {realm}; there is {others}"),
-    template("no servant {servant} in realm {realm}; the realm has no servants: no robot is here"),
-    template("{call} did not answer within {seconds} s"),
-    template("{call}: the server restarted during the call"),
-    template("{call}: the connection was lost during the call"),
-    template("{call}: its servant started during the call, and missed it"),
-    template("{call} got no answer, and its process does not answer either"),
-    template("{call}: {count} calls are already waiting; this one was not executed"),
-    template(
-        "{call} was not executed: {servant} exists, but access control does not let this component call "
-        "it; `security` in its settings, and in those of the router, says who may"
-    ),
-    template("no new sample of {stream} within {seconds} s"),
-)
-"""The sentences of `hfsm_runtime` about an automaton, and of `zenoh_ice` about a server."""
-
-
 STANCES: Final = (
     Message("standing"),
     Message("sitting"),
@@ -263,4 +241,4 @@ OF_ROBOTS: Final = tuple(
 )
 """All of them; those that begin with a value are last, as they might take the beginning of others for it."""
 
-SAID: Final = (*OF_ROBOTS, *STANCES, *_ERRORS)
+SAID: Final = (*OF_ROBOTS, *STANCES)
