@@ -7,6 +7,8 @@ from collections.abc import Iterator, Sequence
 from inspect import isfunction
 from typing import Final
 
+from zenoh_ice.data.text import sentence
+
 from ._automaton import Automaton
 from ._variables import cells_of, functions_of
 from .component import Component
@@ -37,9 +39,10 @@ def _undeclared(name: str, component: Component) -> str:
     known = {each for each in dir(component) if not each.startswith("_")}
     close = difflib.get_close_matches(name[:_LONGEST_NAME], sorted(known), 2)
     if close:
-        meant = " or ".join(f"`self.{each}`" for each in close)
-        return f"`self.{name}` is not declared; did you mean {meant}?"
-    return f"`self.{name}` is not declared; declare an interface, function or parameter, or assign it first"
+        advice = sentence("did you mean {names}?", names=" or ".join(f"`self.{each}`" for each in close))
+    else:
+        advice = sentence("declare an interface, function or parameter, or assign it first")
+    return sentence("`self.{name}` is not declared", name=name) + f"; {advice}"
 
 
 def _unset(name: str, component: Component | None, automata: Sequence[Automaton]) -> str:
@@ -51,15 +54,23 @@ def _unset(name: str, component: Component | None, automata: Sequence[Automaton]
     declared = [*_variables_above(component, own)]
     for index, automaton in enumerate(above):
         if name in cells_of(automaton) or (index < len(declared) and name in declared[index]):
-            advice = f"pass it to {own.name} as an input, or write"
+            names = {"name": name, "automaton": own.name}
             if is_assigned:
-                advice = f"make it an output of {own.name}, or write"
-            return (
-                f"NameError: `{name}` is a variable of {automaton.name}, and {own.name} has its own; "
-                f"{advice} `self.{name}` in both"
+                advice = sentence("make it an output of {automaton}, or write `self.{name}` in both", **names)
+            else:
+                advice = sentence(
+                    "pass it to {automaton} as an input, or write `self.{name}` in both", **names
+                )
+            why = sentence(
+                "`{name}` is a variable of {owner}, and {automaton} has its own",
+                owner=automaton.name,
+                **names,
             )
+            return f"NameError: {why}; {advice}"
     if is_assigned:
-        return f"NameError: `{name}` has no value yet; give it one in the variables of {own.name}"
+        why = sentence("`{name}` has no value yet", name=name)
+        advice = sentence("give it one in the variables of {automaton}", automaton=own.name)
+        return f"NameError: {why}; {advice}"
     return ""
 
 

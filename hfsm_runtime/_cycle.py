@@ -9,6 +9,8 @@ from typing import Final, Protocol
 
 from greenlet import GreenletExit
 
+from zenoh_ice.data.text import sentence
+
 from ._actor import Actor
 from ._automaton import REQUIRED, Arguments, Automaton, Event, State, Transition
 from ._phases import BEGUN, ENTERED, ENTERING, PAUSED_AT_CODE, SETTLED, Phase, after_entry_code
@@ -343,9 +345,13 @@ def outputs_of(automaton: Automaton, code: Iterable[Callable[..., object]]) -> d
     values = automaton.get_outputs()
     outputs: dict[str, object] = {}
     for declared in automaton.outputs:
-        what = f"the output {declared.name!r} of automaton {automaton.id} ({automaton.name!r})"
+        outputs[declared.name] = value = values[declared.name]
+        if type(value) is declared.type:
+            continue
+        names = {"output": repr(declared.name), "id": automaton.id, "name": repr(automaton.name)}
+        what = sentence("the output {output} of automaton {id} ({name})", **names)
         try:
-            outputs[declared.name] = convert(values[declared.name], declared.type, what)
+            outputs[declared.name] = convert(value, declared.type, what)
         except ValueTypeError as error:
             place = place_of_assignment(code, declared.name)
             if place:

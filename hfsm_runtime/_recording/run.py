@@ -22,6 +22,7 @@ from hfsm_runtime.recording_file.writer import RecordingFailedError, RecordingWr
 from zenoh_ice import ObjectPrx
 from zenoh_ice.data import typed
 from zenoh_ice.data.status import version_of
+from zenoh_ice.data.text import sentence
 from zenoh_ice.threads.clock import Clock
 
 from .._automaton import Automaton
@@ -199,10 +200,11 @@ class RecordedRuntime(Runtime):
         apply: Callable[[int], Replaced],  # noqa: ARG002
     ) -> float:
         """Raise ReloadRefusedError: a recording is of one document."""
-        raise ReloadRefusedError(
-            "a component that is recorded is not reloaded, as its recording is of one document: "
-            "start it again without --record"
+        text = sentence(
+            "a component that is recorded is not reloaded, as its recording is of one document: start it "
+            "again without --record"
         )
+        raise ReloadRefusedError(text)
 
     def mark(self, mark: Mark) -> None:
         """Show a mark on the picture of a camera."""

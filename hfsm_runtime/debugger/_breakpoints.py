@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from typing import Final
 
 from interfaces.hfsm import Breakpoint
+from zenoh_ice.data.text import sentence
 
 from .._automaton import Transition
 from .._component_run import ComponentRun
@@ -66,7 +67,7 @@ class Breakpoints(Observer):
                 try:
                     kept.append((one, self._check(one)))
                 except (UnknownElementError, ValueTypeError) as error:
-                    dropped.append(f"a breakpoint is dropped: {error}")
+                    dropped.append(sentence("a breakpoint is dropped: {reason}", reason=error))
             self._all = tuple(kept)
             for automaton, stopped in self._stopped_at.items():
                 self._stopped_at[automaton] = [one for one in stopped if one in self.all]
@@ -101,11 +102,16 @@ class Breakpoints(Observer):
         actor = self._runtime.actor(one.automaton)
         if (one.state == 0) == (one.transition == 0):
             raise ValueTypeError("a breakpoint is at a state or at a transition: one of the two is 0")
-        label = f"automaton {one.automaton} ({actor.automaton.name})"
+        where = {"id": one.automaton, "name": actor.automaton.name}
         if one.state and all(state.id != one.state for state in actor.automaton.states):
-            raise UnknownElementError(f"{label} has no state {one.state}")
+            raise UnknownElementError(
+                sentence("automaton {id} ({name}) has no state {state}", state=one.state, **where)
+            )
         if one.transition and all(t.id != one.transition for t in actor.automaton.transitions):
-            raise UnknownElementError(f"{label} has no transition {one.transition}")
+            text = sentence(
+                "automaton {id} ({name}) has no transition {transition}", transition=one.transition, **where
+            )
+            raise UnknownElementError(text)
         if not one.condition.strip():
             return None
         try:
@@ -122,7 +128,8 @@ class Breakpoints(Observer):
             )
             raise ValueTypeError(
                 f"the condition of the breakpoint: column {condition.column_of(name)}: "
-                f"the code of {label} uses no variable {name}{hint}"
+                f"the code of automaton {one.automaton} ({actor.automaton.name}) uses no variable "
+                f"{name}{hint}"
             )
         return condition
 
@@ -134,5 +141,10 @@ class Breakpoints(Observer):
         try:
             return condition.holds({**values_of(actor.automaton), _SELF: parameters})
         except ExpressionError as error:
-            self._runtime.note(actor, f"the condition {condition.text!r} has no value: {error}")
+            text = sentence(
+                "the condition {condition} has no value: {reason}",
+                condition=repr(condition.text),
+                reason=error,
+            )
+            self._runtime.note(actor, text)
             return True

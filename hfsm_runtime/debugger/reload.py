@@ -19,8 +19,9 @@ from typing import Final
 
 from interfaces.hfsm import ReloadReport
 from zenoh_ice import ZenohIceError
+from zenoh_ice.data.text import sentence
 
-from .._automaton import Automaton
+from .._automaton import Automaton, State
 from .._component_run import ComponentRun
 from .._variables import cells_of, values_of
 from ..component import Component, make_automata, parameters_of, proxies_of, source_of
@@ -90,8 +91,9 @@ class Reloading:
         except (ComponentError, ZenohIceError) as error:
             raise ReloadRefusedError(str(error)) from error
         except (Exception, SystemExit) as error:  # a document may define what makes its component
+            text = f"{type(error).__name__}: {error}"
             raise ReloadRefusedError(
-                f"the component cannot be created: {type(error).__name__}: {error}"
+                sentence("the component cannot be created: {reason}", reason=text)
             ) from error
         name = made.actors[0].automaton.name
         if name != run.name:
@@ -144,30 +146,51 @@ class Replacement:
                 known = first.get(new.automaton.id, {})
                 lost = _carry_variables(old.automaton, new.automaton, known)
                 if lost:
-                    self.not_kept.append(f"no code of {_label(new)} uses {', '.join(lost)} any more")
+                    text = sentence(
+                        "no code of automaton {id} ({name}) uses {names} any more",
+                        names=", ".join(lost),
+                        **_named(new),
+                    )
+                    self.not_kept.append(text)
                 for name, kind in _retyped(old.automaton, new.automaton).items():
-                    text = (
-                        f"the output {name} of {_label(new)} is {kind.__name__} now and has its default again"
+                    text = sentence(
+                        "the output {output} of automaton {id} ({name}) is {kind} now and has its default "
+                        "again",
+                        output=name,
+                        kind=kind.__name__,
+                        **_named(new),
                     )
                     self.not_kept.append(text)
         _share_attributes(self._former, self.component)
         began = {actor for actor in tree.actors if actor.phase is not Phase.UNUSED}
         replaced = tree.replace(self.actors, now)
         for actor in replaced.gone:
-            where = f", which was in {actor.current.name}" if actor in began else ""
-            code = "; its exit code did not run" if actor in began and actor.current.exit is not None else ""
-            self.not_kept.append(f"{_label(actor)} is gone{where}{code}")
-        for actor, left in replaced.displaced:
-            code = "; its exit code did not run" if left.exit is not None else ""
-            self.not_kept.append(
-                f"{_label(actor)} was in the state {left.name}, which is gone, "
-                f"and restarts in {actor.automaton.initial.name}{code}"
+            if actor not in began:
+                self.not_kept.append(sentence("automaton {id} ({name}) is gone", **_named(actor)))
+                continue
+            gone = sentence(
+                "automaton {id} ({name}) is gone, which was in {state}",
+                state=actor.current.name,
+                **_named(actor),
             )
+            self.not_kept.append(gone + _without_exit(actor.current))
+        for actor, left in replaced.displaced:
+            text = sentence(
+                "automaton {id} ({name}) was in the state {state}, which is gone, and restarts in {other}",
+                state=left.name,
+                other=actor.automaton.initial.name,
+                **_named(actor),
+            )
+            self.not_kept.append(text + _without_exit(left))
         return replaced
 
 
-def _label(actor: Actor) -> str:
-    return f"automaton {actor.automaton.id} ({actor.automaton.name})"
+def _named(actor: Actor) -> dict[str, object]:
+    return {"id": actor.automaton.id, "name": actor.automaton.name}
+
+
+def _without_exit(left: State) -> str:
+    return "" if left.exit is None else "; " + sentence("its exit code did not run")
 
 
 def _carry_variables(old: Automaton, new: Automaton, first: FirstValues) -> list[str]:
@@ -219,18 +242,24 @@ def _share_attributes(old: Component, new: Component) -> None:
 def _kept(old: Component, new: type[Component]) -> tuple[set[str], list[str]]:
     """Return the names of attributes that another version of a component keeps, and texts on the others."""
     former, present = _declarations(old), _declarations(new)
-    lost = [f"the parameter {name} is gone" for name in parameters_of(old) if name not in parameters_of(new)]
+    gone = [name for name in parameters_of(old) if name not in parameters_of(new)]
+    lost = [sentence("the parameter {name} is gone", name=name) for name in gone]
     kept = set()
     for name in vars(old):
         if name in former or name in present:
             keep = former.get(name) == present.get(name)
             if not keep and name in parameters_of(old) and name in parameters_of(new):
                 kind = type(parameters_of(new)[name].default).__name__
-                lost.append(f"the parameter {name} is {kind} now and has its default again")
+                again = sentence(
+                    "the parameter {name} is {kind} now and has its default again", name=name, kind=kind
+                )
+                lost.append(again)
         else:
             keep = not _defines(new, name) or _defines(type(old), name)
             if not keep:
-                lost.append(f"self.{name} was an attribute, and is now defined by the document")
+                lost.append(
+                    sentence("self.{name} was an attribute, and is now defined by the document", name=name)
+                )
         if keep:
             kept.add(name)
     return kept, lost

@@ -1,7 +1,7 @@
 """Bring the catalogs of all languages up to date with the code: `make texts`, or `make texts NEW=fr`.
 
 A language is a folder with one gettext catalog for each domain: `page` has the texts of the editor's page,
-`messages` what Python says there.
+`messages` what Python says there, `sentences` what robots and components say over the network.
 Each run extracts the texts of the code, adds new ones to each catalog, removes those that the code no longer
 has, and writes what is read at run time. `NEW` adds a language.
 """
@@ -52,6 +52,7 @@ class TextsError(Exception):
 
 
 _CODE: Final = ("codegen", "plugins", "visualhfsm")
+_SPEAKERS: Final = ("hfsm_runtime", "naoserver", "naoserver_sim", "plugins", "visualhfsm", "zenoh_ice")
 _OF_COMMANDS: Final = (
     *("codegen/_idl", "plugins/visualhfsm_classes", "visualhfsm/_base/html_file.py"),
     *(f"visualhfsm/_commands/{name}.py" for name in ("convert", "draw", "new", "report", "steer")),
@@ -70,16 +71,29 @@ _KEYWORDS: Final[Sequence[Mapping[str, tuple[int, ...]]]] = (
 
 def message_texts() -> Catalog:
     """Return the texts of Python that may reach a page."""
+    return _texts(_CODE, _KEYWORDS, lambda name: name.startswith(_OF_COMMANDS) and name != _FOR_PUPILS)
+
+
+def sentence_texts() -> Catalog:
+    """Return the templates of English texts that a page may hear from robots and components."""
+    return _texts(_SPEAKERS, [{"sentence": (1,)}])
+
+
+def _texts(
+    folders: Sequence[str],
+    of: Sequence[Mapping[str, tuple[int, ...]]],
+    without: Callable[[str], bool] = lambda _: False,
+) -> Catalog:
+    """Return the texts of code in arguments of some functions, except of some files."""
     catalog = Catalog()
-    paths = sorted(path for folder in _CODE for path in (ROOT / folder).rglob("*.py"))
-    for path in paths:
+    for path in sorted(path for folder in folders for path in (ROOT / folder).rglob("*.py")):
         name = path.relative_to(ROOT).as_posix()
-        if name.startswith(_OF_COMMANDS) and name != _FOR_PUPILS:
-            continue
         code = path.read_bytes()
+        if without(name) or not any(f"{each}(".encode() in code for keywords in of for each in keywords):
+            continue
         found = [
             each
-            for keywords in _KEYWORDS
+            for keywords in of
             for each in extract("python", io.BytesIO(code), keywords, ["Translators:"])
         ]
         for _, texts, comments, _ in sorted(found, key=lambda each: each[0]):
@@ -147,15 +161,17 @@ def _shelf_texts() -> Iterator[tuple[str, str]]:
         yield from ((place, text) for each in shown if (text := " ".join(each.text.split())))
 
 
-def page_json(catalog: Catalog) -> bytes:
-    """Return a catalog as the page reads it: texts by those of the code.
+def texts_json(catalog: Catalog) -> bytes:
+    """Return a catalog as the page and its server read it: texts by those of the code.
 
     A text with a number is an object of texts by the categories of `Intl.PluralRules`. The empty text, which
     the code never has, says what the file is. Raises TextsError when the rules of the catalog are not those
     of CLDR.
     """
     forms = forms_by_category(catalog)
-    texts: dict[str, Any] = {"": f"Written by `make texts` from {catalog.locale}/page.po. Do not edit."}
+    texts: dict[str, Any] = {
+        "": f"Written by `make texts` from {catalog.locale}/{catalog.domain}.po. Do not edit."
+    }
     for message in catalog:
         if not message.id or not message.string or not is_translated(message):
             continue
@@ -222,14 +238,16 @@ class Domain:
         """Return a catalog as it is on disk. Raises TextsError when it is no catalog."""
         path = folder / language / f"{self.name}.po"
         try:
-            return read_po(io.BytesIO(path.read_bytes()), locale=_locale(language), abort_invalid=True)
+            content = io.BytesIO(path.read_bytes())
+            return read_po(content, locale=_locale(language), domain=self.name, abort_invalid=True)
         except (OSError, PoFileError, ValueError) as error:
             raise TextsError(f"{path}: {error}") from error
 
 
 DOMAINS: Final = (
-    Domain("page", page_texts, page_json, "visualhfsm/_editor/static/languages/{language}.json"),
+    Domain("page", page_texts, texts_json, "visualhfsm/_editor/static/languages/{language}.json"),
     Domain("messages", message_texts, message_mo, "visualhfsm/_base/languages/{language}/messages.mo"),
+    Domain("sentences", sentence_texts, texts_json, "visualhfsm/_base/languages/{language}/sentences.json"),
 )
 
 

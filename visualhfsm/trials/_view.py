@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from codegen.messages import Message, number
+from codegen.messages import Message
 from codegen.reasons import known_text
 
 from ._messages import Dependence, FailureView, Histogram, Part, PlaceMap, Trial, TrialsView, TrialTimeline
@@ -166,10 +166,7 @@ def _trial(row: Row, timeline: TrialTimeline, page: str) -> Trial:
 
 
 def _reason(text: str) -> Message:
-    found = known_text(_cut(text), _REASONS)
-    if (time := found.values.get("time")) is None:
-        return found
-    return found.again({**found.values, "time": number(str(time))})
+    return known_text(_cut(text), _REASONS)
 
 
 def _cut(text: str, most: int = _LONGEST_TEXT) -> str:

@@ -1,4 +1,4 @@
-"""Make text from other processes fit to be shown."""
+"""What a program says, and text from other processes made fit to be shown."""
 
 from __future__ import annotations
 
@@ -8,6 +8,16 @@ from collections.abc import Sequence
 from typing import Final
 
 LONGEST_TEXT: Final = 4096  # characters of the text of an error
+
+
+def sentence(template: str, /, **values: object) -> str:
+    """Return an English text, or a part of one, that a page may show: a template with its values.
+
+    The template is a literal, from which `make texts` makes catalogs: by its template a page knows a text
+    that it hears, and says it in its own language (`visualhfsm._base.recognition`). What is a sentence or a
+    part of one, too, is a value of such a name as `reason` or `what` (`codegen.reasons`).
+    """
+    return template.format_map(values)
 
 
 def cut(text: str, longest: int = LONGEST_TEXT) -> str:

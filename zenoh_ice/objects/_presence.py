@@ -23,7 +23,7 @@ from zenoh_ice.data.keys import (
     server_of_unknown_token,
 )
 from zenoh_ice.data.status import own_version, version_in_status, versions
-from zenoh_ice.data.text import few
+from zenoh_ice.data.text import few, sentence
 from zenoh_ice.threads.limits import LIMITS, Limits
 from zenoh_ice.transport import NoAnswer, Transport
 
@@ -205,21 +205,27 @@ class Presence:
         if self._closed:
             return exceptions.CommunicatorDestroyedException("the communicator was destroyed")
         if self._lost_with_its_process(target, limit):
-            way = f" (connecting to {', '.join(self._endpoints)})" if self._endpoints else ""
+            lost = sentence("the server of {servant} is offline", servant=target)
+            if self._endpoints:
+                lost = sentence(
+                    "{what} (connecting to {addresses})", what=lost, addresses=", ".join(self._endpoints)
+                )
             return exceptions.ConnectionLostException(
-                f"the server of {target} is offline{way}; calls continue when it is back"
+                f"{lost}; " + sentence("calls continue when it is back")
             )
         if self._endpoints and not self._linked:
             return exceptions.ConnectFailedException(self._transport.explain_unreachable(limit))
         present = self.identities(target.realm)
         shown = difflib.get_close_matches(target.identity, present, 3, 0.5) or present
-        there = f"there is {few(shown, 8)}" if shown else ""
-        other = self.other_version_in(target.realm, limit)
-        has = f"the realm has {other}" if other else ""
-        reasons = "; ".join(filter(None, (there, has))) or "the realm has no servants: no robot is here"
-        return exceptions.ObjectNotExistException(
-            f"no servant {target.identity!r} in realm {target.realm!r}; {reasons}"
-        )
+        missing = {"servant": repr(target.identity), "realm": repr(target.realm)}
+        reasons = [sentence("no servant {servant} in realm {realm}", **missing)]
+        if shown:
+            reasons.append(sentence("there is {others}", others=few(shown, 8)))
+        if other := self.other_version_in(target.realm, limit):
+            reasons.append(f"the realm has {other}")
+        if not reasons[1:]:
+            reasons.append(sentence("the realm has no servants: no robot is here"))
+        return exceptions.ObjectNotExistException("; ".join(reasons))
 
     def other_version_in(self, realm: str, limit: float = math.inf) -> str:
         """Return that a realm has servants of another version of VisualHFSM, and which; empty if it has none.
@@ -282,23 +288,30 @@ class Presence:
         if target not in self.present:
             return self.explain_absence(target)
         if self.lost_since(target, started):
-            reason = ": the server restarted during the call"
+            lost = sentence("{call}: the server restarted during the call", call=what)
         elif self._last_link_lost >= started:
-            reason = ": the connection was lost during the call"
+            lost = sentence("{call}: the connection was lost during the call", call=what)
         elif end.timed_out:
-            return exceptions.TimeoutException(f"{what} did not answer within {limit or timeout:g} s")
+            waited = limit or timeout
+            return exceptions.TimeoutException(
+                sentence("{call} did not answer within {seconds:g} s", call=what, seconds=waited)
+            )
         elif self.came_since(target, started):
-            reason = ": its servant started during the call, and missed it"
+            lost = sentence("{call}: its servant started during the call, and missed it", call=what)
         elif not served:
-            reason = " got no answer, and its process does not answer either"
+            lost = sentence("{call} got no answer, and its process does not answer either", call=what)
         elif end.broken:
-            reason = ": the connection was lost during the call"
+            lost = sentence("{call}: the connection was lost during the call", call=what)
         else:
             return exceptions.AccessDeniedException(
-                f"{what} was not executed: {target} exists, but access control does not let this component "
-                "call it; `security` in its settings, and in those of the router, says who may"
+                sentence(
+                    "{call} was not executed: {servant} exists, but access control does not let this "
+                    "component call it; `security` in its settings, and in those of the router, says who may",
+                    call=what,
+                    servant=target,
+                )
             )
-        return exceptions.ConnectionLostException(what + reason)
+        return exceptions.ConnectionLostException(lost)
 
     def _lost_with_its_process(self, target: Target, limit: float) -> bool:
         """Return whether a servant was lost because its process ended or its link broke."""

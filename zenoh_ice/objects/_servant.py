@@ -363,10 +363,7 @@ class ServedObject:
         most = _MOST_FROZEN if call.method.frozen else _MOST_WAITING
         full = turn.waiting_bytes + size > self._communicator.limits.waiting_bytes
         if len(turn.waiting) >= most or (turn.waiting and full):
-            raise exceptions.BusyException(
-                f"{call.method.what}: {len(turn.waiting)} calls are already waiting; "
-                "this one was not executed"
-            )
+            raise exceptions.BusyException.behind(len(turn.waiting), call.method.what)
         turn.waiting.append(call)
         turn.waiting_bytes += size
 

@@ -205,7 +205,7 @@ class Pool:
             # The first job of each line runs.
             waiting, most = (len(jobs) - 1, MOST_QUEUED) if jobs else (len(self.lines), MOST_LINES)
             if waiting >= most:
-                raise BusyException(f"{line}: {waiting} calls are already waiting; this one was not executed")
+                raise BusyException.behind(waiting, line)
             jobs.append(job)
             if len(jobs) > 1:
                 return

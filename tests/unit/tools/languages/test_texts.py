@@ -28,7 +28,7 @@ from tools.languages.texts import (
     forms_by_category,
     is_translated,
     languages,
-    page_json,
+    texts_json,
     update,
     updated,
 )
@@ -36,6 +36,7 @@ from visualhfsm._editor.assets import Assets
 
 pytestmark = pytest.mark.skipif(shutil.which("node") is None, reason="Node.js is not installed")
 
+FOLDERS = ("codegen", "hfsm_runtime", "naoserver", "naoserver_sim", "plugins", "visualhfsm", "zenoh_ice")
 PLACEHOLDER = re.compile(r"{(\w[^{}]*)}")
 ALL = [
     pytest.param(domain, language, id=f"{language}-{domain.name}")
@@ -74,10 +75,16 @@ def ids(catalog: Catalog) -> set[Any]:
 
 
 def test_no_text_that_is_looked_up_is_put_together() -> None:
-    names = {"Message", "because", "template", "EditError", "ChangedOutsideError", "OldFormatError"}
-    paths = [
-        path for folder in ("codegen", "plugins", "visualhfsm") for path in (ROOT / folder).rglob("*.py")
-    ]
+    names = {
+        "Message",
+        "because",
+        "template",
+        "sentence",
+        "EditError",
+        "ChangedOutsideError",
+        "OldFormatError",
+    }
+    paths = [path for folder in FOLDERS for path in (ROOT / folder).rglob("*.py")]
     found = [
         f"{path.relative_to(ROOT)}:{call.lineno}"
         for path in paths
@@ -87,6 +94,19 @@ def test_no_text_that_is_looked_up_is_put_together() -> None:
     ]
     assert len(paths) > 300
     assert found == []
+
+
+@pytest.mark.slow
+def test_every_sentence_that_a_server_says_is_in_the_catalogs() -> None:
+    said = {
+        ast.literal_eval(call.args[0]) if isinstance(call.args[0], ast.Constant) else f"{path}:{call.lineno}"
+        for folder in FOLDERS
+        for path in (ROOT / folder).rglob("*.py")
+        for call in ast.walk(ast.parse(path.read_bytes()))
+        if isinstance(call, ast.Call) and ast.unparse(call.func).rpartition(".")[2] == "sentence"
+    }
+    assert len(said) > 50
+    assert said == set(ids(DOMAINS[2].catalog_of("es")))
 
 
 @pytest.mark.slow
@@ -211,7 +231,7 @@ def test_a_language_is_added_by_one_command_and_its_texts(tmp_path: Path, domain
 def test_texts_with_a_number_are_known_by_the_categories_of_browsers() -> None:
     catalog = added(DOMAINS[0], "pl")
     catalog.add(("{count} state", "{count} states"), ("{count} stan", "{count} stany", "{count} stanów"))
-    assert json.loads(page_json(catalog))["{count} state"] == {
+    assert json.loads(texts_json(catalog))["{count} state"] == {
         "one": "{count} stan",
         "few": "{count} stany",
         "many": "{count} stanów",

@@ -10,8 +10,7 @@ from typing import Final
 
 from codegen.messages import Message, template
 
-__all__ = ["OF_ROBOTS", "STANCES"]
-
+__all__ = ["SAID"]
 
 STANCES: Final = (
     Message("standing"),
@@ -241,3 +240,5 @@ OF_ROBOTS: Final = tuple(
     )
 )
 """All of them; those that begin with a value are last, as they might take the beginning of others for it."""
+
+SAID: Final = (*OF_ROBOTS, *STANCES)
