@@ -17,6 +17,7 @@ from itertools import count
 from logging.handlers import RotatingFileHandler
 from typing import Any, Final
 
+import numpy as np  # noqa: F401 - once for a process: pytester forgets what its runs have imported
 import pytest
 import typer.testing
 from hypothesis import HealthCheck, settings

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from inspect import isfunction
 
 import pytest
 
@@ -34,7 +35,7 @@ def test_what_the_tables_name_is_there(behavior: MakeBehavior) -> None:
     assert set(re.findall(r"`(\w+)\(", section)) == {
         name
         for name, value in vars(strategies).items()
-        if name[0] != "_" and getattr(value, "__module__", "") == strategies.__name__
+        if name[0] != "_" and isfunction(value) and value.__module__ == strategies.__name__
     }
 
 
