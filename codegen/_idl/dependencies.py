@@ -19,6 +19,7 @@ from collections.abc import Callable, Hashable, Iterator, Mapping, Set
 from graphlib import CycleError, TopologicalSorter
 from typing import TypeVar
 
+from ..graphs import reached
 from . import ast
 from .lexer import Source
 from .packages import GeneratedModule, ModuleKey
@@ -122,21 +123,10 @@ def _strongly_connected(graph: Mapping[_Node, Set[_Node]]) -> dict[_Node, set[_N
     found: dict[_Node, set[_Node]] = {}
     for node in graph:
         if node not in found:
-            reached, reaching = _reached(graph, node), _reached(needed_by, node)
-            component = reached & reaching
+            below = reached([node], lambda each: graph.get(each, ()))
+            component = {each for each in reached([node], needed_by.__getitem__) if each in below}
             found |= dict.fromkeys(component if len(component) > 1 else (), component)
     return found
-
-
-def _reached(graph: Mapping[_Node, Set[_Node]], start: _Node) -> set[_Node]:
-    """Return the nodes to which edges lead from one."""
-    reached: set[_Node] = set()
-    waiting = [start]
-    while waiting:
-        new = graph.get(waiting.pop(), set()) - reached
-        reached |= new
-        waiting += new
-    return reached
 
 
 def _key(definition: ast.Definition) -> _DefinitionKey:
