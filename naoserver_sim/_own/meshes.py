@@ -12,7 +12,6 @@ import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from importlib import metadata
 from pathlib import Path, PurePosixPath
 from typing import Annotated, Any, Final, NamedTuple
 
@@ -251,6 +250,8 @@ def _written(corners: ArrayLike) -> bytes:
 
 def _kept(content: bytes, ending: str) -> MeshFile:
     """Return what trimesh reads of a mesh, or has read of it before."""
+    from importlib import metadata  # few robots have such meshes, and it takes long
+
     try:
         versions = " ".join(map(metadata.version, ("trimesh", "pycollada")))
     except metadata.PackageNotFoundError:
