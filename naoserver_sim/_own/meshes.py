@@ -19,7 +19,7 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike
 
-from naoserver_sim._own.kept_meshes import kept
+from naoserver_sim._own.cache import kept
 from naoserver_sim._own.tree import LARGEST_FILE, POINTER, is_pointer
 from zenoh_ice.data import typed
 
