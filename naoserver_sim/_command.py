@@ -18,8 +18,9 @@ from typing import Annotated, Any, Final, NamedTuple
 import typer
 from typer.core import TyperCommand
 
-from naoserver.bodies import BODY_NAMES, DEFAULT_BODY, is_body_file
+from naoserver.bodies import BODY_NAMES, DEFAULT_BODY, find_body, is_body_file
 from naoserver.bodies.parts import CameraFacts
+from naoserver.body import Body
 from naoserver.errors import RobotError
 from naoserver.options import CameraOptions, ServerOptions, capped
 from naoserver.robot import Robot
@@ -27,7 +28,6 @@ from naoserver.safety.latch import latch_of
 from naoserver.serving.assembly import Assembly
 from naoserver.serving.entrances import Entrance, find_entrances, flag, later_port, options_of
 from naoserver.serving.server import JointSpeed, ResumeAfterReset, problem_of, serve
-from naoserver_sim.own_body import named_body, write_own_body
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import DEFAULT_WORLD, bundled_worlds, load_world
 from zenoh_ice import ConfigurationException, initialize
@@ -186,9 +186,11 @@ def naoserver_sim(
         if not is_body_file(body):
             message = f"{body} is no file: this writes a robot of your own, --body robot.urdf"
             raise typer.BadParameter(message, param_hint="--write-body")
+        from naoserver_sim.own_body import write_own_body  # reads models: most robots are known
+
         write_own_body(Path(body), write_body, arguments=arguments, force=force, say=typer.echo)
         return
-    facts = named_body(body, arguments=arguments, say=typer.echo)
+    facts = _named_body(body, arguments)
     entrances = [entrance for entrance in entered.entrances if entrance.is_wanted(entered.options)]
     if entrances and settings.security != Security():
         asked = flag(entrances[0].asked_by)
@@ -221,6 +223,14 @@ def naoserver_sim(
             [(each.programs, partial(each.serve, options=entered.options)) for each in entrances],
             stop,
         )
+
+
+def _named_body(name: str, arguments: Mapping[str, str]) -> Body:
+    if not (is_body_file(name) or arguments):
+        return find_body(name)
+    from naoserver_sim.own_body import named_body  # reads models: most robots are known
+
+    return named_body(name, arguments=arguments, say=typer.echo)
 
 
 def _serve(
