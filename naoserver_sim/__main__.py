@@ -20,6 +20,7 @@ def main() -> NoReturn:
     # create their GL contexts later, according to the variable.
     chosen = os.environ.get(_GL, "")
     os.environ[_GL] = "disable"
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its threads spin at first; all matrices are small
     if (lack := lacks_of_mujoco()) and not _is_loaded_elsewhere():
         sys.exit(f"naoserver-sim: error: {lack}: use another computer, or give a virtual machine its host's")
     try:
