@@ -15,8 +15,6 @@ from .component import Component
 from .errors import describe
 from .loading import how_to_install
 
-__all__ = ["explain"]
-
 _LONGEST_NAME: Final = 100
 
 

@@ -115,6 +115,7 @@ class Supervision(Observer):
         hand_over: float = RuntimeLimits.hand_over,
     ) -> None:
         self.hand_over = hand_over
+        self.now = timeline.now
         self._tree = tree
         self._timeline = timeline
         self._policies = on_error, on_refused
@@ -151,10 +152,6 @@ class Supervision(Observer):
         """The errors, oldest first: the newest 10,000."""
         with self._lock:
             return tuple(self._records)
-
-    def now(self) -> int:
-        """Return the component time in ns."""
-        return self._timeline.now()
 
     def heard(self, actor: Actor, error: Exception) -> bool:
         """Return whether a state, from the automaton up, hears an exception of a servant as an event.

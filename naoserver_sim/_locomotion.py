@@ -202,21 +202,29 @@ class ArmSwing:
 
     def begin(self, hanging: NDArray[np.bool_]) -> None:
         """Swing the arms that are `hanging` from now on."""
-        self._swinging = hanging
         self._rests = self.shoulders()
+        self._seen = self._setpoints.commands
         self._begun = self._commands()
+        self._swing(hanging)
 
     def tick(self, swings: Array, out: Array, reach: float = math.inf) -> None:
         """Fill the setpoints of the shoulders in `out`: `swings` from where they hung, in rad.
 
         None moves by more than `reach` rad.
         """
-        self._swinging &= self._commands() == self._begun
-        if not self._swinging.any():
+        if self._seen is not self._setpoints.commands:
+            self._seen = self._setpoints.commands
+            self._swing(self._swinging & (self._commands() == self._begun))
+        moved = self._moved
+        if not moved.size:
             return
-        present = self.shoulders()
-        angles = np.minimum(np.maximum(self._rests + swings, present - reach), present + reach)
-        self._setpoints.place(self._shoulders[self._swinging], angles[self._swinging], out)
+        present = self._setpoints.setpoints[moved]
+        angles = (self._rests + swings)[self._swinging]
+        angles = np.minimum(np.maximum(angles, present - reach), present + reach)
+        self._setpoints.place(moved, angles, out)
+
+    def _swing(self, swinging: NDArray[np.bool_]) -> None:
+        self._swinging, self._moved = swinging, self._shoulders[swinging]
 
     def _commands(self) -> NDArray[np.int64]:
         """Return the numbers of commands to the joints of each arm."""

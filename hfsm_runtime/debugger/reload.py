@@ -26,7 +26,7 @@ from .._component_run import ComponentRun
 from .._variables import cells_of, values_of
 from ..component import Component, make_automata, parameters_of, proxies_of, source_of
 from ..errors import ComponentError, ReloadRefusedError
-from ..loading import has_own_builtins, load_module
+from ..loading import has_own_builtins, load_module, loading_again
 from ..source_map import locate
 from ..tree import Actor, Phase, Replaced, Tree, grow
 from ._expressions import plain
@@ -278,7 +278,7 @@ _MARK: Final = "_reloaded_"
 def _loaded_again(former: type[Component], path: Path) -> Iterator[type[Component]]:
     """Give the class that a component's file defines now, in a new module; raises ReloadRefusedError.
 
-    When the block fails, the module of its extension is the former one again.
+    When the block fails, the module of its extension remains the former one.
     """
     if not path.is_file():
         raise ReloadRefusedError(f"the component was not loaded from a file that is there: {path}")
@@ -287,16 +287,10 @@ def _loaded_again(former: type[Component], path: Path) -> Iterator[type[Componen
     own = before is not None and has_own_builtins(before)
     above = f"{package}." if package else ""
     extension = f"{above}{path.stem}_ext"
-    former_extension = sys.modules.pop(extension, None)  # so that the component imports it again
-    try:
+    with loading_again(extension, path.with_name(f"{path.stem}_ext.py"), package):
         yield _defined_in(
             path, f"{above}{path.stem}{_MARK}{next(_numbers)}", package, former, own_builtins=own
         )
-    except BaseException:
-        sys.modules.pop(extension, None)
-        if former_extension is not None:
-            sys.modules[extension] = former_extension
-        raise
 
 
 def _defined_in(

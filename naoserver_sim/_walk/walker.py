@@ -45,9 +45,9 @@ class Trim:
             for link in body.links
             if link is not body.root and body.moved_by[link.name].name not in body.groups.legs
         ]
-        self._bodies = np.array([mj.body(name).id for name in upper], dtype=np.intp)
-        weights = mj.body_mass[self._bodies]
-        self._shares = weights / float(mj.body_subtreemass[self._torso])
+        bodies = [mj.body(name).id for name in upper]
+        self._shares = np.zeros(mj.nbody)  # of the links in the mass, 0 for those of the legs
+        self._shares[bodies] = mj.body_mass[bodies] / float(mj.body_subtreemass[self._torso])
         self._share = float(self._shares.sum())
         self._mj, self._posture = mj, body.resting_angles
         self._x, self._y = 0.0, 0.0
@@ -70,9 +70,9 @@ class Trim:
 
     def _measure(self, data: mujoco.MjData) -> tuple[float, float]:
         """Return the contribution of arms and head to the center of mass along the torso's x and y axes."""
-        center = self._shares @ data.xipos[self._bodies] - self._share * data.xpos[self._torso]
-        axes = data.xmat[self._torso]
-        return float(center @ axes[0::3]), float(center @ axes[1::3])
+        center = self._shares @ data.xipos - self._share * data.xpos[self._torso]
+        x, y, _ = (center @ data.xmat[self._torso].reshape(3, 3)).tolist()
+        return x, y
 
     @cached_property
     def _usual(self) -> tuple[float, float]:
@@ -185,6 +185,10 @@ _PACE: Final = 1.0
 """Speed in rad/s at which the legs move into the stance of the walk."""
 _STANCE_TOLERANCE: Final = 0.01
 """Distance in rad from the stance within which the legs need not move there first."""
+_AWHILE: Final = 10
+"""Ticks of rest after which the soles are hardly moved."""
+_IDLE_TICKS: Final = 5
+"""Ticks after which they are looked at again then."""
 _SETTLING_TIME: Final = 0.3
 """Seconds for which it stands before the walk counts as ended."""
 WEIGHT: Final = 25.0
@@ -214,7 +218,7 @@ class SimulatedWalker(Locomotion):
 
     def __init__(self, model: Model, simulator: Simulator, sensors: SensorRecord, *, noise: bool) -> None:
         super().__init__(simulator, model.body.groups.legs, LIMITS)
-        self._data = simulator.data
+        self._qpos = simulator.data.qpos
         self._setpoints = simulator.setpoints
         self._sensors = sensors
         self._noise = noise
@@ -223,7 +227,7 @@ class SimulatedWalker(Locomotion):
         motors = [body.joint_names.index(name) for name in leg_motors(body)]
         self._places = model.robot.qpos[joints]
         self._motors: NDArray[np.intp] = model.robot.motors[motors]
-        self._trim = Trim(model.mj, self._data, body)
+        self._trim = Trim(model.mj, simulator.data, body)
         of, robot = body.joint_names.index, model.robot
         hinges = ([body.hinge(f"{side}{part}") for part in _PARTS] for side in ("Left", "Right"))
         # The shoulder's tilt comes first.
@@ -232,6 +236,7 @@ class SimulatedWalker(Locomotion):
         self._controller = WalkController(body)
         self._odometer = Odometer(Legs(body))
         self._stage = _Stage.RESTING
+        self._idle = 0  # ticks of rest without a command
         self._time = 0.0  # since the stage began
         self._start = np.zeros(len(self._motors))
         self._rising = 0.0
@@ -250,11 +255,16 @@ class SimulatedWalker(Locomotion):
         """Set the setpoints of legs and arms while it walks, and update the odometry."""
         sensors = self._sensors
         self._inertial = sensors.newest.inertial
-        self._loads = sensors.loads()
         resting = self._stage is _Stage.RESTING
-        joints = sensors.encoded(self._data.qpos[self._places])
+        idle = resting and self._velocity == STILL
+        self._idle = self._idle + 1 if idle else 0
+        if self._idle > _AWHILE and self._idle % _IDLE_TICKS:
+            self._odometer.turn(seconds, self._inertial, resting=True)
+            return
+        self._loads = sensors.loads()
+        joints = sensors.encoded(self._qpos[self._places])
         self._odometer.tick(seconds, joints.tolist(), self._inertial, self._loads, resting=resting)
-        if resting and self._velocity == STILL:
+        if idle:
             return
         if hindrance := self._hindrance(self._simulator.motors.stiffnesses):
             self.abandon(hindrance)
@@ -278,6 +288,7 @@ class SimulatedWalker(Locomotion):
         self._end(why)
         self._controller.reset()
         self._odometer.lose_footing()
+        self._idle = 0
         self._enter(_Stage.RESTING)
 
     def _followed(self, velocity: WalkVelocity) -> WalkVelocity:

@@ -21,8 +21,6 @@ from codegen.messages import NO_MESSAGE, Message
 
 from .places import Located, Locator, Place
 
-__all__ = ["Imported", "ImportedPlaces", "shown_path"]
-
 
 class Imported(msgspec.Struct, frozen=True, kw_only=True):
     """A place in an imported file, and where a document has it.

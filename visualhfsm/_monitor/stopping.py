@@ -18,8 +18,6 @@ from zenoh_ice import Communicator, ObjectPrx, TimeoutException, ZenohIceError
 from zenoh_ice.application.emergency_stop import SAFETY, RobotStop, begin_stop
 from zenoh_ice.data.text import sentence
 
-__all__ = ["StopReport", "stop_once", "stop_robot"]
-
 _STOP_PERIOD: Final = 0.1
 """Wall seconds between two stops."""
 _REASON: Final = sentence("STOP was pressed in the editor")
