@@ -126,15 +126,6 @@ class MessageError(Exception):
         return cls(Message(template, **values))
 
 
-class _Ellipsis(str):
-    """Stands for a value of any format."""
-
-    __slots__ = ()
-
-    def __format__(self, how: str) -> str:
-        return str(self)
-
-
 class _Number(float):
     """A number that is written with the decimal point, or comma, of a language."""
 
@@ -169,7 +160,7 @@ def _make(template: str | None, plural: str | None, values: Mapping[str, Value])
 def template(text: str) -> Message:
     """Return a message of a template in which an ellipsis stands for each value; the text is a literal."""
     names = (name for _, name, _, _ in string.Formatter().parse(text) if name)
-    return _make(text, None, dict.fromkeys(names, _Ellipsis("\N{HORIZONTAL ELLIPSIS}")))
+    return _make(text, None, dict.fromkeys(names, "\N{HORIZONTAL ELLIPSIS}"))
 
 
 NO_MESSAGE: Final = Message.verbatim("")

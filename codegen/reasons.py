@@ -8,8 +8,7 @@ its versions changes some.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
-from contextlib import suppress
+from collections.abc import Iterator
 from functools import cache, lru_cache
 from typing import Final, NamedTuple
 
@@ -67,7 +66,12 @@ _KNOWN: Final = (*_SYNTAX, *_ERRORS, *_SYSTEM, *_THINGS)
 _EXCEPTION: Final = re.compile(r"([A-Za-z_][\w.]*(?:Error|Exception|Warning)): (.+)", re.DOTALL)
 _LONGEST_TEXT: Final = 600
 """Characters of a text that is looked for."""
-_PARTS: Final = frozenset({"guard", "needed", "reason", "stance", "what"})
+PARTS: Final = frozenset(
+    (
+        *("ended", "error", "failure", "guard", "message", "needed", "reason", "stance", "stop"),
+        *("stop_reason", "strerror", "waits", "what", "why"),
+    )
+)
 """The names of values that may be known themselves, or lists of what is."""
 
 
@@ -100,11 +104,13 @@ def known_text(text: str, others: tuple[Message, ...] = (), fewest: int = 0) -> 
     return found if _letters(found) >= fewest else Message.verbatim(text)
 
 
+@lru_cache(maxsize=4096)  # without it, nested texts would take a time that is exponential in their depth
 def _find(text: str, others: tuple[Message, ...], separator: str) -> Message:
     """Return a text, or a list of texts, as the message with most letters of templates."""
     found = [Message.verbatim(text), *_fitting(text, others)]
-    if separator in text:
-        found.append(joined(separator, [_find(each, others, "; ") for each in text.split(separator)]))
+    before, is_list, last = text.rpartition(separator)
+    if is_list:
+        found.append(joined(separator, [_find(before, others, separator), _find(last, others, "; ")]))
     return max(found, key=_letters)
 
 
@@ -112,20 +118,11 @@ def _fitting(text: str, others: tuple[Message, ...]) -> Iterator[Message]:
     """Yield a text as the messages of the templates that fit it."""
     for known in _patterns(others):
         if known.longest in text and (found := known.pattern.fullmatch(text)):
-            with suppress(ValueError):  # where it has another text in place of a number
-                values = {
-                    name: _value(name, each, known.formats[name], others)
-                    for name, each in found.groupdict().items()
-                }
-                if (message := known.message.again(values)) == text:
-                    yield message
-
-
-def _value(name: str, text: str, how: str, others: tuple[Message, ...]) -> Value:
-    """Return a value as its template writes it. Raises ValueError for a text in place of a number."""
-    if how:
-        return float(text.removesuffix("%")) / (100 if how.endswith("%") else 1)
-    return _find(text, others, ", ") if name in _PARTS else number(text)
+            values: dict[str, Value] = {
+                name: _find(each, others, ", ") if name in PARTS else number(each)
+                for name, each in found.groupdict().items()
+            }
+            yield known.message.again(values)
 
 
 class _Known(NamedTuple):
@@ -134,8 +131,6 @@ class _Known(NamedTuple):
     message: Message
     pattern: re.Pattern[str]
     """That of the texts that it may give."""
-    formats: Mapping[str, str]
-    """How its values are written, by name; empty for texts."""
     longest: str
     """Its longest text between values, which is in all of these."""
 
@@ -146,17 +141,17 @@ def _patterns(others: tuple[Message, ...]) -> tuple[_Known, ...]:
 
 
 def _known(message: Message) -> _Known:
-    formats: dict[str, str] = {}
+    seen: set[str] = set()
     longest = pattern = ""
-    for literal, name, how, _ in message.pieces():
+    for literal, name, _, _ in message.pieces():
         longest = max(longest, literal, key=len)
         pattern += re.escape(literal)
-        if name in formats:
+        if name in seen:
             pattern += f"(?P={name})"
         elif name is not None:
-            formats[name] = how or ""
+            seen.add(name)
             pattern += f"(?P<{name}>.+?)"
-    return _Known(message, re.compile(pattern, re.DOTALL), formats, longest)
+    return _Known(message, re.compile(pattern, re.DOTALL), longest)
 
 
 def _letters(message: Message) -> int:

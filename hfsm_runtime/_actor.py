@@ -44,7 +44,7 @@ class DropReason(StrEnum):
     UNHANDLED = sentence("no transition out of the current state used it")
     GHOST = sentence("the automaton became a ghost before its turn")
     FINISHED = sentence("the automaton has finished")
-    OVERFLOW = sentence("more than {count} events waited", count=CAPACITY)
+    OVERFLOW = sentence(f"more than {CAPACITY} events waited")
 
 
 @dataclass(eq=False, repr=False, slots=True)

@@ -39,10 +39,11 @@ def _undeclared(name: str, component: Component) -> str:
     known = {each for each in dir(component) if not each.startswith("_")}
     close = difflib.get_close_matches(name[:_LONGEST_NAME], sorted(known), 2)
     if close:
-        advice = sentence("did you mean {names}?", names=" or ".join(f"`self.{each}`" for each in close))
+        meant = " or ".join(f"`self.{each}`" for each in close)
+        advice = sentence(f"did you mean {meant}?")
     else:
         advice = sentence("declare an interface, function or parameter, or assign it first")
-    return sentence("`self.{name}` is not declared", name=name) + f"; {advice}"
+    return sentence(f"`self.{name}` is not declared") + f"; {advice}"
 
 
 def _unset(name: str, component: Component | None, automata: Sequence[Automaton]) -> str:
@@ -54,23 +55,14 @@ def _unset(name: str, component: Component | None, automata: Sequence[Automaton]
     declared = [*_variables_above(component, own)]
     for index, automaton in enumerate(above):
         if name in cells_of(automaton) or (index < len(declared) and name in declared[index]):
-            names = {"name": name, "automaton": own.name}
+            advice = sentence(f"pass it to {own.name} as an input, or write `self.{name}` in both")
             if is_assigned:
-                advice = sentence("make it an output of {automaton}, or write `self.{name}` in both", **names)
-            else:
-                advice = sentence(
-                    "pass it to {automaton} as an input, or write `self.{name}` in both", **names
-                )
-            why = sentence(
-                "`{name}` is a variable of {owner}, and {automaton} has its own",
-                owner=automaton.name,
-                **names,
-            )
+                advice = sentence(f"make it an output of {own.name}, or write `self.{name}` in both")
+            why = sentence(f"`{name}` is a variable of {automaton.name}, and {own.name} has its own")
             return f"NameError: {why}; {advice}"
     if is_assigned:
-        why = sentence("`{name}` has no value yet", name=name)
-        advice = sentence("give it one in the variables of {automaton}", automaton=own.name)
-        return f"NameError: {why}; {advice}"
+        why = sentence(f"`{name}` has no value yet")
+        return f"NameError: {why}; " + sentence(f"give it one in the variables of {own.name}")
     return ""
 
 

@@ -304,9 +304,7 @@ class ComponentRun:
         actor = self.tree.actor(automaton)
         if actor is None:
             known = ", ".join(str(actor.automaton.id) for actor in self.tree.actors)
-            raise UnknownElementError(
-                sentence("there is no automaton {id}: there are {others}", id=automaton, others=known)
-            )
+            raise UnknownElementError(sentence(f"there is no automaton {automaton}: there are {known}"))
         return actor
 
     def note(self, actor: Actor, message: str) -> None:
@@ -328,15 +326,13 @@ class ComponentRun:
         if self.ended.is_set():
             raise ReloadRefusedError("the component has ended")
         if not found:
-            actor = next(actor for actor in self.tree.actors if actor.in_cycle)
-            text = sentence(
-                "the cycle of {automaton} in the state {state} did not end within {seconds:g} s: its code "
-                "must not block",
-                automaton=actor.automaton.name,
-                state=actor.current.name,
-                seconds=2 * gap,
+            actor, limit = next(actor for actor in self.tree.actors if actor.in_cycle), 2 * gap
+            raise ReloadRefusedError(
+                sentence(
+                    f"the cycle of {actor.automaton.name} in the state {actor.current.name} "
+                    f"did not end within {limit:g} s: its code must not block"
+                )
             )
-            raise ReloadRefusedError(text)
         return began
 
     def _hold(self) -> None:
@@ -357,11 +353,10 @@ class ComponentRun:
         """Report a cycle that did not end when the component did, and the line that it executes."""
         frame = self._frame(actor)
         place = "" if frame is None else f" at {locate_frame(frame, source_of(self.component))}"
-        text = sentence(
-            "its cycle did not end within {seconds:g} s and is abandoned: its code must not block",
-            seconds=seconds,
+        what = sentence(
+            f"its cycle did not end within {seconds:g} s and is abandoned: its code must not block"
         )
-        self.component._hfsm_log.error("%s/%s: %s%s", actor.automaton.name, actor.current.name, text, place)
+        self.component._hfsm_log.error("%s/%s: %s%s", actor.automaton.name, actor.current.name, what, place)
 
     def _prepare(self) -> None:
         """Make what drives the automata, which are made."""

@@ -345,13 +345,9 @@ def outputs_of(automaton: Automaton, code: Iterable[Callable[..., object]]) -> d
     values = automaton.get_outputs()
     outputs: dict[str, object] = {}
     for declared in automaton.outputs:
-        outputs[declared.name] = value = values[declared.name]
-        if type(value) is declared.type:
-            continue
-        names = {"output": repr(declared.name), "id": automaton.id, "name": repr(automaton.name)}
-        what = sentence("the output {output} of automaton {id} ({name})", **names)
+        what = sentence(f"the output {declared.name!r} of automaton {automaton.id} ({automaton.name!r})")
         try:
-            outputs[declared.name] = convert(value, declared.type, what)
+            outputs[declared.name] = convert(values[declared.name], declared.type, what)
         except ValueTypeError as error:
             place = place_of_assignment(code, declared.name)
             if place:

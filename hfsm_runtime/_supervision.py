@@ -219,9 +219,7 @@ class Supervision(Observer):
             self._log.warning("%s: sys.exit() ends the component%s", _place(actor), place)
         else:
             what = f"sys.exit({short_repr(error.code)})"
-            message = sentence(
-                "{call} ends the component; a final state would end it without an error", call=what
-            )
+            message = sentence(f"{what} ends the component; a final state would end it without an error")
             self._record(actor, location, message)
             self._log.error("%s: %s%s", _place(actor), message, place)
         self._halt(exit_code_of(error) if isinstance(error, SystemExit) else 1)
@@ -258,11 +256,9 @@ class Supervision(Observer):
         """Report automata still in a cycle below a state that was left."""
         for child in late:
             message = sentence(
-                "still in a cycle {seconds:g} s after {automaton} left the state {state}: its code must not "
-                "block, and others drive the robot with it until it ends",
-                seconds=self.hand_over,
-                automaton=actor.automaton.name,
-                state=actor.current.name,
+                f"still in a cycle {self.hand_over:g} s after {actor.automaton.name} left the state "
+                f"{actor.current.name}: "
+                "its code must not block, and others drive the robot with it until it ends"
             )
             self._record(child, "", message)
             self._log.error("%s: %s", _place(child), message)
@@ -279,7 +275,7 @@ class Supervision(Observer):
 
     def event_dropped(self, actor: Actor, event: Event, reason: DropReason) -> None:
         """Log a dropped event: a full queue is an error, other reasons are logged once for each place."""
-        message = sentence("the event {event} is dropped: {reason}", event=repr(event.name), reason=reason)
+        message = sentence(f"the event {event.name!r} is dropped: {reason}")
         if reason is DropReason.OVERFLOW:
             self._record(actor, "", message)
             self._log_seldom(actor, event.name, f"{_place(actor)}: {message}", None)

@@ -133,10 +133,8 @@ def convert(value: object, wanted: type, what: str) -> object:
         return int(value)
     if wanted is float and isinstance(value, Real) and not truth:
         return float(value)
-    given = {"given": type(value).__name__, "value": f"{value!r:.80}"}
-    raise ValueTypeError(
-        sentence("{what} is {type}, not {given}: {value}", what=what, type=wanted.__name__, **given)
-    )
+    given = type(value).__name__
+    raise ValueTypeError(sentence(f"{what} is {wanted.__name__}, not {given}: {value!r:.80}"))
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:

@@ -40,6 +40,7 @@ from naoserver_sim.model import DeviceIndex, Model
 from naoserver_sim.standing import build_standing
 from naoserver_sim.world import DEFAULT_WORLD, World, load_world, scattered
 from zenoh_ice import Clock, VirtualClock
+from zenoh_ice.data.text import sentence
 
 _SEED: Final = 0
 """The seed of the noise in virtual time, the same each time unless another one is given."""
@@ -312,7 +313,7 @@ class SimulatedRobot(SimulatedDevice):
     def check(self) -> None:
         """Raise RobotError when an error has stopped the physics."""
         if self._paced and (failure := self._paced.failure):
-            raise RobotError(f"the physics stopped: {failure}") from failure
+            raise RobotError(sentence(f"the physics stopped: {failure}")) from failure
 
     def _lose_footing(self) -> None:
         """End what holds only while it stands where it stood: it is placed elsewhere."""

@@ -200,11 +200,12 @@ class RecordedRuntime(Runtime):
         apply: Callable[[int], Replaced],  # noqa: ARG002
     ) -> float:
         """Raise ReloadRefusedError: a recording is of one document."""
-        text = sentence(
-            "a component that is recorded is not reloaded, as its recording is of one document: start it "
-            "again without --record"
+        raise ReloadRefusedError(
+            sentence(
+                "a component that is recorded is not reloaded, as its recording is of one document: "
+                "start it again without --record"
+            )
         )
-        raise ReloadRefusedError(text)
 
     def mark(self, mark: Mark) -> None:
         """Show a mark on the picture of a camera."""

@@ -67,7 +67,7 @@ class Breakpoints(Observer):
                 try:
                     kept.append((one, self._check(one)))
                 except (UnknownElementError, ValueTypeError) as error:
-                    dropped.append(sentence("a breakpoint is dropped: {reason}", reason=error))
+                    dropped.append(sentence(f"a breakpoint is dropped: {error}"))
             self._all = tuple(kept)
             for automaton, stopped in self._stopped_at.items():
                 self._stopped_at[automaton] = [one for one in stopped if one in self.all]
@@ -102,23 +102,20 @@ class Breakpoints(Observer):
         actor = self._runtime.actor(one.automaton)
         if (one.state == 0) == (one.transition == 0):
             raise ValueTypeError("a breakpoint is at a state or at a transition: one of the two is 0")
-        where = {"id": one.automaton, "name": actor.automaton.name}
-        if one.state and all(state.id != one.state for state in actor.automaton.states):
+        own = actor.automaton
+        if one.state and all(state.id != one.state for state in own.states):
+            raise UnknownElementError(sentence(f"automaton {own.id} ({own.name}) has no state {one.state}"))
+        if one.transition and all(t.id != one.transition for t in own.transitions):
             raise UnknownElementError(
-                sentence("automaton {id} ({name}) has no state {state}", state=one.state, **where)
+                sentence(f"automaton {own.id} ({own.name}) has no transition {one.transition}")
             )
-        if one.transition and all(t.id != one.transition for t in actor.automaton.transitions):
-            text = sentence(
-                "automaton {id} ({name}) has no transition {transition}", transition=one.transition, **where
-            )
-            raise UnknownElementError(text)
         if not one.condition.strip():
             return None
         try:
             condition = Expression(one.condition)
         except ExpressionError as error:
             raise ValueTypeError(f"the condition of the breakpoint: {error}") from None
-        known = {*cells_of(actor.automaton), *([_SELF] if parameters_of(self._runtime.component) else [])}
+        known = {*cells_of(own), *([_SELF] if parameters_of(self._runtime.component) else [])}
         for name in sorted(condition.names - known):
             owners = [
                 other.automaton for other in self._runtime.tree.actors if name in cells_of(other.automaton)
@@ -128,8 +125,7 @@ class Breakpoints(Observer):
             )
             raise ValueTypeError(
                 f"the condition of the breakpoint: column {condition.column_of(name)}: "
-                f"the code of automaton {one.automaton} ({actor.automaton.name}) uses no variable "
-                f"{name}{hint}"
+                f"the code of automaton {own.id} ({own.name}) uses no variable {name}{hint}"
             )
         return condition
 
@@ -141,10 +137,5 @@ class Breakpoints(Observer):
         try:
             return condition.holds({**values_of(actor.automaton), _SELF: parameters})
         except ExpressionError as error:
-            text = sentence(
-                "the condition {condition} has no value: {reason}",
-                condition=repr(condition.text),
-                reason=error,
-            )
-            self._runtime.note(actor, text)
+            self._runtime.note(actor, sentence(f"the condition {condition.text!r} has no value: {error}"))
             return True

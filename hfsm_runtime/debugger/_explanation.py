@@ -59,21 +59,22 @@ def _reason(actor: Actor, transition: Transition, found: TransitionExplanation, 
     if actor.owed:
         return sentence("it is not tried before the entry code of the state has run to its end")
     if found.remaining > 0:
-        return sentence("its time comes after {seconds:.2f} s more in the state", seconds=found.remaining)
+        return sentence(f"its time comes after {found.remaining:.2f} s more in the state")
     if found.askedAt >= 0:
         ago = now / _SECOND - found.askedAt
         reason = _asked(transition, value=found.value, ago=ago)
         values = _values(actor, transition.condition)
-        return sentence("{reason}; now {values}", reason=reason, values=values) if values else reason
+        return sentence(f"{reason}; now {values}") if values else reason
     if found.remaining == 0 and transition.guard is None:
         return sentence("its time has come: it fires in the next cycle")
     first = _fired_before(actor, found.order)
     if first is not None:
-        return sentence("it was not tried: {name}, which comes first, fired", name=_name_of(actor, first))
+        other = _name_of(actor, first)
+        return sentence(f"it was not tried: {other}, which comes first, fired")
     if transition.event:
         if any(event.name == transition.event for event in actor.events.waiting):
-            return sentence("the event {event} waits in the queue for the next cycle", event=transition.event)
-        return sentence("no event {event} has come since the state was entered", event=transition.event)
+            return sentence(f"the event {transition.event} waits in the queue for the next cycle")
+        return sentence(f"no event {transition.event} has come since the state was entered")
     if transition.finished:
         return _unfinished(actor)
     return sentence("its guard has not been evaluated since the state was entered")
@@ -81,23 +82,18 @@ def _reason(actor: Actor, transition: Transition, found: TransitionExplanation, 
 
 def _asked(transition: Transition, *, value: bool, ago: float) -> str:
     condition = cut(transition.condition, _LONGEST_CONDITION)
-    guard = sentence("its guard `{condition}`", condition=condition) if condition else sentence("its guard")
-    values = {"guard": guard, "event": transition.event, "seconds": ago}
+    guard = sentence(f"its guard `{condition}`") if condition else sentence("its guard")
     if transition.delay is not None and value:
-        return sentence(
-            "{guard} was true though its time has come, when it was evaluated {seconds:.2f} s ago", **values
-        )
+        return sentence(f"{guard} was true though its time has come, when it was evaluated {ago:.2f} s ago")
     if transition.delay is not None:
-        return sentence(
-            "{guard} was false though its time has come, when it was evaluated {seconds:.2f} s ago", **values
-        )
+        return sentence(f"{guard} was false though its time has come, when it was evaluated {ago:.2f} s ago")
     if transition.event and value:
-        return sentence("{guard} was true when {event} came {seconds:.2f} s ago", **values)
+        return sentence(f"{guard} was true when {transition.event} came {ago:.2f} s ago")
     if transition.event:
-        return sentence("{guard} was false when {event} came {seconds:.2f} s ago", **values)
+        return sentence(f"{guard} was false when {transition.event} came {ago:.2f} s ago")
     if value:
-        return sentence("{guard} was true when it was evaluated {seconds:.2f} s ago", **values)
-    return sentence("{guard} was false when it was evaluated {seconds:.2f} s ago", **values)
+        return sentence(f"{guard} was true when it was evaluated {ago:.2f} s ago")
+    return sentence(f"{guard} was false when it was evaluated {ago:.2f} s ago")
 
 
 def _values(actor: Actor, condition: str) -> str:
@@ -109,14 +105,11 @@ def _values(actor: Actor, condition: str) -> str:
 def _unfinished(actor: Actor) -> str:
     if not actor.below:
         return sentence("the state owns no automaton that could finish: it never fires")
-    waits = [
-        sentence("{automaton} is in {state}", automaton=child.automaton.name, state=child.current.name)
-        for child in actor.below
-        if not child.finished
-    ]
+    below = [child for child in actor.below if not child.finished]
+    waits = [sentence(f"{child.automaton.name} is in {child.current.name}") for child in below]
     if not waits:
         return sentence("all automata of the state have finished: it fires in the next cycle")
-    return sentence("not all automata of the state have finished: {what}", what=", ".join(waits))
+    return sentence(f"not all automata of the state have finished: {', '.join(waits)}")
 
 
 def _fired_before(actor: Actor, order: int) -> Transition | None:
@@ -136,41 +129,36 @@ def _summary(actor: Actor, reasons: list[TransitionExplanation], *, paused: bool
     for transition, each in zip(actor.automaton.outgoing(actor.current), reasons, strict=True):
         parts.append(f"{each.order}. {_name_of(actor, transition)}: {each.reason}")
     if waiting := actor.events.waiting:
-        names = [event.name for event in islice(waiting, _MOST_EVENTS)]
-        names += ["..."] if len(waiting) > _MOST_EVENTS else []
-        parts.append(
-            sentence("Waiting events: {count} ({events})", count=len(waiting), events=", ".join(names))
-        )
+        names = ", ".join(event.name for event in islice(waiting, _MOST_EVENTS))
+        names += ", ..." if len(waiting) > _MOST_EVENTS else ""
+        parts.append(sentence(f"Waiting events: {len(waiting)} ({names})"))
     if actor.events.last_dropped is not None:
-        event, reason, at = actor.events.last_dropped
-        dropped = sentence(
-            "Events dropped: {count}, the last one ({event}) {seconds:.2f} s ago: {reason}",
-            count=actor.events.dropped,
-            event=event.name,
-            seconds=(now - at) / _SECOND,
-            reason=reason,
+        (event, reason, at), dropped = actor.events.last_dropped, actor.events.dropped
+        ago = f"{(now - at) / _SECOND:.2f}"
+        parts.append(
+            sentence(f"Events dropped: {dropped}, the last one ({event.name}) {ago} s ago: {reason}")
         )
-        parts.append(dropped)
     return " ".join(f"{each}." for each in parts)
 
 
 def _place(actor: Actor, now: int) -> list[str]:
-    """Say in which state an automaton is, and since when."""
-    names = {"automaton": actor.automaton.name, "state": actor.current.name}
-    spent = actor.active_time(now) / _SECOND
+    """Say in which state an automaton is, and for how long it has been there."""
+    name, state, spent = actor.automaton.name, actor.current.name, f"{actor.active_time(now) / _SECOND:.2f}"
     if actor.phase is Phase.UNUSED:
-        return [sentence("{automaton} has not run yet: {reason}", reason=_above(actor), **names)]
+        why = _above(actor)
+        return [sentence(f"{name} has not run yet: {why}")]
     if actor.parent is not None and not actor.active:
-        ghost = sentence("{automaton} is a ghost in {state}: {reason}", reason=_above(actor), **names)
-        return [ghost, sentence("It has been active there for {seconds:.2f} s", seconds=spent)]
+        why = _above(actor)
+        return [
+            sentence(f"{name} is a ghost in {state}: {why}"),
+            sentence(f"It has been active there for {spent} s"),
+        ]
+    what = sentence(f"{name} has been in {state} for {spent} s")
     if actor.finished:
-        what = sentence("{automaton} has finished in {state}", **names)
-    else:
-        what = sentence("{automaton} has been in {state} for {seconds:.2f} s", seconds=spent, **names)
+        what = sentence(f"{name} has finished in {state}")
     by = next((t for t in actor.automaton.transitions if t.id == actor.last_transition), None)
-    if by is None:
-        return [what]
-    return [sentence("{what}, entered by {transition}", what=what, transition=_name_of(actor, by))]
+    transition = "" if by is None else _name_of(actor, by)
+    return [sentence(f"{what}, entered by {transition}") if transition else what]
 
 
 def _above(actor: Actor) -> str:
@@ -179,10 +167,8 @@ def _above(actor: Actor) -> str:
         above, owner = child.parent, child.owner
         if above is not None and owner is not None and (above.active or above.parent is None):
             if above.current.id == owner.id:
-                names = {"automaton": above.automaton.name, "state": owner.name}
-                return sentence("{automaton} has not completed the entry of {state}", **names)
-            names = {"automaton": above.automaton.name, "state": above.current.name, "other": owner.name}
-            return sentence("{automaton} is in {state}, not in {other}", **names)
+                return sentence(f"{above.automaton.name} has not completed the entry of {owner.name}")
+            return sentence(f"{above.automaton.name} is in {above.current.name}, not in {owner.name}")
     return sentence("the component has not started")
 
 

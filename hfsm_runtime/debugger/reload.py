@@ -91,10 +91,8 @@ class Reloading:
         except (ComponentError, ZenohIceError) as error:
             raise ReloadRefusedError(str(error)) from error
         except (Exception, SystemExit) as error:  # a document may define what makes its component
-            text = f"{type(error).__name__}: {error}"
-            raise ReloadRefusedError(
-                sentence("the component cannot be created: {reason}", reason=text)
-            ) from error
+            reason = f"{type(error).__name__}: {error}"
+            raise ReloadRefusedError(sentence(f"the component cannot be created: {reason}")) from error
         name = made.actors[0].automaton.name
         if name != run.name:
             raise ReloadRefusedError(f"the file now defines {name}, not {run.name}")
@@ -141,56 +139,40 @@ class Replacement:
         `first` has the initial values of the former version's variables.
         """
         for new in self.actors:
-            old = tree.actor(new.automaton.id)
+            old, own = tree.actor(new.automaton.id), new.automaton
             if old is not None:
-                known = first.get(new.automaton.id, {})
-                lost = _carry_variables(old.automaton, new.automaton, known)
+                lost = ", ".join(_carry_variables(old.automaton, own, first.get(own.id, {})))
                 if lost:
-                    text = sentence(
-                        "no code of automaton {id} ({name}) uses {names} any more",
-                        names=", ".join(lost),
-                        **_named(new),
-                    )
+                    text = sentence(f"no code of automaton {own.id} ({own.name}) uses {lost} any more")
                     self.not_kept.append(text)
-                for name, kind in _retyped(old.automaton, new.automaton).items():
+                for output, kind in _retyped(old.automaton, own).items():
                     text = sentence(
-                        "the output {output} of automaton {id} ({name}) is {kind} now and has its default "
-                        "again",
-                        output=name,
-                        kind=kind.__name__,
-                        **_named(new),
+                        f"the output {output} of automaton {own.id} ({own.name}) is {kind.__name__} now and "
+                        "has its default again"
                     )
                     self.not_kept.append(text)
         _share_attributes(self._former, self.component)
         began = {actor for actor in tree.actors if actor.phase is not Phase.UNUSED}
         replaced = tree.replace(self.actors, now)
         for actor in replaced.gone:
-            if actor not in began:
-                self.not_kept.append(sentence("automaton {id} ({name}) is gone", **_named(actor)))
-                continue
-            gone = sentence(
-                "automaton {id} ({name}) is gone, which was in {state}",
-                state=actor.current.name,
-                **_named(actor),
-            )
-            self.not_kept.append(gone + _without_exit(actor.current))
+            own, state = actor.automaton, actor.current
+            if actor in began:
+                text = sentence(f"automaton {own.id} ({own.name}) is gone, which was in {state.name}")
+                self.not_kept.append(text + _without_exit(state))
+            else:
+                self.not_kept.append(sentence(f"automaton {own.id} ({own.name}) is gone"))
         for actor, left in replaced.displaced:
+            own, initial = actor.automaton, actor.automaton.initial
             text = sentence(
-                "automaton {id} ({name}) was in the state {state}, which is gone, and restarts in {other}",
-                state=left.name,
-                other=actor.automaton.initial.name,
-                **_named(actor),
+                f"automaton {own.id} ({own.name}) was in the state {left.name}, which is gone, and restarts "
+                f"in {initial.name}"
             )
             self.not_kept.append(text + _without_exit(left))
         return replaced
 
 
-def _named(actor: Actor) -> dict[str, object]:
-    return {"id": actor.automaton.id, "name": actor.automaton.name}
-
-
 def _without_exit(left: State) -> str:
-    return "" if left.exit is None else "; " + sentence("its exit code did not run")
+    return "" if left.exit is None else f"; {sentence('its exit code did not run')}"
 
 
 def _carry_variables(old: Automaton, new: Automaton, first: FirstValues) -> list[str]:
@@ -242,24 +224,22 @@ def _share_attributes(old: Component, new: Component) -> None:
 def _kept(old: Component, new: type[Component]) -> tuple[set[str], list[str]]:
     """Return the names of attributes that another version of a component keeps, and texts on the others."""
     former, present = _declarations(old), _declarations(new)
-    gone = [name for name in parameters_of(old) if name not in parameters_of(new)]
-    lost = [sentence("the parameter {name} is gone", name=name) for name in gone]
+    lost = [
+        sentence(f"the parameter {name} is gone")
+        for name in parameters_of(old)
+        if name not in parameters_of(new)
+    ]
     kept = set()
     for name in vars(old):
         if name in former or name in present:
             keep = former.get(name) == present.get(name)
             if not keep and name in parameters_of(old) and name in parameters_of(new):
                 kind = type(parameters_of(new)[name].default).__name__
-                again = sentence(
-                    "the parameter {name} is {kind} now and has its default again", name=name, kind=kind
-                )
-                lost.append(again)
+                lost.append(sentence(f"the parameter {name} is {kind} now and has its default again"))
         else:
             keep = not _defines(new, name) or _defines(type(old), name)
             if not keep:
-                lost.append(
-                    sentence("self.{name} was an attribute, and is now defined by the document", name=name)
-                )
+                lost.append(sentence(f"self.{name} was an attribute, and is now defined by the document"))
         if keep:
             kept.add(name)
     return kept, lost

@@ -12,12 +12,23 @@ from numpy.typing import NDArray
 
 from naoserver.bodies.capabilities import STILL, Odometry, WalkVelocity
 from naoserver.body import Body
-from naoserver_sim._locomotion import LYING, OFF_ITS_FEET, STUCK, TILT, ArmSwing, Headway, Locomotion, limp
+from naoserver_sim._locomotion import (
+    LYING,
+    MOVED,
+    OFF_ITS_FEET,
+    STUCK,
+    TILT,
+    ArmSwing,
+    Headway,
+    Locomotion,
+    limp,
+)
 from naoserver_sim._senses.record import SensorRecord
 from naoserver_sim._simulator import Simulator
 from naoserver_sim._walk.gait import AT_REST, LEFT, RIGHT, FootOffset, Gait
 from naoserver_sim._walk.legs import FootPose, Legs, Odometer, leg_motors
 from naoserver_sim.model import Model
+from zenoh_ice.data.text import sentence
 
 _TRIM_TIME: Final = 0.3
 """Time constant in s with which the feet follow."""
@@ -272,7 +283,7 @@ class SimulatedWalker(Locomotion):
         else:
             self._step(seconds)
 
-    def abandon(self, why: str = "the robot was moved") -> None:
+    def abandon(self, why: str = MOVED) -> None:
         """End the walk at once, the legs where they are: the robot fell, or was placed elsewhere."""
         self._end(why)
         self._controller.reset()
@@ -291,7 +302,7 @@ class SimulatedWalker(Locomotion):
             return LYING
         if self._stage is _Stage.RESTING and sum(self._loads) < WEIGHT:
             return OFF_ITS_FEET
-        return limp(stiffnesses[self._motors], "legs")
+        return limp(stiffnesses[self._motors], sentence("its legs are limp"))
 
     def _is_turned_back(self, seconds: float) -> bool:
         """Return whether something before it is about to make it fall on its back."""

@@ -9,6 +9,7 @@ has, and writes what is read at run time. `NEW` adds a language.
 from __future__ import annotations
 
 import argparse
+import ast
 import io
 import json
 import subprocess
@@ -52,6 +53,13 @@ class TextsError(Exception):
 
 
 _CODE: Final = ("codegen", "plugins", "visualhfsm")
+_ROBOTS: Final = ("naoserver/", "naoserver_sim/")
+_REFUSALS: Final = {
+    **dict.fromkeys(("CommandRefused", "InvalidValueException", "LinkLost", "RouteError"), 0),
+    "InvalidCommand": 1,
+    "JointTaken": 2,
+}
+"""Errors of robots that a page shows: the place of their text among the arguments."""
 _SPEAKERS: Final = ("hfsm_runtime", "naoserver", "naoserver_sim", "plugins", "visualhfsm", "zenoh_ice")
 _OF_COMMANDS: Final = (
     *("codegen/_idl", "plugins/visualhfsm_classes", "visualhfsm/_base/html_file.py"),
@@ -71,29 +79,16 @@ _KEYWORDS: Final[Sequence[Mapping[str, tuple[int, ...]]]] = (
 
 def message_texts() -> Catalog:
     """Return the texts of Python that may reach a page."""
-    return _texts(_CODE, _KEYWORDS, lambda name: name.startswith(_OF_COMMANDS) and name != _FOR_PUPILS)
-
-
-def sentence_texts() -> Catalog:
-    """Return the templates of English texts that a page may hear from robots and components."""
-    return _texts(_SPEAKERS, [{"sentence": (1,)}])
-
-
-def _texts(
-    folders: Sequence[str],
-    of: Sequence[Mapping[str, tuple[int, ...]]],
-    without: Callable[[str], bool] = lambda _: False,
-) -> Catalog:
-    """Return the texts of code in arguments of some functions, except of some files."""
     catalog = Catalog()
-    for path in sorted(path for folder in folders for path in (ROOT / folder).rglob("*.py")):
+    paths = sorted(path for folder in _CODE for path in (ROOT / folder).rglob("*.py"))
+    for path in paths:
         name = path.relative_to(ROOT).as_posix()
-        code = path.read_bytes()
-        if without(name) or not any(f"{each}(".encode() in code for keywords in of for each in keywords):
+        if name.startswith(_OF_COMMANDS) and name != _FOR_PUPILS:
             continue
+        code = path.read_bytes()
         found = [
             each
-            for keywords in of
+            for keywords in _KEYWORDS
             for each in extract("python", io.BytesIO(code), keywords, ["Translators:"])
         ]
         for _, texts, comments, _ in sorted(found, key=lambda each: each[0]):
@@ -101,6 +96,63 @@ def _texts(
     for message in catalog:
         message.flags -= {"python-format", "python-brace-format"}
     return catalog
+
+
+def sentence_texts() -> Catalog:
+    """Return the templates of English texts that a page may hear from robots and components."""
+    catalog = Catalog()
+    for path in sorted(path for folder in _SPEAKERS for path in (ROOT / folder).rglob("*.py")):
+        name = path.relative_to(ROOT).as_posix()
+        for call in ast.walk(ast.parse(path.read_bytes())):
+            if isinstance(call, ast.Call) and (text := _sentence_in(call, name)) is not None:
+                catalog.add(template_of(text, f"{name}:{call.lineno}"), locations=[(name, 1)])
+    for message in catalog:
+        message.flags -= {"python-format", "python-brace-format"}
+    return catalog
+
+
+def _sentence_in(call: ast.Call, name: str) -> ast.expr | None:
+    """Return the argument of a call in a file that is a sentence; None if none is."""
+    called = ast.unparse(call.func).rpartition(".")[2]
+    if called == "sentence":
+        return call.args[0]
+    place = _REFUSALS.get(called, len(call.args)) if name.startswith(_ROBOTS) else len(call.args)
+    text = next(iter(call.args[place:]), None)
+    return text if isinstance(text, ast.JoinedStr | ast.Constant) else None
+
+
+def template_of(text: ast.expr, place: str) -> str:
+    """Return a literal or an f-string as a template of `str.format`, whose values have names.
+
+    Raises TextsError for any other code, and for two values of one name.
+    """
+    match text:
+        case ast.Constant(value=str(literal)):
+            return literal.replace("{", "{{").replace("}", "}}")
+        case ast.JoinedStr(values=pieces):
+            template, values = "", dict[str, str]()
+            for each in pieces:
+                if not isinstance(each, ast.FormattedValue):
+                    template += template_of(each, place)
+                    continue
+                name, code = _name_of(each.value, place), ast.unparse(each.value)
+                if values.setdefault(name, code) != code:
+                    raise TextsError(f"{place}: two values are called {name}: rename one")
+                template += f"{{{name}}}"
+            return template
+    raise TextsError(f"{place}: a sentence is a literal or an f-string")
+
+
+def _name_of(value: ast.expr, place: str) -> str:
+    """Return the last name in an expression, or in its first argument; for a `name`, that of its owner."""
+    match value:
+        case ast.Attribute(value=owner, attr="name" | "__name__") if ast.unparse(owner) != "self":
+            return _name_of(owner, place)
+        case ast.Name(id=name) | ast.Attribute(attr=name):
+            return name.strip("_").lower()
+        case ast.Call(args=[first, *_]) | ast.Subscript(value=first) | ast.BoolOp(values=[first, *_]):
+            return _name_of(first, place)
+    raise TextsError(f"{place}: a value without a name: {ast.unparse(value)}")
 
 
 def message_mo(catalog: Catalog) -> bytes:

@@ -7,7 +7,7 @@ from typing import Any, ClassVar, Self, cast, dataclass_transform
 
 import msgspec
 
-from zenoh_ice.data.text import cut, printable, sentence
+from zenoh_ice.data.text import cut, printable
 from zenoh_ice.data.values import Struct, StructType
 
 
@@ -95,14 +95,6 @@ class BusyException(SystemException):
 
     Where a process can start no thread, it also gets this for its own subscriptions and streams.
     """
-
-    @classmethod
-    def behind(cls, count: int, call: object) -> Self:
-        """Return the exception for a call behind too many others."""
-        text = sentence(
-            "{call}: {count} calls are already waiting; this one was not executed", call=call, count=count
-        )
-        return cls(text)
 
 
 class AccessDeniedException(SystemException):

@@ -10,14 +10,15 @@ from typing import Final
 LONGEST_TEXT: Final = 4096  # characters of the text of an error
 
 
-def sentence(template: str, /, **values: object) -> str:
-    """Return an English text, or a part of one, that a page may show: a template with its values.
+def sentence(text: str) -> str:
+    """Return an English text, or a part of one, that a page may have to say in another language.
 
-    The template is a literal, from which `make texts` makes catalogs: by its template a page knows a text
-    that it hears, and says it in its own language (`visualhfsm._base.recognition`). What is a sentence or a
-    part of one, too, is a value of such a name as `reason` or `what` (`codegen.reasons`).
+    It marks a literal for `make texts`, and costs nothing. That reads an f-string as a template: a value has
+    the last name in its expression. By the template, which the catalogs of languages have, a page knows what
+    it hears (`visualhfsm._base.recognition`); a value that such a text may be, too, has a name of `PARTS` in
+    `codegen.reasons`, such as `reason` or `what`.
     """
-    return template.format_map(values)
+    return text
 
 
 def cut(text: str, longest: int = LONGEST_TEXT) -> str:

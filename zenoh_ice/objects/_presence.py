@@ -205,27 +205,23 @@ class Presence:
         if self._closed:
             return exceptions.CommunicatorDestroyedException("the communicator was destroyed")
         if self._lost_with_its_process(target, limit):
-            lost = sentence("the server of {servant} is offline", servant=target)
-            if self._endpoints:
-                lost = sentence(
-                    "{what} (connecting to {addresses})", what=lost, addresses=", ".join(self._endpoints)
-                )
-            return exceptions.ConnectionLostException(
-                f"{lost}; " + sentence("calls continue when it is back")
-            )
+            what, addresses = sentence(f"the server of {target} is offline"), ", ".join(self._endpoints)
+            if addresses:
+                what = sentence(f"{what} (connecting to {addresses})")
+            return exceptions.ConnectionLostException(f"{what}; {sentence('calls continue when it is back')}")
         if self._endpoints and not self._linked:
             return exceptions.ConnectFailedException(self._transport.explain_unreachable(limit))
         present = self.identities(target.realm)
         shown = difflib.get_close_matches(target.identity, present, 3, 0.5) or present
-        missing = {"servant": repr(target.identity), "realm": repr(target.realm)}
-        reasons = [sentence("no servant {servant} in realm {realm}", **missing)]
+        servant, realm, other = target.identity, target.realm, self.other_version_in(target.realm, limit)
+        what = sentence(f"no servant {servant!r} in realm {realm!r}")
         if shown:
-            reasons.append(sentence("there is {others}", others=few(shown, 8)))
-        if other := self.other_version_in(target.realm, limit):
-            reasons.append(f"the realm has {other}")
-        if not reasons[1:]:
-            reasons.append(sentence("the realm has no servants: no robot is here"))
-        return exceptions.ObjectNotExistException("; ".join(reasons))
+            what = sentence(f"no servant {servant!r} in realm {realm!r}; there is {few(shown, 8)}")
+        if other:
+            what = f"{what}; the realm has {other}"
+        elif not shown:
+            what = f"{what}; " + sentence("the realm has no servants: no robot is here")
+        return exceptions.ObjectNotExistException(what)
 
     def other_version_in(self, realm: str, limit: float = math.inf) -> str:
         """Return that a realm has servants of another version of VisualHFSM, and which; empty if it has none.
@@ -288,27 +284,24 @@ class Presence:
         if target not in self.present:
             return self.explain_absence(target)
         if self.lost_since(target, started):
-            lost = sentence("{call}: the server restarted during the call", call=what)
+            lost = sentence(f"{what}: the server restarted during the call")
         elif self._last_link_lost >= started:
-            lost = sentence("{call}: the connection was lost during the call", call=what)
+            lost = sentence(f"{what}: the connection was lost during the call")
         elif end.timed_out:
-            waited = limit or timeout
             return exceptions.TimeoutException(
-                sentence("{call} did not answer within {seconds:g} s", call=what, seconds=waited)
+                sentence(f"{what} did not answer within {limit or timeout:g} s")
             )
         elif self.came_since(target, started):
-            lost = sentence("{call}: its servant started during the call, and missed it", call=what)
+            lost = sentence(f"{what}: its servant started during the call, and missed it")
         elif not served:
-            lost = sentence("{call} got no answer, and its process does not answer either", call=what)
+            lost = sentence(f"{what} got no answer, and its process does not answer either")
         elif end.broken:
-            lost = sentence("{call}: the connection was lost during the call", call=what)
+            lost = sentence(f"{what}: the connection was lost during the call")
         else:
             return exceptions.AccessDeniedException(
                 sentence(
-                    "{call} was not executed: {servant} exists, but access control does not let this "
-                    "component call it; `security` in its settings, and in those of the router, says who may",
-                    call=what,
-                    servant=target,
+                    f"{what} was not executed: {target} exists, but access control does not let this "
+                    "component call it; `security` in its settings, and in those of the router, says who may"
                 )
             )
         return exceptions.ConnectionLostException(lost)

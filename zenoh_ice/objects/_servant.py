@@ -29,6 +29,7 @@ from zenoh_ice.data.interface import OBJECT_INTERFACE, Interface, Operation
 from zenoh_ice.data.keys import Target, servant_token
 from zenoh_ice.data.reflection import schema_of
 from zenoh_ice.data.status import ServantStatus
+from zenoh_ice.data.text import sentence
 from zenoh_ice.data.wire import (
     ATTACHMENT_LIMIT,
     NO_ATTACHMENT,
@@ -363,7 +364,12 @@ class ServedObject:
         most = _MOST_FROZEN if call.method.frozen else _MOST_WAITING
         full = turn.waiting_bytes + size > self._communicator.limits.waiting_bytes
         if len(turn.waiting) >= most or (turn.waiting and full):
-            raise exceptions.BusyException.behind(len(turn.waiting), call.method.what)
+            raise exceptions.BusyException(
+                sentence(
+                    f"{call.method.what}: {len(turn.waiting)} calls are already waiting; "
+                    "this one was not executed"
+                )
+            )
         turn.waiting.append(call)
         turn.waiting_bytes += size
 

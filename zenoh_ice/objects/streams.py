@@ -434,9 +434,7 @@ class StreamReader(_Listener[V]):
                 f"{self.what}: {target} exists but sees no listener: access control does not "
                 "let this component read it; `security` in the settings of the router says who may"
             )
-        return exceptions.TimeoutException(
-            sentence("no new sample of {stream} within {seconds:g} s", stream=self.what, seconds=timeout)
-        )
+        return exceptions.TimeoutException(sentence(f"no new sample of {self.what} within {timeout:g} s"))
 
     def close_if_unwanted(self) -> None:
         """Stop listening if nobody waits for it, and nobody has used it for `linger` s."""
