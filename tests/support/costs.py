@@ -22,10 +22,14 @@ WALL: Final = "wall time"
 """The property of a test's last report: how long it took, in s, with its fixtures."""
 LARGEST: Final = "largest process"
 """The property of a test's last report: the memory, in MB, that the largest of these processes has had so far."""
+GREW: Final = "growth"
+"""The property of a test's last report: by how much this process has become larger than ever before, in MB."""
 MOST_MEMORY: Final = 700
 """What the largest process of a run may have, in MB."""
 SHOWN: Final = int(os.environ.get("TEST_COSTS") or 10)
 """So many files are named."""
+GREATEST: Final = 5
+"""So many files are named for the memory that they take."""
 FEWEST: Final = 20
 """Shorter runs say nothing about their costs."""
 _TICKS: Final = os.sysconf("SC_CLK_TCK")
@@ -38,6 +42,7 @@ class Cost:
     tests: int = 0
     processor: float = 0.0
     wall: float = 0.0
+    grew: float = 0.0
 
 
 class Costs:
@@ -48,13 +53,13 @@ class Costs:
     """
 
     def __init__(self) -> None:
-        self._began: tuple[float, float, float] = (0.0, 0.0, 0.0)
+        self._began: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
         self._files: Final[defaultdict[str, Cost]] = defaultdict(Cost)
         self._largest: tuple[float, str] = (0.0, "")
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_logstart(self) -> None:
-        self._began = (time.monotonic(), _processor_time(), time.process_time())
+        self._began = (time.monotonic(), _processor_time(), time.process_time(), _own_largest())
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_makereport(
@@ -62,12 +67,13 @@ class Costs:
     ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
         report = yield
         if call.when == "teardown":
-            wall, processor, own = self._began
+            wall, processor, own, size = self._began
             report.user_properties.append((WALL, time.monotonic() - wall))
             # The processes of Chromium wait for none of theirs, which take their times with them when they end.
             took = max(_processor_time() - processor, time.process_time() - own)
             report.user_properties.append((PROCESSOR, took))
             report.user_properties.append((LARGEST, _largest()))
+            report.user_properties.append((GREW, _own_largest() - size))
         return report
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
@@ -77,6 +83,7 @@ class Costs:
             cost.tests += 1
             cost.processor += took[PROCESSOR]
             cost.wall += took[WALL]
+            cost.grew += took[GREW]
             if took[LARGEST] > self._largest[0]:
                 self._largest = took[LARGEST], report.nodeid
 
@@ -92,6 +99,9 @@ class Costs:
             sum(getattr(cost, each) for cost in self._files.values()) for each in ("processor", "wall")
         )
         terminalreporter.write_line(f"{processor:7.1f} s {wall:6.1f} s         all tests")
+        grew = sorted(self._files.items(), key=lambda item: -item[1].grew)[:GREATEST]
+        named = ", ".join(f"{cost.grew:.0f} MB in {file}" for file, cost in grew)
+        terminalreporter.write_line(f"the processes of the tests grew most by {named}")
         memory, test = self._largest
         terminalreporter.write_line(f"largest process {memory:.0f} MB of {MOST_MEMORY}, since {test}")
 
@@ -124,6 +134,10 @@ def _time_of(process: int) -> float:
 
 def _largest() -> float:
     return max(each.ru_maxrss for each in _usages()) / 1024
+
+
+def _own_largest() -> float:
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 
 def _usages() -> tuple[resource.struct_rusage, resource.struct_rusage]:
