@@ -21,7 +21,7 @@ from zenoh_ice.data.exceptions import (
     TimeoutException,
     ZenohIceError,
 )
-from zenoh_ice.data.text import printable
+from zenoh_ice.data.text import printable, sentence
 
 from ._advice import explain
 from ._automaton import Event, Transition
@@ -115,6 +115,7 @@ class Supervision(Observer):
         hand_over: float = RuntimeLimits.hand_over,
     ) -> None:
         self.hand_over = hand_over
+        self.now = timeline.now
         self._tree = tree
         self._timeline = timeline
         self._policies = on_error, on_refused
@@ -151,10 +152,6 @@ class Supervision(Observer):
         """The errors, oldest first: the newest 10,000."""
         with self._lock:
             return tuple(self._records)
-
-    def now(self) -> int:
-        """Return the component time in ns."""
-        return self._timeline.now()
 
     def heard(self, actor: Actor, error: Exception) -> bool:
         """Return whether a state, from the automaton up, hears an exception of a servant as an event.
@@ -222,7 +219,7 @@ class Supervision(Observer):
             self._log.warning("%s: sys.exit() ends the component%s", _place(actor), place)
         else:
             what = f"sys.exit({short_repr(error.code)})"
-            message = f"{what} ends the component; a final state would end it without an error"
+            message = sentence(f"{what} ends the component; a final state would end it without an error")
             self._record(actor, location, message)
             self._log.error("%s: %s%s", _place(actor), message, place)
         self._halt(exit_code_of(error) if isinstance(error, SystemExit) else 1)
@@ -258,7 +255,7 @@ class Supervision(Observer):
     def not_handed_over(self, actor: Actor, late: list[Actor]) -> None:
         """Report automata still in a cycle below a state that was left."""
         for child in late:
-            message = (
+            message = sentence(
                 f"still in a cycle {self.hand_over:g} s after {actor.automaton.name} left the state "
                 f"{actor.current.name}: "
                 "its code must not block, and others drive the robot with it until it ends"
@@ -278,7 +275,7 @@ class Supervision(Observer):
 
     def event_dropped(self, actor: Actor, event: Event, reason: DropReason) -> None:
         """Log a dropped event: a full queue is an error, other reasons are logged once for each place."""
-        message = f"the event {event.name!r} is dropped: {reason}"
+        message = sentence(f"the event {event.name!r} is dropped: {reason}")
         if reason is DropReason.OVERFLOW:
             self._record(actor, "", message)
             self._log_seldom(actor, event.name, f"{_place(actor)}: {message}", None)

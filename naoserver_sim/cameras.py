@@ -26,6 +26,7 @@ from naoserver.robot import Frame
 from naoserver_sim._image_sensor import ImageSensor
 from naoserver_sim._simulator import Snapshot
 from naoserver_sim.appearance import VISUAL_GROUP, Lamps
+from zenoh_ice.data.text import sentence
 
 _log = logging.getLogger(__name__)
 
@@ -243,7 +244,8 @@ class CameraRenderer:
                     return request.frame.result()
         request.frame.cancel()
         limit = sum(self._waits(self._limits.frame))
-        raise HardwareFailure(f"{camera}: no image of {width}x{height} within {limit:g} s")
+        size = f"{width}x{height}"
+        raise HardwareFailure(sentence(f"{camera}: no image of {size} within {limit:g} s"))
 
     def _waits(self, limit: float) -> Sequence[float]:
         """Return the waits in s, one after the other, that may take so long, or longer in virtual time."""
@@ -252,10 +254,13 @@ class CameraRenderer:
     def _check(self, camera: str, width: int, height: int) -> None:
         facts = self._cameras.get(camera)
         if facts is None:
-            raise HardwareFailure(f"there is no camera {camera!r}; there are {', '.join(self._cameras)}")
+            raise HardwareFailure(
+                sentence(f"there is no camera {camera!r}; there are {', '.join(self._cameras)}")
+            )
         if (width, height) not in facts.sizes:
             sizes = ", ".join(f"{w}x{h}" for w, h in facts.sizes)
-            raise HardwareFailure(f"{camera} takes no images of {width}x{height}; it takes {sizes}")
+            size = f"{width}x{height}"
+            raise HardwareFailure(sentence(f"{camera} takes no images of {size}; it takes {sizes}"))
 
     def _run(self) -> None:
         try:

@@ -15,8 +15,6 @@ from zenoh_ice.settings import Settings
 if TYPE_CHECKING:
     from logging.handlers import RotatingFileHandler
 
-__all__ = ["rotating", "set_up_logging"]
-
 _TEXT: Final = "%(asctime)s.%(msecs)03d %(levelname)-8s %(name)s: %(message)s"
 _DATE: Final = "%Y-%m-%d %H:%M:%S"
 _MOST_BYTES: Final = 10_000_000  # of a file; then it is renamed to FILE.1, that to FILE.2, and so on
