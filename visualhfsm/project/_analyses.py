@@ -61,16 +61,19 @@ class Analyses:
     def _check(self, version: Version, *, again: bool = False) -> Findings:
         project = self._project
         with self._check_lock:
-            kept = self._kept
-            if again or kept is None or not _same(kept[0], version):
+            former, findings = self._kept or (None, Findings())
+            if (
+                again
+                or former is None
+                or former.document is not version.document
+                or former.path != version.path
+            ):
                 findings = project.checks.check(
                     version.document, version.path, project.include, partial(self._checked, version)
                 )
-            else:
-                findings = kept[1]
-                if kept[0].revision == version.revision:
-                    return findings
-            if findings.complete:
+            elif former.revision == version.revision:
+                return findings
+            if not findings.pending:
                 self._kept = version, findings
         self._checked(version, findings)
         return findings
@@ -210,8 +213,3 @@ def _holds(file: Path, document: Document) -> bool:
         return parse_file(read_file(file)[0], file) == document
     except EditError:
         return False
-
-
-def _same(one: Version, other: Version) -> bool:
-    """Return whether two versions are checked alike."""
-    return one.document is other.document and one.path == other.path

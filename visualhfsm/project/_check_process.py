@@ -100,8 +100,7 @@ class CheckProcess:
         self._process.close()
 
 
-def _answer(line: bytes) -> Answer:
-    return typed.from_json(line, Answer, dec_hook=decode_message)
+_answer: Final = typed.json_decoder(Answer, dec_hook=decode_message)
 
 
 def _with_warning(found: Findings, message: Message) -> Findings:

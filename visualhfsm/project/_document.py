@@ -428,7 +428,7 @@ class OpenDocument(Analyses):
 
     def _checked(self, version: Version, findings: Findings) -> None:
         # Who has the document locked may wait for the rest of this check.
-        if not self._lock.acquire(blocking=findings.complete):
+        if not self._lock.acquire(blocking=not findings.pending):
             return
         try:
             if not self._closed:
@@ -444,7 +444,7 @@ class OpenDocument(Analyses):
 
     def _notify(self, event: Event) -> None:
         self._listeners.notify(event)
-        self._project.notify(event)
+        self._project.listeners.notify(event)
 
 
 def _validated(command: Command) -> Command:
