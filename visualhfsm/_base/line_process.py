@@ -88,21 +88,21 @@ class LineProcess:
             _write(process.stdin.fileno(), question + b"\n", until)
             return self._read_line(process.stdout.fileno(), until)
 
-    def has_more(self, within: float) -> bool:
-        """Return whether the next part of an answer comes within some seconds."""
-        with self._lock, contextlib.suppress(TooSlowError):
-            process = self._process
-            if process is not None and process.stdout is not None and b"\n" not in self._unread:
-                _wait(process.stdout.fileno(), select.POLLIN, time.monotonic() + within)
-            return True
-        return False
+    def more(self, patience: float, soon: float = 0.0, late: Callable[[], None] = lambda: None) -> bytes:
+        """Return the next part of an answer that has several, within `patience` s. Raises NoAnswerError.
 
-    def more(self, patience: float) -> bytes:
-        """Return the next part of an answer that has several, within `patience` s. Raises NoAnswerError."""
+        `late` is called if it does not come `soon`, in s; what that raises ends the process.
+        """
         with self._guarded():
             if self._process is None or self._process.stdout is None:
                 raise EOFError
-            return self._read_line(self._process.stdout.fileno(), time.monotonic() + patience)
+            output, now = self._process.stdout.fileno(), time.monotonic()
+            if b"\n" not in self._unread:
+                try:
+                    _wait(output, select.POLLIN, now + soon)
+                except TooSlowError:
+                    late()
+            return self._read_line(output, now + patience)
 
     def signal(self, number: signal.Signals) -> None:
         """Send a signal to the process, if it runs and is ready; it must handle that."""
@@ -125,11 +125,6 @@ class LineProcess:
             except BaseException:
                 self._stop()
                 raise
-
-    def end(self) -> None:
-        """End the process, which is started again for the next question."""
-        with self._lock:
-            self._stop()
 
     def close(self) -> None:
         """End the process; waiting questions are not answered."""

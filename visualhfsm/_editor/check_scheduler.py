@@ -62,7 +62,7 @@ class CheckScheduler:
     async def _check(self, tab: Tab) -> None:
         try:
             again = await tab.look_at_imports()
-            findings = await self._threads.do(partial(tab.document.check, again=again))
+            findings = await self._threads.begin(partial(tab.document.check, again=again))
             if findings.pending:
                 self._waiting.setdefault(tab.id, tab)
         except VisualHfsmError as error:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Concatenate, Final, Generic, ParamSpec, Self, TypeVar
 
@@ -234,6 +235,11 @@ class Tab:
         return self._imports.within(self.shown.document)
 
     @property
+    def listed(self) -> tuple[object, ...]:
+        """What the list of the tabs says of it; besides, it says what runs."""
+        return self.shown.path, self.shown.title, self.shown.dirty, self.outside
+
+    @property
     def is_started(self) -> bool:
         """Whether a component was started from it and has not ended."""
         return self.started is not None and self.started.status != "ended"
@@ -288,11 +294,7 @@ class Tab:
         Its changes are shown before this returns. Work that has begun is completed even when the caller is
         cancelled, and later work waits for it.
         """
-
-        def together() -> R:
-            with self.document.together():
-                return work(self.document, *args, **kwargs)
-
+        together = self.document.together()(partial(work, self.document, *args, **kwargs))
         await self._lock.acquire()
         future = self._threads.begin(together)
         future.add_done_callback(lambda _: self._lock.release())

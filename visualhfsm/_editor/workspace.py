@@ -10,6 +10,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Final, Self
 
+import msgspec
+
 from visualhfsm._editor.own_robots import OwnRobots
 from visualhfsm._monitor.messages import Output
 from visualhfsm.project._document import OpenDocument
@@ -74,8 +76,8 @@ class Workspace:
         self._recording = ""
         self._recoverable: list[Abandoned] = []
         self._published: WorkspacePush | None = None
-        self._listed: dict[int, tuple[object, ...]] = {}
-        """By tab, what the state of the workspace says of its document."""
+        self._listed: dict[int, tuple[tuple[object, ...], TabState]] = {}
+        """By tab, what is listed of its document, and how."""
         self._shelf = Shelf(states=[])
         self._tasks: list[asyncio.Task[None]] = []
 
@@ -142,10 +144,8 @@ class Workspace:
         """Show the new version of a tab's document."""
         if tab.id not in self.tabs:
             return
-        shown = tab.shown
-        listed = shown.path, shown.title, shown.dirty, tab.outside
-        if tab.loaded is not None or self._listed.get(tab.id) != listed:
-            self._listed[tab.id] = listed
+        shown, (listed, _) = tab.shown, self._listed.get(tab.id, ((), None))
+        if tab.loaded is not None or tab.listed != listed:
             self.publish_state()  # first: a window gets a tab before its document
         self.windows.show(tab)
         for dated in (tab.trials, tab.tests):
@@ -266,18 +266,22 @@ class Workspace:
         )
 
     def _tab_state(self, tab: Tab) -> TabState:
-        shown = tab.shown
-        return TabState(
-            tab=tab.id,
-            title=shown.title,
-            path=self._name(shown.path),
-            component=tab.component,
-            dirty=shown.dirty,
-            recording=self._name(tab.recording),
-            outside="" if tab.outside is None else tab.outside.state,
-            changed=tab.differs_from_loaded,
-            views=offered(VIEWS, shown.path),
-        )
+        listed, state = self._listed.get(tab.id, ((), None))
+        if state is None or listed != tab.listed:
+            shown = tab.shown
+            state = TabState(
+                tab=tab.id,
+                title=shown.title,
+                path=self._name(shown.path),
+                component="",
+                dirty=shown.dirty,
+                recording=self._name(tab.recording),
+                outside="" if tab.outside is None else tab.outside.state,
+                changed=False,
+                views=offered(VIEWS, shown.path),
+            )
+            self._listed[tab.id] = tab.listed, state
+        return msgspec.structs.replace(state, component=tab.component, changed=tab.differs_from_loaded)
 
     def _name(self, path: Path | None) -> str:
         return "" if path is None else self.project.root.name(path)

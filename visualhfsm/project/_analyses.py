@@ -34,15 +34,13 @@ if TYPE_CHECKING:
 class Analyses:
     """The part of `OpenDocument` that changes nothing: it works on the version that was there when called."""
 
+    version: Version
+    """The document at this moment."""
+
     def __init__(self, project: Project) -> None:
         self._project = project
         self._check_lock = threading.RLock()
         self._kept: tuple[Version, Findings] | None = None
-
-    @property
-    def version(self) -> Version:
-        """The document at this moment."""
-        raise NotImplementedError
 
     def _checked(self, version: Version, findings: Findings) -> None:
         """Notify the listeners of a version that was checked."""
@@ -56,10 +54,7 @@ class Analyses:
         It is computed once for each version: `again` is for other files that have changed, such as imported
         ones. After 20 s the model checker is left out, as a problem says. No code of the document is run.
         """
-        return self._check(self.version, again=again)
-
-    def _check(self, version: Version, *, again: bool = False) -> Findings:
-        project = self._project
+        version, project = self.version, self._project
         with self._check_lock:
             former, findings = self._kept or (None, Findings())
             if (
@@ -94,7 +89,7 @@ class Analyses:
         Raises EditError when the document has errors, or the model checker takes too long.
         """
         version = self.version
-        findings = self._check(version)
+        findings = self.check()
         if findings.proofs is None:
             what = Message("Cannot prove the properties of {version}", version=version.title)
             if not findings.problems:  # nothing was drawn yet, which is no problem
