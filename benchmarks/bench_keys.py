@@ -170,7 +170,11 @@ def count_key(passed: Passed) -> set[tuple[str, str]]:
     """Return the functions from the third key to its red line."""
     place = place_in(1)
     with edited(SMALL) as (window, tab):
+        window.wait_for_push("problems")
         time.sleep(1.0)
+        with passed.counting():
+            time.sleep(2.0)
+        idle = passed.found
         red_line(window, tab, place, "self.(")
         for turn in range(3):
             settle(window, tab, place, "pass")
@@ -178,7 +182,7 @@ def count_key(passed: Passed) -> set[tuple[str, str]]:
             with passed.counting():
                 red_line(window, tab, place, MISTAKES["syntax"].format(turn=turn))
                 time.sleep(0.2)
-    return passed.found
+    return passed.found - idle
 
 
 def time_key(text: str, automaton: int, mistake: str, keys: int) -> tuple[float, float]:

@@ -14,7 +14,8 @@ WRONG = DOCUMENT.replace("<code>pass</code>", "<code>missing()</code>", 1)
 
 
 def problem(window: Window) -> str:
-    items = window.wait_for(lambda message: message.get("push") == "problems")["items"]
+    found = window.wait_for(lambda message: message.get("push") == "problems" and message["complete"])
+    items = found["items"]
     return next(str(each["message"]) for each in items if each["code"] == "W520")
 
 

@@ -17,7 +17,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Final
 
 from visualhfsm._base.environment import child_environment
@@ -78,20 +78,31 @@ class LineProcess:
 
         Raises NoAnswerError.
         """
-        return self._guarded(lambda: self._ask(question, patience))
+        with self._guarded():
+            if self._process is not None and self._process.poll() is not None:
+                self._stop()
+            process = self._process or self._start()
+            assert process.stdin is not None
+            assert process.stdout is not None
+            until = time.monotonic() + patience
+            _write(process.stdin.fileno(), question + b"\n", until)
+            return self._read_line(process.stdout.fileno(), until)
 
-    def has_more(self, within: float) -> bool:
-        """Return whether the next part of an answer comes within some seconds."""
-        with self._lock, contextlib.suppress(TooSlowError):
-            process = self._process
-            if process is not None and process.stdout is not None and b"\n" not in self._unread:
-                _wait(process.stdout.fileno(), select.POLLIN, time.monotonic() + within)
-            return True
-        return False
+    def more(self, patience: float, soon: float = 0.0, late: Callable[[], None] = lambda: None) -> bytes:
+        """Return the next part of an answer that has several, within `patience` s. Raises NoAnswerError.
 
-    def more(self, patience: float) -> bytes:
-        """Return the next part of an answer that has several, within `patience` s. Raises NoAnswerError."""
-        return self._guarded(lambda: self._more(patience))
+        `late` is called if it does not come `soon`, in s; what that raises ends the process.
+        """
+        with self._guarded():
+            if self._process is None or self._process.stdout is None:
+                raise EOFError
+            output, now = self._process.stdout.fileno(), time.monotonic()
+            if b"\n" not in self._unread:
+                try:
+                    _wait(output, select.POLLIN, now + soon)
+                except TooSlowError:
+                    late()
+            return self._read_line(output, now + patience)
 
     def signal(self, number: signal.Signals) -> None:
         """Send a signal to the process, if it runs and is ready; it must handle that."""
@@ -100,24 +111,20 @@ class LineProcess:
             with contextlib.suppress(ProcessLookupError):
                 os.kill(process.pid, number)
 
-    def _guarded(self, work: Callable[[], bytes]) -> bytes:
-        """Do work with the process, which is ended if that fails."""
+    @contextlib.contextmanager
+    def _guarded(self) -> Iterator[None]:
+        """Use the process in a `with` block; it is ended if that fails."""
         with self._lock:
             if self._closed:
                 raise NoAnswerError("it has been ended")
             try:
-                return work()
+                yield
             except (OSError, EOFError) as error:
                 code = self._stop(_KILL_LIMIT)
                 raise (KilledError if code == -signal.SIGKILL else NoAnswerError)(_ended(code)) from error
             except BaseException:
                 self._stop()
                 raise
-
-    def end(self) -> None:
-        """End the process, which is started again for the next question."""
-        with self._lock:
-            self._stop()
 
     def close(self) -> None:
         """End the process; waiting questions are not answered."""
@@ -127,21 +134,6 @@ class LineProcess:
             _kill(process)
         with self._lock:
             self._stop()
-
-    def _ask(self, question: bytes, patience: float) -> bytes:
-        if self._process is not None and self._process.poll() is not None:
-            self._stop()
-        process = self._process or self._start()
-        assert process.stdin is not None
-        assert process.stdout is not None
-        until = time.monotonic() + patience
-        _write(process.stdin.fileno(), question + b"\n", until)
-        return self._read_line(process.stdout.fileno(), until)
-
-    def _more(self, patience: float) -> bytes:
-        if self._process is None or self._process.stdout is None:
-            raise EOFError
-        return self._read_line(self._process.stdout.fileno(), time.monotonic() + patience)
 
     def _start(self) -> subprocess.Popen[bytes]:
         """Start the process, and wait until it is ready."""

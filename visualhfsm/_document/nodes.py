@@ -95,13 +95,15 @@ def swapped(items: tuple[_T, ...], old: _T, new: _T) -> tuple[_T, ...]:
 
 def find_automaton(document: model.Document, id: int) -> model.Automaton:
     """Return the automaton with an id. Raises EditError when there is none, or more than one."""
-    return _only(document.automata, id, Message("automaton {id}", id=id))
+    return _only(document.automata, id, lambda: Message("automaton {id}", id=id))
 
 
 def find_state(automaton: model.Automaton, id: int) -> model.State:
     """Return the state with an id. Raises EditError when there is none, or more than one."""
     return _only(
-        automaton.states, id, Message("state {id} of automaton {automaton}", id=id, automaton=automaton.id)
+        automaton.states,
+        id,
+        lambda: Message("state {id} of automaton {automaton}", id=id, automaton=automaton.id),
     )
 
 
@@ -110,28 +112,33 @@ def find_transition(automaton: model.Automaton, id: int) -> model.Transition:
     return _only(
         automaton.transitions,
         id,
-        Message("transition {id} of automaton {automaton}", id=id, automaton=automaton.id),
+        lambda: Message("transition {id} of automaton {automaton}", id=id, automaton=automaton.id),
     )
 
 
 def find_annotation(automaton: model.Automaton, id: int) -> model.Annotation:
     """Return the annotation with an id. Raises EditError when there is none, or more than one."""
-    what = Message("annotation {id} of automaton {automaton}", id=id, automaton=automaton.id)
-    return _only(automaton.annotations, id, what)
+    return _only(
+        automaton.annotations,
+        id,
+        lambda: Message("annotation {id} of automaton {automaton}", id=id, automaton=automaton.id),
+    )
 
 
-def _only(items: Iterable[_NumberedT], id: int, what: Message) -> _NumberedT:
+def _only(items: Iterable[_NumberedT], id: int, what: Callable[[], Message]) -> _NumberedT:
     found = [each for each in items if each.id == id]
     if not found:
         raise EditError(
-            Message("Cannot change {what}", what=what),
+            Message("Cannot change {what}", what=what()),
             "it does not exist",
             "it may have been deleted meanwhile",
         )
     if len(found) > 1:
         why = Message("{count} have this number", count=len(found))
         raise EditError(
-            Message("Cannot change {what}", what=what), why, "give each its own number with `Repair numbers`"
+            Message("Cannot change {what}", what=what()),
+            why,
+            "give each its own number with `Repair numbers`",
         )
     return found[0]
 

@@ -52,8 +52,8 @@ class Origins:
         *,
         home: Path | None = None,
     ) -> None:
-        self._imports = ImportedPlaces(document, path, include, home=home)
         self._document = document
+        self._place = path, include, home
         self._name = path.name
         self._component = component
         self._source_map = source_map
@@ -63,6 +63,11 @@ class Origins:
         """The same, of a line of the component whose code comes from another file."""
         self._unloaded = re.compile(r"[^ :]+: error: ([^ :]+):(\d{1,9}): ")
         """The pattern of a library that fails: `follow_ball.py: error: follow_ball.xml:9: `."""
+
+    @cached_property
+    def _imports(self) -> ImportedPlaces:
+        path, include, home = self._place
+        return ImportedPlaces(self._document, path, include, home=home)
 
     @cached_property
     def _locator(self) -> Locator:

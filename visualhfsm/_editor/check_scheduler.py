@@ -45,19 +45,15 @@ class CheckScheduler:
 
     async def run(self) -> None:
         """Check the documents that are due, until cancelled."""
+        loop = asyncio.get_running_loop()
         while True:
             await self._wanted.wait()
             self._wanted.clear()
-            await self._wait_for_quiet()
+            until = loop.time() + _LONGEST_WAIT * self._quiet
+            while (left := min(self._changed_at + self._quiet, until) - loop.time()) > 0:
+                await asyncio.sleep(left)
             while self._waiting:
                 await self._check(self._waiting.pop(next(iter(self._waiting))))
-
-    async def _wait_for_quiet(self) -> None:
-        """Wait until nothing has changed for a moment, but not for long."""
-        loop = asyncio.get_running_loop()
-        until = loop.time() + _LONGEST_WAIT * self._quiet
-        while (left := min(self._changed_at + self._quiet, until) - loop.time()) > 0:
-            await asyncio.sleep(left)
 
     async def close(self) -> None:
         """Wait for the check that runs."""
@@ -66,8 +62,8 @@ class CheckScheduler:
     async def _check(self, tab: Tab) -> None:
         try:
             again = await tab.look_at_imports()
-            findings = await self._threads.do(partial(tab.document.check, again=again))
-            if not findings.complete:
+            findings = await self._threads.begin(partial(tab.document.check, again=again))
+            if findings.pending:
                 self._waiting.setdefault(tab.id, tab)
         except VisualHfsmError as error:
             _logger.warning("%s was not checked: %s", tab.shown.title, error)

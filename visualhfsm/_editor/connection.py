@@ -89,7 +89,7 @@ class _Connection:
         self._window = window
         self._workspace = workspace
         self._limits = workspace.limits
-        self._budget = _Budget(self._limits.viewer_requests if window.is_viewer else math.inf)
+        self._budget = _Budget(self._limits.viewer_requests) if window.is_viewer else None
         self._under_way: dict[Lane, set[asyncio.Task[None]]] = defaultdict(set)
         self._requests: asyncio.Queue[tuple[p.Request, int]] = asyncio.Queue()
         """Requests that wait for earlier ones, in their order, and the size of each."""
@@ -107,7 +107,7 @@ class _Connection:
         """Read requests, until the window is closed."""
         while True:
             # A window that floods waits for itself alone: all others, and their stops, have their turn.
-            await self._budget.spend()
+            await (asyncio.sleep(0) if self._budget is None else self._budget.spend())
             await self._window.room(self._limits.unsent_answers)
             message = await self._websocket.receive()
             if message["type"] == "websocket.disconnect":
@@ -130,16 +130,11 @@ class _Connection:
                     await self._answer(request)
                 case Lane.STOP:
                     self._begin(request, Lane.STOP)
-                case _:
-                    self._put(request, len(text) + _REQUEST_SIZE)
-
-    def _put(self, request: p.Request, size: int) -> None:
-        """Let a request wait for its turn. Reading never waits, since a stop may come next."""
-        if self._waiting + size > self._limits.waiting_bytes:
-            self._refuse(request.id, Message("too many requests are waiting"), "busy")
-            return
-        self._waiting += size
-        self._requests.put_nowait((request, size))
+                case _ if self._waiting + (size := len(text) + _REQUEST_SIZE) > self._limits.waiting_bytes:
+                    self._refuse(request.id, Message("too many requests are waiting"), "busy")
+                case _:  # it waits for its turn; reading never waits, since a stop may come next
+                    self._waiting += size
+                    self._requests.put_nowait((request, size))
 
     async def work(self) -> None:
         """Execute the requests that were read, or begin to, in their order."""

@@ -27,7 +27,8 @@ P = ParamSpec("P")
 async def do(workspace: Workspace, window: Window, request: p.Do) -> a.Done:
     """Apply a command; names that it makes up are in the language of the page."""
     command = in_language(request.command, window.language)
-    return await change(workspace, request, OpenDocument.apply, command, request.base, window)
+    tab = workspace.tabs.editable(request.tab)
+    return _done(await tab.edit(OpenDocument.apply, command, request.base, window))
 
 
 async def copy(workspace: Workspace, window: Window, request: p.Copy) -> a.Copied:

@@ -1,4 +1,4 @@
-"""What the parts and the project report, passed on to tabs and windows."""
+"""What the parts report, passed on to tabs and windows."""
 
 from __future__ import annotations
 
@@ -6,19 +6,14 @@ import asyncio
 import contextlib
 import logging
 from collections.abc import Callable
-from typing import TypeVar
 
 from visualhfsm._monitor import messages
 from visualhfsm._processes.test_results import TestsPush
-from visualhfsm.project._document import Checked, Event, FileChanged
 from visualhfsm.trials._messages import TrialsPush
 
-from .protocol import Outside
 from .tab import Tab
 from .tabs import Tabs
 from .windows import Windows
-
-Item = TypeVar("Item")
 
 _logger = logging.getLogger(__name__)
 
@@ -41,32 +36,8 @@ class News:
 
     def publish(self, news: messages.Present | messages.Failed | messages.Push) -> None:
         """Take a message of a part of the server."""
-        self._call_soon(self._publish, news)
-
-    def publish_event(self, event: Event) -> None:
-        """Take an event of the project; the tabs hear of changes by themselves."""
-        if isinstance(event, Checked | FileChanged):
-            self._call_soon(self._take, event)
-
-    def _call_soon(self, take: Callable[[Item], None], item: Item) -> None:
         with contextlib.suppress(RuntimeError):  # the loop is closed: there is no listener
-            self._loop.call_soon_threadsafe(take, item)
-
-    def _take(self, event: Checked | FileChanged) -> None:
-        tab = self._tabs.of_document(event.document)
-        if tab is None:
-            return
-        match event:
-            case Checked(version=version, findings=findings):
-                tab.take_findings(version, findings)
-                self._show_problems(tab)
-                if (tests := tab.tests.compare(tab.shown.document, tab.content)) is not None:
-                    self._windows.push(tests)
-            case FileChanged(state=state, message=message):
-                outside = Outside(tab=tab.id, state=state, message=message)
-                tab.outside = outside if state in {"changed", "deleted"} else None
-                self._windows.push(outside)
-                self._publish_state()
+            self._loop.call_soon_threadsafe(self._publish, news)
 
     def _show_problems(self, tab: Tab) -> None:
         if (problems := tab.problems) is not None:

@@ -18,7 +18,7 @@ from codegen.messages import NO_MESSAGE, Message
 from interfaces.hfsm import Breakpoint, Explanation, ReloadReport
 from interfaces.nao import Vector3
 from visualhfsm._base.errors import ErrorKind
-from visualhfsm._base.languages import ENGLISH, encoder
+from visualhfsm._base.languages import ENGLISH
 from visualhfsm._document.commands import AnyCommand
 from visualhfsm._document.commands.transitions import TransitionType
 from visualhfsm._document.places import Place
@@ -808,8 +808,3 @@ class Outside(Push):
     tab: int
     state: Literal["reloaded", "changed", "deleted", "same"]
     message: Message = NO_MESSAGE
-
-
-def encode(message: Answer | ErrorAnswer | Push, language: str = ENGLISH) -> bytes:
-    """Return the text of a message, in the language of a window."""
-    return encoder(language).encode(message)

@@ -31,7 +31,7 @@ from websockets.exceptions import InvalidState
 from codegen.messages import Message
 from codegen.reasons import reason
 from visualhfsm._base.errors import TooManyError, VisualHfsmError
-from visualhfsm._base.languages import known_language, said
+from visualhfsm._base.languages import encoder, known_language, said
 from visualhfsm.project._editing.journal import journal_directory
 from visualhfsm.project._project import Project
 from visualhfsm.project._root import RECORDING_SUFFIX
@@ -43,7 +43,7 @@ from .documents import open_file
 from .launch import LaunchPage
 from .limits import Limits
 from .parts import MakeParts, Parts
-from .protocol import Answer, encode
+from .protocol import Answer
 from .refusal import RefusalLog, not_found
 from .resumption import Resumption, kept_key
 from .security import STOP, Boundary, Credentials, Guard
@@ -426,7 +426,7 @@ def make_app(workspace: Workspace, site: Site, credentials: Credentials | None) 
     async def stop(websocket: WebSocket) -> None:
         await websocket.accept()
         answer = Answer(re=0, ok=await workspace.components.emergency_stop("window"))
-        await websocket.send_text(encode(answer, _language(websocket)).decode())
+        await websocket.send_text(encoder(_language(websocket)).encode(answer).decode())
         await websocket.close()
 
     async def camera(websocket: WebSocket) -> None:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Concatenate, Final, Generic, ParamSpec, Self, TypeVar
 
@@ -22,7 +23,7 @@ from visualhfsm._document.places import texts_at, texts_in
 from visualhfsm._document.problems import Findings, Problem
 from visualhfsm._monitor.messages import Failed, RecentLines, Source, StartedPush
 from visualhfsm._processes.test_results import TestsPush, version_of
-from visualhfsm.project._document import Changed, Event, OpenDocument
+from visualhfsm.project._document import Changed, Checked, Event, FileChanged, OpenDocument
 from visualhfsm.project._version import Version
 from visualhfsm.trials._messages import TrialsPush
 
@@ -166,8 +167,9 @@ class DatedTests(Dated[TestsPush]):
 class Tab:
     """An open document, on which requests work in order in threads, and its state as windows show it.
 
-    It is made and used on the event loop, where `changed` is called whenever `shown` is new. `recording` is
-    the file of the recording that contains the document, which is not changed then.
+    It is made and used on the event loop, where `changed` is called whenever `shown` is new, and `told` with
+    what else is found out. `recording` is the file of the recording that contains the document, which is not
+    changed then.
     """
 
     def __init__(
@@ -177,6 +179,7 @@ class Tab:
         threads: Threads,
         *,
         changed: Callable[[Tab], None],
+        told: Callable[[Tab, Problems | Outside], None] = lambda *_: None,
         output: RecentLines,
         recording: Path | None = None,
     ) -> None:
@@ -199,7 +202,7 @@ class Tab:
         self._from_loaded = _Difference()
         self._imports = Imports()
         self._threads = threads
-        self._changed = changed
+        self._changed, self._told = changed, told
         self._lock = asyncio.Lock()
         self._loop = asyncio.get_running_loop()
         document.subscribe(self._take_event)
@@ -214,11 +217,14 @@ class Tab:
     @property
     def problems(self) -> Problems | None:
         """What the checks found, after the errors of the last run in code that has not changed since."""
-        findings, document = self.findings, self.content
+        findings = self.findings
         if findings is None:
             return None
-        present = (each for each in self.failures if texts_at(document, each.origin.place) == each.texts)
-        failed = [*map(_problem, present)]
+        failed = [
+            _problem(each)
+            for each in self.failures
+            if texts_at(self.content, each.origin.place) == each.texts
+        ]
         counts = Counter(findings.counts) + Counter(each.severity for each in failed)
         items = [*failed, *findings.items]
         return msgspec.structs.replace(findings, items=items, counts=counts, imports=self._imports.number)
@@ -227,6 +233,11 @@ class Tab:
     def content(self) -> Document:
         """The shown document with what it imports, as that was looked at last."""
         return self._imports.within(self.shown.document)
+
+    @property
+    def listed(self) -> tuple[object, ...]:
+        """What the list of the tabs says of it; besides, it says what runs."""
+        return self.shown.path, self.shown.title, self.shown.dirty, self.outside
 
     @property
     def is_started(self) -> bool:
@@ -243,7 +254,8 @@ class Tab:
     async def look_at_imports(self) -> bool:
         """Read the imported files, and return whether they have changed since this was done before."""
         former, document = self._imports, self.document
-        if former == Imports() and all(each.imported is None for each in document.automata):
+        automata = document.version.document.automata
+        if former == Imports() and all(each.imported is None for each in automata):
             return False
         self._imports = await self._threads.do(lambda: Imports.read(document.imports(), former))
         return self._imports is not former
@@ -260,7 +272,7 @@ class Tab:
             former = [each for each in self.findings.items if each.code in findings.pending]
             items, counts = (*items, *former), Counter(counts) + Counter(each.severity for each in former)
         self.findings = Problems(
-            tab=self.id, revision=version.revision, items=items, counts=counts, complete=findings.complete
+            tab=self.id, revision=version.revision, items=items, counts=counts, complete=not findings.pending
         )
 
     def take_generated(self) -> None:
@@ -282,11 +294,7 @@ class Tab:
         Its changes are shown before this returns. Work that has begun is completed even when the caller is
         cancelled, and later work waits for it.
         """
-
-        def together() -> R:
-            with self.document.together():
-                return work(self.document, *args, **kwargs)
-
+        together = self.document.together()(partial(work, self.document, *args, **kwargs))
         await self._lock.acquire()
         future = self._threads.begin(together)
         future.add_done_callback(lambda _: self._lock.release())
@@ -294,15 +302,24 @@ class Tab:
 
     def _take_event(self, event: Event) -> None:
         """Show a change, in the order of events: before the caller of `edit` continues."""
-        if isinstance(event, Changed):
-            with suppress(RuntimeError):  # the loop is closed: nothing is shown any more
-                self._loop.call_soon_threadsafe(self._show, event.version)
+        with suppress(RuntimeError):  # the loop is closed: nothing is shown any more
+            self._loop.call_soon_threadsafe(self._take, event)
 
-    def _show(self, version: Version) -> None:
-        self.shown = version
-        if version.file == "same":
-            self.outside = None
-        self._changed(self)
+    def _take(self, event: Event) -> None:
+        match event:
+            case Changed(version=version):
+                self.shown = version
+                if version.file == "same":
+                    self.outside = None
+                self._changed(self)
+            case Checked(version=version, findings=findings):
+                self.take_findings(version, findings)
+                if (problems := self.problems) is not None:
+                    self._told(self, problems)
+            case FileChanged(state=state, message=message):
+                outside = Outside(tab=self.id, state=state, message=message)
+                self.outside = outside if state in {"changed", "deleted"} else None
+                self._told(self, outside)
 
 
 def _problem(failed: Failed) -> Problem:

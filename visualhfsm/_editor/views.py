@@ -82,7 +82,7 @@ class View(Protocol):
         """What the page may ask for, and what answers, which raises VisualHfsmError."""
 
     def offers(self, path: Path | None) -> bool:
-        """Whether there is anything to show of a document; this is asked with each change of it."""
+        """Whether there is anything to show of a document; this is asked often, such as when it is saved."""
 
 
 def find_views(known: Iterable[type[Request]]) -> dict[str, View]:

@@ -15,14 +15,14 @@ dropped and counted.
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable, Hashable, Iterable
+from collections.abc import Awaitable, Callable, Hashable
 from dataclasses import replace
 from typing import Any, Final, NamedTuple, TypeVar
 
 import msgspec
 
 from codegen.hfsm.document import Annotation, Automaton, Document, State, Transition
-from visualhfsm._base.languages import ENGLISH
+from visualhfsm._base.languages import ENGLISH, encoder
 from visualhfsm._document.views import view
 from visualhfsm._monitor.messages import (
     Output,
@@ -34,9 +34,8 @@ from visualhfsm._monitor.messages import (
     Stopper,
     Structure,
 )
-from visualhfsm.project._editing import edited_document
 
-from .protocol import Answer, Closed, DocumentPush, ErrorAnswer, UndoStep, encode
+from .protocol import Answer, Closed, DocumentPush, ErrorAnswer, UndoStep
 from .tab import Tab
 
 _SHOWN: Final = 1.0
@@ -99,7 +98,7 @@ class Window:
 
     def answer(self, answer: Answer | ErrorAnswer) -> None:
         """Send an answer; everything that was pushed before goes first."""
-        self._answers.append(encode(answer, self.language))
+        self._answers.append(encoder(self.language).encode(answer))
         self._filled.set()
 
     async def room(self, most: int) -> None:
@@ -157,7 +156,7 @@ class Window:
                     await send(message.decode())
                 self._answered.set()
                 if self._output and self._showing is None and not self._filled.is_set():
-                    output = encode(self._take_output(next(iter(self._output))), self.language)
+                    output = encoder(self.language).encode(self._take_output(next(iter(self._output))))
                     self._showing = asyncio.get_running_loop().call_later(self._patience, self.output_shown)
                     await send(output.decode())
         finally:
@@ -173,7 +172,7 @@ class Window:
             if isinstance(news, StartedPush) and news.status == "ended" and news.tab in self._output:
                 messages.append(self._take_output(news.tab))  # its last lines say why it ended
             messages.append(self._document(news) if isinstance(news, Tab) else news)
-        return [*(encode(each, self.language) for each in messages), *answers]
+        return [*map(encoder(self.language).encode, messages), *answers]
 
     def _take_output(self, tab: int) -> Output:
         output = self._output.pop(tab)
@@ -197,22 +196,18 @@ class Window:
         return DocumentPush(
             tab=tab.id,
             revision=shown.revision,
-            undo=_steps(shown.undo),
-            redo=_steps(shown.redo),
+            undo=tuple(UndoStep(name=each.name, revision=each.revision) for each in shown.undo),
+            redo=tuple(UndoStep(name=each.name, revision=each.revision) for each in shown.redo),
             dirty=shown.dirty,
             full=full(version) if change is None else msgspec.UNSET,
             patch=msgspec.UNSET if change is None else change,
         )
 
 
-def _steps(steps: Iterable[edited_document.Step]) -> tuple[UndoStep, ...]:
-    return tuple(UndoStep(name=each.name, revision=each.revision) for each in steps)
-
-
 def full(version: Sent) -> msgspec.Raw:
     """Return the JSON of a whole document: its own fields, and `automata`."""
     automata = [view(automaton) for automaton in version.document.automata]
-    return _json({**version.header(), "automata": automata})
+    return msgspec.Raw(msgspec.json.encode({**version.header(), "automata": automata}))
 
 
 def patch(old: Sent, new: Sent) -> msgspec.Raw | None:
@@ -247,7 +242,7 @@ def patch(old: Sent, new: Sent) -> msgspec.Raw | None:
     if list(former) != list(now):
         found["removed"] = [number for number in former if number not in now]
         found["order"] = list(now)
-    return _json(found)
+    return msgspec.Raw(msgspec.json.encode(found))
 
 
 def _part(old: Automaton, new: Automaton) -> dict[str, Any] | None:
@@ -292,7 +287,3 @@ def _items(old: tuple[Item, ...], new: tuple[Item, ...]) -> dict[str, Any] | Non
     if kept + [number for number in order if number not in former] != order:
         found["order"] = order
     return found
-
-
-def _json(value: object) -> msgspec.Raw:
-    return msgspec.Raw(msgspec.json.encode(value))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 from visualhfsm._monitor.messages import Push
 
 from .tab import Tab
@@ -27,11 +25,13 @@ class Windows:
 
     def push(self, push: Push) -> None:
         """Send a message to all windows."""
-        _push(push, self._windows)
+        for window in self._windows:
+            window.push(push)
 
     def push_to_followers(self, component: str, push: Push) -> None:
         """Send a message to the windows that follow a component."""
-        _push(push, self._followers.get(component, ()))
+        for window in self._followers.get(component, ()):
+            window.push(push)
 
     def show(self, tab: Tab) -> None:
         """Send all windows what is new in the document of a tab."""
@@ -60,8 +60,3 @@ class Windows:
         if not followers:
             del self._followers[component]
         return not followers
-
-
-def _push(push: Push, windows: Iterable[Window]) -> None:
-    for window in windows:
-        window.push(push)

@@ -10,6 +10,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Final, Self
 
+import msgspec
+
 from visualhfsm._editor.own_robots import OwnRobots
 from visualhfsm._monitor.messages import Output
 from visualhfsm.project._document import OpenDocument
@@ -22,7 +24,7 @@ from .components import Components
 from .limits import Limits
 from .news import News
 from .parts import MakeParts, Parts
-from .protocol import VIEWS, Recoverable, Shelf, TabState, WorkspacePush
+from .protocol import VIEWS, Outside, Problems, Recoverable, Shelf, TabState, WorkspacePush
 from .tab import Tab, Threads
 from .tabs import Tabs
 from .views import offered
@@ -47,6 +49,7 @@ class Workspace:
     code_questions: CodeQuestions
     components: Components
     own_robots: OwnRobots
+    _checks: CheckScheduler
 
     def __init__(
         self,
@@ -71,9 +74,10 @@ class Workspace:
         self._make_project = make_project
         self._demo = demo
         self._recording = ""
-        self._checks = CheckScheduler(limits.quiet_seconds, self._give_up_search)
         self._recoverable: list[Abandoned] = []
         self._published: WorkspacePush | None = None
+        self._listed: dict[int, tuple[tuple[object, ...], TabState]] = {}
+        """By tab, what is listed of its document, and how."""
         self._shelf = Shelf(states=[])
         self._tasks: list[asyncio.Task[None]] = []
 
@@ -81,7 +85,7 @@ class Workspace:
         self.news = News(self.tabs, self.windows, self.publish_state)
         self.parts = self._make_parts(self.news.publish)
         self.project = self._make_project(self.parts)
-        self.project.subscribe(self.news.publish_event)
+        self._checks = CheckScheduler(self.limits.quiet_seconds, self.project.checks.give_up_search)
         self.code_questions = CodeQuestions(self.project.code_help)
         self.own_robots = OwnRobots(self.project.root)
         self.components = Components(self)
@@ -128,6 +132,7 @@ class Workspace:
             document,
             self.threads,
             changed=self._show,
+            told=self._tell,
             output=self.limits.room_for_output(),
             recording=recording,
         )
@@ -139,19 +144,31 @@ class Workspace:
         """Show the new version of a tab's document."""
         if tab.id not in self.tabs:
             return
-        self.publish_state()  # first: a window gets a tab before its document
+        shown, (listed, _) = tab.shown, self._listed.get(tab.id, ((), None))
+        if tab.loaded is not None or tab.listed != listed:
+            self.publish_state()  # first: a window gets a tab before its document
         self.windows.show(tab)
         for dated in (tab.trials, tab.tests):
-            if (report := dated.compare(tab.shown.document, tab.content)) is not None:
+            if dated.now is not None and (report := dated.compare(shown.document, tab.content)) is not None:
                 self.windows.push(report)
         self._checks.check(tab)
 
-    def _give_up_search(self) -> None:
-        self.project.checks.give_up_search()
+    def _tell(self, tab: Tab, news: Problems | Outside) -> None:
+        """Send all windows what was found out about a tab's document."""
+        if tab.id not in self.tabs:
+            return
+        self.windows.push(news)
+        if isinstance(news, Outside):
+            self.publish_state()
+        elif tab.tests.now is not None:
+            tests = tab.tests.compare(tab.shown.document, tab.content)
+            if tests is not None:
+                self.windows.push(tests)
 
     def remove(self, tab: Tab) -> None:
         """Remove a tab, whose document is closed."""
         self.tabs.remove(tab)
+        self._listed.pop(tab.id, None)
         self._checks.forget(tab)
         self.windows.close(tab.id)
         self.publish_state()
@@ -249,18 +266,22 @@ class Workspace:
         )
 
     def _tab_state(self, tab: Tab) -> TabState:
-        shown = tab.shown
-        return TabState(
-            tab=tab.id,
-            title=shown.title,
-            path=self._name(shown.path),
-            component=tab.component,
-            dirty=shown.dirty,
-            recording=self._name(tab.recording),
-            outside="" if tab.outside is None else tab.outside.state,
-            changed=tab.differs_from_loaded,
-            views=offered(VIEWS, shown.path),
-        )
+        listed, state = self._listed.get(tab.id, ((), None))
+        if state is None or listed != tab.listed:
+            shown = tab.shown
+            state = TabState(
+                tab=tab.id,
+                title=shown.title,
+                path=self._name(shown.path),
+                component="",
+                dirty=shown.dirty,
+                recording=self._name(tab.recording),
+                outside="" if tab.outside is None else tab.outside.state,
+                changed=False,
+                views=offered(VIEWS, shown.path),
+            )
+            self._listed[tab.id] = tab.listed, state
+        return msgspec.structs.replace(state, component=tab.component, changed=tab.differs_from_loaded)
 
     def _name(self, path: Path | None) -> str:
         return "" if path is None else self.project.root.name(path)

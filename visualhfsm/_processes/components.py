@@ -228,7 +228,8 @@ class StartedComponent:
 
         The component of a document that has a file is written beside it, unless one runs elsewhere.
         """
-        return await self._generate(source, beside=True)
+        self._generated = await asyncio.to_thread(self._directory.generate, source, beside=True)
+        return self._generated
 
     async def start(
         self, source: messages.Source, arguments: Sequence[str] = (), *, dry_run: str | None = None
@@ -254,7 +255,9 @@ class StartedComponent:
         self._stopped_by = None
         self._report("generating")
         try:
-            self._generated = generated = generated or await self._generate(source)
+            if generated is None:
+                generated = await asyncio.to_thread(directory.generate, source)
+            self._generated = generated
             self._report("starting")
             runner = [] if dry_run is None else ["-P", "-m", _DRY_RUN, f"--body={dry_run}"]
             command = [sys.executable, *runner, str(generated.component), *_WAIT, *arguments]
@@ -285,10 +288,6 @@ class StartedComponent:
         finally:
             self._process.kill()
             self._directory.close()
-
-    async def _generate(self, source: messages.Source, *, beside: bool = False) -> _Generated:
-        self._generated = await asyncio.to_thread(self._directory.generate, source, beside=beside)
-        return self._generated
 
     async def _launch(self, command: Sequence[str], *, at_once: bool) -> None:
         self._words = LastWords()

@@ -34,15 +34,13 @@ if TYPE_CHECKING:
 class Analyses:
     """The part of `OpenDocument` that changes nothing: it works on the version that was there when called."""
 
+    version: Version
+    """The document at this moment."""
+
     def __init__(self, project: Project) -> None:
         self._project = project
         self._check_lock = threading.RLock()
         self._kept: tuple[Version, Findings] | None = None
-
-    @property
-    def version(self) -> Version:
-        """The document at this moment."""
-        raise NotImplementedError
 
     def _checked(self, version: Version, findings: Findings) -> None:
         """Notify the listeners of a version that was checked."""
@@ -56,21 +54,21 @@ class Analyses:
         It is computed once for each version: `again` is for other files that have changed, such as imported
         ones. After 20 s the model checker is left out, as a problem says. No code of the document is run.
         """
-        return self._check(self.version, again=again)
-
-    def _check(self, version: Version, *, again: bool = False) -> Findings:
-        project = self._project
+        version, project = self.version, self._project
         with self._check_lock:
-            kept = self._kept
-            if again or kept is None or not _same(kept[0], version):
+            former, findings = self._kept or (None, Findings())
+            if (
+                again
+                or former is None
+                or former.document is not version.document
+                or former.path != version.path
+            ):
                 findings = project.checks.check(
                     version.document, version.path, project.include, partial(self._checked, version)
                 )
-            else:
-                findings = kept[1]
-                if kept[0].revision == version.revision:
-                    return findings
-            if findings.complete:
+            elif former.revision == version.revision:
+                return findings
+            if not findings.pending:
                 self._kept = version, findings
         self._checked(version, findings)
         return findings
@@ -91,7 +89,7 @@ class Analyses:
         Raises EditError when the document has errors, or the model checker takes too long.
         """
         version = self.version
-        findings = self._check(version)
+        findings = self.check()
         if findings.proofs is None:
             what = Message("Cannot prove the properties of {version}", version=version.title)
             if not findings.problems:  # nothing was drawn yet, which is no problem
@@ -210,8 +208,3 @@ def _holds(file: Path, document: Document) -> bool:
         return parse_file(read_file(file)[0], file) == document
     except EditError:
         return False
-
-
-def _same(one: Version, other: Version) -> bool:
-    """Return whether two versions are checked alike."""
-    return one.document is other.document and one.path == other.path

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections import Counter
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -82,14 +83,8 @@ class CheckProcess:
 
     def _ask(self, question: Question, meanwhile: Callable[[Findings], None]) -> Findings:
         answer = _answer(self._process.ask(msgspec.json.encode(question), self._patience))
-        try:
-            while not answer.is_last:
-                if not self._process.has_more(_SOON):
-                    meanwhile(answer.found)
-                answer = _answer(self._process.more(self._patience))
-        except BaseException:
-            self._process.end()  # what it says next would answer another question
-            raise
+        while not answer.is_last:
+            answer = _answer(self._process.more(self._patience, _SOON, partial(meanwhile, answer.found)))
         if answer.refused:
             raise EditError(*answer.refused)
         return answer.found
@@ -100,8 +95,7 @@ class CheckProcess:
         self._process.close()
 
 
-def _answer(line: bytes) -> Answer:
-    return typed.from_json(line, Answer, dec_hook=decode_message)
+_answer: Final = typed.json_decoder(Answer, dec_hook=decode_message)
 
 
 def _with_warning(found: Findings, message: Message) -> Findings:

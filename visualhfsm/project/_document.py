@@ -146,24 +146,19 @@ class OpenDocument(Analyses):
         self._notifying = False
         self._file: FileState = "same"
         self._closed = False
-        self._version = Version.of(edited, self._file)
+        self.version = Version.of(edited, self._file)
 
     # -- state ---------------------------------------------------------------------------------------------
 
     @property
-    def version(self) -> Version:
-        """The document at this moment."""
-        return self._version
-
-    @property
     def automata(self) -> tuple[Automaton, ...]:
         """The automata at this moment, as values."""
-        return self._version.document.automata
+        return self.version.document.automata
 
     @property
     def path(self) -> Path | None:
         """The file, None as long as there is none."""
-        return self._version.path
+        return self.version.path
 
     def has(self, file: Path) -> bool:
         """Return whether this is the document of a file, also one to which it is just being saved."""
@@ -193,7 +188,7 @@ class OpenDocument(Analyses):
         Listeners are notified at the end, once.
         """
         with self._lock:
-            what = Message("Cannot use {version}", version=self._version.title)
+            what = Message("Cannot use {version}", version=self.version.title)
             if self._closed:
                 raise EditError(what, "it is closed", "open it again")
             if self._notifying:
@@ -249,7 +244,7 @@ class OpenDocument(Analyses):
 
     def copy(self, automaton: int, states: Sequence[int], annotations: Sequence[int] = ()) -> str:
         """Return states, with the transitions among them and all below, as text for `PasteStates`."""
-        return copy_states(self._version.document, automaton, states, annotations)
+        return copy_states(self.version.document, automaton, states, annotations)
 
     def cut(
         self, automaton: int, states: Sequence[int], annotations: Sequence[int] = ()
@@ -323,7 +318,7 @@ class OpenDocument(Analyses):
         )
         name = shelf_file(title)
         made = shelf_document(
-            self._version.document, self.path, automaton, states, entry=entry, description=description
+            self.version.document, self.path, automaton, states, entry=entry, description=description
         )
         with self._project.saving(self, f"{SHELF}/{name}", overwrite=False) as target:
             write_file(target, written(made).encode())
@@ -387,7 +382,7 @@ class OpenDocument(Analyses):
                 return
             if self._edited.is_unsaved and not discard:
                 raise UnsavedError.because(
-                    "{version} has changes that are not saved", version=self._version.title
+                    "{version} has changes that are not saved", version=self.version.title
                 )
             self._edited.close(discard=discard)
             self._end()
@@ -418,8 +413,8 @@ class OpenDocument(Analyses):
     def _settle(self) -> None:
         """Make the new version, and notify the listeners of it."""
         version = Version.of(self._edited, self._file)
-        if version != self._version:
-            self._version = version
+        if version != self.version:
+            self.version = version
             self._notifying = True  # otherwise a listener could change it, and others hear of that first
             try:
                 self._notify(Changed(self, version))
@@ -428,7 +423,7 @@ class OpenDocument(Analyses):
 
     def _checked(self, version: Version, findings: Findings) -> None:
         # Who has the document locked may wait for the rest of this check.
-        if not self._lock.acquire(blocking=findings.complete):
+        if not self._lock.acquire(blocking=not findings.pending):
             return
         try:
             if not self._closed:
@@ -444,7 +439,7 @@ class OpenDocument(Analyses):
 
     def _notify(self, event: Event) -> None:
         self._listeners.notify(event)
-        self._project.notify(event)
+        self._project.listeners.notify(event)
 
 
 def _validated(command: Command) -> Command:

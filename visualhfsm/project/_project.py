@@ -24,7 +24,7 @@ from visualhfsm.project._editing.journal import Abandoned, find_abandoned, journ
 from visualhfsm.project._editing.shelf import ReadyState, Shelves
 from visualhfsm.project._editing.templates import EMPTY, make_template
 
-from ._document import Event, Listener, Listeners, OpenDocument, Opened
+from ._document import Listener, Listeners, OpenDocument, Opened
 from ._root import (
     BODY_SUFFIX,
     DOCUMENT_SUFFIX,
@@ -83,7 +83,7 @@ class Project:
         self._shelves = Shelves(folder)
         self._most = most
         self._merge_within = merge_within
-        self._listeners = Listeners()
+        self.listeners: Final = Listeners()
         self._opening = threading.RLock()
         """Held while a document is opened or gets a file, so that no two documents have the same one.
 
@@ -114,7 +114,7 @@ class Project:
 
     def subscribe(self, listener: Listener) -> Callable[[], None]:
         """Notify a listener of what happens to all documents; return the function that ends this."""
-        return self._listeners.subscribe(listener)
+        return self.listeners.subscribe(listener)
 
     # -- open documents ------------------------------------------------------------------------------------
 
@@ -255,10 +255,6 @@ class Project:
 
     # -- for open documents --------------------------------------------------------------------------------
 
-    def notify(self, event: Event) -> None:
-        """Notify the listeners of the project of an event."""
-        self._listeners.notify(event)
-
     def file(self, path: str | Path) -> Path:
         """Return the path of a document below the root."""
         return self.root.document(str(path))
@@ -293,7 +289,7 @@ class Project:
         edited.merge_within = self._merge_within
         opened = OpenDocument(edited, self, remarks)
         self._documents.append(opened)
-        self.notify(Opened(opened))
+        self.listeners.notify(Opened(opened))
         return opened
 
     def _import(self, other: Format, name: str, content: bytes) -> OpenDocument:

@@ -50,8 +50,8 @@ class Version:
             title=edited.name,
             dirty=edited.dirty,
             is_unsaved=edited.is_unsaved,
-            undo=tuple(islice(edited.undo_steps, _STEPS)),
-            redo=tuple(islice(edited.redo_steps, _STEPS)),
+            undo=tuple(islice(reversed(edited.steps.past), _STEPS)),
+            redo=tuple(islice(reversed(edited.steps.future), _STEPS)),
             file=file,
         )
 

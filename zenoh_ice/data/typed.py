@@ -50,13 +50,13 @@ def from_msgpack(data: bytes, kind: Any = Any) -> Any:
 
 
 @overload
-def json_decoder(kind: type[T]) -> Callable[[_Text], T]: ...
+def json_decoder(kind: type[T], *, dec_hook: _Hook | None = None) -> Callable[[_Text], T]: ...
 @overload
-def json_decoder(kind: Any) -> Callable[[_Text], Any]: ...  # noqa: ANN401
-def json_decoder(kind: Any) -> Callable[[_Text], Any]:
+def json_decoder(kind: Any, *, dec_hook: _Hook | None = None) -> Callable[[_Text], Any]: ...  # noqa: ANN401
+def json_decoder(kind: Any, *, dec_hook: _Hook | None = None) -> Callable[[_Text], Any]:
     """Return what decodes a text of JSON into a type, quicker than `from_json`."""
     with _READING:
-        return msgspec.json.Decoder(kind).decode
+        return msgspec.json.Decoder(kind, dec_hook=dec_hook).decode
 
 
 @overload

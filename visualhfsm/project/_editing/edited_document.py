@@ -61,7 +61,25 @@ class Change:
     @property
     def added(self) -> tuple[Added, ...]:
         """The new elements, for example to select them; empty when there are none."""
-        return tuple(_added(self.before, self.after))
+        former = {automaton.id: automaton for automaton in self.before.automata}
+        found = []
+        for automaton in self.after.automata:
+            old = former.get(automaton.id)
+            if old is automaton:
+                continue
+            known = old or Automaton(id=automaton.id)
+            states = {state.id for state in known.states}
+            transitions = {transition.id for transition in known.transitions}
+            annotations = {annotation.id for annotation in known.annotations}
+            added = Added(
+                automaton.id,
+                tuple(state.id for state in automaton.states if state.id not in states),
+                tuple(each.id for each in automaton.transitions if each.id not in transitions),
+                tuple(each.id for each in automaton.annotations if each.id not in annotations),
+            )
+            if old is None or added.states or added.transitions or added.annotations:
+                found.append(added)
+        return tuple(found)
 
     @property
     def place(self) -> Place | None:
@@ -147,35 +165,6 @@ def _refusal(what: Message, why: Message) -> EditError:
     return EditError(what, why, "change something first")
 
 
-def _bound(document: Document, before: int, size: int) -> int:
-    """Return a bound of the size of a document after a command of `size` bytes; `before` is the former one.
-
-    Raises EditError when the document is too large.
-    """
-    bound = before + _GROWTH + _ESCAPED * size
-    return bound if bound <= MAX_SIZE else len(written(document).encode())
-
-
-def _added(before: Document, after: Document) -> Iterator[Added]:
-    former = {automaton.id: automaton for automaton in before.automata}
-    for automaton in after.automata:
-        old = former.get(automaton.id)
-        if old is automaton:
-            continue
-        known = old or Automaton(id=automaton.id)
-        states = {state.id for state in known.states}
-        transitions = {transition.id for transition in known.transitions}
-        annotations = {annotation.id for annotation in known.annotations}
-        added = Added(
-            automaton.id,
-            tuple(state.id for state in automaton.states if state.id not in states),
-            tuple(each.id for each in automaton.transitions if each.id not in transitions),
-            tuple(each.id for each in automaton.annotations if each.id not in annotations),
-        )
-        if old is None or added.states or added.transitions or added.annotations:
-            yield added
-
-
 def _merged_with_others(command: Command, base: str, document: Document) -> tuple[Command, bool]:
     """Return a command with its typed text merged with that of the document, and whether they conflict."""
     match diff_documents(command.with_text(base).apply(document), document):
@@ -222,7 +211,7 @@ class EditedDocument:
         self.dialect = NATIVE if self.path is None else document.format
         self.revision = 0
         self.merge_within = MERGE_WITHIN
-        self._steps = UndoStack(document, clock)
+        self.steps = UndoStack(document, clock)
         self.saved = None if self.path is None else document
         """The document as it was read or saved last, None if it never was."""
         self._version = version
@@ -278,14 +267,14 @@ class EditedDocument:
         edited = cls(document, journal, version, MAX_SIZE)
         edited._keep_original(document, header.content)
         edited._replay(entries)
-        edited._steps.seal()
+        edited.steps.seal()
         edited._notice_saved()
         return edited
 
     @property
     def document(self) -> Document:
         """The document as it is now."""
-        return self._steps.document
+        return self.steps.document
 
     @property
     def dirty(self) -> bool:
@@ -295,17 +284,17 @@ class EditedDocument:
     @property
     def is_unsaved(self) -> bool:
         """Whether closing would lose changes; an unchanged new document has none."""
-        return self.dirty and (self.path is not None or bool(self._steps.past or self._steps.future))
+        return self.dirty and (self.path is not None or bool(self.steps.past or self.steps.future))
 
     @property
     def undo_steps(self) -> list[Step]:
         """The steps that can be undone, the latest first."""
-        return [*reversed(self._steps.past)]
+        return [*reversed(self.steps.past)]
 
     @property
     def redo_steps(self) -> list[Step]:
         """The steps that can be done again, the next first."""
-        return [*reversed(self._steps.future)]
+        return [*reversed(self.steps.future)]
 
     def do(self, command: Command, base: str | None = None, by: Hashable = None) -> Change:
         """Apply a command. Raises EditError and leaves the document as it was when that is not possible.
@@ -318,7 +307,7 @@ class EditedDocument:
         if base is not None:
             command, conflict = _merged_with_others(command, base, before)
         key = command.merge_key and (by, command.merge_key)
-        merged = self._steps.merges(key, self.merge_within)
+        merged = self.steps.merges(key, self.merge_within)
         name = command.title(before)
         encoded = msgspec.json.encode(command)
         self._keep(command.apply(before), name, key, merge=merged, size=len(encoded))
@@ -332,19 +321,20 @@ class EditedDocument:
         for command in commands:
             after = command.apply(document)
             if after != document:
-                bound = _bound(after, bound, len(msgspec.json.encode(command)))
+                bound += _GROWTH + _ESCAPED * len(msgspec.json.encode(command))
+                bound = bound if bound <= MAX_SIZE else len(written(after).encode())
             document = after
 
     def undo(self) -> Change:
         """Undo the last step. Raises EditError when there is none."""
         return self._move(
-            self._steps.undo, Undone(), _refusal(Message("Cannot undo"), Message("there is nothing to undo"))
+            self.steps.undo, Undone(), _refusal(Message("Cannot undo"), Message("there is nothing to undo"))
         )
 
     def redo(self) -> Change:
         """Do the step again that was undone last. Raises EditError when there is none."""
         return self._move(
-            self._steps.redo, Redone(), _refusal(Message("Cannot redo"), Message("there is nothing to redo"))
+            self.steps.redo, Redone(), _refusal(Message("Cannot redo"), Message("there is nothing to redo"))
         )
 
     def go_to(self, revision: int) -> Change:
@@ -352,7 +342,7 @@ class EditedDocument:
 
         Raises EditError when no step leads there any more.
         """
-        if revision == self._steps.revision:
+        if revision == self.steps.revision:
             return Change(NO_MESSAGE, self.revision, self.document, self.document)
         for steps, move in ((self.undo_steps, self.undo), (self.redo_steps, self.redo)):
             for count, step in enumerate(steps, 1):
@@ -405,7 +395,7 @@ class EditedDocument:
         self.path = target
         self.name = target.stem
         self.dialect = NATIVE
-        self._steps.seal()
+        self.steps.seal()
         self._kept = Header(str(target), self.name, content, self._version.digest)
         self._note(Saved(str(target), self._version.digest))
         return target
@@ -487,9 +477,10 @@ class EditedDocument:
         """Keep the result of a command of `size` bytes; raises EditError when it is too large."""
         if document == self.document:  # cheap: what they share is identical
             return
-        self._size_bound = _bound(document, self._size_bound, size)
+        bound = self._size_bound + _GROWTH + _ESCAPED * size
+        self._size_bound = bound if bound <= MAX_SIZE else len(written(document).encode())
         self.revision += 1
-        self._steps.add(name, document, self.revision, key, merge=merge)
+        self.steps.add(name, document, self.revision, key, merge=merge)
 
     def _move(self, move: Callable[[], Message | None], entry: Entry, refusal: EditError) -> Change:
         before = self.document
@@ -544,9 +535,9 @@ class EditedDocument:
                         document = command.apply(self.document)
                         self._keep(document, name, None, merge=merged, size=len(bytes(raw)))
                     case Undone():
-                        self._steps.undo()
+                        self.steps.undo()
                     case Redone():
-                        self._steps.redo()
+                        self.steps.redo()
                     case Saved(path=path, digest=digest, content=content):
                         self.path, self.name = Path(path), Path(path).stem
                         self._version = FileVersion(0, -1, digest)

@@ -57,13 +57,20 @@ def test_each_question_is_answered_with_a_line(process: LineProcess) -> None:
 
 
 def test_an_answer_may_have_parts(process: LineProcess) -> None:
+    late: list[str] = []
     assert process.ask(b"parts", START_LIMIT) == b"one"
-    assert process.has_more(START_LIMIT)
-    assert process.more(START_LIMIT) == b"two"
+    assert process.more(START_LIMIT, START_LIMIT, lambda: late.append("two")) == b"two"
     assert process.ask(b"slow parts", START_LIMIT) == b"one"
-    assert not process.has_more(0.01)
     with pytest.raises(TooSlowError):
-        process.more(0.01)
+        process.more(0.02, 0.01, lambda: late.append("three"))
+    assert process.ask(b"abc", START_LIMIT) == b"cba"
+    assert late == ["three"]
+
+
+def test_what_fails_while_a_part_is_late_ends_the_process(process: LineProcess) -> None:
+    assert process.ask(b"slow parts", START_LIMIT) == b"one"
+    with pytest.raises(IndexError):
+        process.more(START_LIMIT, 0.01, [].pop)
     assert process.ask(b"abc", START_LIMIT) == b"cba"
 
 
