@@ -14,6 +14,8 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any, Final
 
+from zenoh_ice.data.text import sentence
+
 from ._automaton import REQUIRED, Automaton, Event, State, Transition
 from ._phases import BEGUN, ENTERED, FINISHED, IDLE, OUTLIVED, SETTLED, UNUSED, CycleStatus, Phase
 from .errors import DefinitionError, EventError
@@ -39,10 +41,10 @@ class ChangeKind(StrEnum):
 class DropReason(StrEnum):
     """Why an event left the queue of an automaton without firing a transition."""
 
-    UNHANDLED = "no transition out of the current state used it"
-    GHOST = "the automaton became a ghost before its turn"
-    FINISHED = "the automaton has finished"
-    OVERFLOW = f"more than {CAPACITY} events waited"
+    UNHANDLED = sentence("no transition out of the current state used it")
+    GHOST = sentence("the automaton became a ghost before its turn")
+    FINISHED = sentence("the automaton has finished")
+    OVERFLOW = sentence(f"more than {CAPACITY} events waited")
 
 
 @dataclass(eq=False, repr=False, slots=True)

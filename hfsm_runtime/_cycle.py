@@ -9,6 +9,8 @@ from typing import Final, Protocol
 
 from greenlet import GreenletExit
 
+from zenoh_ice.data.text import sentence
+
 from ._actor import Actor
 from ._automaton import REQUIRED, Arguments, Automaton, Event, State, Transition
 from ._phases import BEGUN, ENTERED, ENTERING, PAUSED_AT_CODE, SETTLED, Phase, after_entry_code
@@ -343,7 +345,7 @@ def outputs_of(automaton: Automaton, code: Iterable[Callable[..., object]]) -> d
     values = automaton.get_outputs()
     outputs: dict[str, object] = {}
     for declared in automaton.outputs:
-        what = f"the output {declared.name!r} of automaton {automaton.id} ({automaton.name!r})"
+        what = sentence(f"the output {declared.name!r} of automaton {automaton.id} ({automaton.name!r})")
         try:
             outputs[declared.name] = convert(values[declared.name], declared.type, what)
         except ValueTypeError as error:

@@ -21,7 +21,7 @@ from zenoh_ice.data.exceptions import (
     TimeoutException,
     ZenohIceError,
 )
-from zenoh_ice.data.text import printable
+from zenoh_ice.data.text import printable, sentence
 
 from ._advice import explain
 from ._automaton import Event, Transition
@@ -216,7 +216,7 @@ class Supervision(Observer):
             self._log.warning("%s: sys.exit() ends the component%s", _place(actor), place)
         else:
             what = f"sys.exit({short_repr(error.code)})"
-            message = f"{what} ends the component; a final state would end it without an error"
+            message = sentence(f"{what} ends the component; a final state would end it without an error")
             self._record(actor, location, message)
             self._log.error("%s: %s%s", _place(actor), message, place)
         self._halt(exit_code_of(error) if isinstance(error, SystemExit) else 1)
@@ -252,7 +252,7 @@ class Supervision(Observer):
     def not_handed_over(self, actor: Actor, late: list[Actor]) -> None:
         """Report automata still in a cycle below a state that was left."""
         for child in late:
-            message = (
+            message = sentence(
                 f"still in a cycle {self.hand_over:g} s after {actor.automaton.name} left the state "
                 f"{actor.current.name}: "
                 "its code must not block, and others drive the robot with it until it ends"
@@ -272,7 +272,7 @@ class Supervision(Observer):
 
     def event_dropped(self, actor: Actor, event: Event, reason: DropReason) -> None:
         """Log a dropped event: a full queue is an error, other reasons are logged once for each place."""
-        message = f"the event {event.name!r} is dropped: {reason}"
+        message = sentence(f"the event {event.name!r} is dropped: {reason}")
         if reason is DropReason.OVERFLOW:
             self._record(actor, "", message)
             self._log_seldom(actor, event.name, f"{_place(actor)}: {message}", None)

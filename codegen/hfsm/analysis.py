@@ -490,24 +490,16 @@ class _Reader:
     def _piece(self, text: Text, path: Path | None, kind: _Kind, *, has_event: bool = False) -> Piece | None:
         """Return a text as a piece of code, None if it is blank or not valid Python."""
         path = path or self._analysis.path
-        code = split(text)
-        if code is None:
+        if text.is_blank:
             if kind == "value":
                 error = CodeError(Message("the value is empty"), text.line, text.column)
                 self._add_problem(text, path, error)
             return None
-        piece = None
-        try:
-            tree, header = _parse(code, kind)
-            automaton = 0 if self._current is None else self._current.automaton.id
-            is_functions, is_deep = kind == "functions", _is_too_deep(tree)
-            piece = Piece(tree, code, header, path, automaton, is_functions, has_event, is_deep)
-            if is_functions:
-                refuse_functions(code)
-            else:
-                refuse_code(tree, code, header, is_variables=kind == "variables")
-        except CodeError as error:
-            self._add_problem(text, path, error)
+        automaton = 0 if self._current is None else self._current.automaton.id
+        read = _read if text.line else _read.__wrapped__  # texts without a place may be several
+        piece, problem = read(text, text.line, text.column, path, kind, automaton, has_event)
+        if problem is not None:
+            self._add_problem(text, path, problem)
         self._analysis.by_text[id(text)] = (text, path, piece)
         if self._current is not None and (piece is None or piece.is_deep):
             self._current.broken = True
@@ -515,6 +507,27 @@ class _Reader:
 
     def _add_problem(self, text: Text, path: Path | None, error: CodeError) -> None:
         self._analysis.problems.append(CodeProblem(text, path or self._analysis.path, error))
+
+
+@lru_cache(maxsize=8192)
+def _read(
+    text: Text, _line: int, _column: int, path: Path, kind: _Kind, automaton: int, has_event: bool
+) -> tuple[Piece | None, CodeError | None]:
+    """Return a text at its place in a file as a piece of code, and what is wrong with it."""
+    code = split(text)
+    assert code is not None
+    piece = None
+    try:
+        tree, header = _parse(code, kind)
+        is_functions, is_deep = kind == "functions", _is_too_deep(tree)
+        piece = Piece(tree, code, header, path, automaton, is_functions, has_event, is_deep)
+        if is_functions:
+            refuse_functions(code)
+        else:
+            refuse_code(tree, code, header, is_variables=kind == "variables")
+    except CodeError as error:
+        return piece, error.with_traceback(None)
+    return piece, None
 
 
 def _parse(code: CodeText, kind: _Kind) -> tuple[ast.Module, int]:

@@ -14,11 +14,11 @@ from ..messages import NO_MESSAGE, Message
 from ..python_layout import GENERATED_BY
 from ..reasons import reason
 from ..source_rows import BEGIN
-from ._checks import check
+from ._checks import check, check_effects
 from ._effects import CodeEffects
 from ._extension import component_path
 from ._imports import resolve
-from .analysis import analyze
+from .analysis import Analysis, analyze
 from .codes import Code
 from .document import Document
 from .formats.reader import read_document
@@ -33,6 +33,17 @@ _HEAD: Final = 4000
 """Characters at the beginning of a component that contain the note from what it was generated."""
 _ADDED: Final = re.compile(r"( {4})?(async )?(def (?!.*-> Automaton:$)|class (?!.*\bComponent, document=))")
 """The beginning of a function or a class in a component or its class, besides our own."""
+
+
+@dataclass(frozen=True, slots=True)
+class CheckedDocument:
+    """A document with its imports resolved and its code checked, as far as that is known piece by piece."""
+
+    analysis: Analysis
+    interfaces: KnownInterfaces
+    is_python: bool
+    is_sound: bool
+    """False after errors."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,6 +159,20 @@ def load_document(
     rely on if it `keeps_proofs`. States that are never entered or left are reported here where imports are
     missing, since the model checker does not run then.
     """
+    checked = check_pieces(path, output, diagnostics, include, document=document, generated=generated)
+    return None if checked is None else load_checked(checked, diagnostics, keeps_proofs=keeps_proofs)
+
+
+def check_pieces(
+    path: Path,
+    output: Path | None,
+    diagnostics: Diagnostics,
+    include: Sequence[Path] = (),
+    *,
+    document: Document | None = None,
+    generated: Mapping[Path, str] | None = None,
+) -> CheckedDocument | None:
+    """Report the errors and mistakes of a document that are found at once; see `load_document`."""
     errors = len(diagnostics.errors)
     if document is None:
         document = read_document(path, diagnostics)
@@ -161,25 +186,36 @@ def load_document(
         diagnostics.add_source(extension.path, extension.source)
         place = Location(extension.path, extension.line, extension.column)
         diagnostics.error(Code.EXTENSION_WITHOUT_CLASS, extension.problem, place)
+    is_python = check(analysis, interfaces, diagnostics)
+    return CheckedDocument(analysis, interfaces, is_python, len(diagnostics.errors) == errors)
+
+
+def load_checked(
+    checked: CheckedDocument, diagnostics: Diagnostics, *, keeps_proofs: bool = False
+) -> LoadedDocument | None:
+    """Follow what the code of a checked document does, and generate its component; see `load_document`."""
+    errors = len(diagnostics.errors)
+    analysis, document = checked.analysis, checked.analysis.document
     effects = CodeEffects(analysis)
-    check(effects, interfaces, diagnostics)
-    if len(diagnostics.errors) > errors:
+    if checked.is_python:
+        check_effects(effects, diagnostics)
+    if not checked.is_sound:
         if any(each.imported for each in document.automata):
             from .model_checker import report_graph
 
             report_graph(effects, diagnostics)
         return None
     proofs: list[Row] = []
-    checked = None
+    report = None
     if keeps_proofs:
         from .model_checker import relied_on
 
-        proofs, checked = relied_on(effects)
-    component = generate(analysis, interfaces, proofs)
+        proofs, report = relied_on(effects)
+    component = generate(analysis, checked.interfaces, proofs)
     check_generated(component, analysis, diagnostics)
     if len(diagnostics.errors) > errors:
         return None
-    return LoadedDocument(document, effects, interfaces, component.text, checked)
+    return LoadedDocument(document, effects, checked.interfaces, component.text, report)
 
 
 def is_generated(file: Path) -> bool:

@@ -11,7 +11,7 @@ from typing import Final, Literal
 
 import msgspec
 
-from codegen.messages import NO_MESSAGE, Message, number, template
+from codegen.messages import NO_MESSAGE, Message, template
 from codegen.reasons import known_text
 from visualhfsm._document.places import Place
 from visualhfsm._monitor.messages import Push
@@ -154,12 +154,6 @@ def reason_of(text: str) -> Message:
 
 def _known(text: str) -> Message:
     if found := _SENTENCE.fullmatch(text):
-        what, where = _with_numbers(found["what"], _WHAT), _with_numbers(found["where"], _WHERE)
+        what, where = known_text(found["what"], _WHAT), known_text(found["where"], _WHERE)
         return Message("{what}: {where}", what=what, where=where)
     return known_text(text)
-
-
-def _with_numbers(text: str, templates: tuple[Message, ...]) -> Message:
-    found = known_text(text, templates)
-    numbers = {name: number(str(each)) for name, each in found.values.items() if name in ("limit", "time")}
-    return found.again({**found.values, **numbers}) if numbers else found

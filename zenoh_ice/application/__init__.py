@@ -12,15 +12,6 @@ import sys
 from collections.abc import Iterable
 from importlib.machinery import PathFinder
 
-__all__ = [
-    "begin_loading",
-    "end_at_ctrl_c",
-    "hidden_interfaces",
-    "missing_package",
-    "say_version",
-    "tether_command",
-]
-
 _TETHER = f"{os.path.dirname(__file__)}/tether.py"  # noqa: PTH120 - pathlib takes time to load
 
 _INTERRUPTED = 130

@@ -14,8 +14,6 @@ from typing import Any, Final
 
 from zenoh_ice.application import tether_command
 
-__all__ = ["ChildProcess"]
-
 _DRAIN: Final = 0.5
 """Seconds in which the output must end after the process; a grandchild may hold the pipe open."""
 _KILL_LIMIT: Final = 2.0

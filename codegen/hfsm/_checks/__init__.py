@@ -36,18 +36,15 @@ from .outputs import check_outputs, check_results, check_taken
 from .scope import Above
 from .structure import check_automaton, check_tree
 
-__all__ = ["check"]
-
 _STAR = "*"
 
 
-def check(effects: CodeEffects, interfaces: KnownInterfaces, diagnostics: Diagnostics) -> None:
+def check(analysis: Analysis, interfaces: KnownInterfaces, diagnostics: Diagnostics) -> bool:
     """Report errors and possible mistakes in a document whose imports have been resolved, as far as possible.
 
-    Checks that need the whole code are left out if a part of it is not Python. The model checker reports what
-    can never happen.
+    Checks that need the whole code are left out if a part of it is not Python. Returns whether its code is
+    meant to be: then `check_effects` finds more. The model checker reports what can never happen.
     """
-    analysis = effects.analysis
     document = analysis.document
     path = analysis.path
     extension = analysis.extension
@@ -63,10 +60,10 @@ def check(effects: CodeEffects, interfaces: KnownInterfaces, diagnostics: Diagno
         check_automaton(automaton, report)
     if (foreign := first_foreign(document, path)) is not None:
         report_foreign(foreign, document.language.text.strip()[:20], diagnostics)
-        return
+        return False
     if len(analysis.problems) > 1 and (undeclared := language_of(document)):
         _report_language(undeclared, analysis, report)
-        return
+        return False
     for text, file, error in analysis.problems:
         place = Location(file, error.line, max(1, error.column))
         report.error(Code.BAD_CODE, error.message, place, notes_about(text.text))
@@ -83,7 +80,14 @@ def check(effects: CodeEffects, interfaces: KnownInterfaces, diagnostics: Diagno
         check_outputs(code, reserved, report)
         check_results(code, automata, report)
         check_reserved(code, reserved, report)
-    _check_code(effects, interfaces, report)
+    _check_code(analysis, interfaces, report)
+    return True
+
+
+def check_effects(effects: CodeEffects, diagnostics: Diagnostics) -> None:
+    """Report possible mistakes that follow from what the code of a document does."""
+    analysis = effects.analysis
+    check_events(effects, Report(analysis.path, diagnostics, analysis.document.automata))
 
 
 def _report_language(language: str, analysis: Analysis, report: Report) -> None:
@@ -100,8 +104,7 @@ def _report_language(language: str, analysis: Analysis, report: Report) -> None:
     report.error(Code.FOREIGN_LANGUAGE, message, place, notes)
 
 
-def _check_code(effects: CodeEffects, interfaces: KnownInterfaces, report: Report) -> None:
-    analysis = effects.analysis
+def _check_code(analysis: Analysis, interfaces: KnownInterfaces, report: Report) -> None:
     _check_names(analysis, report)
     for code in analysis.automata:
         check_flow(code, report, Above(analysis, code))
@@ -114,7 +117,6 @@ def _check_code(effects: CodeEffects, interfaces: KnownInterfaces, report: Repor
         if analysis.extension is None:
             for code in analysis.automata:
                 check_start(code, analysis.defined, report)
-    check_events(effects, report)
     check_blocking(analysis, report)
 
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Collection, Iterable, Iterator, Sequence
+from functools import lru_cache
 from itertools import pairwise
 
 from ...diagnostics import Note
@@ -186,6 +187,11 @@ def _catches_missing_name(handler: ast.ExceptHandler) -> bool:
 _Names = frozenset[str]
 
 
+@lru_cache(maxsize=8192)
+def _assignments(piece: Piece, flags: _Names = frozenset()) -> _Assignments:
+    return _Assignments(piece.tree.body, flags)
+
+
 def check_flow(code: AutomatonCode, report: Report, above: Above) -> None:
     """Check one automaton, unless its states and transitions are inconsistent."""
     automaton = code.automaton
@@ -204,14 +210,12 @@ class _Flow:
         self._above = above
         self._states = {state.id: state for state in code.automaton.states}
         self._outgoing = code.automaton.all_outgoing()
-        plain = {piece: _Assignments(piece.tree.body) for piece in code.running()}
-        bound: set[str] = set().union(*(found.assigned for found in plain.values()))
-        self._pieces: dict[Piece, _Assignments] = {
-            piece: _Assignments(piece.tree.body, bound) for piece in plain
-        }
+        plain = {piece: _assignments(piece) for piece in code.running()}
+        bound = frozenset[str]().union(*(found.assigned for found in plain.values()))
+        self._pieces = {piece: _assignments(piece, bound) for piece in plain}
         first = _Assignments(code.variables.tree.body).assigned if code.variables else set()
         self._declared = code.automaton.declared.union(first)
-        self._late: _Names = frozenset(bound) - self._declared
+        self._late = bound - self._declared
         """The names without an initial value."""
         self._set_with: dict[str, _Names] = {}
         """The names that are assigned by all code that assigns one name."""

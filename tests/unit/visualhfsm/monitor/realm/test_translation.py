@@ -21,7 +21,8 @@ from naoserver.safety._gate import Gate
 from tests.support.automata import component
 from tests.support.places import ROOT
 from visualhfsm._base.languages import encoder
-from visualhfsm._monitor.realm.translation import translate_explanation, translated
+from visualhfsm._base.recognition import recognized
+from visualhfsm._monitor.realm.explanations import translate_explanation
 
 STATES = (State(id=1, name="a", initial=True), State(id=2, name="b", final=True))
 
@@ -102,17 +103,17 @@ def test_a_refused_command_and_its_events_are_said_in_spanish() -> None:
     gate.reset()
     with pytest.raises(CommandRefused) as refused_again:
         gate.require("somebody")
-    said = [in_spanish({"": translated(each.message)})[""] for each in events.snapshot()[0]]
+    said = [in_spanish({"": recognized(each.message)})[""] for each in events.snapshot()[0]]
     assert said == [
         "parada de emergencia: se pulsó STOP en el editor",
         "orden rechazada: el robot está parado: se pulsó STOP en el editor",
         "se ha levantado la parada de emergencia",
         f"orden rechazada: {INSISTS}",
     ]
-    assert in_spanish({"": translated(str(refused_again.value))})[""] == (
+    assert in_spanish({"": recognized(str(refused_again.value))})[""] == (
         f"{INSISTS}; o déjalas seguir: nao stop --reset --resume"
     )
-    assert in_spanish({"": translated(str(refused.value))})[""] == (
+    assert in_spanish({"": recognized(str(refused.value))})[""] == (
         "el robot está parado: se pulsó STOP en el editor; levanta antes la parada de emergencia"
     )
 
@@ -124,7 +125,7 @@ def test_what_a_reload_could_not_keep_is_said_in_spanish() -> None:
     run = Execution(component(Automaton(id=1, name="walker", states=(first, STATES[1]))))
     run.advance(0.35)
     other = Automaton(id=1, name="walker", states=(State(id=7, name="c", initial=True),))
-    said = [in_spanish({"": translated(each)})[""] for each in run.exchange(component(other))]
+    said = [in_spanish({"": recognized(each)})[""] for each in run.exchange(component(other))]
     assert said == [
         "ningún código del autómata 1 (walker) usa ya count",
         "el autómata 2 (b), que estaba en red, ya no existe; su código de salida no se ejecutó",
@@ -172,7 +173,7 @@ def refusals_in(module: ast.Module) -> Iterator[str]:
 def test_every_refusal_of_a_robot_is_known() -> None:
     found = list(refusals())
     assert len(found) > 30
-    assert [text for text in found if in_spanish({"": translated(text)})[""] == text] == []
+    assert [text for text in found if in_spanish({"": recognized(text)})[""] == text] == []
 
 
 @pytest.mark.parametrize(
@@ -213,9 +214,9 @@ def test_every_refusal_of_a_robot_is_known() -> None:
     ],
 )
 def test_parts_of_what_a_robot_says_are_said_in_spanish_too(english: str, spanish: str) -> None:
-    assert in_spanish({"": translated(english)})[""] == spanish
+    assert in_spanish({"": recognized(english)})[""] == spanish
 
 
 def test_what_is_not_known_stays_as_it_is() -> None:
     for text in ("¿Qué?", "", "the ball is in goal", "x" * 1000):
-        assert in_spanish({"": translated(text)})[""] == text
+        assert in_spanish({"": recognized(text)})[""] == text
