@@ -108,9 +108,8 @@ class CycleNotes:
 
         Many threads that woke at once would compete for the interpreter.
         """
-        if self.followers:
-            followers, self.followers = self.followers, OrderedDict()
-            wake_next(followers)
+        followers, self.followers = self.followers, OrderedDict()
+        wake_next(followers)
 
 
 @dataclass(eq=False, repr=False, slots=True)
@@ -233,11 +232,10 @@ class Actor:
         """Return whether a cycle at a time does nothing: no code runs, no transition is tried."""
         state, events = self.current, self.events
         return (
-            not events.waiting
-            and BEGUN <= self.phase <= SETTLED
+            (self.phase is SETTLED or self.phase is BEGUN)
             and self.active_time(now) < self.automaton.exits[state.id].unsent
-            and not (state.code or state.results or state.final)
-            and not (events.refusal or self.forced or self.outputs.unset or self.hands_up)
+            and not (state.code or state.results or state.final or self.hands_up or self.outputs.unset)
+            and not (events.waiting or events.refusal or self.forced)
         )
 
     def chain(self) -> Iterator[Actor]:

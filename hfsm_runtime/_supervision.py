@@ -67,24 +67,21 @@ class _Outage:
     """Automata that wait for the same thing, each until it completes a cycle or becomes a ghost."""
 
     def __init__(self) -> None:
-        self._waiting: set[Actor] = set()
+        self.waiting: set[Actor] = set()
         self._began = 0.0
-
-    def __bool__(self) -> bool:
-        return bool(self._waiting)
 
     def add(self, actor: Actor) -> bool:
         """Add an automaton; return whether it is the first."""
-        first = not self._waiting
+        first = not self.waiting
         if first:
             self._began = time.monotonic()
-        self._waiting.add(actor)
+        self.waiting.add(actor)
         return first
 
     def recovered(self, actor: Actor) -> float | None:
         """Note a completed cycle; return the duration of the outage in s if it is over now."""
-        before, self._waiting = self._waiting, {r for r in self._waiting if r.active and r is not actor}
-        return time.monotonic() - self._began if before and not self._waiting else None
+        before, self.waiting = self.waiting, {r for r in self.waiting if r.active and r is not actor}
+        return time.monotonic() - self._began if before and not self.waiting else None
 
 
 class Supervision(Observer):
@@ -228,12 +225,12 @@ class Supervision(Observer):
         """End the outages that a completed cycle has recovered from."""
         if self._hardware_failures and self._hardware_failures.get(actor, (0, -1))[1] != actor.cycle.count:
             self._hardware_failures.pop(actor, None)
-        if self._refusals:
+        if self._refusals.waiting:
             with self._lock:
                 seconds = self._refusals.recovered(actor)
                 if seconds is not None:
                     self._log.warning("commands are accepted again: continuing after %.1f s", seconds)
-        if self._without_server and self._servers_present():
+        if self._without_server.waiting and self._servers_present():
             with self._lock:
                 seconds = self._without_server.recovered(actor)
                 if seconds is not None:

@@ -168,14 +168,15 @@ class Tree:
 
         There is nothing to run of a ghost, either.
         """
+        if actor.stepping or actor.events.waiting:
+            return False
+        if actor.active_since is None or actor.phase is FINISHED:
+            return True
+        observers, cycle = self.observers, actor.cycle
+        if observers.cycle_began or observers.cycle_ended or observers.entered:
+            return False
         with self.lock:
-            if actor.stepping:
-                return False
-            if actor.active_since is None or actor.phase is FINISHED:
-                return True
-            observers, cycle = self.observers, actor.cycle
-            is_seen = observers.cycle_began or observers.cycle_ended or observers.entered
-            if is_seen or self.held or cycle.status is not IDLE or not actor.rests(now):
+            if self.held or cycle.status is not IDLE or not actor.rests(now):
                 return False
             actor.phase = SETTLED
             cycle.count += 1
@@ -195,7 +196,8 @@ class Tree:
         """Set the next cycle of an automaton to the first after a time: those that come before it may run."""
         interval, cycle = actor.automaton.interval, actor.cycle
         cycle.next_slot = until - until % interval + interval
-        cycle.release_followers()
+        if cycle.followers:
+            cycle.release_followers()
 
     def may_go_on(self, actor: Actor) -> bool:
         """Return whether a running cycle may continue: not of a ghost, and not while the tree is held."""
@@ -403,7 +405,8 @@ class Tree:
         actor.events.refusal = None
         actor.waited = actor.active_time(now)
         actor.since = None
-        actor.cycle.release_followers()
+        if actor.cycle.followers:
+            actor.cycle.release_followers()
         self._changed(now, actor, ChangeKind.GHOST)
         self._drop_all(actor, DropReason.GHOST, now)
 

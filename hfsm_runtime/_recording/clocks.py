@@ -9,6 +9,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
+from functools import cached_property
 from types import ModuleType
 from typing import Any, Final
 
@@ -81,14 +82,19 @@ class InterceptedTime:
     """The module `time` that user code sees instead of the real one."""
 
     def __init__(self, ask: Ask) -> None:
-        made = {name: _intercepted(name, getattr(time, name), ask) for name in _TIME_FUNCTIONS}
-        self._module: Final = ModuleType("time", time.__doc__)
-        vars(self._module).update({**vars(time), **made})
-        self._shown: Final[dict[int, object]] = {id(getattr(time, name)): made[name] for name in made}
-        """What is shown instead of a genuine object, by its identity."""
-        self._shown[id(time)] = self._module
+        self._ask: Final = ask
+        self._names: Final = {id(getattr(time, name)): name for name in _TIME_FUNCTIONS} | {id(time): ""}
+        """The names of what is replaced, by the identity of the genuine objects; none for the module."""
         self._component: type | None = None
         self._modules: list[dict[str, Any]] = []
+
+    @cached_property
+    def _module(self) -> ModuleType:
+        """What is shown instead of the module, with what is shown instead of its functions."""
+        module = ModuleType("time", time.__doc__)
+        made = {name: _intercepted(name, getattr(time, name), self._ask) for name in _TIME_FUNCTIONS}
+        vars(module).update({**vars(time), **made})
+        return module
 
     @contextmanager
     def shown_to(self, component: type) -> Iterator[None]:
@@ -109,12 +115,11 @@ class InterceptedTime:
         if component is not self._component:
             self._component, self._modules = component, _modules(component)
         for module in self._modules:
-            if not self._shown.keys().isdisjoint(map(id, module.values())):
-                found = [
-                    (module, name, value) for name, value in list(module.items()) if id(value) in self._shown
-                ]
-                genuine += found
-                module.update((name, self._shown[id(value)]) for _, name, value in found)
+            if not self._names.keys().isdisjoint(map(id, module.values())):
+                for name, value in list(module.items()):
+                    if id(value) in self._names:
+                        genuine.append((module, name, value))
+                        module[name] = vars(self._module).get(self._names[id(value)], self._module)
             own = module.get("__builtins__")
             if isinstance(own, dict) and own is not vars(builtins):
                 genuine.append((own, "__import__", own["__import__"]))

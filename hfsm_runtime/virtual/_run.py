@@ -398,7 +398,7 @@ class VirtualRun(ComponentRun):
         held = self.tree.held and actor.active and not actor.finished and actor not in self.cycles
         if held and actor.cycle.last_slot < at:
             return due
-        return max(actor.cycle.next_slot, slot_after(at, actor.automaton.interval))
+        return max(actor.cycle.next_slot, at + actor.automaton.interval)
 
     def _schedule(self, now: int) -> None:
         """Let the next cycle of each automaton be the first after a time."""
