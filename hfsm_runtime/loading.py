@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping, MutableMapping, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path, PurePath
+from traceback import walk_tb
 from types import ModuleType, TracebackType
 from typing import Any, Final
 
@@ -152,12 +153,8 @@ def _failure(error: ImportError | SystemExit, place: str) -> MissingLibraryError
 
 def _raised_in(error: BaseException) -> str:
     """Return the file whose own line raised an error; one in this module imported for the file before it."""
-    trace, found = error.__traceback__, ""
-    while trace is not None:
-        file = trace.tb_frame.f_code.co_filename
-        found = found if file == __file__ else file
-        trace = trace.tb_next
-    return found
+    files = [frame.f_code.co_filename for frame, _ in walk_tb(error.__traceback__)]
+    return next((file for file in reversed(files) if file != __file__), "")
 
 
 def add_to_path(file: str, *directories: str) -> None:

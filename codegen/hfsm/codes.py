@@ -126,6 +126,9 @@ class Code(StrEnum):
 LOST: Final = frozenset((Code.LOST_ON_SAVING, Code.SCXML_NOT_IMPORTED))
 """The kinds that say that something of a file is not in the document."""
 
+FOLLOWED: Final = frozenset((Code.UNSENT_EVENT, Code.UNUSED_EVENT))
+"""The kinds that are found by following what all code does."""
+
 PROVED: Final = frozenset(
     (
         Code.BAD_DESCRIPTION,

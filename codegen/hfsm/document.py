@@ -14,6 +14,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final, NamedTuple
 
+import msgspec
+
 REFUSED: Final = "refused"
 """The event that the runtime sends to a state whose code asks for what a servant refuses."""
 
@@ -51,15 +53,13 @@ class Text:
         return not self.text.strip()
 
 
-@dataclass(frozen=True, slots=True)
-class Comment:
+class Comment(msgspec.Struct, frozen=True, tag=True):
     """An XML comment."""
 
     text: str
 
 
-@dataclass(frozen=True, slots=True)
-class Element:
+class Element(msgspec.Struct, frozen=True, tag=True):
     """An XML element that the model does not know; it is kept and written back.
 
     It has a text or children, not both.

@@ -69,6 +69,7 @@ class LineProcess:
         self._longest_answer = longest_answer
         self._lock = threading.Lock()
         self._process: subprocess.Popen[bytes] | None = None
+        self._ready: subprocess.Popen[bytes] | None = None
         self._unread = b""
         self._closed = False
 
@@ -93,8 +94,8 @@ class LineProcess:
         return self._guarded(lambda: self._more(patience))
 
     def signal(self, number: signal.Signals) -> None:
-        """Send a signal to the process, if it runs; it must handle that."""
-        process = self._process
+        """Send a signal to the process, if it runs and is ready; it must handle that."""
+        process = self._ready
         if process is not None and process.returncode is None:
             with contextlib.suppress(ProcessLookupError):
                 os.kill(process.pid, number)
@@ -112,6 +113,11 @@ class LineProcess:
             except BaseException:
                 self._stop()
                 raise
+
+    def end(self) -> None:
+        """End the process, which is started again for the next question."""
+        with self._lock:
+            self._stop()
 
     def close(self) -> None:
         """End the process; waiting questions are not answered."""
@@ -162,6 +168,7 @@ class LineProcess:
             raise NotReadyError(f"it was not ready within {self._start_limit:g} s") from error
         except EOFError as error:
             raise NotReadyError(f"{_ended(self._stop(_KILL_LIMIT))} before it was ready") from error
+        self._ready = self._process
         return self._process
 
     def _read_line(self, descriptor: int, until: float) -> bytes:
@@ -180,7 +187,7 @@ class LineProcess:
 
     def _stop(self, patience: float = 0.0) -> int:
         """End the process with its group; return its exit code, 0 if it lives on for `patience` s."""
-        process, self._process = self._process, None
+        process, self._process, self._ready = self._process, None, None
         self._unread = b""
         if process is None:
             return 0

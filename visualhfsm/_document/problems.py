@@ -5,10 +5,10 @@ The editor never waits for a check: `CheckProcess` runs this module as a separat
 
 from __future__ import annotations
 
-import contextlib
 import signal
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal
 
@@ -16,15 +16,17 @@ import msgspec
 
 from codegen.diagnostics import Diagnostic, Diagnostics, Location, Note, Severity
 from codegen.hfsm import parse_document
-from codegen.hfsm.codes import Code
+from codegen.hfsm.codes import FOLLOWED, PROVED, Code
 from codegen.hfsm.document import Document
-from codegen.hfsm.loading import explore_document, load_document
+from codegen.hfsm.loading import check_pieces, explore_document, load_checked
 from codegen.messages import NO_MESSAGE, Message
+from visualhfsm._base.errors import EditError
 from visualhfsm._base.languages import encode_message
 from visualhfsm._base.line_process import answer_lines
 from zenoh_ice.data import typed
 
 from .imported_places import ImportedPlaces, shown_path
+from .parts import Parts
 from .places import Locator, Place
 
 if TYPE_CHECKING:
@@ -122,14 +124,19 @@ class Findings(msgspec.Struct, frozen=True, kw_only=True):
     """The problems of a document, by severity, and the verdict on each of its properties, in their order.
 
     Of very many, the first 1,000 and the worst of each piece are listed; `counts` has the number of all by
-    severity. `proofs` is None if the model checker did not run, after errors or because it took too long. As
-    long as it searches, the findings are not `complete`.
+    severity. `proofs` is None if the model checker did not run, after errors or because it took too long. The
+    findings are not `complete` while problems of some codes are `pending`, which take longer.
     """
 
     problems: tuple[Problem, ...] = ()
     counts: Mapping[Severity, int] = {}
     proofs: tuple[Proof, ...] | None = None
-    complete: bool = True
+    pending: frozenset[str] = frozenset()
+
+    @property
+    def complete(self) -> bool:
+        """Whether all is known."""
+        return not self.pending
 
 
 def check(
@@ -145,29 +152,30 @@ def check(
     The first `most` problems are listed, and the worst of each piece. The model checker explores up to
     `limit` configurations, by default as many as `check_document`: `CheckProcess` does so in another process.
     """
-    *_, found = check_in_parts(text, path, include, limit=limit, most=most)
-    return found
-
-
-def check_in_parts(
-    text: str,
-    path: Path | None,
-    include: Sequence[Path] = (),
-    *,
-    limit: int | None = None,
-    most: int | None = _MOST_PROBLEMS,
-) -> Iterator[Findings]:
-    """Yield what is found without the model checker, if that has to look, and then all; see `check`."""
     file = path or Path.cwd() / UNTITLED
     diagnostics = Diagnostics(decoded=True)
     document = parse_document(text, file, diagnostics)
-    loaded = None
+    *_, found = _find(document, file, diagnostics, include, limit=limit, most=most)
+    return found
+
+
+def _find(
+    document: Document | None,
+    file: Path,
+    diagnostics: Diagnostics,
+    include: Sequence[Path],
+    *,
+    limit: int | None,
+    most: int | None = _MOST_PROBLEMS,
+) -> Iterator[Findings]:
+    """Yield what is found in each piece of code, what follows from all of them, and all; see `check`."""
+    checked = None
     if document is not None and not diagnostics.has_errors:
-        loaded = load_document(file, None, diagnostics, include, document=document)
+        checked = check_pieces(file, None, diagnostics, include, document=document)
     locator = Locator(document or Document())
     imports = ImportedPlaces(document or Document(), file, include)
 
-    def findings(report: ModelReport | None, *, complete: bool = True) -> Findings:
+    def findings(report: ModelReport | None = None, pending: frozenset[str] = frozenset()) -> Findings:
         reported = (each for each in diagnostics if each.code != _NO_STATE or not _is_blank(document))
         found = sorted(reported, key=lambda each: _ORDER[each.severity])
         problems = (_with_steps(_problem(each, file, locator, imports), report) for each in found)
@@ -175,13 +183,16 @@ def check_in_parts(
             problems=tuple(problems if most is None else _listed(problems, most)),
             counts=Counter(each.severity for each in found),
             proofs=None if report is None else tuple(map(_proof, report.properties)),
-            complete=complete,
+            pending=pending,
         )
 
+    if checked is not None:
+        yield findings(pending=FOLLOWED | PROVED)
+    loaded = None if checked is None else load_checked(checked, diagnostics)
     if loaded is None:
-        yield findings(None)
+        yield findings()
         return
-    yield findings(None, complete=False)
+    yield findings(pending=PROVED)
     yield findings(explore_document(loaded, file, diagnostics, limit=limit))
 
 
@@ -297,45 +308,62 @@ def _where(location: Location, file: Path, locator: Locator, imports: ImportedPl
 
 
 class Question(msgspec.Struct, frozen=True):
-    """The text of a document to check, and the other parameters of `check_in_parts`, whose parts answer it.
+    """The parts of a document to check, and the other parameters of `check`, which `Answer`s answer.
 
-    On GIVE_UP while the model checker searches, the last part is the first one again.
+    On GIVE_UP, the last of them says what was found until then.
     """
 
-    text: str
+    parts: list[msgspec.Raw]
     path: str
     include: list[str]
     limit: int | None
 
 
+class Answer(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """What was found so far, or why a document cannot be written, and what to do."""
+
+    found: Findings = Findings()
+    is_last: bool = False
+    refused: tuple[Message, ...] = ()
+
+
 class _GivenUp(BaseException):
-    """The search of the model checker is given up; no code of ours takes this for an error."""
+    """A search is given up; no code of ours takes this for an error."""
 
 
-def _answers(line: bytes) -> Iterator[bytes]:
+def _answers(parts: Parts, line: bytes) -> Iterator[bytes]:
     question = typed.from_json(line, Question)
-    include = [Path(directory) for directory in question.include]
-    parts = check_in_parts(question.text, Path(question.path), include, limit=question.limit)
-    found = next(parts)
-    yield _encoded(found)
-    if found.complete:
+    signal.sigtimedwait({GIVE_UP}, 0)  # one that came too late means an earlier question
+    diagnostics = Diagnostics(decoded=True)
+    path, include = Path(question.path), [Path(directory) for directory in question.include]
+    try:
+        document = parts.read(question.parts, path, diagnostics)
+    except EditError as error:
+        yield _encoded(Answer(is_last=True, refused=(error.what, error.why, error.hint)))
         return
-    with contextlib.suppress(_GivenUp):
-        signal.signal(GIVE_UP, _give_up)
-        found = next(parts)
-        signal.signal(GIVE_UP, signal.SIG_IGN)
-    yield _encoded(found)
+    findings = _find(document, path, diagnostics, include, limit=question.limit)
+    found = next(findings)
+    try:
+        while not found.complete:
+            yield _encoded(Answer(found=found))
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, {GIVE_UP})
+            found = next(findings)
+            signal.pthread_sigmask(signal.SIG_BLOCK, {GIVE_UP})
+    except _GivenUp:
+        pass
+    yield _encoded(Answer(found=found, is_last=True))
 
 
-def _encoded(found: Findings) -> bytes:
-    return msgspec.json.encode(found, enc_hook=encode_message)
+def _encoded(answer: Answer) -> bytes:
+    return msgspec.json.encode(answer, enc_hook=encode_message)
 
 
 def _give_up(*_: object) -> None:
-    signal.signal(GIVE_UP, signal.SIG_IGN)
+    signal.pthread_sigmask(signal.SIG_BLOCK, {GIVE_UP})
     raise _GivenUp
 
 
 if __name__ == "__main__":
-    signal.signal(GIVE_UP, signal.SIG_IGN)  # one that comes too late means an earlier question
-    answer_lines(_answers)
+    signal.pthread_sigmask(signal.SIG_BLOCK, {GIVE_UP})
+    signal.signal(GIVE_UP, _give_up)
+    answer_lines(partial(_answers, Parts()))

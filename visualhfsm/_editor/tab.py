@@ -14,7 +14,6 @@ from typing import Concatenate, Final, Generic, ParamSpec, Self, TypeVar
 import msgspec
 
 from codegen.diagnostics import Severity
-from codegen.hfsm.codes import PROVED
 from codegen.hfsm.document import Automaton, Document
 from visualhfsm._base.work import retrieve
 from visualhfsm._document.diff import differ
@@ -255,11 +254,11 @@ class Tab:
         return bool(imports.stamps) and await self._threads.do(imports.differ)
 
     def take_findings(self, version: Version, findings: Findings) -> None:
-        """Keep what was found in a version, with the last proofs as long as there are no newer ones."""
+        """Keep what was found in a version, with what was found before of the kinds that are pending."""
         items, counts = findings.problems, findings.counts
-        if not findings.complete and self.findings is not None:
-            proved = [each for each in self.findings.items if each.code in PROVED]
-            items, counts = (*items, *proved), Counter(counts) + Counter(each.severity for each in proved)
+        if findings.pending and self.findings is not None:
+            former = [each for each in self.findings.items if each.code in findings.pending]
+            items, counts = (*items, *former), Counter(counts) + Counter(each.severity for each in former)
         self.findings = Problems(
             tab=self.id, revision=version.revision, items=items, counts=counts, complete=findings.complete
         )

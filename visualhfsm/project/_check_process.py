@@ -13,18 +13,19 @@ import msgspec
 from codegen.diagnostics import Severity
 from codegen.hfsm.document import Document
 from codegen.messages import Message
+from codegen.reasons import reason
 from visualhfsm._base.errors import EditError
 from visualhfsm._base.languages import decode_message
 from visualhfsm._base.line_process import LineProcess, NoAnswerError
 from visualhfsm._document import problems
-from visualhfsm._document.problems import GIVE_UP, UNTITLED, Findings, Problem, Question
-from visualhfsm._document.serialization import written
+from visualhfsm._document.parts import split
+from visualhfsm._document.problems import GIVE_UP, UNTITLED, Answer, Findings, Problem, Question
 from zenoh_ice.data import typed
 
 _CHECK_LIMIT: Final = 20.0
 """Limit of a check in seconds, and again without the model checker."""
-_SOON: Final = 0.1
-"""Seconds that the model checker has before what is found without it is passed on."""
+_SOON: Final = 0.03
+"""Seconds within which more must be found, or else what is known already is passed on."""
 
 
 class CheckProcess:
@@ -39,7 +40,6 @@ class CheckProcess:
         self._folder = folder or Path.cwd()
         self._process = LineProcess(problems.__name__)
         self._turn = threading.Lock()
-        self._searching = threading.Event()
         self._closed = threading.Event()
 
     def check(
@@ -51,13 +51,16 @@ class CheckProcess:
     ) -> Findings:
         """Check a document. Raises EditError when it cannot be written, or the process has been ended.
 
-        If the model checker takes long, `meanwhile` gets what is found without it.
+        What takes no time is passed on to `meanwhile`, if the rest does.
         """
-        text = written(document)
+        try:
+            parts = split(document)
+        except UnicodeEncodeError as error:
+            raise EditError("Cannot check the document", reason(error), "remove that character") from error
         for limit in (None, 0):
             if self._closed.is_set():
                 raise EditError("Cannot check the document", "the checks have been ended")
-            question = Question(text, str(path or self._folder / UNTITLED), [*map(str, include)], limit)
+            question = Question(parts, str(path or self._folder / UNTITLED), [*map(str, include)], limit)
             try:
                 with self._turn:
                     found = self._ask(question, meanwhile)
@@ -74,24 +77,22 @@ class CheckProcess:
         )
 
     def give_up_search(self) -> None:
-        """End the search of the model checker, if it runs: that check returns what is found without it."""
-        if self._searching.is_set():
-            self._process.signal(GIVE_UP)
+        """End what takes long of a check, if one runs: that returns what is found without it."""
+        self._process.signal(GIVE_UP)
 
     def _ask(self, question: Question, meanwhile: Callable[[Findings], None]) -> Findings:
-        found = _findings(self._process.ask(msgspec.json.encode(question), self._patience))
-        if found.complete:
-            return found
-        self._searching.set()
+        answer = _answer(self._process.ask(msgspec.json.encode(question), self._patience))
         try:
-            if not self._process.has_more(_SOON):
-                meanwhile(found)
-        finally:  # the rest is read in any case: what is read next answers another question
-            try:
-                rest = self._process.more(self._patience)
-            finally:
-                self._searching.clear()
-        return _findings(rest)
+            while not answer.is_last:
+                if not self._process.has_more(_SOON):
+                    meanwhile(answer.found)
+                answer = _answer(self._process.more(self._patience))
+        except BaseException:
+            self._process.end()  # what it says next would answer another question
+            raise
+        if answer.refused:
+            raise EditError(*answer.refused)
+        return answer.found
 
     def close(self) -> None:
         """End the process; a check that is running ends without a result."""
@@ -99,8 +100,8 @@ class CheckProcess:
         self._process.close()
 
 
-def _findings(answer: bytes) -> Findings:
-    return typed.from_json(answer, Findings, dec_hook=decode_message)
+def _answer(line: bytes) -> Answer:
+    return typed.from_json(line, Answer, dec_hook=decode_message)
 
 
 def _with_warning(found: Findings, message: Message) -> Findings:

@@ -17,7 +17,7 @@ from ._outcomes import Outcome, StateChange, read_outcomes
 from ._plan import Plan
 from ._quantities import Value
 from ._statistics import figure
-from ._summary import Map, Row, Summary
+from ._summary import Map, Summary
 
 _REASONS: Final = (
     Message("fell"),
@@ -157,7 +157,7 @@ def _floor(plan: Plan) -> list[tuple[float, float, float, float]]:
     return [] if field is None else [*map(_line, FieldLines(field).segments)]
 
 
-def _trial(row: Row, timeline: TrialTimeline, page: str) -> Trial:
+def _trial(row: Outcome, timeline: TrialTimeline, page: str) -> Trial:
     noted = {name: value for name, value in {**row.values, **row.numbers}.items() if name != "time"}
     values = [(_cut(name), _cut(_shown(value))) for name, value in islice(noted.items(), _MOST_VALUES)]
     return Trial(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import logging
 import os
 from datetime import UTC, datetime
@@ -26,6 +25,8 @@ class _JsonFormatter(logging.Formatter):
     """One JSON object for each record, on one line."""
 
     def format(self, record: logging.LogRecord) -> str:
+        import json  # most logs are text
+
         line = {
             "time": datetime.fromtimestamp(record.created, UTC).isoformat(timespec="milliseconds"),
             "level": record.levelname.lower(),

@@ -46,10 +46,18 @@ def read_document(
 
 
 def parse_document(
-    content: bytes | str, path: Path, diagnostics: Diagnostics, remarks: Diagnostics | None = None
+    content: bytes | str,
+    path: Path,
+    diagnostics: Diagnostics,
+    remarks: Diagnostics | None = None,
+    *,
+    above: int = 0,
 ) -> Document | None:
-    """Return the document in `content`, or None after reporting errors; `path` is for the messages."""
-    root = parse_xml(content.encode() if isinstance(content, str) else content, path, diagnostics)
+    """Return the document in `content`, or None after reporting errors; `path` is for the messages.
+
+    It begins below as many lines as are `above` it.
+    """
+    root = parse_xml(content.encode() if isinstance(content, str) else content, path, diagnostics, above)
     if root is None:
         return None
     if (other := format_of(root)) is not None:

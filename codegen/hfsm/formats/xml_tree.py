@@ -82,14 +82,17 @@ def read_bytes(path: Path, diagnostics: Diagnostics) -> bytes | None:
         return None
 
 
-def parse_xml(content: bytes, path: Path, diagnostics: Diagnostics) -> XmlElement | None:
-    """Return the root element, or None after reporting an error; comments outside it are put before it."""
+def parse_xml(content: bytes, path: Path, diagnostics: Diagnostics, above: int = 0) -> XmlElement | None:
+    """Return the root element, or None after reporting an error; comments outside it are put before it.
+
+    The content begins below as many lines as are `above` it.
+    """
     if len(content) > MAX_SIZE:
         message = Message("the file is larger than {limit} MiB", limit=MAX_SIZE >> 20)
         diagnostics.error(Code.FILE_TOO_LARGE, message, Location(path))
         return None
     diagnostics.add_source(path, content.decode("utf-8", errors="replace"))
-    builder = _TreeBuilder(path, diagnostics)
+    builder = _TreeBuilder(path, diagnostics, above)
     try:
         builder.parse(content)
     # LookupError: an unknown encoding
@@ -138,7 +141,7 @@ class _TreeBuilder:
     document type, without which there are no entities.
     """
 
-    def __init__(self, path: Path, diagnostics: Diagnostics) -> None:
+    def __init__(self, path: Path, diagnostics: Diagnostics, above: int = 0) -> None:
         self.root: XmlElement | None = None
         self.decoded: list[list[Mark]] = []
         """The marks of texts in which something is decoded."""
@@ -151,6 +154,7 @@ class _TreeBuilder:
         parser.CommentHandler = self._comment
         parser.ProcessingInstructionHandler = self._instruction
         self._path = path
+        self._above = above
         self._diagnostics = diagnostics
         self._open: list[XmlElement] = []
         self._texts: list[list[str]] = []
@@ -168,7 +172,7 @@ class _TreeBuilder:
         return Location(self._path, max(1, line), column)
 
     def _position(self) -> tuple[int, int]:
-        return self._parser.CurrentLineNumber, self._parser.CurrentColumnNumber + 1
+        return self._above + self._parser.CurrentLineNumber, self._parser.CurrentColumnNumber + 1
 
     def problem(self, message: str) -> Message:
         """Return the message of expat, or a clearer one if it is `no element found`."""

@@ -6,6 +6,7 @@ import asyncio
 from pathlib import Path
 
 from codegen.diagnostics import Severity
+from codegen.hfsm.codes import PROVED
 from codegen.messages import Message
 from tests.support.limits import RUN_LIMIT
 from visualhfsm import Checked, Event, Findings, Project
@@ -35,7 +36,7 @@ class GivesUpOnce(CheckProcess):
 
     def check(self, *_: object) -> Findings:
         self.asked += 1
-        return Findings(problems=(LATE,), complete=self.asked > 1)
+        return Findings(problems=(LATE,), pending=PROVED if self.asked == 1 else frozenset())
 
 
 LATE = Problem(code="W522", severity=Severity.WARNING, message=Message("late"))
