@@ -68,7 +68,7 @@ _LONGEST_TEXT: Final = 600
 """Characters of a text that is looked for."""
 PARTS: Final = frozenset(
     (
-        *("ended", "error", "failure", "guard", "message", "needed", "reason", "stance", "stop"),
+        *("ended", "error", "failure", "guard", "message", "needed", "present", "reason", "stance", "stop"),
         *("stop_reason", "strerror", "waits", "what", "why"),
     )
 )

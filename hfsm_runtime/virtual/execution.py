@@ -10,6 +10,7 @@ from typing import Any, Final, Self
 from interfaces.jderobot import CommandRefusedException
 from interfaces.nao import SafetyPrx
 from zenoh_ice import Object
+from zenoh_ice.data.text import sentence
 
 from .._limits import LIMITS, RuntimeLimits
 from .._recording.clocks import TimeModule, restore
@@ -142,10 +143,11 @@ class Execution(VirtualRun):
             if holds():
                 return self.time
             if over or late:
-                raise BehaviorFailed(
-                    f"{_not_so(condition)}{'' if over else f' within {limit:g} s'}: at {self.time:.3f} s "
-                    f"the behavior {over or 'is'} in {self.active}\n{self.timeline}"
-                )
+                what, present = _not_so(condition), over or sentence("is")
+                if not over:
+                    what = sentence(f"{what} within {limit:g} s")
+                where = sentence(f"at {self.time:.3f} s the behavior {present} in {self.active}")
+                raise BehaviorFailed(f"{what}: {where}\n{self.timeline}")
             # Advance to the next multiple of the shortest period, when cycles are due.
             left = (int(self.time / step + 1e-6) + 1) * step - self.time
             self.advance(min(left, max(0.0, end - self.clock.now())))
@@ -327,9 +329,11 @@ class Execution(VirtualRun):
 
     def _why_over(self) -> str:
         """Return why no cycle will run, as what the behavior does or is; empty while one may."""
-        if self.ended.is_set():
-            return f"has {'halted' if self.failed else 'finished' if self.finished else 'ended'}"
-        return "is paused" if self.paused_by_client else ""
+        if not self.ended.is_set():
+            return sentence("is paused") if self.paused_by_client else ""
+        if self.failed:
+            return sentence("has halted")
+        return sentence("has finished") if self.finished else sentence("has ended")
 
     def _check(self) -> None:
         if self.proofs.reported:
@@ -361,8 +365,9 @@ class Execution(VirtualRun):
 def _not_so(condition: Condition) -> str:
     """Return the beginning of the sentence that says that a condition does not hold."""
     if isinstance(condition, str):
-        return f"the state {condition} was not reached"
-    return f"{name_of(condition, 'the condition')} did not hold"
+        return sentence(f"the state {condition} was not reached")
+    name = name_of(condition, nameless := "the condition")
+    return sentence("the condition did not hold") if name == nameless else sentence(f"{name} did not hold")
 
 
 def name_of(function: object, nameless: str) -> str:

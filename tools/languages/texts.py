@@ -103,8 +103,10 @@ def sentence_texts() -> Catalog:
     """Return the templates of English texts that a page may hear from robots and components."""
     catalog = Catalog()
     for path in sorted(path for folder in _SPEAKERS for path in (ROOT / folder).rglob("*.py")):
-        name = path.relative_to(ROOT).as_posix()
-        for call in ast.walk(ast.parse(path.read_bytes())):
+        name, code = path.relative_to(ROOT).as_posix(), path.read_bytes()
+        if b"sentence" not in code and not name.startswith(_ROBOTS):
+            continue
+        for call in ast.walk(ast.parse(code)):
             if isinstance(call, ast.Call) and (text := _sentence_in(call, name)) is not None:
                 catalog.add(template_of(text, f"{name}:{call.lineno}"), locations=[(name, 1)])
     for message in catalog:

@@ -1,7 +1,7 @@
 """What components and robots say over the network, as messages that a page says in its language.
 
-They are programs that speak English: `zenoh_ice.data.text.sentence` makes what they say of templates, which
-the catalogs of languages have. A text that one of these gives is a message of it; any other, such as what a
+They are programs that speak English. `zenoh_ice.data.text.sentence` marks what they say, and the catalogs of
+languages have its templates. A text that one of these gives is a message of it; any other, such as what a
 newer program says, stays as it is.
 """
 

@@ -11,27 +11,11 @@ from typing import Final, Literal
 
 import msgspec
 
-from codegen.messages import NO_MESSAGE, Message, template
-from codegen.reasons import known_text
+from codegen.messages import NO_MESSAGE, Message
+from visualhfsm._base.recognition import recognized
 from visualhfsm._document.places import Place
 from visualhfsm._monitor.messages import Push
 
-_WHAT: Final = (
-    template("the state {path} was not reached within {limit} s"),
-    template("the state {path} was not reached"),
-    template("the condition did not hold within {limit} s"),
-    Message("the condition did not hold"),
-    template("{condition} did not hold within {limit} s"),
-    template("{condition} did not hold"),
-)
-_WHERE: Final = (
-    template("at {time} s the behavior is in {states}"),
-    template("at {time} s the behavior is paused in {states}"),
-    template("at {time} s the behavior has halted in {states}"),
-    template("at {time} s the behavior has finished in {states}"),
-    template("at {time} s the behavior has ended in {states}"),
-)
-"""Both as `hfsm_runtime/virtual/execution.py` writes them."""
 _PLACED: Final = re.compile(r"(?P<place>[^:\n]+:\d+): (?:BehaviorFailed: )?(?P<reason>.+)", re.DOTALL)
 _SENTENCE: Final = re.compile(r"(?P<what>.+?): (?P<where>at [\d.]+ s the behavior .+)\s*")
 
@@ -154,6 +138,6 @@ def reason_of(text: str) -> Message:
 
 def _known(text: str) -> Message:
     if found := _SENTENCE.fullmatch(text):
-        what, where = known_text(found["what"], _WHAT), known_text(found["where"], _WHERE)
+        what, where = recognized(found["what"]), recognized(found["where"])
         return Message("{what}: {where}", what=what, where=where)
-    return known_text(text)
+    return recognized(text)
