@@ -12,6 +12,7 @@ from naoserver.body import write_body
 from naoserver.errors import RobotError
 from naoserver_sim import own_body
 from naoserver_sim._own import kept_bodies
+from naoserver_sim._own.looks import looks_in
 from naoserver_sim.own_body import read_own_body
 from tests.support.meshes import cone, write_stl
 
@@ -43,7 +44,6 @@ def model(tmp_path):
 def reads(monkeypatch, caplog):
     """Read a body; return it as texts, all that was said and logged, and how often a model was compiled whole."""
     compiled = []
-    looks_in = own_body.looks_in
 
     def counted(*given):
         compiled.append(given)
@@ -52,7 +52,8 @@ def reads(monkeypatch, caplog):
     monkeypatch.setattr(own_body, "looks_in", counted)
 
     def read(path, text=None):
-        said, before = [], len(compiled)
+        said: list[str] = []
+        before = len(compiled)
         caplog.clear()
         with caplog.at_level(logging.WARNING):
             body = read_own_body(path, text, say=said.append)
