@@ -297,9 +297,10 @@ def opened(
 
 
 class SlowHelp(NoCodeHelp):
-    """Knows nothing of the first word, and says so only when the second one has been typed."""
+    """Knows nothing longer than the first word, and says so only when the second one has been typed."""
 
-    def __init__(self) -> None:
+    def __init__(self, *known: str) -> None:
+        self._known = known
         self.asked = threading.Event()
         self.answers = threading.Event()
 
@@ -310,13 +311,14 @@ class SlowHelp(NoCodeHelp):
             return {"typed": 1, "options": [{"label": "second", "type": "variable"}]}
         self.asked.set()
         assert self.answers.wait(FOREVER)
-        return {"typed": column, "options": []}
+        return {"typed": column, "options": [{"label": each, "type": "variable"} for each in self._known]}
 
 
+@pytest.mark.parametrize("known", [(), ("f",)], ids=["unknown", "complete"])
 def test_what_is_typed_before_an_answer_is_completed_too(
-    browser: Browser, path: Path, monkeypatch: pytest.MonkeyPatch
+    browser: Browser, path: Path, monkeypatch: pytest.MonkeyPatch, known: tuple[str, ...]
 ) -> None:
-    slow_help = SlowHelp()
+    slow_help = SlowHelp(*known)
     with opened(browser, path, "pass", monkeypatch, slow_help) as shown:
         edit(shown, "wait")
         shown.press("Control+a")

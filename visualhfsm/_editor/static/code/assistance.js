@@ -154,17 +154,16 @@ class Help {
     if (!context.explicit && (!word || /^\d/.test(word.text))) return null;
     const found = await this.ask("complete", context.state, context.pos);
     if (context.aborted) return null;
-    if (!found?.options.length) {
-      // About what was typed meanwhile CodeMirror asks only after a result, though it has no options.
-      return context.view?.state.doc === context.state.doc ? null : {from: context.pos, options: []};
-    }
+    // About what was typed meanwhile CodeMirror asks only after a result, though it has no options.
+    const nothing = context.view?.state.doc === context.state.doc ? null : {from: context.pos, options: []};
+    if (!found?.options.length) return nothing;
     const from = context.pos - found.typed;
     /** Whether a word is complete: nothing longer begins with it. @param {string} typed */
     const isComplete = (typed) => {
       const longer = found.options.filter(({label}) => label.startsWith(typed));
       return longer.length === 1 && longer[0].label === typed;
     };
-    if (isComplete(context.state.sliceDoc(from, context.pos))) return null;
+    if (isComplete(context.state.sliceDoc(from, context.pos))) return nothing;
     const options = found.options.map(({info, boost = 0, ...option}) => ({
       ...option,
       boost,
