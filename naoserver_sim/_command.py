@@ -122,8 +122,8 @@ _Cameras = Annotated[
     list[str] | None,
     typer.Option(
         metavar="NAME=WIDTHxHEIGHT[@RATE]",
-        help="Images that a camera (Camera, CameraBottom, CameraOutside) starts with; may be repeated."
-        " Without it: 320x240@10.",
+        help="Images that a camera (Camera, CameraBottom, CameraOutside) starts with, ready for the first"
+        " one; may be repeated. Without it: 320x240@10, made ready when somebody looks.",
     ),
 ]
 
@@ -215,7 +215,9 @@ def naoserver_sim(
         ) as robot,
     ):
         check_cameras(options.cameras, robot.cameras)
-        robot.start()  # first: clients that find the server wait only briefly for its servants
+        robot.start(
+            cameras=bool(options.cameras)
+        )  # first: clients that find the server wait only briefly for its servants
         _serve(
             robot,
             settings,

@@ -151,7 +151,8 @@ class CameraRenderer:
     With a `sensor`, the pictures of its cameras have the imperfections that it adds, and its latency.
 
     Rendering has its own thread and its own copy of the state: neither it nor the physics waits for the
-    other. The first image starts it, as GL takes 90 MB. Without a GL library everything but `capture` works.
+    other. The first image starts it, unless `start` has: GL takes 90 MB. Without a GL library everything but
+    `capture` works.
 
     An image of `virtual` time, which stands still meanwhile, may take as long as a busy machine needs: a
     minute in which the process runs.
@@ -190,7 +191,7 @@ class CameraRenderer:
         except HardwareFailure as failure:
             _log.warning("the cameras are off: %s", failure)
 
-    def _start(self) -> None:
+    def start(self) -> None:
         """Start the thread, and wait until it has set up GL or failed, within the limits.
 
         Without a thread, the next call tries again.
@@ -229,7 +230,7 @@ class CameraRenderer:
         self._check(camera, width, height)
         if self._closed:
             raise HardwareFailure(f"{camera}: the robot was closed")
-        self._start()
+        self.start()
         if self.failure is not None:
             raise HardwareFailure(self.failure)
         if not self._ready.is_set():

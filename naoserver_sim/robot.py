@@ -304,10 +304,10 @@ class SimulatedRobot(SimulatedDevice):
         index = mj.camera(camera).id
         return data.cam_xpos[index].copy(), data.cam_xmat[index].reshape(3, 3).copy()
 
-    def start(self) -> None:
-        """Start the thread of the physics; with a virtual clock there is none."""
+    def start(self, *, cameras: bool = False) -> None:
+        """Start the thread of the physics, and with `cameras` theirs; with a virtual clock there are none."""
         if self._paced:
-            self._renderer.check()
+            (self._renderer.start if cameras else self._renderer.check)()
             self._paced.start()
 
     def check(self) -> None:

@@ -183,15 +183,16 @@ class TestCameras:
 
 
 @pytest.mark.gl
-def test_gl_is_set_up_for_the_first_image_and_not_before():
+@pytest.mark.parametrize("wanted", [False, True])
+def test_gl_is_set_up_for_the_first_image_or_at_the_start_where_it_is_wanted(wanted):
     before = set(threading.enumerate())
 
     def started():
         return sorted(thread.name for thread in threading.enumerate() if thread not in before)
 
     with closing(SimulatedRobot(skin=False, camera_limits=PATIENT_CAMERAS)) as robot:
-        robot.start()
-        assert started() == ["physics"]
+        robot.start(cameras=wanted)
+        assert started() == [*(["cameras"] if wanted else []), "physics"]
         robot.capture("Camera", 320, 240)
         assert started() == ["cameras", "physics"]
 
