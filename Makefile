@@ -29,11 +29,13 @@ unexport PYTHONDONTWRITEBYTECODE
 # Linters use the processor time that is free while tests wait for robots.
 LATER := nice -n 12
 # NumPy's other threads wait for work at full speed when they start, in each of those processes.
-quick-tests all-tests coverage soak: export OPENBLAS_NUM_THREADS = 1
-# One worker for each processor. A worker takes neighboring tests, which share fixtures, and at the end those of others.
-PYTEST := $(BIN)/python -m pytest -q -n logical --dist worksteal
+quick-tests unit-tests other-tests coverage soak: export OPENBLAS_NUM_THREADS = 1
+# A worker takes neighboring tests, which share fixtures, and at the end those of others. There is one for each processor
+# (logical), or two (auto) for tests that wait half of their time: for processes, browsers and robots.
+PYTEST := $(BIN)/python -m pytest -q --dist worksteal
+UNITS := $(wildcard tests/unit tests/plugins/*/unit)
 
-.PHONY: help demo check test soak types quick-tests all-tests cover-page docs release lint lint-python lint-page check-page format coverage test-all findings bench bench-transport oracle mutation codegen texts constraints vendor ros-peers ros-recordings packages system browser bubblewrap node node-modules clean
+.PHONY: help demo check test soak types quick-tests unit-tests other-tests all-tests cover-page docs release lint lint-python lint-page check-page format coverage test-all findings bench bench-transport oracle mutation codegen texts constraints vendor ros-peers ros-recordings packages system browser bubblewrap node node-modules clean
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
@@ -45,13 +47,19 @@ check: $(VENV)/dev.stamp bubblewrap ## Format, lint, check types and run the qui
 	@$(MAKE) --no-print-directory --jobs=2 quick-tests types
 
 quick-tests:
-	@TEST_EXAMPLES=0.1 $(PYTEST) tests/unit tests/plugins/*/unit -m "not slow and not sim"
+	@TEST_EXAMPLES=0.1 $(PYTEST) -n logical $(UNITS) -m "not slow and not sim"
 
 test: ## Run the linters and every test, and build the documentation, in 17 to 20 min on two processors
-	@$(PYTHON) tools/runs/measured.py 480 840 $(MAKE) --no-print-directory --jobs=2 --keep-going all-tests lint docs
+	@$(PYTHON) tools/runs/measured.py 480 840 $(MAKE) --no-print-directory --jobs=3 --keep-going unit-tests other-tests lint docs
 
-all-tests: $(VENV)/dev.stamp packages node-modules
-	@$(PYTEST)
+all-tests:
+	@$(MAKE) --no-print-directory --jobs=2 --keep-going unit-tests other-tests
+
+unit-tests: $(VENV)/dev.stamp packages node-modules
+	@$(PYTEST) -n logical $(UNITS)
+
+other-tests: $(VENV)/dev.stamp packages node-modules
+	@$(PYTEST) -n auto --ignore-glob='*/unit' tests
 
 soak: $(VENV)/dev.stamp packages node-modules ## Repeat what only repetition finds; PARTS="a b" runs these parts alone
 	@$(BIN)/python tools/runs/soak.py $(PARTS)

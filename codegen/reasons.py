@@ -1,17 +1,18 @@
 """What exceptions say, as messages: their own, or the texts of Python and of the system that are met most.
 
-Python says in English what is wrong with code, and so does the runtime of components, in the lines that they
-log. A text that is known here becomes a message that can be translated, without a change of a letter; any
-other stays as it is. Few of Python's are here, because each of its versions changes some.
+Python says in English what is wrong with code. A text that is known here becomes a message that can be
+translated, without a change of a letter; any other stays as it is. Few of Python's are here, because each of
+its versions changes some.
 """
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from functools import cache, lru_cache
-from typing import Final
+from typing import Final, NamedTuple
 
-from .messages import Message, Value, template
+from .messages import Message, Value, joined, number, template
 
 _SYNTAX: Final = (
     Message("invalid syntax"),
@@ -51,29 +52,6 @@ _ERRORS: Final = (
 )
 """Frequent texts of Python on code that fails."""
 
-_RUNTIME: Final = (
-    template("`self.{name}` is not declared; did you mean {names}?"),
-    template("`self.{name}` is not declared"),
-    template(
-        "`self.{name}` is not declared; declare an interface, function or parameter, or assign it first"
-    ),
-    template("`{name}` has no value yet; give it one in the variables of {automaton}"),
-    template("`{name}` has no value yet"),
-    template(
-        "`{name}` is a variable of {owner}, and {automaton} has its own; make it an output of "
-        "{automaton}, or write `self.{name}` in both"
-    ),
-    template(
-        "`{name}` is a variable of {owner}, and {automaton} has its own; pass it to {automaton} as an "
-        "input, or write `self.{name}` in both"
-    ),
-    template("`{name}` is a variable of {owner}, and {automaton} has its own"),
-    template("the output '{name}' of automaton {id} ('{automaton}') is {type}, not {given}: {value}"),
-    template("its cycle did not end within {seconds} s and is abandoned: its code must not block"),
-    template("{call} ends the component; a final state would end it without an error"),
-)
-"""Texts of the runtime on code that fails: `hfsm_runtime/_advice.py` and `_supervision.py` write them."""
-
 _SYSTEM: Final = (
     Message("No such file or directory"),
     Message("Permission denied"),
@@ -84,10 +62,17 @@ _SYSTEM: Final = (
 )
 """Frequent texts of the system on files, and of the reader of XML."""
 
-_KNOWN: Final = (*_SYNTAX, *_ERRORS, *_RUNTIME, *_SYSTEM, *_THINGS)
+_KNOWN: Final = (*_SYNTAX, *_ERRORS, *_SYSTEM, *_THINGS)
 _EXCEPTION: Final = re.compile(r"([A-Za-z_][\w.]*(?:Error|Exception|Warning)): (.+)", re.DOTALL)
 _LONGEST_TEXT: Final = 600
 """Characters of a text that is looked for."""
+PARTS: Final = frozenset(
+    (
+        *("ended", "error", "failure", "guard", "message", "needed", "present", "reason", "stance", "stop"),
+        *("stop_reason", "strerror", "waits", "what", "why"),
+    )
+)
+"""The names of values that may be known themselves, or lists of what is."""
 
 
 def reason(error: BaseException) -> Message:
@@ -102,41 +87,74 @@ def reason(error: BaseException) -> Message:
 
 
 @lru_cache(maxsize=1024)
-def known_text(text: str, others: tuple[Message, ...] = ()) -> Message:
-    """Return a text of Python, of the runtime or of the system as a message, with what is known of it.
+def known_text(text: str, others: tuple[Message, ...] = (), fewest: int = 0) -> Message:
+    """Return a text of Python or of the system as a message, with what is known of it.
 
-    Before it the name of an exception may stand, as in `NameError: name 'x' is not defined`. `others` are
-    messages of templates that are looked for, too, with any values.
+    `others` are messages of templates that are looked for, too. The `fewest` letters of a text that are of
+    templates keep those as `{automaton} is in {state}` from fitting too much; of several that fit, the one
+    with most letters counts. Before a text the name of an exception may stand, as in `NameError: name 'x' is
+    not defined`; a semicolon divides what is known.
     """
     if len(text) > _LONGEST_TEXT:
         return Message.verbatim(text)
     if exception := _EXCEPTION.fullmatch(text):
         kind, what = exception.groups()
-        return Message("{kind}: {what}", kind=kind, what=known_text(what, others))
-    for known, pattern in _patterns(others):
-        if found := pattern.fullmatch(text):
-            values: dict[str, Value] = found.groupdict()
-            if "what" in values:
-                values["what"] = known_text(found["what"])
-            if (message := known.again(values)) == text:
-                return message
-    return Message.verbatim(text)
+        return Message("{kind}: {what}", kind=kind, what=known_text(what, others, fewest))
+    found = _find(text, others, "; ")
+    return found if _letters(found) >= fewest else Message.verbatim(text)
+
+
+@lru_cache(maxsize=4096)  # without it, nested texts would take a time that is exponential in their depth
+def _find(text: str, others: tuple[Message, ...], separator: str) -> Message:
+    """Return a text, or a list of texts, as the message with most letters of templates."""
+    found = [Message.verbatim(text), *_fitting(text, others)]
+    before, is_list, last = text.rpartition(separator)
+    if is_list:
+        found.append(joined(separator, [_find(before, others, separator), _find(last, others, "; ")]))
+    return max(found, key=_letters)
+
+
+def _fitting(text: str, others: tuple[Message, ...]) -> Iterator[Message]:
+    """Yield a text as the messages of the templates that fit it."""
+    for known in _patterns(others):
+        if known.longest in text and (found := known.pattern.fullmatch(text)):
+            values: dict[str, Value] = {
+                name: _find(each, others, ", ") if name in PARTS else number(each)
+                for name, each in found.groupdict().items()
+            }
+            yield known.message.again(values)
+
+
+class _Known(NamedTuple):
+    """A template that is looked for."""
+
+    message: Message
+    pattern: re.Pattern[str]
+    """That of the texts that it may give."""
+    longest: str
+    """Its longest text between values, which is in all of these."""
 
 
 @cache
-def _patterns(others: tuple[Message, ...]) -> tuple[tuple[Message, re.Pattern[str]], ...]:
-    return tuple((each, _pattern(each)) for each in (*others, *_KNOWN))
+def _patterns(others: tuple[Message, ...]) -> tuple[_Known, ...]:
+    return tuple(map(_known, (*others, *_KNOWN)))
 
 
-def _pattern(message: Message) -> re.Pattern[str]:
-    """Return the pattern of the texts that a template may give."""
+def _known(message: Message) -> _Known:
     seen: set[str] = set()
-    pattern = ""
+    longest = pattern = ""
     for literal, name, _, _ in message.pieces():
+        longest = max(longest, literal, key=len)
         pattern += re.escape(literal)
         if name in seen:
             pattern += f"(?P={name})"
         elif name is not None:
             seen.add(name)
             pattern += f"(?P<{name}>.+?)"
-    return re.compile(pattern, re.DOTALL)
+    return _Known(message, re.compile(pattern, re.DOTALL), longest)
+
+
+def _letters(message: Message) -> int:
+    """Return the number of letters of templates in a message."""
+    own = sum(each.isalpha() for literal, *_ in message.pieces() for each in literal)
+    return own + sum(_letters(each) for each in message.values.values() if isinstance(each, Message))

@@ -14,8 +14,10 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any, Final
 
+from zenoh_ice.data.text import sentence
+
 from ._automaton import REQUIRED, Automaton, Event, State, Transition
-from ._phases import BEGUN, ENTERED, FINISHED, IDLE, OUTLIVED, UNUSED, CycleStatus, Phase
+from ._phases import BEGUN, ENTERED, FINISHED, IDLE, OUTLIVED, SETTLED, UNUSED, CycleStatus, Phase
 from .errors import DefinitionError, EventError
 
 CAPACITY: Final = 64
@@ -39,10 +41,10 @@ class ChangeKind(StrEnum):
 class DropReason(StrEnum):
     """Why an event left the queue of an automaton without firing a transition."""
 
-    UNHANDLED = "no transition out of the current state used it"
-    GHOST = "the automaton became a ghost before its turn"
-    FINISHED = "the automaton has finished"
-    OVERFLOW = f"more than {CAPACITY} events waited"
+    UNHANDLED = sentence("no transition out of the current state used it")
+    GHOST = sentence("the automaton became a ghost before its turn")
+    FINISHED = sentence("the automaton has finished")
+    OVERFLOW = sentence(f"more than {CAPACITY} events waited")
 
 
 @dataclass(eq=False, repr=False, slots=True)
@@ -63,7 +65,8 @@ class EventQueue:
 
     def pop(self) -> Event:
         """Remove the oldest one."""
-        self.due = max(0, self.due - 1)
+        if self.due:
+            self.due -= 1
         return self.waiting.popleft()
 
 
@@ -120,6 +123,8 @@ class Actor:
     """The state of the parent that owns it."""
     children: dict[int, tuple[Actor, ...]] = field(default_factory=dict)
     """The automata below it, by the id of the state that owns them."""
+    depth: int = field(init=False)
+    """The number of automata above it."""
 
     # The place in it.
     current: State = field(init=False)
@@ -149,11 +154,12 @@ class Actor:
 
     def __post_init__(self) -> None:
         self.current = self.automaton.initial
+        self.move_below(self.parent)
 
-    @property
-    def depth(self) -> int:
-        """The number of automata above it."""
-        return sum(1 for _ in self.chain()) - 1
+    def move_below(self, parent: Actor | None) -> None:
+        """Let it be below another automaton."""
+        self.parent = parent
+        self.depth = 0 if parent is None else parent.depth + 1
 
     @property
     def active(self) -> bool:
@@ -210,7 +216,8 @@ class Actor:
 
     def active_time(self, now: int) -> int:
         """Return the active time since the entry into the current state in ns."""
-        return self.waited + (0 if self.since is None else max(0, now - self.since))
+        since = self.since
+        return self.waited if since is None or now < since else self.waited + now - since
 
     def may_change(self, now: int) -> bool:
         """Return whether a cycle at a time may change anything that others notice.
@@ -220,6 +227,16 @@ class Actor:
         if self.owed or self.current.final or self.takes or self.hands_up:
             return True
         return self.active_time(now) >= self.automaton.soonest(self.current)
+
+    def rests(self, now: int) -> bool:
+        """Return whether a cycle at a time does nothing: no code runs, no transition is tried."""
+        state, events = self.current, self.events
+        return (
+            (self.phase is SETTLED or self.phase is BEGUN)
+            and self.active_time(now) < self.automaton.exits[state.id].unsent
+            and not (state.code or state.results or state.final or self.hands_up or self.outputs.unset)
+            and not (events.waiting or events.refusal or self.forced)
+        )
 
     def chain(self) -> Iterator[Actor]:
         """Yield this automaton and those above it, up to the root."""
@@ -279,7 +296,7 @@ def make_event(name: str, data: object = None) -> Event:
     """Return an event with a copy of its data; raises EventError when JSON cannot represent the data."""
     if not isinstance(name, str) or not name:
         raise EventError(f"an event has a name, which is text, not {name!r}")
-    return Event(name, _copy(data, f"the data of the event {name!r}", 0))
+    return Event(name, None if data is None else _copy(data, f"the data of the event {name!r}", 0))
 
 
 def _copy(value: object, where: str, depth: int) -> Any:  # noqa: ANN401 - whatever JSON knows

@@ -7,13 +7,13 @@ from collections.abc import Iterator, Sequence
 from inspect import isfunction
 from typing import Final
 
+from zenoh_ice.data.text import sentence
+
 from ._automaton import Automaton
 from ._variables import cells_of, functions_of
 from .component import Component
 from .errors import describe
 from .loading import how_to_install
-
-__all__ = ["explain"]
 
 _LONGEST_NAME: Final = 100
 
@@ -40,8 +40,10 @@ def _undeclared(name: str, component: Component) -> str:
     close = difflib.get_close_matches(name[:_LONGEST_NAME], sorted(known), 2)
     if close:
         meant = " or ".join(f"`self.{each}`" for each in close)
-        return f"`self.{name}` is not declared; did you mean {meant}?"
-    return f"`self.{name}` is not declared; declare an interface, function or parameter, or assign it first"
+        advice = sentence(f"did you mean {meant}?")
+    else:
+        advice = sentence("declare an interface, function or parameter, or assign it first")
+    return sentence(f"`self.{name}` is not declared") + f"; {advice}"
 
 
 def _unset(name: str, component: Component | None, automata: Sequence[Automaton]) -> str:
@@ -53,15 +55,14 @@ def _unset(name: str, component: Component | None, automata: Sequence[Automaton]
     declared = [*_variables_above(component, own)]
     for index, automaton in enumerate(above):
         if name in cells_of(automaton) or (index < len(declared) and name in declared[index]):
-            advice = f"pass it to {own.name} as an input, or write"
+            advice = sentence(f"pass it to {own.name} as an input, or write `self.{name}` in both")
             if is_assigned:
-                advice = f"make it an output of {own.name}, or write"
-            return (
-                f"NameError: `{name}` is a variable of {automaton.name}, and {own.name} has its own; "
-                f"{advice} `self.{name}` in both"
-            )
+                advice = sentence(f"make it an output of {own.name}, or write `self.{name}` in both")
+            why = sentence(f"`{name}` is a variable of {automaton.name}, and {own.name} has its own")
+            return f"NameError: {why}; {advice}"
     if is_assigned:
-        return f"NameError: `{name}` has no value yet; give it one in the variables of {own.name}"
+        why = sentence(f"`{name}` has no value yet")
+        return f"NameError: {why}; " + sentence(f"give it one in the variables of {own.name}")
     return ""
 
 

@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import msgspec
 
@@ -27,8 +27,7 @@ Arguments = Mapping[str, object] | Mapping[int, Mapping[str, object]]
 """Values of inputs or outputs by name; for several automata, by the automaton's id and then by name."""
 
 
-@dataclass(frozen=True, slots=True)
-class Event:
+class Event(msgspec.Struct, frozen=True):
     """A named message to every active automaton, with optional `data`.
 
     Data is a JSON value: None, bool, int, float, str, lists, and dicts with str keys.
@@ -85,6 +84,12 @@ class State:
     arguments: Callable[[], Arguments] | None = None
     results: Callable[[Arguments], object] | None = None
 
+    @cached_property
+    def exit_runs(self) -> bool:
+        """Whether exit code may run when it is left, its own or that of automata that start again."""
+        below = (state for child in self.children for state in child.states if self.restart)
+        return self.exit is not None or any(state.exit_runs for state in below)
+
 
 class _End:
     """An end of a transition: given as a state or its id, read as the id."""
@@ -136,6 +141,18 @@ class Transition:
         return None if self.seconds is None else round(self.seconds * 1e9)
 
 
+class Exits(NamedTuple):
+    """The transitions out of a state, and what they wait for."""
+
+    transitions: tuple[Transition, ...]
+    """In the order in which they are tried."""
+    events: frozenset[str]
+    soonest: float
+    """The active time in ns from which one can fire, or infinity."""
+    unsent: float
+    """The same while no event arrives."""
+
+
 @dataclass(frozen=True)
 class Automaton:
     """An automaton; its `id` is unique in the component. Raises DefinitionError.
@@ -169,18 +186,12 @@ class Automaton:
         return {state.id: state for state in self.states}
 
     @cached_property
-    def _outgoing(self) -> dict[int, tuple[Transition, ...]]:
+    def exits(self) -> dict[int, Exits]:
+        """What leads out of each state, by its id."""
         leaving: dict[int, list[Transition]] = {origin: [] for origin in self._by_id}
         for each in sorted(self.transitions, key=lambda t: math.inf if t.priority is None else t.priority):
             leaving[each.origin].append(each)
-        return {origin: tuple(found) for origin, found in leaving.items()}
-
-    @cached_property
-    def _soonest(self) -> dict[int, float]:
-        return {
-            origin: min((each.delay or 0 for each in found), default=math.inf)
-            for origin, found in self._outgoing.items()
-        }
+        return {origin: _exits(found) for origin, found in leaving.items()}
 
     @cached_property
     def initial(self) -> State:
@@ -203,11 +214,11 @@ class Automaton:
 
     def outgoing(self, state: State) -> tuple[Transition, ...]:
         """Return the transitions out of a state, in the order in which they are tried."""
-        return self._outgoing[state.id]
+        return self.exits[state.id].transitions
 
     def soonest(self, state: State) -> float:
         """Return the active time in ns from which a transition out of a state can fire, or infinity."""
-        return self._soonest[state.id]
+        return self.exits[state.id].soonest
 
     def first_outputs(self) -> dict[str, object]:
         """Return the outputs as they are when the automaton starts; each call copies their defaults."""
@@ -245,6 +256,16 @@ class Automaton:
                 raise DefinitionError(f"{what} needs a time, an event or a guard")
             if transition.seconds is not None and not _positive(transition.seconds):
                 raise DefinitionError(f"{what} fires after {transition.seconds} s: it is a positive number")
+
+
+def _exits(leaving: list[Transition]) -> Exits:
+    delays = [(each.delay or 0, each.event) for each in leaving]
+    return Exits(
+        tuple(leaving),
+        frozenset(each.event for each in leaving if each.event),
+        min((delay for delay, _ in delays), default=math.inf),
+        min((delay for delay, event in delays if not event), default=math.inf),
+    )
 
 
 def _number(items: Sequence[State | Transition]) -> None:

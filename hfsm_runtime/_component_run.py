@@ -10,6 +10,7 @@ from types import FrameType
 from typing import Final
 
 from interfaces.hfsm import ComponentStatus, ErrorReport
+from zenoh_ice.data.text import sentence
 from zenoh_ice.threads.clock import Clock
 
 from ._actor import make_event
@@ -303,7 +304,7 @@ class ComponentRun:
         actor = self.tree.actor(automaton)
         if actor is None:
             known = ", ".join(str(actor.automaton.id) for actor in self.tree.actors)
-            raise UnknownElementError(f"there is no automaton {automaton}: there are {known}")
+            raise UnknownElementError(sentence(f"there is no automaton {automaton}: there are {known}"))
         return actor
 
     def note(self, actor: Actor, message: str) -> None:
@@ -325,10 +326,12 @@ class ComponentRun:
         if self.ended.is_set():
             raise ReloadRefusedError("the component has ended")
         if not found:
-            actor = next(actor for actor in self.tree.actors if actor.in_cycle)
+            actor, limit = next(actor for actor in self.tree.actors if actor.in_cycle), 2 * gap
             raise ReloadRefusedError(
-                f"the cycle of {actor.automaton.name} in the state {actor.current.name} "
-                f"did not end within {2 * gap:g} s: its code must not block"
+                sentence(
+                    f"the cycle of {actor.automaton.name} in the state {actor.current.name} "
+                    f"did not end within {limit:g} s: its code must not block"
+                )
             )
         return began
 
@@ -350,13 +353,10 @@ class ComponentRun:
         """Report a cycle that did not end when the component did, and the line that it executes."""
         frame = self._frame(actor)
         place = "" if frame is None else f" at {locate_frame(frame, source_of(self.component))}"
-        self.component._hfsm_log.error(
-            "%s/%s: its cycle did not end within %g s and is abandoned: its code must not block%s",
-            actor.automaton.name,
-            actor.current.name,
-            seconds,
-            place,
+        what = sentence(
+            f"its cycle did not end within {seconds:g} s and is abandoned: its code must not block"
         )
+        self.component._hfsm_log.error("%s/%s: %s%s", actor.automaton.name, actor.current.name, what, place)
 
     def _prepare(self) -> None:
         """Make what drives the automata, which are made."""

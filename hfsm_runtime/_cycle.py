@@ -9,6 +9,8 @@ from typing import Final, Protocol
 
 from greenlet import GreenletExit
 
+from zenoh_ice.data.text import sentence
+
 from ._actor import Actor
 from ._automaton import REQUIRED, Arguments, Automaton, Event, State, Transition
 from ._phases import BEGUN, ENTERED, ENTERING, PAUSED_AT_CODE, SETTLED, Phase, after_entry_code
@@ -102,6 +104,14 @@ def run_cycle(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> Non
         tree.end_cycle(actor)
 
 
+def skip_cycle(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> bool:
+    """Count a cycle in which nothing happens and nobody looks, without running it; false if it has to run."""
+    skipped = tree.skip_cycle(actor, now)
+    if skipped:
+        supervisor.succeeded(actor)
+    return skipped
+
+
 def _run_steps(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> None:
     if actor.phase is PAUSED_AT_CODE:
         tree.reach(actor, SETTLED)
@@ -112,25 +122,27 @@ def _run_steps(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> No
             actor.automaton.set_outputs(actor.automaton.first_outputs())
         if actor.phase < BEGUN:
             _enter(tree, actor, now, supervisor)
-        _take_results(tree, actor, supervisor)
+        if actor.current.results is not None:
+            _take_results(tree, actor, supervisor)
         if actor.phase is not SETTLED and actor.on_duty:
             is_new = actor.phase is BEGUN
             tree.reach(actor, SETTLED)
-            if is_new and _pauses(tree, actor, None):
+            if is_new and tree.observers.entered and _pauses(tree, actor, None):
                 tree.reach(actor, Phase.PAUSED)
                 return
         if not actor.current.final:
             transition = _first_that_holds(tree, actor, now, supervisor)
             if transition is not None and _fire(tree, actor, transition, now, supervisor):
                 tree.reach(actor, SETTLED)
-                _take_results(tree, actor, supervisor)
-                if _pauses(tree, actor, transition):
+                if actor.current.results is not None:
+                    _take_results(tree, actor, supervisor)
+                if tree.observers.entered and _pauses(tree, actor, transition):
                     tree.reach(actor, PAUSED_AT_CODE)
                     return
-    runs_on = actor.on_duty
-    if runs_on and not actor.current.final and actor.current.code is not None:
+    runs_on, state = actor.on_duty, actor.current
+    if runs_on and not state.final and state.code is not None:
         tree.decide(actor, now)  # nobody has to wait for the code, but who takes its outputs
-        _call(tree, actor, actor.current.code, supervisor)
+        _call(tree, actor, state.code, supervisor)
     if actor.hands_up:
         outputs = _call(tree, actor, lambda: outputs_of(actor.automaton, _latest_code(actor)), supervisor)
         if isinstance(outputs, dict):
@@ -198,11 +210,12 @@ def _fire(tree: Tree, actor: Actor, transition: Transition, now: int, supervisor
         fired(actor, transition, now)
     try:
         try:
-            late = tree.wait_for_cycles(actor, supervisor.hand_over)
+            late = tree.wait_for_cycles(actor, supervisor.hand_over) if actor.below else ()
             if late:
                 supervisor.not_handed_over(actor, late)
         finally:
-            _run_exit_code(tree, actor, supervisor)
+            if actor.current.exit_runs:
+                _run_exit_code(tree, actor, supervisor)
     except (CycleEnded, CycleCutError):
         if transition.code is not None:
             supervisor.skipped(actor, transition)
@@ -332,7 +345,7 @@ def outputs_of(automaton: Automaton, code: Iterable[Callable[..., object]]) -> d
     values = automaton.get_outputs()
     outputs: dict[str, object] = {}
     for declared in automaton.outputs:
-        what = f"the output {declared.name!r} of automaton {automaton.id} ({automaton.name!r})"
+        what = sentence(f"the output {declared.name!r} of automaton {automaton.id} ({automaton.name!r})")
         try:
             outputs[declared.name] = convert(values[declared.name], declared.type, what)
         except ValueTypeError as error:

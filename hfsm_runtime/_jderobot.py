@@ -11,8 +11,6 @@ from typing import Any
 from interfaces import jderobot
 from interfaces.jderobot import CMDVelData, Pose3DData
 
-__all__ = ["CMDVelPrx", "MotorsPrx", "Pose3DPrx"]
-
 
 class MotorsPrx(jderobot.MotorsPrx):
     """Command the velocity of a mobile robot."""

@@ -14,7 +14,7 @@ from typing import Final
 
 from ._actor import wake_next
 from ._component_run import ComponentRun
-from ._cycle import run_cycle
+from ._cycle import run_cycle, skip_cycle
 from ._limits import RuntimeLimits
 from ._supervision import Refusal
 from ._timeline import Timeline, delay_in_slot
@@ -160,7 +160,7 @@ class Runtime(ComponentRun, Observer):
                 turn = turn_of(actor, now, now - delay)
                 if isinstance(turn, Actor):
                     self._follow(worker, turn)
-                else:
+                elif not skip_cycle(self.tree, actor, turn, self._supervision):
                     run_cycle(self.tree, actor, turn, self._supervision)
 
     def _follow(self, worker: _Worker, first: Actor) -> None:

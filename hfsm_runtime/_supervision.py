@@ -21,7 +21,7 @@ from zenoh_ice.data.exceptions import (
     TimeoutException,
     ZenohIceError,
 )
-from zenoh_ice.data.text import printable
+from zenoh_ice.data.text import printable, sentence
 
 from ._advice import explain
 from ._automaton import Event, Transition
@@ -67,24 +67,21 @@ class _Outage:
     """Automata that wait for the same thing, each until it completes a cycle or becomes a ghost."""
 
     def __init__(self) -> None:
-        self._waiting: set[Actor] = set()
+        self.waiting: set[Actor] = set()
         self._began = 0.0
-
-    def __bool__(self) -> bool:
-        return bool(self._waiting)
 
     def add(self, actor: Actor) -> bool:
         """Add an automaton; return whether it is the first."""
-        first = not self._waiting
+        first = not self.waiting
         if first:
             self._began = time.monotonic()
-        self._waiting.add(actor)
+        self.waiting.add(actor)
         return first
 
     def recovered(self, actor: Actor) -> float | None:
         """Note a completed cycle; return the duration of the outage in s if it is over now."""
-        before, self._waiting = self._waiting, {r for r in self._waiting if r.active and r is not actor}
-        return time.monotonic() - self._began if before and not self._waiting else None
+        before, self.waiting = self.waiting, {r for r in self.waiting if r.active and r is not actor}
+        return time.monotonic() - self._began if before and not self.waiting else None
 
 
 class Supervision(Observer):
@@ -115,6 +112,7 @@ class Supervision(Observer):
         hand_over: float = RuntimeLimits.hand_over,
     ) -> None:
         self.hand_over = hand_over
+        self.now = timeline.now
         self._tree = tree
         self._timeline = timeline
         self._policies = on_error, on_refused
@@ -151,10 +149,6 @@ class Supervision(Observer):
         """The errors, oldest first: the newest 10,000."""
         with self._lock:
             return tuple(self._records)
-
-    def now(self) -> int:
-        """Return the component time in ns."""
-        return self._timeline.now()
 
     def heard(self, actor: Actor, error: Exception) -> bool:
         """Return whether a state, from the automaton up, hears an exception of a servant as an event.
@@ -222,7 +216,7 @@ class Supervision(Observer):
             self._log.warning("%s: sys.exit() ends the component%s", _place(actor), place)
         else:
             what = f"sys.exit({short_repr(error.code)})"
-            message = f"{what} ends the component; a final state would end it without an error"
+            message = sentence(f"{what} ends the component; a final state would end it without an error")
             self._record(actor, location, message)
             self._log.error("%s: %s%s", _place(actor), message, place)
         self._halt(exit_code_of(error) if isinstance(error, SystemExit) else 1)
@@ -231,12 +225,12 @@ class Supervision(Observer):
         """End the outages that a completed cycle has recovered from."""
         if self._hardware_failures and self._hardware_failures.get(actor, (0, -1))[1] != actor.cycle.count:
             self._hardware_failures.pop(actor, None)
-        if self._refusals:
+        if self._refusals.waiting:
             with self._lock:
                 seconds = self._refusals.recovered(actor)
                 if seconds is not None:
                     self._log.warning("commands are accepted again: continuing after %.1f s", seconds)
-        if self._without_server and self._servers_present():
+        if self._without_server.waiting and self._servers_present():
             with self._lock:
                 seconds = self._without_server.recovered(actor)
                 if seconds is not None:
@@ -258,7 +252,7 @@ class Supervision(Observer):
     def not_handed_over(self, actor: Actor, late: list[Actor]) -> None:
         """Report automata still in a cycle below a state that was left."""
         for child in late:
-            message = (
+            message = sentence(
                 f"still in a cycle {self.hand_over:g} s after {actor.automaton.name} left the state "
                 f"{actor.current.name}: "
                 "its code must not block, and others drive the robot with it until it ends"
@@ -278,7 +272,7 @@ class Supervision(Observer):
 
     def event_dropped(self, actor: Actor, event: Event, reason: DropReason) -> None:
         """Log a dropped event: a full queue is an error, other reasons are logged once for each place."""
-        message = f"the event {event.name!r} is dropped: {reason}"
+        message = sentence(f"the event {event.name!r} is dropped: {reason}")
         if reason is DropReason.OVERFLOW:
             self._record(actor, "", message)
             self._log_seldom(actor, event.name, f"{_place(actor)}: {message}", None)

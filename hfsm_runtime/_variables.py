@@ -17,6 +17,7 @@ from typing import Final
 import msgspec
 
 from zenoh_ice import Sample
+from zenoh_ice.data.text import sentence
 
 from ._automaton import Automaton
 from .errors import UnknownElementError, ValueTypeError
@@ -132,7 +133,8 @@ def convert(value: object, wanted: type, what: str) -> object:
         return int(value)
     if wanted is float and isinstance(value, Real) and not truth:
         return float(value)
-    raise ValueTypeError(f"{what} is {wanted.__name__}, not {type(value).__name__}: {value!r:.80}")
+    given = type(value).__name__
+    raise ValueTypeError(sentence(f"{what} is {wanted.__name__}, not {given}: {value!r:.80}"))
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:

@@ -28,7 +28,7 @@ from ._robot import Permission, servers_present
 from ._robot import connect as connect_proxies
 from ._runtime import Runtime
 from ._stop import may_move, stop_robot
-from .component import Component, Parameter, parameters_of
+from .component import Component, Parameter, endpoints_of, parameters_of
 from .debugger.monitor import Monitor
 from .debugger.snapshot import structure_of
 from .ending import CycleNotes
@@ -110,7 +110,7 @@ def main(component: type[Component]) -> NoReturn:
     The exit code is 0 when it finishes or its monitor stops it, 1 after an error, that of `sys.exit` when its
     code calls that, 130 after Ctrl-C and 143 after SIGTERM; in each case the robot is stopped first.
     """
-    cli.run(make_app(component), expected=(ComponentError,))
+    cli.run(make_app(component, lean=True), expected=(ComponentError,))
 
 
 @dataclass(frozen=True)
@@ -123,10 +123,17 @@ class World:
 
 
 def make_app(
-    component: type[Component], dry_run: Callable[[Communicator], AbstractContextManager[World]] | None = None
+    component: type[Component],
+    dry_run: Callable[[Communicator], AbstractContextManager[World]] | None = None,
+    *,
+    lean: bool = False,
 ) -> typer.Typer:
-    """Return the command of a component; a `dry_run`, given the realm's communicator, makes another world."""
-    options = options_of_kinds()
+    """Return the command of a component; a `dry_run`, given the realm's communicator, makes another world.
+
+    A `lean` one asks plug-ins for options only where its line, or its component, needs them.
+    """
+    options = {} if lean and not endpoints_of(component) else options_of_kinds()
+    cls = cli.lean(partial(make_app, component, dry_run)) if lean else None
     app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
     module = getattr(inspect.getmodule(component), "__spec__", None)
     name = f"python -m {module.name}" if module else f"python {PurePath(inspect.getfile(component)).name}"
@@ -140,7 +147,7 @@ def make_app(
 
 Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM, or that of sys.exit in its code."""
 
-    @app.command(help=inspect.getdoc(component), epilog=examples)
+    @app.command(cls=cls, help=inspect.getdoc(component), epilog=examples)
     @cli.with_settings()
     @with_parameters(component)
     @cli.with_options("of_kinds", [each for of_one in options.values() for each in of_one], dict)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import inspect
 import logging
 from collections.abc import Callable, Collection, Mapping
@@ -200,6 +199,8 @@ def require_declared(component: Component, name: str) -> None:
     """Raise EventError for an event that the document does not declare: only its own code may send that."""
     if name in component._hfsm_events:
         return
+    import html  # rarely needed, and read at each start
+
     document = component._hfsm_document or "its document"
     element = f"<event><name>{html.escape(name, quote=False)}</name></event>"
     raise EventError(

@@ -63,8 +63,8 @@ class Coroutine:
 
 def current_coroutine() -> Coroutine | None:
     """Return the code that runs here; None outside of any."""
-    reference: Callable[[], Coroutine | None] = getattr(getcurrent(), "code", lambda: None)
-    return reference()
+    reference: Callable[[], Coroutine | None] | None = getattr(getcurrent(), "code", None)
+    return None if reference is None else reference()
 
 
 def rest() -> None:

@@ -14,6 +14,7 @@ import signal
 import sys
 from collections.abc import Callable
 from pathlib import PurePath
+from traceback import walk_stack
 from types import FrameType
 from typing import Any, Final
 
@@ -69,12 +70,10 @@ def _report(call: str, caller: FrameType, file: str) -> None:
 
 def _running(caller: FrameType) -> str:
     """Return the automaton and the state in whose cycle a line runs, as a prefix."""
-    frame: FrameType | None = caller
-    while frame is not None:
+    for frame, _ in walk_stack(caller):
         if frame.f_code is run_cycle.__code__:
             actor: Actor = frame.f_locals["actor"]
             return f"{actor.automaton.name}/{actor.current.name}: "
-        frame = frame.f_back
     return ""
 
 

@@ -6,10 +6,12 @@ import builtins
 import importlib
 import linecache
 import sys
-from collections.abc import Iterator
+import threading
+from collections.abc import Iterator, Mapping, MutableMapping, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path, PurePath
+from traceback import walk_tb
 from types import ModuleType, TracebackType
 from typing import Any, Final
 
@@ -37,6 +39,8 @@ _OF_ROS: Final = frozenset(
 )
 """Modules that come with ROS, and not by pip."""
 _import: Final = builtins.__import__
+_loading_again: Final = threading.local()
+"""Its `extension` loads the present version of an extension, in a thread that loads its component again."""
 
 
 def prepare_program() -> None:
@@ -149,12 +153,8 @@ def _failure(error: ImportError | SystemExit, place: str) -> MissingLibraryError
 
 def _raised_in(error: BaseException) -> str:
     """Return the file whose own line raised an error; one in this module imported for the file before it."""
-    trace, found = error.__traceback__, ""
-    while trace is not None:
-        file = trace.tb_frame.f_code.co_filename
-        found = found if file == __file__ else file
-        trace = trace.tb_next
-    return found
+    files = [frame.f_code.co_filename for frame, _ in walk_tb(error.__traceback__)]
+    return next((file for file in reversed(files) if file != __file__), "")
 
 
 def add_to_path(file: str, *directories: str) -> None:
@@ -190,7 +190,9 @@ def _class(component: Path, package: str | None, module: str, name: str) -> type
         raise ComponentError(
             f"{path.name} is gone, which {component.name} extends: bring it back, or run codegen"
         )
-    loaded = importlib.import_module(f"{package}.{module}") if package else _load_once(path.resolve())
+    loaded = _present(full := f"{package}.{module}" if package else module)
+    if loaded is None:
+        loaded = importlib.import_module(full) if package else _load_once(path.resolve())
     found = getattr(loaded, name, None)
     if not isinstance(found, type):
         raise ComponentError(f"{path.name} has no class {name}: write it, or remove the file and run codegen")
@@ -204,14 +206,68 @@ def _load_once(path: Path) -> ModuleType:
     return load_module(path.stem, path)
 
 
+@contextmanager
+def loading_again(extension: str, path: Path, package: str) -> Iterator[None]:
+    """Let this thread load the present version of an extension; the others see it when the block has ended.
+
+    Their code, such as that of a state which imports it, gets the former one until then, and still afterwards
+    when the block fails.
+    """
+    usual, former = builtins.__import__, sys.modules.get(extension)
+    modules = sys.modules if former is None else {}
+
+    def load(name: str) -> ModuleType | None:
+        if name != extension:
+            return None
+        return modules.get(name) or load_module(name, path, package, modules=modules)
+
+    def find(
+        name: str,
+        globals: Mapping[str, object] | None = None,
+        locals: Mapping[str, object] | None = None,
+        fromlist: Sequence[str] | None = (),
+        level: int = 0,
+    ) -> ModuleType:
+        asked = f"{globals['__package__']}.{name}" if globals and level == 1 else name
+        found = _present(asked) if fromlist or "." not in asked else None  # otherwise it is the package's
+        return found or usual(name, globals, locals, fromlist, level)
+
+    _loading_again.extension, builtins.__import__ = load, find
+    try:
+        yield
+    except BaseException:
+        if former is None:
+            sys.modules.pop(extension, None)
+        raise
+    finally:
+        builtins.__import__ = usual
+        del _loading_again.extension
+    sys.modules.update(modules)
+    if package and extension in modules:
+        setattr(sys.modules[package], extension.rpartition(".")[2], modules[extension])
+
+
+def _present(name: str) -> ModuleType | None:
+    """Return the present version of an extension in a thread that loads it again, None elsewhere."""
+    load = getattr(_loading_again, "extension", None)
+    return load(name) if load else None
+
+
 def has_own_builtins(module: ModuleType) -> bool:
     """Return whether a module was loaded with its own builtins."""
     own = vars(module).get("__builtins__")
     return isinstance(own, dict) and own is not vars(builtins)
 
 
-def load_module(name: str, path: Path, package: str = "", *, own_builtins: bool = False) -> ModuleType:
-    """Run the present version of a file as a new module; raises the exceptions of its code.
+def load_module(
+    name: str,
+    path: Path,
+    package: str = "",
+    *,
+    own_builtins: bool = False,
+    modules: MutableMapping[str, ModuleType] = sys.modules,
+) -> ModuleType:
+    """Run the present version of a file as a new module of `modules`; raises the exceptions of its code.
 
     With its `own_builtins` imports within its functions can be given another module `time`.
     """
@@ -219,13 +275,13 @@ def load_module(name: str, path: Path, package: str = "", *, own_builtins: bool 
     module.__file__, module.__package__ = str(path), package
     if own_builtins:
         vars(module)["__builtins__"] = dict(vars(builtins))
-    sys.modules[name] = module  # Python looks up the module of its classes and functions there
+    modules[name] = module  # Python looks up the module of its classes and functions there
     linecache.checkcache(str(path))
     try:
         # Never cached bytecode: it may be of another version of the same second and the same size.
         with naming_libraries(str(path)):
             exec(compile(path.read_bytes(), str(path), "exec"), vars(module))  # noqa: S102 - the component's file
     except BaseException:
-        sys.modules.pop(name, None)
+        modules.pop(name, None)
         raise
     return module

@@ -12,7 +12,8 @@ from bisect import bisect_right
 from collections.abc import Callable, Iterable, Mapping
 from operator import itemgetter
 from pathlib import Path
-from types import CodeType, FrameType, TracebackType
+from traceback import walk_stack, walk_tb
+from types import CodeType, FrameType
 from typing import Any, Final
 
 from codegen.source_rows import MARK, SOURCE_MAP, SourceRow, TableRow, read_rows, source_rows
@@ -40,15 +41,7 @@ def last_line(error: BaseException, file: str) -> tuple[int, SourceRow | None]:
 
     The line is 0 when the file is not involved; the row is None for a generated line.
     """
-    found: TracebackType | None = None
-    trace = error.__traceback__
-    while trace is not None:
-        found = trace if trace.tb_frame.f_code.co_filename == file else found
-        trace = trace.tb_next
-    if found is None:
-        return 0, None
-    line = found.tb_lineno
-    return line, _row_of(line, found.tb_frame.f_globals, file)
+    return _first_line(reversed([*walk_tb(error.__traceback__)]), file)
 
 
 def locate(error: BaseException, file: str) -> str:
@@ -72,12 +65,13 @@ def locate_frame(frame: FrameType, file: str) -> str:
 
 def line_of_frame(frame: FrameType, file: str) -> tuple[int, SourceRow | None]:
     """Return which line of a component a thread executes, and the row of its code, as `last_line` does."""
-    outer: FrameType | None = frame
-    while outer is not None:
-        if outer.f_code.co_filename == file:
-            line = outer.f_lineno
-            return line, _row_of(line, outer.f_globals, file)
-        outer = outer.f_back
+    return _first_line(walk_stack(frame), file)
+
+
+def _first_line(lines: Iterable[tuple[FrameType, int]], file: str) -> tuple[int, SourceRow | None]:
+    for frame, line in lines:
+        if frame.f_code.co_filename == file:
+            return line, _row_of(line, frame.f_globals, file)
     return 0, None
 
 

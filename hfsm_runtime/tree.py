@@ -7,13 +7,25 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import msgspec
 
 from ._actor import CAPACITY, Actor, ChangeKind, DropReason, grow
 from ._automaton import REFUSED, Arguments, Automaton, Event, State, Transition
-from ._phases import BEGUN, ENTERED, FINISHED, IDLE, OUTLIVED, PAUSED, RUNNING, STEPPING, Phase, first_phase
+from ._phases import (
+    BEGUN,
+    ENTERED,
+    FINISHED,
+    IDLE,
+    OUTLIVED,
+    PAUSED,
+    RUNNING,
+    SETTLED,
+    STEPPING,
+    Phase,
+    first_phase,
+)
 from ._timeline import slot_from
 from .errors import UnknownElementError
 from .observer import Observers
@@ -40,6 +52,8 @@ class Tree:
         """While set no cycle begins, except those of automata that are `stepping`."""
         self.observers = Observers()
         self._cycle_ended = threading.Condition(self.lock)
+        self._waiting = 0
+        """The number of threads that wait for the end of a cycle."""
         self.actors: tuple[Actor, ...] = grow(root)
         """All automata, each before its children."""
         self._by_id = {actor.automaton.id: actor for actor in self.actors}
@@ -83,8 +97,9 @@ class Tree:
         with self.lock:
             for event_sent in self.observers.event_sent:
                 event_sent(event, now)
+            name = event.name
             for actor in self.actors:
-                if actor.active and not actor.finished and event.name in actor.automaton.events:
+                if name in actor.automaton.events and actor.active and not actor.finished:
                     if len(actor.events.waiting) >= CAPACITY:
                         self._drop(actor, DropReason.OVERFLOW, now)
                     actor.events.waiting.append(event)
@@ -110,10 +125,11 @@ class Tree:
         if events.refusal is not None or not events.due:
             return events.refusal
         with self.lock:
-            awaited = {transition.event for transition in actor.automaton.outgoing(actor.current)}
+            awaited = actor.automaton.exits[actor.current.id].events
             while events.due:
-                if events.waiting[0].name in awaited:
-                    return events.waiting[0]
+                event = events.waiting[0]
+                if event.name in awaited:
+                    return event
                 self._drop(actor, DropReason.UNHANDLED, now)
         return None
 
@@ -147,11 +163,34 @@ class Tree:
                 actor.events.due = len(actor.events.waiting)
             return True
 
+    def skip_cycle(self, actor: Actor, now: int) -> bool:
+        """Count a cycle in which nothing happens, and nobody looks; false, if something may happen.
+
+        There is nothing to run of a ghost, either.
+        """
+        if actor.stepping or actor.events.waiting:
+            return False
+        if actor.active_since is None or actor.phase is FINISHED:
+            return True
+        observers, cycle = self.observers, actor.cycle
+        if observers.cycle_began or observers.cycle_ended or observers.entered:
+            return False
+        with self.lock:
+            if self.held or cycle.status is not IDLE or not actor.rests(now):
+                return False
+            actor.phase = SETTLED
+            cycle.count += 1
+            cycle.last = 0.0
+            cycle.last_slot = now
+            self.decide(actor, now)
+            return True
+
     def end_cycle(self, actor: Actor) -> None:
         """Release an automaton that `begin_cycle` claimed."""
         with self.lock:
             actor.cycle.status = IDLE
-            self._cycle_ended.notify_all()
+            if self._waiting:
+                self._cycle_ended.notify_all()
 
     def decide(self, actor: Actor, until: int) -> None:
         """Set the next cycle of an automaton to the first after a time: those that come before it may run."""
@@ -185,7 +224,7 @@ class Tree:
         if not below:
             return below
         with self.lock:
-            self._cycle_ended.wait_for(lambda: not any(actor.in_cycle for actor in below), timeout)
+            self._wait_for_end(below, timeout)
             return [actor for actor in below if actor.in_cycle]
 
     def change(self, actor: Actor, transition: Transition, now: int) -> bool:
@@ -206,14 +245,15 @@ class Tree:
         The timers of a ghost start when it is active again.
         """
         with self.lock:
-            self.reach(actor, ENTERED)
-            if actor.on_duty:
-                self._run_state(actor, now)
+            if actor.cycle.status is not OUTLIVED:
+                actor.phase = ENTERED
+                if actor.active_since is not None:
+                    self._run_state(actor, now)
 
     def reach(self, actor: Actor, phase: Phase) -> None:
         """Note how far the running cycle has come; that of a ghost comes to the end of its entry at most."""
         with self.lock:
-            if actor.on_duty or (phase <= ENTERED and actor.cycle.status is not OUTLIVED):
+            if actor.cycle.status is not OUTLIVED and (phase <= ENTERED or actor.active_since is not None):
                 actor.phase = phase
 
     def finish(self, actor: Actor, now: int) -> None:
@@ -248,7 +288,15 @@ class Tree:
 
         Returns false after `timeout` s of wall time.
         """
-        return self._cycle_ended.wait_for(lambda: not any(actor.in_cycle for actor in self.actors), timeout)
+        return self._wait_for_end(self.actors, timeout)
+
+    def _wait_for_end(self, actors: Sequence[Actor], timeout: float) -> bool:
+        """Wait, under the lock, until none of some automata is in a cycle; false after `timeout` s."""
+        self._waiting += 1
+        try:
+            return self._cycle_ended.wait_for(lambda: not any(actor.in_cycle for actor in actors), timeout)
+        finally:
+            self._waiting -= 1
 
     def replace(self, grown: tuple[Actor, ...], now: int) -> Replaced:
         """Replace the automata while no cycle runs; call it under the lock.
@@ -268,7 +316,7 @@ class Tree:
         root_active = self.root.active
         for new in grown:
             actor = at[new.automaton.id]
-            actor.parent = at[new.parent.automaton.id] if new.parent else None
+            actor.move_below(at[new.parent.automaton.id] if new.parent else None)
             actor.owner = new.owner
             actor.children = {
                 state: tuple(at[child.automaton.id] for child in children)
@@ -357,7 +405,8 @@ class Tree:
         actor.events.refusal = None
         actor.waited = actor.active_time(now)
         actor.since = None
-        actor.cycle.release_followers()
+        if actor.cycle.followers:
+            actor.cycle.release_followers()
         self._changed(now, actor, ChangeKind.GHOST)
         self._drop_all(actor, DropReason.GHOST, now)
 

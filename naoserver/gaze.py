@@ -15,6 +15,7 @@ from naoserver.bodies.body import Body
 from naoserver.bodies.kinematics import Matrix, kinematics_of, matrix_of
 from naoserver.bodies.parts import Axis, CameraFacts, HingeAxis
 from naoserver.errors import RobotError
+from zenoh_ice.data.text import sentence
 
 _ROUNDS: Final = 6
 """A camera moves as the neck tilts, most if the neck is a waist: each round halves the error at least."""
@@ -35,7 +36,9 @@ class Gaze:
     def __init__(self, body: Body) -> None:
         neck = body.neck
         if neck is None or not body.cameras:
-            raise RobotError(f"{body.title or body.name} cannot look anywhere: it has no neck, or no camera")
+            raise RobotError(
+                sentence(f"{body.title or body.name} cannot look anywhere: it has no neck, or no camera")
+            )
         self._body = body
         self._pan, self._tilt = (neck.axes[axis] for axis in (Axis.PAN, Axis.TILT))
         self._by_waist = self._tilt.joint not in body.groups.head

@@ -20,11 +20,12 @@ def main() -> NoReturn:
     # create their GL contexts later, according to the variable.
     chosen = os.environ.get(_GL, "")
     os.environ[_GL] = "disable"
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its threads spin at first; all matrices are small
     if (lack := lacks_of_mujoco()) and not _is_loaded_elsewhere():
         sys.exit(f"naoserver-sim: error: {lack}: use another computer, or give a virtual machine its host's")
     try:
         from naoserver.errors import RobotError
-        from naoserver_sim._command import app
+        from naoserver_sim._command import make_app
         from zenoh_ice.application.cli import run
     except ModuleNotFoundError as error:
         sys.exit(f"naoserver-sim: error: {missing_package(error, 'sim')}")
@@ -33,7 +34,7 @@ def main() -> NoReturn:
             raise
         sys.exit(f"naoserver-sim: error: {': '.join(IN_PART)}")
     os.environ[_GL] = chosen
-    run(app, expected=(RobotError,))
+    run(make_app(), expected=(RobotError,))
 
 
 def _is_loaded_elsewhere() -> bool:

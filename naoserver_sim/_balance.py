@@ -144,6 +144,7 @@ class SimulatedBalancer:
         """Forget what was measured and chosen: the robot was placed elsewhere."""
         self._support = None
         self._corrections = np.zeros(len(self._motors))
+        self._correcting = False
         self._loads = np.zeros(2)
         self._reference = _LEFT
         self._begin()
@@ -151,7 +152,7 @@ class SimulatedBalancer:
     def tick(self, seconds: float) -> None:
         """Advance the corrections, and add them to the motors' setpoints."""
         support = self._support
-        if support is None and not self._corrections.any():
+        if support is None and not self._correcting:
             return
         if support is None or self._hindered(seconds):
             self._begin()
@@ -160,6 +161,7 @@ class SimulatedBalancer:
             wanted = self._wanted(support, seconds)
         reach = _FASTEST_CORRECTION * seconds
         self._corrections += np.clip(wanted - self._corrections, -reach, reach)
+        self._correcting = bool(self._corrections.any())
         targets = self._simulator.setpoints.setpoints[self._motors] + self._corrections
         self._simulator.commands[self._motors] = np.clip(targets, *self._ranges)
 

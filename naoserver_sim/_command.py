@@ -13,31 +13,29 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, closing
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, NamedTuple
 
 import typer
+from typer.core import TyperCommand
 
-from naoserver.bodies import BODY_NAMES, DEFAULT_BODY, is_body_file
+from naoserver.bodies import BODY_NAMES, DEFAULT_BODY, find_body, is_body_file
 from naoserver.bodies.parts import CameraFacts
+from naoserver.body import Body
 from naoserver.errors import RobotError
 from naoserver.options import CameraOptions, ServerOptions, capped
 from naoserver.robot import Robot
 from naoserver.safety.latch import latch_of
 from naoserver.serving.assembly import Assembly
-from naoserver.serving.entrances import find_entrances, flag, later_port, options_of
+from naoserver.serving.entrances import Entrance, find_entrances, flag, later_port, options_of
 from naoserver.serving.server import JointSpeed, ResumeAfterReset, problem_of, serve
-from naoserver_sim.own_body import named_body, write_own_body
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import DEFAULT_WORLD, bundled_worlds, load_world
 from zenoh_ice import ConfigurationException, initialize
 from zenoh_ice.application import tether_command
-from zenoh_ice.application.cli import report_ready, stop_on_signals, with_options, with_settings
+from zenoh_ice.application.cli import lean, report_ready, stop_on_signals, with_options, with_settings
 from zenoh_ice.settings import DEFAULT_ENDPOINT, Security, Settings
 
 MOST_ROBOTS: Final = 16
-
-app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
-_ENTRANCES: Final = find_entrances()
 
 _CAMERA_OPTION: Final = re.compile(
     r"(?P<name>\w+)=(?P<width>\d{1,5})x(?P<height>\d{1,5})(?:@(?P<rate>\d+(?:\.\d+)?))?"
@@ -63,6 +61,9 @@ naoserver-sim --realm two --listen tcp/127.0.0.1:7448      a second robot beside
 # would delay control ticks, which are 0.5 ms apart at 20 times real time.
 _SWITCH_INTERVAL: Final = 0.0005  # s
 _CHECK_PERIOD: Final = 0.5  # s
+_WITH_SETTINGS: Final = with_settings(
+    defaults={"listen": (DEFAULT_ENDPOINT,), "connect": (), "clock": "wall"}
+)
 
 _Entering = Callable[[Robot, Assembly], AbstractContextManager[str]]
 """Serves a robot in another way, too, in a `with` block that gets the URL."""
@@ -127,13 +128,36 @@ _Cameras = Annotated[
 ]
 
 
-@app.command(epilog="\n\n".join((_EPILOG, *("{:<59}{}".format(*each.example) for each in _ENTRANCES))))
-@with_settings(defaults={"listen": (DEFAULT_ENDPOINT,), "connect": (), "clock": "wall"})
-@with_options("entered", options_of(_ENTRANCES), dict)
+def make_app() -> typer.Typer:
+    """Return the command, which asks plug-ins for their entrances only where its line needs them."""
+    return _app((), lean(lambda: _app(find_entrances())))
+
+
+def __getattr__(name: str) -> typer.Typer:
+    if name == "app":  # the whole command, for its reference
+        return _app(find_entrances())
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def _app(entrances: Sequence[Entrance], cls: type[TyperCommand] | None = None) -> typer.Typer:
+    app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+    epilog = "\n\n".join((_EPILOG, *("{:<59}{}".format(*each.example) for each in entrances)))
+    with_entrances = with_options("entered", options_of(entrances), partial(_Entered, entrances))
+    app.command(cls=cls, epilog=epilog)(_WITH_SETTINGS(with_entrances(naoserver_sim)))
+    return app
+
+
+class _Entered(NamedTuple):
+    """The entrances of a command, and the values of their options."""
+
+    entrances: Sequence[Entrance]
+    options: dict[str, Any]
+
+
 def naoserver_sim(
     *,
     settings: Settings,
-    entered: dict[str, Any],
+    entered: _Entered,
     speed: _Speed = "1",
     world: _World = DEFAULT_WORLD,
     robots: _Robots = 1,
@@ -162,10 +186,12 @@ def naoserver_sim(
         if not is_body_file(body):
             message = f"{body} is no file: this writes a robot of your own, --body robot.urdf"
             raise typer.BadParameter(message, param_hint="--write-body")
+        from naoserver_sim.own_body import write_own_body  # reads models: most robots are known
+
         write_own_body(Path(body), write_body, arguments=arguments, force=force, say=typer.echo)
         return
-    facts = named_body(body, arguments=arguments, say=typer.echo)
-    entrances = [entrance for entrance in _ENTRANCES if entrance.is_wanted(entered)]
+    facts = _named_body(body, arguments)
+    entrances = [entrance for entrance in entered.entrances if entrance.is_wanted(entered.options)]
     if entrances and settings.security != Security():
         asked = flag(entrances[0].asked_by)
         raise ConfigurationException(
@@ -175,7 +201,9 @@ def naoserver_sim(
     if robots > 1:
         with stop_on_signals() as stop:
             apart = {
-                name: partial(own, entered[name]) for each in entrances for name, own in each.apart.items()
+                name: partial(own, entered.options[name])
+                for each in entrances
+                for name, own in each.apart.items()
             }
             run_team(team_commands(sys.argv[1:], robots, settings, seed=seed, apart=apart), stop)
         return
@@ -192,9 +220,17 @@ def naoserver_sim(
             robot,
             settings,
             options,
-            [(each.programs, partial(each.serve, options=entered)) for each in entrances],
+            [(each.programs, partial(each.serve, options=entered.options)) for each in entrances],
             stop,
         )
+
+
+def _named_body(name: str, arguments: Mapping[str, str]) -> Body:
+    if not (is_body_file(name) or arguments):
+        return find_body(name)
+    from naoserver_sim.own_body import named_body  # reads models: most robots are known
+
+    return named_body(name, arguments=arguments, say=typer.echo)
 
 
 def _serve(

@@ -16,12 +16,15 @@ from naoserver.bodies.capabilities import STILL, InertialReading, Odometry, Walk
 from naoserver.errors import InvalidCommand
 from naoserver_sim._motors import Array, SetpointController
 from naoserver_sim._simulator import Simulator
+from zenoh_ice.data.text import sentence
 
 _SLOWEST_WALK: Final = 1e-3
 """Velocity in m/s and rad/s below which a robot does not move."""
-STUCK: Final = "it does not get on: a wall, an edge, a slope or a push holds it back"
-LYING: Final = "it lies, or it falls; make it stand up first"
-OFF_ITS_FEET: Final = "it does not stand on its feet"
+STUCK: Final = sentence("it does not get on: a wall, an edge, a slope or a push holds it back")
+MOVED: Final = sentence("the robot was moved")
+WALKS: Final = sentence("walk")
+LYING: Final = sentence("it lies, or it falls; make it stand up first")
+OFF_ITS_FEET: Final = sentence("it does not stand on its feet")
 TILT: Final = math.radians(50)
 """Tilt of the trunk beyond which a robot is falling, and does not move."""
 FIRM: Final = 0.5
@@ -32,11 +35,10 @@ STANDING_TICKS: Final = 500
 """Ticks of standing still over which the errors of the inertial unit are means."""
 
 
-def limp(stiffnesses: Array, what: str) -> str:
-    """Return why motors with such stiffnesses do not move a robot, `what` they are; empty if they do."""
-    return (
-        f"its {what} are limp; make them stiff, {FIRM:g} at least" if min(stiffnesses.tolist()) < FIRM else ""
-    )
+def limp(stiffnesses: Array, why: str) -> str:
+    """Return why motors with such stiffnesses do not move a robot, and what to do; empty if they do."""
+    weak = min(stiffnesses.tolist()) < FIRM
+    return f"{why}; " + sentence(f"make them stiff, {FIRM:g} at least") if weak else ""
 
 
 def yaw_rate(inertial: InertialReading) -> float:
@@ -109,7 +111,7 @@ class Locomotion(ABC):
     balances: bool = False
 
     def __init__(
-        self, simulator: Simulator, joints: tuple[str, ...], limits: WalkVelocity, does: str = "walk"
+        self, simulator: Simulator, joints: tuple[str, ...], limits: WalkVelocity, does: str = WALKS
     ) -> None:
         self.joints: Final = joints
         self.limits: Final = limits
@@ -135,7 +137,7 @@ class Locomotion(ABC):
         """Set the setpoints of its motors for the next control tick, and update the odometry."""
 
     @abstractmethod
-    def abandon(self, why: str = "the robot was moved") -> None:
+    def abandon(self, why: str = MOVED) -> None:
         """End the motion at once: the robot fell, or was placed elsewhere."""
 
     @abstractmethod
@@ -147,9 +149,10 @@ class Locomotion(ABC):
         if max(map(abs, astuple(velocity))) < _SLOWEST_WALK:
             velocity = STILL
         if velocity != STILL and not self.walking:
-            hindrance = self._hindrance(self._simulator.newest().stiffnesses)
-            if hindrance:
-                raise InvalidCommand("walk", f"the robot cannot {self._does}: {hindrance}")
+            reason = self._hindrance(self._simulator.newest().stiffnesses)
+            if reason:
+                what = self._does
+                raise InvalidCommand("walk", f"the robot cannot {what}: {reason}")
             self.ended = ""
         self._newest = self._commanded = velocity
         self._simulator.order(lambda: self._accept(velocity))
@@ -199,21 +202,29 @@ class ArmSwing:
 
     def begin(self, hanging: NDArray[np.bool_]) -> None:
         """Swing the arms that are `hanging` from now on."""
-        self._swinging = hanging
         self._rests = self.shoulders()
+        self._seen = self._setpoints.commands
         self._begun = self._commands()
+        self._swing(hanging)
 
     def tick(self, swings: Array, out: Array, reach: float = math.inf) -> None:
         """Fill the setpoints of the shoulders in `out`: `swings` from where they hung, in rad.
 
         None moves by more than `reach` rad.
         """
-        self._swinging &= self._commands() == self._begun
-        if not self._swinging.any():
+        if self._seen is not self._setpoints.commands:
+            self._seen = self._setpoints.commands
+            self._swing(self._swinging & (self._commands() == self._begun))
+        moved = self._moved
+        if not moved.size:
             return
-        present = self.shoulders()
-        angles = np.minimum(np.maximum(self._rests + swings, present - reach), present + reach)
-        self._setpoints.place(self._shoulders[self._swinging], angles[self._swinging], out)
+        present = self._setpoints.setpoints[moved]
+        angles = (self._rests + swings)[self._swinging]
+        angles = np.minimum(np.maximum(angles, present - reach), present + reach)
+        self._setpoints.place(moved, angles, out)
+
+    def _swing(self, swinging: NDArray[np.bool_]) -> None:
+        self._swinging, self._moved = swinging, self._shoulders[swinging]
 
     def _commands(self) -> NDArray[np.int64]:
         """Return the numbers of commands to the joints of each arm."""

@@ -27,47 +27,50 @@ class SetpointController:
         self._lower = lower
         self._upper = upper
         self._max_speeds = max_speeds
-        self._setpoints = np.clip(initial, lower, upper)
-        self._targets = self._setpoints.copy()
-        self._speeds = np.zeros_like(self._setpoints)
+        self.setpoints: Array = np.clip(initial, lower, upper)
+        """The setpoints: an array that is replaced when they change, never modified."""
+        self._targets = self.setpoints.copy()
+        self._speeds = np.zeros_like(self.setpoints)
         self._moving = False
-        self.commands = np.zeros(len(self._setpoints), dtype=np.int64)
-        """Number of commands to each motor."""
-
-    @property
-    def setpoints(self) -> Array:
-        """A copy of the setpoints."""
-        return self._setpoints.copy()
+        self.commands = np.zeros(len(self.setpoints), dtype=np.int64)
+        """Number of commands to each motor: an array that is replaced, never modified."""
 
     def move(self, motors: NDArray[np.intp], targets: Array, speeds: Array) -> None:
         """Move some setpoints to targets, or without end to infinite ones; a speed of 0 holds one."""
-        self.commands[motors] += 1
+        self.count(motors)
         self._targets[motors] = np.clip(targets, self._lower[motors], self._upper[motors])
         self._speeds[motors] = np.minimum(speeds, self._max_speeds[motors])
         self._moving = True
 
+    def count(self, motors: NDArray[np.intp]) -> None:
+        """Count a command to some motors."""
+        self.commands = self.commands.copy()
+        self.commands[motors] += 1
+
     def place(self, motors: NDArray[np.intp], positions: Array, out: Array) -> None:
         """Set the setpoints of some motors to fixed positions at once; fill `out`."""
         positions = np.minimum(np.maximum(positions, self._lower[motors]), self._upper[motors])
-        self._setpoints[motors] = self._targets[motors] = positions
-        out[:] = self._setpoints
+        self.setpoints = self.setpoints.copy()
+        self.setpoints[motors] = self._targets[motors] = positions
+        out[:] = self.setpoints
 
     def tick(self, period: float, out: Array) -> None:
         """Move the setpoints for `period` s and fill `out`."""
         if not self._moving:
             return
         reach = self._speeds * period
-        change = np.minimum(np.maximum(self._targets - self._setpoints, -reach), reach)
-        self._setpoints += change
+        change = np.minimum(np.maximum(self._targets - self.setpoints, -reach), reach)
+        self.setpoints = self.setpoints + change
         self._moving = bool(np.count_nonzero(change))
-        out[:] = self._setpoints
+        out[:] = self.setpoints
 
 
 AMBIENT: Final = 25.0
 """Temperature of the air, and of idle motors, in degrees Celsius."""
 _TIME_CONSTANT: Final = 300.0
 """Seconds in which a motor gets 63 % nearer to the temperature that its torque leads to; assumed."""
-
+_WARMING: Final = 0.1
+"""Seconds over which torques are squared and added before the temperatures change: that takes minutes."""
 
 _BRAKING: Final = 0.05
 """Seconds in which a motor that follows a command with gains could stop before the end of its range."""
@@ -99,7 +102,10 @@ class Motors:
         self._heating = np.zeros(mj.nu)
         if heat is not None:
             self._heating += (heat.hot - AMBIENT) / np.maximum(mj.actuator_user[:, 0], 1e-9) ** 2
+        self._squares = np.zeros(mj.nu)  # of the torques, times seconds, since the temperatures changed
+        self._warmed = 0.0  # seconds since then
         self.stiffnesses: Array = np.ones(mj.nu)
+        """From 0 to 1: an array that is replaced, never modified, as are the temperatures."""
         self.temperatures: Array = np.full(mj.nu, AMBIENT)
         self.limp: NDArray[np.intp] = np.zeros(0, dtype=np.intp)
         """The limp motors."""
@@ -168,19 +174,28 @@ class Motors:
 
     def cool(self) -> None:
         """Give every motor the temperature of the air."""
-        self.temperatures[:] = AMBIENT
+        self.temperatures = np.full_like(self.temperatures, AMBIENT)
 
     def tick(self, seconds: float, torques: Array) -> None:
         """Advance by some seconds, during which the motors gave `torques` in N m."""
-        warmer = AMBIENT + self._heating * torques * torques - self.temperatures
-        self.temperatures += warmer * (seconds / _TIME_CONSTANT)
+        if self._heat is not None:
+            self._warm(seconds, torques, self._heat)
         if self._changing:
             reach = self._rates * seconds
-            self.stiffnesses += np.clip(self._wanted - self.stiffnesses, -reach, reach)
+            self.stiffnesses = self.stiffnesses + np.clip(self._wanted - self.stiffnesses, -reach, reach)
             self._changing = bool((self.stiffnesses != self._wanted).any())
             self._sort()
             self._apply()
-        elif self._derated or (self._heat and np.count_nonzero(self.temperatures > self._heat.hot)):
+
+    def _warm(self, seconds: float, torques: Array, heat: MotorHeat) -> None:
+        self._squares += seconds * torques * torques
+        self._warmed += seconds
+        if self._warmed < _WARMING:
+            return
+        warmer = self._heating * self._squares + self._warmed * (AMBIENT - self.temperatures)
+        self.temperatures = self.temperatures + warmer / _TIME_CONSTANT
+        self._squares[:] = self._warmed = 0.0
+        if self._derated or np.count_nonzero(self.temperatures > heat.hot):
             self._apply()
 
     def _apply(self) -> None:

@@ -82,9 +82,14 @@ class Simulator:
         self.virtual = True
         """True while no thread steps it, but who advances a virtual clock."""
         self._ticks = 0
+        self._time = 0.0
         self.tick_period: Final = float(mj.opt.timestep) * STEPS_PER_TICK
         self._option = mj.opt
-        self._diverged: NDArray[np.int32] = data.warning.number[_DIVERGED]  # a view
+        self._sensing = mj.opt.disableflags & ~_SENSORS
+        # Views.
+        self._diverged: NDArray[np.int32] = data.warning.number[_DIVERGED]
+        self._qpos, self._qvel, self._ctrl = data.qpos, data.qvel, data.ctrl
+        self._forces, self._lengths = data.actuator_force, data.actuator_length
         data.ctrl[:] = setpoints.setpoints
         self.commands: Final[Array] = data.ctrl if gears is None else data.ctrl.copy()
         """Where the motors are to be in this tick; controllers change it."""
@@ -132,30 +137,29 @@ class Simulator:
 
     def follow(self, motors: NDArray[np.intp], commands: Array) -> None:
         """Let some motors follow commands with gains: a row of fields of `JointCommand` for each."""
-        self.setpoints.commands[motors] += 1
+        self.setpoints.count(motors)
         self.motors.follow(motors, commands)
 
     def advance(self, ticks: int) -> None:
         """Step some ticks in the caller's thread and publish each state. Raises RobotError if it explodes."""
-        data = self.data
-        motors = self.motors
-        setpoints = self.setpoints
-        gears = self._gears
+        period, motors, setpoints = self.tick_period, self.motors, self.setpoints
         for _ in range(ticks):
             while self._orders:
                 self._orders.popleft()()
-            motors.tick(self.tick_period, data.actuator_force)
+            motors.tick(period, self._forces)
             if motors.loose.size:  # the setpoint of a motor that nothing holds follows its joint
-                setpoints.place(motors.loose, data.actuator_length[motors.loose], self.commands)
-            setpoints.tick(self.tick_period, self.commands)
+                setpoints.place(motors.loose, self._lengths[motors.loose], self.commands)
+            setpoints.tick(period, self.commands)
             for part in self.parts:
-                part(self.tick_period)
+                part(period)
             if motors.following.size:
                 self.commands[motors.following] = motors.targets[motors.following]
-            if gears is not None:
-                gears.tick(self.commands, data.actuator_length, data.ctrl)
+            if self._gears is not None:
+                self._gears.tick(self.commands, self._lengths, self._ctrl)
             self._step()
             self._ticks += 1
+            # As exact as that of a virtual clock: both give the same paths.
+            self._time = round(self._ticks * period, 9)
             for watch in self.watchers:
                 watch(self._time)
             if any(self._diverged.tolist()):
@@ -163,32 +167,29 @@ class Simulator:
             self._snapshots.append(self._take_snapshot())
             self.on_tick()
 
-    @property
-    def _time(self) -> float:
-        """The simulated time in s, as exact as that of a virtual clock: both give the same paths."""
-        return round(self._ticks * self.tick_period, 9)
-
     def _step(self) -> None:
         """Step the physics for a tick. Sensors measure only in its last step: nobody reads them before."""
-        self._option.disableflags |= _SENSORS
-        at_once = 1 if self.motors.following.size else STEPS_PER_TICK - 1
-        for _ in range(0, STEPS_PER_TICK - 1, at_once):
-            self.motors.limit(self.data)
-            mujoco.mj_step(self.mj, self.data, nstep=at_once)
-        self.motors.limit(self.data)
-        self._option.disableflags &= ~_SENSORS
-        mujoco.mj_step(self.mj, self.data)
+        mj, data, motors = self.mj, self.data, self.motors
+        self._option.disableflags = self._sensing | _SENSORS
+        if motors.following.size:
+            for _ in range(STEPS_PER_TICK - 1):
+                motors.limit(data)
+                mujoco.mj_step(mj, data)
+            motors.limit(data)
+        else:
+            mujoco.mj_step(mj, data, STEPS_PER_TICK - 1)
+        self._option.disableflags = self._sensing
+        mujoco.mj_step(mj, data)
 
     def _take_snapshot(self) -> Snapshot:
-        data = self.data
         return Snapshot(
-            time=self._time,
-            qpos=data.qpos.copy(),
-            qvel=data.qvel.copy(),
-            setpoints=self.setpoints.setpoints,
-            forces=data.actuator_force.copy(),
-            stiffnesses=self.motors.stiffnesses.copy(),
-            temperatures=self.motors.temperatures.copy(),
+            self._time,
+            self._qpos.copy(),
+            self._qvel.copy(),
+            self.setpoints.setpoints,
+            self._forces.copy(),
+            self.motors.stiffnesses,
+            self.motors.temperatures,
         )
 
 

@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 from naoserver.bodies.capabilities import STILL, Odometry, WalkVelocity
 from naoserver.bodies.parts import Wheels
 from naoserver.errors import InvalidCommand
-from naoserver_sim._locomotion import TILT, Locomotion, limp
+from naoserver_sim._locomotion import MOVED, TILT, Locomotion, limp
 from naoserver_sim._senses.record import SensorRecord
 from naoserver_sim._simulator import Simulator
 from naoserver_sim.model import Model
+from zenoh_ice.data.text import sentence
 
 _LEAD: Final = 0.5
 """Angle in rad by which a wheel may be ahead of where it is: a blocked one does not wind up."""
@@ -26,7 +27,7 @@ class DifferentialDrive(Locomotion):
 
     def __init__(self, model: Model, simulator: Simulator, sensors: SensorRecord, wheels: Wheels) -> None:
         limits = WalkVelocity(wheels.fastest, 0.0, wheels.fastest_turn)
-        super().__init__(simulator, (wheels.left, wheels.right), limits, does="drive")
+        super().__init__(simulator, (wheels.left, wheels.right), limits, does=sentence("drive"))
         body = model.body
         self._wheels = wheels
         self._sensors = sensors
@@ -66,7 +67,7 @@ class DifferentialDrive(Locomotion):
         wanted = np.clip(wanted, self._turned - _LEAD, self._turned + _LEAD)
         setpoints.place(self._motors, wanted, self._simulator.commands)
 
-    def abandon(self, why: str = "the robot was moved") -> None:
+    def abandon(self, why: str = MOVED) -> None:
         """Stop at once: the robot toppled over, or was placed elsewhere."""
         self._end(why)
         self._speeds = (0.0, 0.0)
@@ -103,5 +104,5 @@ class DifferentialDrive(Locomotion):
     def _hindrance(self, stiffnesses: NDArray[np.float64]) -> str:
         """Return why it cannot drive; empty when it can."""
         if self._sensors.newest.inertial.tilt > TILT:
-            return "it has toppled over; put it on its wheels first"
-        return limp(stiffnesses[self._motors], "wheels")
+            return sentence("it has toppled over; put it on its wheels first")
+        return limp(stiffnesses[self._motors], sentence("its wheels are limp"))

@@ -26,6 +26,7 @@ from naoserver.robot import Frame
 from naoserver_sim._image_sensor import ImageSensor
 from naoserver_sim._simulator import Snapshot
 from naoserver_sim.appearance import VISUAL_GROUP, Lamps
+from zenoh_ice.data.text import sentence
 
 _log = logging.getLogger(__name__)
 
@@ -37,6 +38,9 @@ _MISSING: Final = (
     " 'apt-get install libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libopengl0' (or libosmesa6)"
     " and start again"
 )
+_FLAT, _SKY, _FIRST_SIDE, _RGB, _BYTES = 0x0DE1, 0x8513, 0x8515, 0x1907, 0x1401  # of OpenGL's gl.h
+_PIXELS: Final = 4
+"""Pixels of a side of the smallest texture that is scaled down as larger ones are."""
 
 
 def create_context(width: int, height: int) -> mujoco.GLContext:
@@ -46,21 +50,16 @@ def create_context(width: int, height: int) -> mujoco.GLContext:
 
     Raises HardwareFailure that names the missing package, or what switches rendering off.
     """
-    reasons = []
     wanted = os.environ.get(_CHOICE, "").lower()
-    if wanted in _OFF:
-        raise HardwareFailure(f"rendering is switched off by {_CHOICE}={wanted}: unset it, and start again")
-    for backend in (wanted,) if wanted in _LIBRARIES else tuple(_LIBRARIES):
-        if not _is_installed(backend):
-            reasons.append(f"{' or '.join(_LIBRARIES[backend])} is not installed")
-            continue
+    backends, reasons = _backends()
+    for backend in backends:
         try:
             # MuJoCo reads its variable when it looks up GL's functions, PyOpenGL its own when imported.
             os.environ[_CHOICE] = backend
             os.environ.setdefault("PYOPENGL_PLATFORM", backend)
             context = importlib.import_module(f"mujoco.{backend}").GLContext(width, height)
             with context.as_current():
-                pass  # it works
+                _compile_shaders()  # it works
         # PyOpenGL and the drivers raise any exception, AttributeError and GLError among them.
         except Exception as error:  # noqa: BLE001
             _log.info("no rendering with %s: %s", backend, error)
@@ -77,12 +76,44 @@ def create_context(width: int, height: int) -> mujoco.GLContext:
     raise HardwareFailure(f"{_MISSING} ({'; '.join(reasons)})")
 
 
+def _backends() -> tuple[list[str], list[str]]:
+    """Return the GL libraries to try, and why not the others. Raises HardwareFailure without any."""
+    wanted = os.environ.get(_CHOICE, "").lower()
+    if wanted in _OFF:
+        raise HardwareFailure(f"rendering is switched off by {_CHOICE}={wanted}: unset it, and start again")
+    allowed = [wanted] if wanted in _LIBRARIES else [*_LIBRARIES]
+    found = [backend for backend in allowed if _is_installed(backend)]
+    lacks = [f"{' or '.join(_LIBRARIES[each])} is not installed" for each in allowed if each not in found]
+    if not found:
+        raise HardwareFailure(f"{_MISSING} ({'; '.join(lacks)})")
+    return found, lacks
+
+
 def _is_installed(backend: str) -> bool:
     for library in _LIBRARIES[backend]:
         with contextlib.suppress(OSError):
             ctypes.CDLL(library)
             return True
     return False
+
+
+def _compile_shaders() -> None:
+    """Let GL compile what scales a texture down, for 0.2 s without a GPU, in the current context.
+
+    MuJoCo lets no other thread run while it sets up its own textures; ctypes does. Kinds and format are those
+    of MuJoCo's textures: flat ones, and skies.
+    """
+    gl = importlib.import_module("OpenGL.platform").PLATFORM.GL  # not all of PyOpenGL, which takes long
+    for kind, sides in ((_FLAT, [_FLAT]), (_SKY, range(_FIRST_SIDE, _FIRST_SIDE + 6))):
+        texture = ctypes.c_uint()
+        gl.glGenTextures(1, ctypes.byref(texture))
+        gl.glBindTexture(kind, texture)
+        for side in sides:
+            pixels = bytes(3 * _PIXELS**2)
+            gl.glTexImage2D(side, 0, _RGB, _PIXELS, _PIXELS, 0, _RGB, _BYTES, pixels)
+        gl.glGenerateMipmap(kind)
+        gl.glFinish()
+        gl.glDeleteTextures(1, ctypes.byref(texture))
 
 
 _VIRTUAL_WAITS: Final = (1.0,) * 60
@@ -120,7 +151,7 @@ class CameraRenderer:
     With a `sensor`, the pictures of its cameras have the imperfections that it adds, and its latency.
 
     Rendering has its own thread and its own copy of the state: neither it nor the physics waits for the
-    other. Without a GL library everything but `capture` works.
+    other. The first image starts it, as GL takes 90 MB. Without a GL library everything but `capture` works.
 
     An image of `virtual` time, which stands still meanwhile, may take as long as a busy machine needs: a
     minute in which the process runs.
@@ -152,10 +183,17 @@ class CameraRenderer:
         self._lock = threading.Lock()
         self._thread: threading.Thread | None = None
 
-    def start(self) -> None:
+    def check(self) -> None:
+        """Log that there will be no images, if that is known without GL."""
+        try:
+            _backends()
+        except HardwareFailure as failure:
+            _log.warning("the cameras are off: %s", failure)
+
+    def _start(self) -> None:
         """Start the thread, and wait until it has set up GL or failed, within the limits.
 
-        MuJoCo blocks all other threads meanwhile. Without a thread, the next call tries again.
+        Without a thread, the next call tries again.
         """
         with self._lock:
             if self._thread is None and not self._closed:
@@ -191,7 +229,7 @@ class CameraRenderer:
         self._check(camera, width, height)
         if self._closed:
             raise HardwareFailure(f"{camera}: the robot was closed")
-        self.start()
+        self._start()
         if self.failure is not None:
             raise HardwareFailure(self.failure)
         if not self._ready.is_set():
@@ -206,7 +244,8 @@ class CameraRenderer:
                     return request.frame.result()
         request.frame.cancel()
         limit = sum(self._waits(self._limits.frame))
-        raise HardwareFailure(f"{camera}: no image of {width}x{height} within {limit:g} s")
+        size = f"{width}x{height}"
+        raise HardwareFailure(sentence(f"{camera}: no image of {size} within {limit:g} s"))
 
     def _waits(self, limit: float) -> Sequence[float]:
         """Return the waits in s, one after the other, that may take so long, or longer in virtual time."""
@@ -215,10 +254,13 @@ class CameraRenderer:
     def _check(self, camera: str, width: int, height: int) -> None:
         facts = self._cameras.get(camera)
         if facts is None:
-            raise HardwareFailure(f"there is no camera {camera!r}; there are {', '.join(self._cameras)}")
+            raise HardwareFailure(
+                sentence(f"there is no camera {camera!r}; there are {', '.join(self._cameras)}")
+            )
         if (width, height) not in facts.sizes:
             sizes = ", ".join(f"{w}x{h}" for w, h in facts.sizes)
-            raise HardwareFailure(f"{camera} takes no images of {width}x{height}; it takes {sizes}")
+            size = f"{width}x{height}"
+            raise HardwareFailure(sentence(f"{camera} takes no images of {size}; it takes {sizes}"))
 
     def _run(self) -> None:
         try:

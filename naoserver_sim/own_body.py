@@ -39,8 +39,9 @@ from naoserver.bodies.looks.description import write_looks
 from naoserver.body import LARGEST_DESCRIPTION, Body, read_body, write_body
 from naoserver.errors import RobotError
 from naoserver_sim._own.guesses import Guesser, Guesses, guess_overlaps
+from naoserver_sim._own.kept_bodies import Described, kept_body
 from naoserver_sim._own.looks import looks_in
-from naoserver_sim._own.model_file import ModelFile, read_model
+from naoserver_sim._own.model_file import FoundModel, ModelFile, find_model
 from naoserver_sim._own.parts import OwnFile, fit_name, parts_of
 from naoserver_sim._own.toml_text import toml_text, torques_to_paste
 from naoserver_sim._own.xacro import NO_XACRO
@@ -87,7 +88,10 @@ def read_own_body(
     read or do not fit together.
     """
     if path.suffix.lower() not in (".toml", ".json"):
-        return _said(*_guessed(path, path.name, arguments), say)
+        model = _model_alone(path, path.name, arguments)
+        return _reported(
+            kept_body(model, (path.name,), lambda: _said(*_guessed(model, path, path.name, arguments))), say
+        )
     text = read_text(path, RobotError) if text is None else text
     is_json = path.suffix.lower() == ".json"
     own = OwnFile() if is_json else parse_toml(text, OwnFile, str(path), RobotError)
@@ -103,14 +107,14 @@ def read_own_body(
         raise RobotError(f"{at} = {name!r}: it must be in the folder of this file, or in one below it")
     document = {"name": _name(path)} | tomllib.loads(text)
     described = partial(_Description, document, source=str(path), text=text)
-    model = read_model(
+    model = find_model(
         path.parent / own.model,
         path.parent / own.meshes,
         balance=own.balance,
         arguments={**own.xacro, **arguments},
         check=described,
     )
-    return _dressed(described(model), [])
+    return _reported(kept_body(model, (str(path), text), lambda: _dressed(described(model.read()), [])), say)
 
 
 def named_body(
@@ -155,8 +159,9 @@ def write_own_body(
             raise RobotError(
                 f"{target}: write it to the folder of {source.name}, or to one above: it names the model"
             )
-        found, description = _guessed(source, model.relative_to(folder).as_posix(), arguments)
-        _said(found, description, say)
+        name = model.relative_to(folder).as_posix()
+        found, description = _guessed(_model_alone(source, name, arguments), source, name, arguments)
+        _reported(_said(found, description), say)
         text = toml_text(found.document, found.reasons, _HEAD.format(model=source.name, file=target.name))
     try:
         target.write_bytes(text.encode())
@@ -209,49 +214,64 @@ class _Description:
             )
 
 
-def _guessed(path: Path, name: str, arguments: Mapping[str, str]) -> tuple[Guesses, _Description]:
-    """Return the TOML file that a model alone stands for, called `name` in it, and what it describes."""
+def _model_alone(path: Path, name: str, arguments: Mapping[str, str]) -> FoundModel:
     parts_in = partial(parts_of, own=OwnFile(model=name), mounted=False)
-    model = read_model(path, path.parent, arguments=arguments, check=parts_in)
+    return find_model(path, path.parent, arguments=arguments, check=parts_in)
+
+
+def _guessed(
+    of: FoundModel, path: Path, name: str, arguments: Mapping[str, str]
+) -> tuple[Guesses, _Description]:
+    """Return the TOML file that a model alone stands for, called `name` in it, and what it describes."""
+    model = of.read()
     found = Guesses({"model": name, "name": _name(path), "xacro": dict(arguments)})
-    parts = parts_in(model)
+    parts = parts_of(model, OwnFile(model=name), mounted=False)
     Guesser(model, parts, found).guess()
     guess_overlaps(found, parts, _Description(found.document, model, model.where).body, model.where)
     return found, _Description(found.document, model, model.where)
 
 
-def _said(found: Guesses, description: _Description, say: Callable[[str], None]) -> Body:
-    """Return a guessed body, after saying what was guessed."""
-    body = _dressed(description, found.doubts)
+def _said(found: Guesses, description: _Description) -> Described:
+    """Return a guessed body, and what was guessed."""
+    dressed = _dressed(description, found.doubts)
+    body = dressed.body
     way = "mounted" if body.mounted else "free to move"
+    lines = [
+        f"{len(body.links)} links, {len(body.joints)} joints, {body.mass:.3g} kg, {way}",
+        *found.lines(),
+    ]
+    if (more := len(lines) - 1 - _MOST_SAID) > 0:
+        lines[1 + _MOST_SAID :] = [f"and {more} more guesses, which --write-body writes"]
     name = Path(description.source).name
-    say(f"{name}: {len(body.links)} links, {len(body.joints)} joints, {body.mass:.3g} kg, {way}")
-    lines = list(found.lines())
-    for line in lines[:_MOST_SAID]:
-        say(f"{name}: {line}")
-    if (more := len(lines) - _MOST_SAID) > 0:
-        say(f"{name}: and {more} more guesses, which --write-body writes")
-    return body
+    return dressed._replace(said=[f"{name}: {line}" for line in lines])
 
 
-def _dressed(of: _Description, doubts: list[str]) -> Body:
-    """Return the body with its looks, unless they are too large; log what is not kept of its model."""
+def _dressed(of: _Description, doubts: list[str]) -> Described:
+    """Return the body with its looks, unless they are too large, and notes on what its model loses."""
     left_out = [f"the mesh {printable(mesh)} is left out: {why}" for mesh, why in of.model.left_out.items()]
     notes = [
         *of.model.notes,
         *of.parts.notes,
         *(f"{of.model.where}: {note}" for note in left_out + doubts),
     ]
-    for note in notes[:_MOST_REPORTED]:
-        _log.warning("%s", note)
     if (more := len(notes) - _MOST_REPORTED) > 0:
-        _log.warning("%s: and %d more such notes", of.model.where, more)
-    dressed = msgspec.structs.replace(of.body, looks=looks_in(of.model.compiled, of.parts.frames, of.body))
+        notes[_MOST_REPORTED:] = [f"{of.model.where}: and {more} more such notes"]
+    looks = looks_in(of.model.compiled, of.parts.frames, of.body, notes.append)
+    dressed = msgspec.structs.replace(of.body, looks=looks)
     if (size := len(write_looks(dressed))) > LARGEST_DESCRIPTION:
-        message = "%s is drawn by its contact shapes: its looks have %d bytes, and at most %d are served"
-        _log.warning(message, of.source, size, LARGEST_DESCRIPTION)
-        return of.body
-    return dressed
+        what = f"its looks have {size} bytes, and at most {LARGEST_DESCRIPTION} are served"
+        notes.append(f"{of.source} is drawn by its contact shapes: {what}")
+        dressed = of.body
+    return Described(dressed, notes, [])
+
+
+def _reported(described: Described, say: Callable[[str], None]) -> Body:
+    """Return the body, after logging what is not kept of its model, and saying what was guessed."""
+    for note in described.notes:
+        _log.warning("%s", note)
+    for line in described.said:
+        say(line)
+    return described.body
 
 
 def _name(path: Path) -> str:

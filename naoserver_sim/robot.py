@@ -27,7 +27,7 @@ from naoserver_sim._footsteps.limbs import limbs_of
 from naoserver_sim._footsteps.walker import FootstepWalker
 from naoserver_sim._image_sensor import ImageSensor, PictureNoise
 from naoserver_sim._locomotion import Locomotion
-from naoserver_sim._motors import AMBIENT, PLAY, Gears, SetpointController
+from naoserver_sim._motors import AMBIENT, PLAY, Array, Gears, SetpointController
 from naoserver_sim._senses.record import SenseNoise, SensorRecord
 from naoserver_sim._senses.simulated import SimulatedSenses
 from naoserver_sim._simulator import Pacer, SimulationClock, Simulator, Snapshot
@@ -40,6 +40,7 @@ from naoserver_sim.model import DeviceIndex, Model
 from naoserver_sim.standing import build_standing
 from naoserver_sim.world import DEFAULT_WORLD, World, load_world, scattered
 from zenoh_ice import Clock, VirtualClock
+from zenoh_ice.data.text import sentence
 
 _SEED: Final = 0
 """The seed of the noise in virtual time, the same each time unless another one is given."""
@@ -61,6 +62,7 @@ class SimulatedDevice:
         self._movable = {joint.name: self._places[joint.name] for joint in index.joints if not joint.passive}
         self._leading = frozenset(index.leading.tolist())
         self._newest: tuple[Snapshot, JointReading] | None = None
+        self._converted: dict[str, tuple[Array, tuple[float, ...]]] = {}
 
     def read(self) -> JointReading:
         snapshot, newest = self._simulator.newest(), self._newest
@@ -78,9 +80,16 @@ class SimulatedDevice:
             velocities=tuple(snapshot.qvel[index.dofs].tolist()),
             commands=tuple(index.commanded(snapshot.setpoints, snapshot.qpos).tolist()),
             torques=tuple(index.of_motors(snapshot.forces, 0.0).tolist()),
-            stiffnesses=tuple(index.of_motors(snapshot.stiffnesses, 0.0).tolist()),
-            temperatures=tuple(index.of_motors(snapshot.temperatures, AMBIENT).tolist()),
+            stiffnesses=self._of_motors("stiffnesses", snapshot.stiffnesses, 0.0),
+            temperatures=self._of_motors("temperatures", snapshot.temperatures, AMBIENT),
         )
+
+    def _of_motors(self, name: str, values: Array, passive: float) -> tuple[float, ...]:
+        """Return the value of each joint, converted only when the array is another one."""
+        known = self._converted.get(name)
+        if known is None or known[0] is not values:
+            known = self._converted[name] = values, tuple(self._index.of_motors(values, passive).tolist())
+        return known[1]
 
     def _angles(self, snapshot: Snapshot) -> NDArray[np.float64]:
         """Return the angles of the joints as they are measured, in rad or m."""
@@ -296,15 +305,15 @@ class SimulatedRobot(SimulatedDevice):
         return data.cam_xpos[index].copy(), data.cam_xmat[index].reshape(3, 3).copy()
 
     def start(self) -> None:
-        """Start the threads of cameras and physics; with a virtual clock there are none."""
+        """Start the thread of the physics; with a virtual clock there is none."""
         if self._paced:
-            self._renderer.start()
+            self._renderer.check()
             self._paced.start()
 
     def check(self) -> None:
         """Raise RobotError when an error has stopped the physics."""
         if self._paced and (failure := self._paced.failure):
-            raise RobotError(f"the physics stopped: {failure}") from failure
+            raise RobotError(sentence(f"the physics stopped: {failure}")) from failure
 
     def _lose_footing(self) -> None:
         """End what holds only while it stands where it stood: it is placed elsewhere."""

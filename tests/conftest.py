@@ -17,6 +17,7 @@ from itertools import count
 from logging.handlers import RotatingFileHandler
 from typing import Any, Final
 
+import numpy as np  # noqa: F401 - once for a process: pytester forgets what its runs have imported
 import pytest
 import typer.testing
 from hypothesis import HealthCheck, settings
@@ -82,6 +83,12 @@ def pytest_configure(config: pytest.Config) -> None:
     config.add_cleanup(partial(os.close, config.stash[_stderr]))
     for warnings in ("error", "default::pytest.PytestUnraisableExceptionWarning"):
         config.addinivalue_line("filterwarnings", warnings)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_auto_num_workers(config: pytest.Config) -> int | None:
+    """Return two workers for each processor for `-n auto`, which `make` gives tests that wait half of their time."""
+    return 2 * (os.cpu_count() or 1) if config.option.numprocesses == "auto" else None
 
 
 def pytest_sessionfinish() -> None:

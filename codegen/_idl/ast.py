@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import ClassVar
 
+from ..graphs import reached
 from .doc_comments import DocComment, parse_doc_comment
 from .lexer import Token
 
@@ -183,14 +184,7 @@ class Interface(Definition):
 
     def ancestors(self) -> Iterator[Interface]:
         """Yield every interface that it extends, directly or not, once."""
-        seen: set[str] = set()
-        queue = list(self.base_definitions)
-        while queue:
-            interface = queue.pop(0)
-            if interface.scoped not in seen:
-                seen.add(interface.scoped)
-                yield interface
-                queue += interface.base_definitions
+        yield from reached(self.base_definitions, lambda each: each.base_definitions)
 
 
 @dataclass(slots=True, eq=False)

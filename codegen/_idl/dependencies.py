@@ -19,6 +19,7 @@ from collections.abc import Callable, Hashable, Iterator, Mapping, Set
 from graphlib import CycleError, TopologicalSorter
 from typing import TypeVar
 
+from ..graphs import reached
 from . import ast
 from .lexer import Source
 from .packages import GeneratedModule, ModuleKey
@@ -114,43 +115,18 @@ def cycles(graph: Mapping[_Node, Set[_Node]]) -> dict[_Node, set[_Node]]:
 
 
 def _strongly_connected(graph: Mapping[_Node, Set[_Node]]) -> dict[_Node, set[_Node]]:
-    """Return the strongly connected components with several nodes, by node (Kosaraju's algorithm)."""
-    needed_by: defaultdict[_Node, set[_Node]] = defaultdict(set)
+    """Return the strongly connected components with several nodes, by node."""
+    needed_by: dict[_Node, set[_Node]] = defaultdict(set)
     for node, needed in graph.items():
         for each in needed:
             needed_by[each].add(node)
     found: dict[_Node, set[_Node]] = {}
-    seen: set[_Node] = set()
-    for start in reversed(_postorder(graph)):
-        component = {start} - seen
-        waiting = list(component)
-        while waiting:
-            new = needed_by[waiting.pop()] - seen - component
-            component |= new
-            waiting += new
-        seen |= component
-        if len(component) > 1:
-            found |= dict.fromkeys(component, component)
+    for node in graph:
+        if node not in found:
+            below = reached([node], lambda each: graph.get(each, ()))
+            component = {each for each in reached([node], needed_by.__getitem__) if each in below}
+            found |= dict.fromkeys(component if len(component) > 1 else (), component)
     return found
-
-
-def _postorder(graph: Mapping[_Node, Set[_Node]]) -> list[_Node]:
-    """Return all nodes in the order in which a depth-first search leaves them."""
-    order: list[_Node] = []
-    seen: set[_Node] = set()
-    for start in graph:
-        path = [] if start in seen else [(start, iter(graph[start]))]
-        seen.add(start)
-        while path:
-            node, needed = path[-1]
-            new = next((each for each in needed if each not in seen), None)
-            if new is None:
-                order.append(node)
-                path.pop()
-            else:
-                seen.add(new)
-                path.append((new, iter(graph.get(new, ()))))
-    return order
 
 
 def _key(definition: ast.Definition) -> _DefinitionKey:

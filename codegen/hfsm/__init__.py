@@ -9,21 +9,12 @@ the tools for the Python in a document.
 
 from __future__ import annotations
 
-from ._extension import component_path, extension_path
-from ._imports import resolve
-from .formats.reader import parse_document, read_document
-from .formats.writer import DocumentNotWritableError, write_document
-from .known_interfaces import interface_directories
-from .loading import compile_document
-
-__all__ = [
-    "DocumentNotWritableError",
-    "compile_document",
-    "component_path",
-    "extension_path",
-    "interface_directories",
-    "parse_document",
-    "read_document",
-    "resolve",
-    "write_document",
-]
+from ._extension import component_path as component_path
+from ._extension import extension_path as extension_path
+from ._imports import resolve as resolve
+from .formats.reader import parse_document as parse_document
+from .formats.reader import read_document as read_document
+from .formats.writer import DocumentNotWritableError as DocumentNotWritableError
+from .formats.writer import write_document as write_document
+from .known_interfaces import interface_directories as interface_directories
+from .loading import compile_document as compile_document

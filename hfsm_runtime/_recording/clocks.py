@@ -9,6 +9,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
+from functools import cached_property
 from types import ModuleType
 from typing import Any, Final
 
@@ -23,6 +24,16 @@ _TIME_FUNCTIONS: Final = (
     "sleep",
 )  # fmt: skip
 """The functions of the module `time` that are intercepted."""
+
+
+Genuine = list[tuple[dict[str, Any], str, object]]
+"""Objects that something else replaces, each with its namespace and its name there."""
+
+
+def restore(genuine: Genuine) -> None:
+    """Put objects back in their places."""
+    for namespace, name, value in genuine:
+        namespace[name] = value
 
 
 class InterceptedClock:
@@ -71,34 +82,49 @@ class InterceptedTime:
     """The module `time` that user code sees instead of the real one."""
 
     def __init__(self, ask: Ask) -> None:
-        made = {name: _intercepted(name, getattr(time, name), ask) for name in _TIME_FUNCTIONS}
-        self._functions: Final = {getattr(time, name): made[name] for name in _TIME_FUNCTIONS}
-        self._module: Final = ModuleType("time", time.__doc__)
-        vars(self._module).update({**vars(time), **made})
+        self._ask: Final = ask
+        self._names: Final = {id(getattr(time, name)): name for name in _TIME_FUNCTIONS} | {id(time): ""}
+        """The names of what is replaced, by the identity of the genuine objects; none for the module."""
+        self._component: type | None = None
+        self._modules: list[dict[str, Any]] = []
+
+    @cached_property
+    def _module(self) -> ModuleType:
+        """What is shown instead of the module, with what is shown instead of its functions."""
+        module = ModuleType("time", time.__doc__)
+        made = {name: _intercepted(name, getattr(time, name), self._ask) for name in _TIME_FUNCTIONS}
+        vars(module).update({**vars(time), **made})
+        return module
 
     @contextmanager
     def shown_to(self, component: type) -> Iterator[None]:
-        """Show it to user code in a `with` block.
+        """Show it to user code in a `with` block: see `show`."""
+        genuine = self.show(component)
+        try:
+            yield
+        finally:
+            restore(genuine)
+
+    def show(self, component: type) -> Genuine:
+        """Show it to user code until what it returns is restored.
 
         It is replaced in the modules of the component and of its extension, where these have imported it or
         its functions, and in imports within their functions where a module has its own builtins.
         """
-        genuine: list[tuple[dict[str, Any], str, object]] = []
-        for module in _modules(component):
-            for name, value in list(module.items()):
-                is_function = getattr(value, "__module__", None) == "time" and value in self._functions
-                if value is time or is_function:
-                    genuine.append((module, name, value))
-                    module[name] = self._functions[value] if is_function else self._module
+        genuine: Genuine = []
+        if component is not self._component:
+            self._component, self._modules = component, _modules(component)
+        for module in self._modules:
+            if not self._names.keys().isdisjoint(map(id, module.values())):
+                for name, value in list(module.items()):
+                    if id(value) in self._names:
+                        genuine.append((module, name, value))
+                        module[name] = vars(self._module).get(self._names[id(value)], self._module)
             own = module.get("__builtins__")
             if isinstance(own, dict) and own is not vars(builtins):
                 genuine.append((own, "__import__", own["__import__"]))
                 own["__import__"] = self._import
-        try:
-            yield
-        finally:
-            for namespace, name, value in genuine:
-                namespace[name] = value
+        return genuine
 
     def _import(self, name: str, *arguments: Any) -> Any:  # noqa: ANN401 - those of __import__
         return self._module if name == "time" else builtins.__import__(name, *arguments)
@@ -126,6 +152,10 @@ class TimeModule:
         """Let the module follow the clock in a `with` block, in the code of this component."""
         return self._shown.shown_to(type(component))
 
+    def show(self, component: Component) -> Genuine:
+        """Let the module follow the clock in the code of this component until what it returns is restored."""
+        return self._shown.show(type(component))
+
     def _read(self, kind: str, read: Callable[[], Any], waits: Callable[[], float] | None) -> object:
         name = kind.removeprefix("time.")
         if threading.get_ident() != self._thread or name == "process_time":
@@ -141,8 +171,8 @@ class TimeModule:
 
 def _modules(component: type) -> list[dict[str, Any]]:
     """Return the namespaces of the modules of a component and of its extension, which is one of its bases."""
-    classes = [component, *(base for base in component.__bases__ if base not in Component.__mro__)]
-    names = dict.fromkeys(each.__module__ for each in classes)
+    names = {component.__module__: None}
+    names.update((base.__module__, None) for base in component.__bases__ if base not in Component.__mro__)
     return [vars(sys.modules[name]) for name in names if name in sys.modules]
 
 

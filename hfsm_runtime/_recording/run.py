@@ -22,6 +22,7 @@ from hfsm_runtime.recording_file.writer import RecordingFailedError, RecordingWr
 from zenoh_ice import ObjectPrx
 from zenoh_ice.data import typed
 from zenoh_ice.data.status import version_of
+from zenoh_ice.data.text import sentence
 from zenoh_ice.threads.clock import Clock
 
 from .._automaton import Automaton
@@ -200,8 +201,10 @@ class RecordedRuntime(Runtime):
     ) -> float:
         """Raise ReloadRefusedError: a recording is of one document."""
         raise ReloadRefusedError(
-            "a component that is recorded is not reloaded, as its recording is of one document: "
-            "start it again without --record"
+            sentence(
+                "a component that is recorded is not reloaded, as its recording is of one document: "
+                "start it again without --record"
+            )
         )
 
     def mark(self, mark: Mark) -> None:

@@ -17,8 +17,6 @@ from zenoh_ice import Communicator, ZenohIceError
 
 from .recorder import Recorder
 
-__all__ = ["recorded_surroundings"]
-
 _POSE_PERIOD: Final = 0.1
 """Wall seconds between two poses."""
 _OLDEST_SAMPLE: Final = 1.0

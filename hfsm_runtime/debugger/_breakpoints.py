@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from typing import Final
 
 from interfaces.hfsm import Breakpoint
+from zenoh_ice.data.text import sentence
 
 from .._automaton import Transition
 from .._component_run import ComponentRun
@@ -66,7 +67,7 @@ class Breakpoints(Observer):
                 try:
                     kept.append((one, self._check(one)))
                 except (UnknownElementError, ValueTypeError) as error:
-                    dropped.append(f"a breakpoint is dropped: {error}")
+                    dropped.append(sentence(f"a breakpoint is dropped: {error}"))
             self._all = tuple(kept)
             for automaton, stopped in self._stopped_at.items():
                 self._stopped_at[automaton] = [one for one in stopped if one in self.all]
@@ -101,18 +102,20 @@ class Breakpoints(Observer):
         actor = self._runtime.actor(one.automaton)
         if (one.state == 0) == (one.transition == 0):
             raise ValueTypeError("a breakpoint is at a state or at a transition: one of the two is 0")
-        label = f"automaton {one.automaton} ({actor.automaton.name})"
-        if one.state and all(state.id != one.state for state in actor.automaton.states):
-            raise UnknownElementError(f"{label} has no state {one.state}")
-        if one.transition and all(t.id != one.transition for t in actor.automaton.transitions):
-            raise UnknownElementError(f"{label} has no transition {one.transition}")
+        own = actor.automaton
+        if one.state and all(state.id != one.state for state in own.states):
+            raise UnknownElementError(sentence(f"automaton {own.id} ({own.name}) has no state {one.state}"))
+        if one.transition and all(t.id != one.transition for t in own.transitions):
+            raise UnknownElementError(
+                sentence(f"automaton {own.id} ({own.name}) has no transition {one.transition}")
+            )
         if not one.condition.strip():
             return None
         try:
             condition = Expression(one.condition)
         except ExpressionError as error:
             raise ValueTypeError(f"the condition of the breakpoint: {error}") from None
-        known = {*cells_of(actor.automaton), *([_SELF] if parameters_of(self._runtime.component) else [])}
+        known = {*cells_of(own), *([_SELF] if parameters_of(self._runtime.component) else [])}
         for name in sorted(condition.names - known):
             owners = [
                 other.automaton for other in self._runtime.tree.actors if name in cells_of(other.automaton)
@@ -122,7 +125,7 @@ class Breakpoints(Observer):
             )
             raise ValueTypeError(
                 f"the condition of the breakpoint: column {condition.column_of(name)}: "
-                f"the code of {label} uses no variable {name}{hint}"
+                f"the code of automaton {own.id} ({own.name}) uses no variable {name}{hint}"
             )
         return condition
 
@@ -134,5 +137,5 @@ class Breakpoints(Observer):
         try:
             return condition.holds({**values_of(actor.automaton), _SELF: parameters})
         except ExpressionError as error:
-            self._runtime.note(actor, f"the condition {condition.text!r} has no value: {error}")
+            self._runtime.note(actor, sentence(f"the condition {condition.text!r} has no value: {error}"))
             return True

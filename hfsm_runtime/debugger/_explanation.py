@@ -6,6 +6,7 @@ from itertools import islice
 from typing import Final
 
 from interfaces.hfsm import Explanation, TransitionExplanation
+from zenoh_ice.data.text import cut, sentence
 
 from .._automaton import Transition
 from .._timeline import Timeline
@@ -52,59 +53,63 @@ def explain(tree: Tree, actor: Actor, timeline: Timeline) -> Explanation:
 
 def _reason(actor: Actor, transition: Transition, found: TransitionExplanation, now: int) -> str:
     if actor.current.final:
-        return "the state is final: no transition is tried"
+        return sentence("the state is final: no transition is tried")
     if actor.forced is transition:
-        return "it is forced, and fires in the next cycle"
+        return sentence("it is forced, and fires in the next cycle")
     if actor.owed:
-        return "it is not tried before the entry code of the state has run to its end"
+        return sentence("it is not tried before the entry code of the state has run to its end")
     if found.remaining > 0:
-        return f"its time comes after {found.remaining:.2f} s more in the state"
+        return sentence(f"its time comes after {found.remaining:.2f} s more in the state")
     if found.askedAt >= 0:
         ago = now / _SECOND - found.askedAt
-        return _asked(transition, value=found.value, ago=ago) + _values(actor, transition.condition)
+        reason = _asked(transition, value=found.value, ago=ago)
+        values = _values(actor, transition.condition)
+        return sentence(f"{reason}; now {values}") if values else reason
     if found.remaining == 0 and transition.guard is None:
-        return "its time has come: it fires in the next cycle"
+        return sentence("its time has come: it fires in the next cycle")
     first = _fired_before(actor, found.order)
     if first is not None:
-        return f"it was not tried: {_name_of(actor, first)}, which comes first, fired"
+        other = _name_of(actor, first)
+        return sentence(f"it was not tried: {other}, which comes first, fired")
     if transition.event:
         if any(event.name == transition.event for event in actor.events.waiting):
-            return f"the event {transition.event} waits in the queue for the next cycle"
-        return f"no event {transition.event} has come since the state was entered"
+            return sentence(f"the event {transition.event} waits in the queue for the next cycle")
+        return sentence(f"no event {transition.event} has come since the state was entered")
     if transition.finished:
         return _unfinished(actor)
-    return "its guard has not been evaluated since the state was entered"
+    return sentence("its guard has not been evaluated since the state was entered")
 
 
 def _asked(transition: Transition, *, value: bool, ago: float) -> str:
-    condition = transition.condition
-    if len(condition) > _LONGEST_CONDITION:
-        condition = condition[: _LONGEST_CONDITION - 3] + "..."
-    guard = f"its guard `{condition}`" if condition else "its guard"
-    when = f"when it was evaluated {ago:.2f} s ago"
+    condition = cut(transition.condition, _LONGEST_CONDITION)
+    guard = sentence(f"its guard `{condition}`") if condition else sentence("its guard")
+    if transition.delay is not None and value:
+        return sentence(f"{guard} was true though its time has come, when it was evaluated {ago:.2f} s ago")
     if transition.delay is not None:
-        when = f"though its time has come, {when}"
-    elif transition.event:
-        when = f"when {transition.event} came {ago:.2f} s ago"
-    return f"{guard} was {'true' if value else 'false'} {when}"
+        return sentence(f"{guard} was false though its time has come, when it was evaluated {ago:.2f} s ago")
+    if transition.event and value:
+        return sentence(f"{guard} was true when {transition.event} came {ago:.2f} s ago")
+    if transition.event:
+        return sentence(f"{guard} was false when {transition.event} came {ago:.2f} s ago")
+    if value:
+        return sentence(f"{guard} was true when it was evaluated {ago:.2f} s ago")
+    return sentence(f"{guard} was false when it was evaluated {ago:.2f} s ago")
 
 
 def _values(actor: Actor, condition: str) -> str:
     """Return the current values of the names in a condition, as far as known without executing code."""
     found = values_in(condition, values_of(actor.automaton), _MOST_VALUES)
-    values = [f"{name} = {short_repr(value)[:_LONGEST_VALUE]}" for name, value in found.items()]
-    return f"; now {', '.join(values)}" if values else ""
+    return ", ".join(f"{name} = {short_repr(value)[:_LONGEST_VALUE]}" for name, value in found.items())
 
 
 def _unfinished(actor: Actor) -> str:
     if not actor.below:
-        return "the state owns no automaton that could finish: it never fires"
-    waits = [
-        f"{child.automaton.name} is in {child.current.name}" for child in actor.below if not child.finished
-    ]
+        return sentence("the state owns no automaton that could finish: it never fires")
+    below = [child for child in actor.below if not child.finished]
+    waits = [sentence(f"{child.automaton.name} is in {child.current.name}") for child in below]
     if not waits:
-        return "all automata of the state have finished: it fires in the next cycle"
-    return f"not all automata of the state have finished: {', '.join(waits)}"
+        return sentence("all automata of the state have finished: it fires in the next cycle")
+    return sentence(f"not all automata of the state have finished: {', '.join(waits)}")
 
 
 def _fired_before(actor: Actor, order: int) -> Transition | None:
@@ -117,32 +122,43 @@ def _fired_before(actor: Actor, order: int) -> Transition | None:
 
 
 def _summary(actor: Actor, reasons: list[TransitionExplanation], *, paused: bool, now: int) -> str:
-    parts = ["The component is paused."] if paused else []
-    name, state = actor.automaton.name, actor.current.name
-    by = next((t for t in actor.automaton.transitions if t.id == actor.last_transition), None)
-    entered = f", entered by {_name_of(actor, by)}" if by is not None else ""
-    spent = f"{actor.active_time(now) / _SECOND:.2f} s"
-    if actor.phase is Phase.UNUSED:
-        parts.append(f"{name} has not run yet: {_above(actor)}.")
-    elif actor.parent is not None and not actor.active:
-        parts.append(f"{name} is a ghost in {state}: {_above(actor)}. It has been active there for {spent}.")
-    elif actor.finished:
-        parts.append(f"{name} has finished in {state}{entered}.")
-    else:
-        parts.append(f"{name} has been in {state} for {spent}{entered}.")
+    parts = [sentence("The component is paused")] if paused else []
+    parts += _place(actor, now)
     if not reasons and not actor.current.final:
-        parts.append("No transition leaves the state.")
+        parts.append(sentence("No transition leaves the state"))
     for transition, each in zip(actor.automaton.outgoing(actor.current), reasons, strict=True):
-        parts.append(f"{each.order}. {_name_of(actor, transition)}: {each.reason}.")
-    if actor.events.waiting:
-        names = ", ".join(event.name for event in islice(actor.events.waiting, _MOST_EVENTS))
-        more = ", ..." if len(actor.events.waiting) > _MOST_EVENTS else ""
-        parts.append(f"Waiting events: {len(actor.events.waiting)} ({names}{more}).")
+        parts.append(f"{each.order}. {_name_of(actor, transition)}: {each.reason}")
+    if waiting := actor.events.waiting:
+        names = ", ".join(event.name for event in islice(waiting, _MOST_EVENTS))
+        names += ", ..." if len(waiting) > _MOST_EVENTS else ""
+        parts.append(sentence(f"Waiting events: {len(waiting)} ({names})"))
     if actor.events.last_dropped is not None:
-        event, reason, at = actor.events.last_dropped
-        ago = f"{(now - at) / _SECOND:.2f} s ago"
-        parts.append(f"Events dropped: {actor.events.dropped}, the last one ({event.name}) {ago}: {reason}.")
-    return " ".join(parts)
+        (event, reason, at), dropped = actor.events.last_dropped, actor.events.dropped
+        ago = f"{(now - at) / _SECOND:.2f}"
+        parts.append(
+            sentence(f"Events dropped: {dropped}, the last one ({event.name}) {ago} s ago: {reason}")
+        )
+    return " ".join(f"{each}." for each in parts)
+
+
+def _place(actor: Actor, now: int) -> list[str]:
+    """Say in which state an automaton is, and for how long it has been there."""
+    name, state, spent = actor.automaton.name, actor.current.name, f"{actor.active_time(now) / _SECOND:.2f}"
+    if actor.phase is Phase.UNUSED:
+        why = _above(actor)
+        return [sentence(f"{name} has not run yet: {why}")]
+    if actor.parent is not None and not actor.active:
+        why = _above(actor)
+        return [
+            sentence(f"{name} is a ghost in {state}: {why}"),
+            sentence(f"It has been active there for {spent} s"),
+        ]
+    what = sentence(f"{name} has been in {state} for {spent} s")
+    if actor.finished:
+        what = sentence(f"{name} has finished in {state}")
+    by = next((t for t in actor.automaton.transitions if t.id == actor.last_transition), None)
+    transition = "" if by is None else _name_of(actor, by)
+    return [sentence(f"{what}, entered by {transition}") if transition else what]
 
 
 def _above(actor: Actor) -> str:
@@ -151,9 +167,9 @@ def _above(actor: Actor) -> str:
         above, owner = child.parent, child.owner
         if above is not None and owner is not None and (above.active or above.parent is None):
             if above.current.id == owner.id:
-                return f"{above.automaton.name} has not completed the entry of {owner.name}"
-            return f"{above.automaton.name} is in {above.current.name}, not in {owner.name}"
-    return "the component has not started"
+                return sentence(f"{above.automaton.name} has not completed the entry of {owner.name}")
+            return sentence(f"{above.automaton.name} is in {above.current.name}, not in {owner.name}")
+    return sentence("the component has not started")
 
 
 def _name_of(actor: Actor, transition: Transition) -> str:

@@ -19,13 +19,14 @@ from typing import Final
 
 from interfaces.hfsm import ReloadReport
 from zenoh_ice import ZenohIceError
+from zenoh_ice.data.text import sentence
 
-from .._automaton import Automaton
+from .._automaton import Automaton, State
 from .._component_run import ComponentRun
 from .._variables import cells_of, values_of
 from ..component import Component, make_automata, parameters_of, proxies_of, source_of
 from ..errors import ComponentError, ReloadRefusedError
-from ..loading import has_own_builtins, load_module
+from ..loading import has_own_builtins, load_module, loading_again
 from ..source_map import locate
 from ..tree import Actor, Phase, Replaced, Tree, grow
 from ._expressions import plain
@@ -90,9 +91,8 @@ class Reloading:
         except (ComponentError, ZenohIceError) as error:
             raise ReloadRefusedError(str(error)) from error
         except (Exception, SystemExit) as error:  # a document may define what makes its component
-            raise ReloadRefusedError(
-                f"the component cannot be created: {type(error).__name__}: {error}"
-            ) from error
+            reason = f"{type(error).__name__}: {error}"
+            raise ReloadRefusedError(sentence(f"the component cannot be created: {reason}")) from error
         name = made.actors[0].automaton.name
         if name != run.name:
             raise ReloadRefusedError(f"the file now defines {name}, not {run.name}")
@@ -139,35 +139,40 @@ class Replacement:
         `first` has the initial values of the former version's variables.
         """
         for new in self.actors:
-            old = tree.actor(new.automaton.id)
+            old, own = tree.actor(new.automaton.id), new.automaton
             if old is not None:
-                known = first.get(new.automaton.id, {})
-                lost = _carry_variables(old.automaton, new.automaton, known)
+                lost = ", ".join(_carry_variables(old.automaton, own, first.get(own.id, {})))
                 if lost:
-                    self.not_kept.append(f"no code of {_label(new)} uses {', '.join(lost)} any more")
-                for name, kind in _retyped(old.automaton, new.automaton).items():
-                    text = (
-                        f"the output {name} of {_label(new)} is {kind.__name__} now and has its default again"
+                    text = sentence(f"no code of automaton {own.id} ({own.name}) uses {lost} any more")
+                    self.not_kept.append(text)
+                for output, kind in _retyped(old.automaton, own).items():
+                    text = sentence(
+                        f"the output {output} of automaton {own.id} ({own.name}) is {kind.__name__} now and "
+                        "has its default again"
                     )
                     self.not_kept.append(text)
         _share_attributes(self._former, self.component)
         began = {actor for actor in tree.actors if actor.phase is not Phase.UNUSED}
         replaced = tree.replace(self.actors, now)
         for actor in replaced.gone:
-            where = f", which was in {actor.current.name}" if actor in began else ""
-            code = "; its exit code did not run" if actor in began and actor.current.exit is not None else ""
-            self.not_kept.append(f"{_label(actor)} is gone{where}{code}")
+            own, state = actor.automaton, actor.current
+            if actor in began:
+                text = sentence(f"automaton {own.id} ({own.name}) is gone, which was in {state.name}")
+                self.not_kept.append(text + _without_exit(state))
+            else:
+                self.not_kept.append(sentence(f"automaton {own.id} ({own.name}) is gone"))
         for actor, left in replaced.displaced:
-            code = "; its exit code did not run" if left.exit is not None else ""
-            self.not_kept.append(
-                f"{_label(actor)} was in the state {left.name}, which is gone, "
-                f"and restarts in {actor.automaton.initial.name}{code}"
+            own, initial = actor.automaton, actor.automaton.initial
+            text = sentence(
+                f"automaton {own.id} ({own.name}) was in the state {left.name}, which is gone, and restarts "
+                f"in {initial.name}"
             )
+            self.not_kept.append(text + _without_exit(left))
         return replaced
 
 
-def _label(actor: Actor) -> str:
-    return f"automaton {actor.automaton.id} ({actor.automaton.name})"
+def _without_exit(left: State) -> str:
+    return "" if left.exit is None else f"; {sentence('its exit code did not run')}"
 
 
 def _carry_variables(old: Automaton, new: Automaton, first: FirstValues) -> list[str]:
@@ -219,18 +224,22 @@ def _share_attributes(old: Component, new: Component) -> None:
 def _kept(old: Component, new: type[Component]) -> tuple[set[str], list[str]]:
     """Return the names of attributes that another version of a component keeps, and texts on the others."""
     former, present = _declarations(old), _declarations(new)
-    lost = [f"the parameter {name} is gone" for name in parameters_of(old) if name not in parameters_of(new)]
+    lost = [
+        sentence(f"the parameter {name} is gone")
+        for name in parameters_of(old)
+        if name not in parameters_of(new)
+    ]
     kept = set()
     for name in vars(old):
         if name in former or name in present:
             keep = former.get(name) == present.get(name)
             if not keep and name in parameters_of(old) and name in parameters_of(new):
                 kind = type(parameters_of(new)[name].default).__name__
-                lost.append(f"the parameter {name} is {kind} now and has its default again")
+                lost.append(sentence(f"the parameter {name} is {kind} now and has its default again"))
         else:
             keep = not _defines(new, name) or _defines(type(old), name)
             if not keep:
-                lost.append(f"self.{name} was an attribute, and is now defined by the document")
+                lost.append(sentence(f"self.{name} was an attribute, and is now defined by the document"))
         if keep:
             kept.add(name)
     return kept, lost
@@ -269,7 +278,7 @@ _MARK: Final = "_reloaded_"
 def _loaded_again(former: type[Component], path: Path) -> Iterator[type[Component]]:
     """Give the class that a component's file defines now, in a new module; raises ReloadRefusedError.
 
-    When the block fails, the module of its extension is the former one again.
+    When the block fails, the module of its extension remains the former one.
     """
     if not path.is_file():
         raise ReloadRefusedError(f"the component was not loaded from a file that is there: {path}")
@@ -278,16 +287,10 @@ def _loaded_again(former: type[Component], path: Path) -> Iterator[type[Componen
     own = before is not None and has_own_builtins(before)
     above = f"{package}." if package else ""
     extension = f"{above}{path.stem}_ext"
-    former_extension = sys.modules.pop(extension, None)  # so that the component imports it again
-    try:
+    with loading_again(extension, path.with_name(f"{path.stem}_ext.py"), package):
         yield _defined_in(
             path, f"{above}{path.stem}{_MARK}{next(_numbers)}", package, former, own_builtins=own
         )
-    except BaseException:
-        sys.modules.pop(extension, None)
-        if former_extension is not None:
-            sys.modules[extension] = former_extension
-        raise
 
 
 def _defined_in(

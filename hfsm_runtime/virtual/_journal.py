@@ -7,7 +7,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
+import msgspec
+
 from .._automaton import Event, Transition
+from ..coroutine import current_coroutine
 from ..errors import describe
 from ..observer import Observer
 from ..tree import Actor, ChangeKind, DropReason
@@ -50,8 +53,7 @@ class Call:
         return f"{self.time:9.3f} s  {self.target}({arguments}) {outcome}{place}"
 
 
-@dataclass(frozen=True, slots=True)
-class Fired:
+class Fired(msgspec.Struct, frozen=True):
     """A transition that fired, at a time in s: its automaton, its name, its origin and its destination."""
 
     time: float
@@ -68,21 +70,15 @@ class Journal(Observer):
     def __init__(self, now: Callable[[], float], kept: int | None = None) -> None:
         self._now = now
         self._calls: deque[Call] = deque(maxlen=kept)
-        self._running: list[Actor] = []
-        """The automata whose cycles run, the innermost last."""
         self._firing: Actor | None = None
         self.fired_transitions: deque[Fired] = deque(maxlen=kept)
-        self._lines: deque[str] = deque(maxlen=kept)
+        self._lines: deque[tuple[float, int, Callable[..., str], tuple[object, ...]]] = deque(maxlen=kept)
+        """The time in s, the depth of the automaton, and a function that returns the text of these parts.
+
+        Nobody reads most of them.
+        """
         self._written = 0
         self._failures: deque[tuple[Actor, Exception]] = deque(maxlen=kept)
-
-    def cycle_began(self, actor: Actor, at: int) -> None:  # noqa: ARG002
-        """Note the automaton whose code runs."""
-        self._running.append(actor)
-
-    def cycle_ended(self, actor: Actor, at: int) -> None:  # noqa: ARG002
-        """Note that its code does not run any more."""
-        self._running.remove(actor)
 
     def fired(self, actor: Actor, transition: Transition, at: int) -> None:
         """Write down a transition."""
@@ -92,39 +88,38 @@ class Journal(Observer):
         fired = Fired(time, automaton.name, transition.name, transition.id, origin, destination)
         self.fired_transitions.append(fired)
         self._firing = actor
-        name = transition.name or f"transition {transition.id}"
-        what = f"{automaton.name}: {origin} -> {destination}  by {name}{_why(transition)}"
-        self._write(time, actor.depth, what)
+        self._write(time, actor.depth, _firing, fired, transition)
 
     def changed(self, now: int, actor: Actor, kind: ChangeKind) -> None:
         """Write down a change that no transition of the automaton itself reported."""
         if kind is ChangeKind.ENTERED and self._firing is actor:
             self._firing = None  # `fired` has written it down
         else:
-            self._write(
-                now / _SECOND, actor.depth, f"{actor.automaton.name}: {_VERBS[kind]} {actor.current.name}"
-            )
+            self._write(now / _SECOND, actor.depth, _change, actor.automaton.name, kind, actor.current.name)
 
     def event_sent(self, event: Event, now: int) -> None:
         """Write down an event."""
         data = "" if event.data is None else f" with {event.data!r}"
-        self._write(now / _SECOND, 0, f"event {event.name}{data}")
+        self._write(now / _SECOND, 0, "event {}{}".format, event.name, data)
 
     def event_dropped(self, actor: Actor, event: Event, reason: DropReason) -> None:
         """Write down an event that fired nothing."""
-        what = f"{actor.automaton.name}: drops event {event.name} in {actor.current.name}: {reason}"
-        self._write(self._now(), actor.depth, what)
+        drops = "{}: drops event {} in {}: {}".format
+        self._write(
+            self._now(), actor.depth, drops, actor.automaton.name, event.name, actor.current.name, reason
+        )
 
     def code_failed(self, actor: Actor, error: Exception) -> None:
         """Write down an exception of user code."""
         self._failures.append((actor, error))
         text = f"{actor.automaton.name}: in {actor.current.name} raises {describe(error)}"
-        self._write(self._now(), actor.depth, text[:_LONGEST_LINE])
+        self._write(self._now(), actor.depth, str, text[:_LONGEST_LINE])
 
     def called(self, target: str, arguments: dict[str, Any], result: object, error: Exception | None) -> None:
-        """Write down a call of the code that runs."""
-        running = self._running[-1:]  # a call may come from another thread, while a cycle ends
-        place = (running[0].automaton.name, running[0].current.name) if running else ("", "")
+        """Write down a call of the code that runs here."""
+        code = current_coroutine()
+        actor: Actor | None = None if code is None else code.actor
+        place = ("", "") if actor is None else (actor.automaton.name, actor.current.name)
         self._calls.append(Call(self._now(), target, arguments, result, error, *place))
 
     def calls(self, target: str = "") -> list[Call]:
@@ -136,23 +131,28 @@ class Journal(Observer):
 
     def take_failures(self) -> list[tuple[Actor, Exception]]:
         """Return the exceptions of user code since the last time, with their automata."""
+        if not self._failures:
+            return []
         taken = list(self._failures)
         self._failures.clear()
         return taken
 
     def note(self, text: str) -> None:
         """Write down what the test did."""
-        self._write(self._now(), 0, f"the test {text}")
+        self._write(self._now(), 0, "the test {}".format, text)
 
     def text(self, last: int = 60) -> str:
         """Return the timeline, its newest lines at the bottom."""
-        lines = list(self._lines)[-last:]
+        lines = [
+            f"{time:10.3f} s  {'  ' * depth}{text(*parts)}"
+            for time, depth, text, parts in list(self._lines)[-last:]
+        ]
         left_out = self._written - len(lines)
         return "\n".join([f"({left_out} lines before)", *lines] if left_out else lines)
 
-    def _write(self, time: float, depth: int, text: str) -> None:
+    def _write(self, time: float, depth: int, text: Callable[..., str], *parts: object) -> None:
         self._written += 1
-        self._lines.append(f"{time:10.3f} s  {'  ' * depth}{text}")
+        self._lines.append((time, depth, text, parts))
 
 
 _VERBS: Final = {
@@ -161,6 +161,15 @@ _VERBS: Final = {
     ChangeKind.RESUMED: "resumes",
     ChangeKind.FINISHED: "finishes in",
 }
+
+
+def _firing(fired: Fired, transition: Transition) -> str:
+    name = fired.transition or f"transition {fired.id}"
+    return f"{fired.automaton}: {fired.origin} -> {fired.destination}  by {name}{_why(transition)}"
+
+
+def _change(automaton: str, kind: ChangeKind, state: str) -> str:
+    return f"{automaton}: {_VERBS[kind]} {state}"
 
 
 def _why(transition: Transition) -> str:

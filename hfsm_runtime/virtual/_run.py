@@ -21,7 +21,7 @@ from zenoh_ice.threads.clock import Clock
 
 from .._automaton import Automaton
 from .._component_run import ComponentRun
-from .._cycle import run_cycle
+from .._cycle import run_cycle, skip_cycle
 from .._limits import LIMITS, RuntimeLimits
 from .._supervision import Refusal
 from .._timeline import SECOND, Timeline, slot_after, slot_at
@@ -31,7 +31,7 @@ from ..coroutine import Coroutine, current_coroutine, rest
 from ..errors import ComponentStoppedError, CycleCutError, OnError, OnRefused
 from ..observer import Observer
 from ..tree import Actor, ChangeKind, Replaced, Tree
-from .clock import NEVER, TaskClock
+from .clock import NEVER, TaskClock, TaskTimeline
 
 _RETRY_DELAY: Final = 1.0
 """s of the clock from a refused command until the automata try again."""
@@ -176,6 +176,8 @@ class VirtualRun(ComponentRun):
     ) -> None:
         self._on_end = on_end or (lambda: None)
         self._commands_accepted = commands_accepted
+        clock = clock or TaskClock()
+        self._task_clock = cast("TaskClock", clock)  # that of a replay, which is none, drives no cycles here
         self._retry_at: float | None = None
         """The time of the clock at which the automata try again after a refused command."""
         self.running: Actor | None = None
@@ -191,10 +193,10 @@ class VirtualRun(ComponentRun):
         """Set when code that sleeps may have to end its cycle."""
         super().__init__(
             component,
-            clock or TaskClock(),
+            clock,
             None if on_error is None else OnError(on_error),
             None if on_refused is None else OnRefused(on_refused),
-            timeline=timeline,
+            timeline=timeline or TaskTimeline(self._task_clock),
             tree=tree or partial(_VirtualTree, self),
             ordered=tree is None,
             limits=limits,
@@ -266,14 +268,13 @@ class VirtualRun(ComponentRun):
                     return
             elif self.component_time.paused:
                 return
-            with self.tree.lock:
-                due = self._due[0][0] if self._due else NEVER
+            due = self._due[0][0] if self._due else NEVER
             moment = min(due, self._next_wake())
             if moment > end:
                 break
-            self._move_to(moment)
+            now = self._move_to(moment)
             if due <= moment:
-                self._run_next()
+                self._run_next(now)
             else:
                 self._task_clock.advance(0.0)
                 self._task_clock.wake_due()
@@ -327,10 +328,6 @@ class VirtualRun(ComponentRun):
             if change.automaton == automaton and change.kind is ChangeKind.ENTERED
         ]
 
-    @property
-    def _task_clock(self) -> TaskClock:
-        return cast("TaskClock", self.clock)  # that of a replay, which is none, drives no cycles here
-
     def _next_wake(self) -> int:
         """Return the component time in ns at which code that sleeps goes on; `NEVER` if none does."""
         wake = self._task_clock.next_wake
@@ -338,33 +335,38 @@ class VirtualRun(ComponentRun):
             return NEVER
         return self.component_time.now() + max(0, wake - self._task_clock.moment)
 
-    def _run_next(self) -> None:
-        """Run the next cycle that is scheduled, unless the automaton has to wait."""
-        with self.tree.lock:
-            schedule = self._due
-            due, index, actor = heapq.heappop(schedule)
+    def _run_next(self, now: int) -> None:
+        """Run the next cycle that is due and does anything, unless the automaton has to wait."""
+        schedule = self._due
+        while not (self.cycles or self._followers):
+            due, index, actor = schedule[0]
+            if due > now:
+                return
+            interval = actor.automaton.interval
+            at = slot_at(now, interval)
+            if not skip_cycle(self.tree, actor, at, self._supervision):
+                break
+            heapq.heapreplace(schedule, (at + interval, index, actor))
+        due, index, actor = heapq.heappop(schedule)
         self._followers.discard(actor)
-        following = due
+        turn: int | Actor = slot_at(now, actor.automaton.interval)
+        following = slot_after(now, actor.automaton.interval)
         try:
-            now = max(due, self.component_time.now())
-            at: int | Actor = slot_at(now, actor.automaton.interval)
-            following = slot_after(now, actor.automaton.interval)
             if actor in self.cycles:
                 return
             if self.cycles and actor.active and not actor.finished and actor.cycle.next_slot <= now:
-                at = turn_of(actor, now, now)
-            if isinstance(at, int):
+                turn = turn_of(actor, now, now)
+            if isinstance(turn, int):
                 try:
-                    self._begin(actor, at)
+                    self._begin(actor, turn)
                 finally:
-                    following = self._next(actor, due, at)
+                    following = self._next(actor, due, turn)
             else:
-                following = (now if at.cycle.began is None else at.cycle.began) + patience(actor, at)
+                following = (now if turn.cycle.began is None else turn.cycle.began) + patience(actor, turn)
                 self._followers.add(actor)
         finally:  # Ctrl-C in a notebook, or a task that fails, must not end the cycles of an automaton
-            with self.tree.lock:
-                if schedule is self._due:  # otherwise a reload has scheduled all automata
-                    heapq.heappush(schedule, (following, index, actor))
+            if schedule is self._due:  # otherwise a reload has scheduled all automata
+                heapq.heappush(schedule, (following, index, actor))
 
     def _begin(self, actor: Actor, at: int) -> None:
         """Let a cycle begin, and run until it sleeps or ends."""
@@ -396,15 +398,14 @@ class VirtualRun(ComponentRun):
         held = self.tree.held and actor.active and not actor.finished and actor not in self.cycles
         if held and actor.cycle.last_slot < at:
             return due
-        return max(actor.cycle.next_slot, slot_after(at, actor.automaton.interval))
+        return max(actor.cycle.next_slot, at + actor.automaton.interval)
 
     def _schedule(self, now: int) -> None:
         """Let the next cycle of each automaton be the first after a time."""
         actors = self.tree.actors
-        self._due = [
+        self._due = sorted(
             (slot_after(now, actor.automaton.interval), index, actor) for index, actor in enumerate(actors)
-        ]
-        heapq.heapify(self._due)
+        )
 
     def _step(self, actors: tuple[Actor, ...]) -> None:
         active = [actor for actor in actors if actor.active and not actor.finished]
@@ -459,11 +460,13 @@ class VirtualRun(ComponentRun):
     def _wake(self) -> None:
         self._woken = True
 
-    def _move_to(self, when: int) -> None:
-        """Advance the time to `when`; tasks of the clock may advance it further."""
-        left = when - self.component_time.now()
-        if left > 0:
-            self.clock.advance(left / SECOND)
+    def _move_to(self, when: int) -> int:
+        """Advance the time to `when`, and return it; tasks of the clock may advance it further."""
+        now = self.component_time.now()
+        if now >= when:
+            return now
+        self.clock.advance((when - now) / SECOND)
+        return self.component_time.now()
 
     def _pause_after(self, refusal: Refusal) -> None:
         super()._pause_after(refusal)

@@ -12,6 +12,7 @@ from typing import Final
 
 from zenoh_ice import CommunicatorDestroyedException, VirtualClock
 
+from .._timeline import Timeline
 from ..coroutine import Coroutine, current_coroutine
 
 _NANOSECONDS: Final = 1_000_000_000
@@ -42,11 +43,6 @@ class TaskClock(VirtualClock):
         self._asleep: list[tuple[int, int, Coroutine]] = []
 
     @property
-    def moment(self) -> int:
-        """The time in ns."""
-        return self._now
-
-    @property
     def next_wake(self) -> int:
         """When the next of the code that sleeps goes on, in ns; `NEVER` if none does."""
         return self._asleep[0][0] if self._asleep else NEVER
@@ -62,9 +58,9 @@ class TaskClock(VirtualClock):
         """
         if seconds < 0:
             raise ValueError(f"a clock does not run backwards: advance({seconds})")
-        end = self._now + round(seconds * _NANOSECONDS)
+        end = self.moment + round(seconds * _NANOSECONDS)
         if current_coroutine() is not None:
-            while self._now < end:
+            while self.moment < end:
                 self.rest_until(end)
             return
         while True:
@@ -94,7 +90,7 @@ class TaskClock(VirtualClock):
     def wake_due(self) -> None:
         """Let all code go on whose sleep has ended, but what sleeps again meanwhile."""
         number = next(self._numbers)
-        while self._asleep and self._asleep[0][:2] < (self._now, number):
+        while self._asleep and self._asleep[0][:2] < (self.moment, number):
             heapq.heappop(self._asleep)[2].go()
 
     def end_sleepers(self, error: type[BaseException]) -> None:
@@ -109,9 +105,9 @@ class TaskClock(VirtualClock):
 
     def wait_for(self, condition: Callable[[], bool], timeout: float) -> bool:
         """Move the time forward, task by task, until a condition holds; return whether it does."""
-        end = self._now + round(max(0.0, timeout) * _NANOSECONDS)
+        end = self.moment + round(max(0.0, timeout) * _NANOSECONDS)
         while not condition():
-            now = self._now
+            now = self.moment
             if now >= end:
                 return False
             tasks = (due for due, is_task, _, _ in self._agenda if is_task)
@@ -124,6 +120,19 @@ class TaskClock(VirtualClock):
                 self.advance((following - now) / _NANOSECONDS)
                 self.wake_due()
         return True
+
+
+class TaskTimeline(Timeline):
+    """Component time on a `TaskClock`, which never runs backwards: any thread may read it without a lock."""
+
+    _clock: TaskClock
+
+    def now(self) -> int:
+        """Return the component time in ns."""
+        paused_at = self._paused_at
+        return self._clock.moment - self._zero if paused_at is None else paused_at
+
+    _now = now
 
 
 class PacedClock(TaskClock):
@@ -139,7 +148,7 @@ class PacedClock(TaskClock):
         self._driver: int | None = None
         self._changed = threading.Condition()
         self._paused = self._moving = self._interrupted = self._ended = False
-        self._since = time.monotonic(), self._now
+        self._since = time.monotonic(), self.moment
         """A moment of wall time, and the time of this clock then."""
 
     def drive(self) -> None:
@@ -182,7 +191,7 @@ class PacedClock(TaskClock):
 
     def move(self, seconds: float) -> bool:
         """Wait until a duration may pass, and let it pass; false, without moving, after `interrupt`."""
-        end = self._now + round(seconds * _NANOSECONDS)
+        end = self.moment + round(seconds * _NANOSECONDS)
         with self._changed:
             while not self._interrupted and (left := self._left(end)) > 0:
                 self._changed.wait(min(left, _CHECK_PERIOD))
@@ -210,8 +219,8 @@ class PacedClock(TaskClock):
             super().advance(seconds)
             return
         with self._changed:
-            end = self._now + round(seconds * _NANOSECONDS)
-            while self._now < end:
+            end = self.moment + round(seconds * _NANOSECONDS)
+            while self.moment < end:
                 if self._ended:
                     raise CommunicatorDestroyedException("the execution has ended, and its time stands still")
                 self._changed.wait(_CHECK_PERIOD)
@@ -220,18 +229,18 @@ class PacedClock(TaskClock):
         """Wait until a condition holds; a thread that does not drive the clock leaves its tasks alone."""
         if self._driver in (None, threading.get_ident()):
             return super().wait_for(condition, timeout)
-        end = self._now + round(max(0.0, timeout) * _NANOSECONDS)
+        end = self.moment + round(max(0.0, timeout) * _NANOSECONDS)
         while not condition():
-            now = self._now
+            now = self.moment
             if now >= end:
                 return False
             self.advance(min(_POLL_PERIOD, end - now) / _NANOSECONDS)
         return True
 
     def _pass(self, when: int) -> None:
-        while self._now < when:
-            step = when - self._now if self._moving else round(MOVE_PERIOD * self._speed * _NANOSECONDS)
-            following = min(when, self._now + step)
+        while self.moment < when:
+            step = when - self.moment if self._moving else round(MOVE_PERIOD * self._speed * _NANOSECONDS)
+            following = min(when, self.moment + step)
             with self._changed:
                 while (left := self._left(following)) > 0:
                     self._changed.wait(min(left, _CHECK_PERIOD))
@@ -251,6 +260,6 @@ class PacedClock(TaskClock):
 
     def _restart(self) -> None:
         """Count wall time from now on; with the lock."""
-        self._since = time.monotonic(), self._now
+        self._since = time.monotonic(), self.moment
         self.rate = 0.0 if self._paused else self._speed
         self._changed.notify_all()

@@ -10,9 +10,10 @@ from typing import Any, Final, Self
 from interfaces.jderobot import CommandRefusedException
 from interfaces.nao import SafetyPrx
 from zenoh_ice import Object
+from zenoh_ice.data.text import sentence
 
 from .._limits import LIMITS, RuntimeLimits
-from .._recording.clocks import TimeModule
+from .._recording.clocks import TimeModule, restore
 from .._robot import Permission
 from .._stop import stop_robot
 from .._supervision import UNAVAILABLE
@@ -110,8 +111,11 @@ class Execution(VirtualRun):
         Raises BehaviorFailed when user code raises an exception and no `on_error` was given, and when it
         calls `sys.exit`, or raises what is no Exception, which ends the component and stops the robot.
         """
-        with self._told():
+        try:
             self._run_cycles(seconds)
+        except BaseException as end:
+            self._tell(end)
+            raise
         self._check()
 
     def step(self, automaton: int) -> None:
@@ -119,8 +123,11 @@ class Execution(VirtualRun):
 
         Raises BehaviorFailed for what `sys.exit` ends, as `advance` does.
         """
-        with self._told():
+        try:
             super().step(automaton)
+        except BaseException as end:
+            self._tell(end)
+            raise
 
     def run_until(self, condition: Condition, limit: float = 60.0) -> float:
         """Run cycle by cycle until a condition holds, and return the time at which it does.
@@ -136,10 +143,11 @@ class Execution(VirtualRun):
             if holds():
                 return self.time
             if over or late:
-                raise BehaviorFailed(
-                    f"{_not_so(condition)}{'' if over else f' within {limit:g} s'}: at {self.time:.3f} s "
-                    f"the behavior {over or 'is'} in {self.active}\n{self.timeline}"
-                )
+                what, present = _not_so(condition), over or sentence("is")
+                if not over:
+                    what = sentence(f"{what} within {limit:g} s")
+                where = sentence(f"at {self.time:.3f} s the behavior {present} in {self.active}")
+                raise BehaviorFailed(f"{what}: {where}\n{self.timeline}")
             # Advance to the next multiple of the shortest period, when cycles are due.
             left = (int(self.time / step + 1e-6) + 1) * step - self.time
             self.advance(min(left, max(0.0, end - self.clock.now())))
@@ -301,38 +309,40 @@ class Execution(VirtualRun):
         self._guards = GuardTable(self.tree)
         self._paths = {actor: path_of(actor) for actor in self.tree.actors}
 
-    @contextmanager
-    def _told(self) -> Iterator[None]:
-        """Raise BehaviorFailed for what ends the component in a `with` block, and stop the robot."""
-        try:
-            yield
-        except (Exception, KeyboardInterrupt):
-            raise
-        except BaseException as end:
-            location = locate(end, source_of(self.component))
-            self._supervision.crashed(self.running or self.tree.root, end)
-            stop_robot(self.component)
-            what = f"sys.exit({short_repr(end.code)})" if isinstance(end, SystemExit) else describe(end)
-            raise self._failure(f"{what} ends the component", location) from end
+    def _tell(self, end: BaseException) -> None:
+        """Raise BehaviorFailed if an exception ends the component, and stop the robot."""
+        if isinstance(end, Exception | KeyboardInterrupt):
+            return
+        location = locate(end, source_of(self.component))
+        self._supervision.crashed(self.running or self.tree.root, end)
+        stop_robot(self.component)
+        what = f"sys.exit({short_repr(end.code)})" if isinstance(end, SystemExit) else describe(end)
+        raise self._failure(f"{what} ends the component", location) from end
 
     def _run_cycles(self, seconds: float) -> None:
         """Advance, while the code of the component sees virtual time; raises what ends the component."""
-        with self._time_module.shown_to(self.component):
+        genuine = self._time_module.show(self.component)
+        try:
             super().advance(seconds)
+        finally:
+            restore(genuine)
 
     def _why_over(self) -> str:
         """Return why no cycle will run, as what the behavior does or is; empty while one may."""
-        if self.ended.is_set():
-            return f"has {'halted' if self.failed else 'finished' if self.finished else 'ended'}"
-        return "is paused" if self.paused_by_client else ""
+        if not self.ended.is_set():
+            return sentence("is paused") if self.paused_by_client else ""
+        if self.failed:
+            return sentence("has halted")
+        return sentence("has finished") if self.finished else sentence("has ended")
 
     def _check(self) -> None:
         if self.proofs.reported:
             reported = [*self.proofs.reported, self.timeline]
             self.proofs.reported.clear()
             raise BehaviorFailed("\n".join(reported))
-        pauses = self.component._hfsm_on_refused is OnRefused.PAUSE
-        for actor, error in self._journal.take_failures():
+        failures = self._journal.take_failures()
+        pauses = failures and self.component._hfsm_on_refused is OnRefused.PAUSE
+        for actor, error in failures:
             if pauses and isinstance(error, CommandRefusedException):
                 continue
             if self._strict and not (self.world.network.offline and isinstance(error, UNAVAILABLE)):
@@ -355,8 +365,9 @@ class Execution(VirtualRun):
 def _not_so(condition: Condition) -> str:
     """Return the beginning of the sentence that says that a condition does not hold."""
     if isinstance(condition, str):
-        return f"the state {condition} was not reached"
-    return f"{name_of(condition, 'the condition')} did not hold"
+        return sentence(f"the state {condition} was not reached")
+    name = name_of(condition, nameless := "the condition")
+    return sentence("the condition did not hold") if name == nameless else sentence(f"{name} did not hold")
 
 
 def name_of(function: object, nameless: str) -> str:

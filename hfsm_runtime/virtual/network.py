@@ -45,6 +45,9 @@ _CLOSE_PERIOD: Final = LIMITS.linger / CHECKS  # s of virtual time between check
 _logger = logging.getLogger(__name__)
 
 
+_SETTINGS: Final = Settings(clock="sim")
+
+
 class VirtualNetwork:
     """Serve servants to the proxies of the same process, and remember the calls, or the newest `kept`.
 
@@ -60,7 +63,7 @@ class VirtualNetwork:
         self.offline: set[str] = set()
         """The identities of servants whose calls fail as over a cut link."""
         self.communicator: Final = _VirtualCommunicator(
-            Settings(clock="sim"),
+            _SETTINGS,
             pool=Pool(0, "virtual"),
             transport=lambda pool: _VirtualTransport(self, pool),
             clock=clock,

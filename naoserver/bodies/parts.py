@@ -21,6 +21,7 @@ from msgspec.structs import replace
 from naoserver.bodies.capabilities import Color, FootReading, Vector
 from naoserver.bodies.footsteps import Footsteps
 from naoserver.errors import RobotError
+from zenoh_ice.data.text import sentence
 
 Quaternion = tuple[float, float, float, float]
 NO_TURN: Final[Quaternion] = (1.0, 0.0, 0.0, 0.0)
@@ -465,12 +466,12 @@ class Shape(_Part, frozen=True):
 class Stance(StrEnum):
     """The part on which the body rests."""
 
-    STANDING = "standing"
-    SITTING = "sitting"
-    BELLY = "lying on its belly"
-    BACK = "lying on its back"
-    LEFT_SIDE = "lying on its left side"
-    RIGHT_SIDE = "lying on its right side"
+    STANDING = sentence("standing")
+    SITTING = sentence("sitting")
+    BELLY = sentence("lying on its belly")
+    BACK = sentence("lying on its back")
+    LEFT_SIDE = sentence("lying on its left side")
+    RIGHT_SIDE = sentence("lying on its right side")
 
 
 class Posture(_Part, frozen=True):

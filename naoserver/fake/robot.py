@@ -26,6 +26,7 @@ from naoserver.protocol.expression import FadingLights, Ramp, TimedSounds, Timed
 from naoserver.protocol.jobs import ControlLoop
 from naoserver.protocol.robot import BodyState, Frame, JointReading
 from zenoh_ice import Clock, WallClock
+from zenoh_ice.data.text import sentence
 
 RADIUS: Final = 0.05
 """Radius of a ball in m."""
@@ -502,7 +503,7 @@ class FakeRobot(FakeDevice):
         """Draw the view of a camera: each ball as a disc of its colour on a grey background."""
         facts = next((facts for facts in self.cameras if facts.name == camera), None)
         if facts is None:
-            raise HardwareFailure(f"there is no camera {camera!r}")
+            raise HardwareFailure(sentence(f"there is no camera {camera!r}"))
         if self._camera_failure is not None:
             raise HardwareFailure(self._camera_failure)
         if self._closed:

@@ -17,6 +17,7 @@ from interfaces.nao import Severity
 from naoserver.errors import HardwareFailure, RobotError
 from naoserver.safety._event_log import EventLog
 from zenoh_ice import Clock
+from zenoh_ice.data.text import sentence
 
 
 class CallFailed(HardwareFailure):
@@ -271,11 +272,11 @@ class Connection(Generic[L]):
                 return _reason(error)
             except Exception as error:
                 _logger.exception("checking the robot failed")
-                return f"checking it failed: {error!r}"
+                return sentence(f"checking it failed: {error!r}")
             finally:
                 self._polled = None
             if link.lost.is_set():
-                return "the connection broke"
+                return sentence("the connection broke")
             now = self._clock.now()
             due = max(due + self.limits.period, now)
             self._clock.wait(self._closing, due - now)
@@ -297,7 +298,7 @@ class Connection(Generic[L]):
                 return
             self._link = None
         self._notify(self.on_lost, why)
-        message = f"lost the robot: {why}; trying to find it again"
+        message = sentence(f"lost the robot: {why}; trying to find it again")
         self._reporter.report(Severity.Error, message, "lost", at_once=True)
         link.close()
 
@@ -305,7 +306,7 @@ class Connection(Generic[L]):
         try:
             link = self._open(_CONNECTION_LIMIT)
         except RobotError as error:
-            self._reporter.report_once("finding", f"the robot is still lost: {error}")
+            self._reporter.report_once("finding", sentence(f"the robot is still lost: {error}"))
             return
         except Exception as error:
             _logger.exception("finding the robot failed")
@@ -314,7 +315,7 @@ class Connection(Generic[L]):
         self._link = link
         self._reporter.report_once("finding", "")
         self._notify(self.on_found)
-        self._reporter.report(Severity.Info, "found the robot again", "found", at_once=True)
+        self._reporter.report(Severity.Info, sentence("found the robot again"), "found", at_once=True)
 
     def _notify(self, listeners: Iterable[Callable[..., None]], *news: str) -> None:
         for listener in listeners:

@@ -12,6 +12,7 @@ from interfaces.nao import Severity
 from naoserver.errors import HardwareFailure
 from naoserver.hardware.connection import Connection, L, LinkLost, Reporter
 from naoserver.serving.assembly import Assembly
+from zenoh_ice.data.text import sentence
 
 
 class Start(StrEnum):
@@ -63,7 +64,7 @@ class Lifecycle(Generic[L]):
         if self._start is None:
             return
         if self.is_stopped():
-            self._reporter.report(Severity.Warning, "the robot is still stopped: it stays as it is")
+            self._reporter.report(Severity.Warning, sentence("the robot is still stopped: it stays as it is"))
             return
         found = threading.Event()
         self._connection.on_found.append(found.set)
@@ -97,9 +98,9 @@ class Lifecycle(Generic[L]):
         link = self._connection.link
         if link is None:
             if self._begun:
-                self._reporter.report(Severity.Error, "the robot is lost: it stays as it is")
+                self._reporter.report(Severity.Error, sentence("the robot is lost: it stays as it is"))
         elif self.is_stopped():
-            self._reporter.report(Severity.Warning, "the robot is stopped: it stays as it is")
+            self._reporter.report(Severity.Warning, sentence("the robot is stopped: it stays as it is"))
         else:
             try:
                 self._end(link)

@@ -18,6 +18,7 @@ from naoserver.hardware.lifecycle import End, Lifecycle, Start
 from naoserver.protocol.jobs import ControlLoop
 from naoserver.protocol.robot import LIMP, BodyState, Frame, JointDevice, JointFault, JointReading
 from zenoh_ice import Clock, WallClock
+from zenoh_ice.data.text import sentence
 
 SERVO_LIMITS: Final = HardwareLimits(silence=0.5)
 """How often a bus is polled, and how long it is waited for."""
@@ -186,7 +187,7 @@ class ServoRobot:
         if self._closed:
             raise HardwareFailure(f"{camera}: the robot is closed")
         if self._capture is None or camera not in {each.name for each in self.cameras}:
-            raise HardwareFailure(f"there is no camera {camera!r}")
+            raise HardwareFailure(sentence(f"there is no camera {camera!r}"))
         return self._capture(camera, width, height)
 
     def command_positions(self, targets: Mapping[str, float], max_speeds: Mapping[str, float]) -> None:

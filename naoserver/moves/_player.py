@@ -28,6 +28,7 @@ from naoserver.moves.routes import (
 )
 from naoserver.protocol.robot import LIMP, JointReading
 from naoserver.safety._guarded_device import GuardedDevice
+from zenoh_ice.data.text import sentence
 
 PERIOD: Final = 0.02
 """Robot seconds between two commands: 50 Hz, the cycle of NAOqi's motion."""
@@ -40,7 +41,7 @@ _SETTLING_TIME: Final = 0.3
 """Seconds after a leg before the body's situation is checked."""
 
 
-_GONE: Final = "the client that commanded it is gone"
+_GONE: Final = sentence("the client that commanded it is gone")
 _IDLE: Final = ActionState(time=0.0, name="", status=ActionStatus.Idle, progress=0.0, message="", count=0)
 
 
@@ -64,7 +65,9 @@ class _Action:
     @property
     def activity(self) -> str:
         """What it is called that moves the joints while it is played."""
-        return f"the {self.kind} {self.name}"
+        if self.kind == "posture":
+            return sentence(f"the posture {self.name}")
+        return sentence(f"the motion {self.name}")
 
 
 class MotionPlayer:
@@ -167,8 +170,11 @@ class MotionPlayer:
                 action.route, action.cut_short = ending, _GONE
         if ending is None:
             self._hold(action.leg)
-        how = "stopped" if ending is None else "will end in the safest posture that it reaches"
-        self._device.events.add(Severity.Warning, "Motions", f"{action.activity} {how}: {_GONE}", "lost")
+        what, reason = action.activity, _GONE
+        message = sentence(f"{what} will end in the safest posture that it reaches: {reason}")
+        if ending is None:
+            message = sentence(f"{what} stopped: {reason}")
+        self._device.events.add(Severity.Warning, "Motions", message, "lost")
 
     def tick(self) -> None:
         """Command the joints for the robot's present time; continue with the next leg when one is done."""
@@ -181,7 +187,8 @@ class MotionPlayer:
             except RobotError as error:
                 refused = isinstance(error, CommandRefused)
                 self._finish(ActionStatus.Stopped if refused else ActionStatus.Failed, str(error))
-                message = f"{action.activity} ended: {error}"
+                what = action.activity
+                message = sentence(f"{what} ended: {error}")
             else:
                 return
         self._hold(action.leg)
@@ -260,10 +267,10 @@ class MotionPlayer:
         """Raise RobotError if a motor has gone limp, or the body lies during a leg from feet to feet."""
         ends = {self.body.postures[posture].stance for posture in (leg.start, leg.end) if posture}
         if ends and ends <= set(UPRIGHT) and stance_of(self.body, self.situation()) not in UPRIGHT:
-            raise RobotError("the robot has fallen")
+            raise RobotError(sentence("the robot has fallen"))
         for joint, stiffness in zip(self._names, reading.stiffnesses, strict=True):
             if joint in leg.keys and stiffness <= LIMP:
-                raise RobotError(f"{joint} has gone limp")
+                raise RobotError(sentence(f"{joint} has gone limp"))
 
     def _require_cool(self, leg: Motion) -> None:
         """Raise RouteError if a motor is too hot for a leg that lifts the body off the floor."""
@@ -273,7 +280,9 @@ class MotionPlayer:
         if self.body.postures[leg.start].stance is not Stance.STANDING:
             for joint, temperature in zip(self._names, self._device.read().temperatures, strict=True):
                 if joint in leg.keys and temperature >= heat.hot:
-                    message = f"{joint} is at {temperature:.0f} degrees: let it cool below {heat.hot:.0f}"
+                    message = sentence(
+                        f"{joint} is at {temperature:.0f} degrees: let it cool below {heat.hot:.0f}"
+                    )
                     raise RouteError(message)
 
     def _hold(self, leg: Motion | None) -> None:

@@ -150,7 +150,8 @@ def reach_places(
     stays = legs and len(feet) == len(LEGS) and wanted.keys().isdisjoint(LEGS)
     if stays and not _stands(kinematics, found) and _stands(kinematics, start):
         raise InvalidCommand(
-            "place", "the robot would fall: its center of mass would leave its soles, or they the floor"
+            "place",
+            "the robot would fall: its center of mass would leave its soles, or they the floor",
         )
     return found
 

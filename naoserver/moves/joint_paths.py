@@ -19,6 +19,7 @@ from naoserver.errors import CommandRefused, InvalidCommand
 from naoserver.safety._guarded_device import GuardedDevice
 from naoserver.safety._limits import clamp
 from zenoh_ice import Clock
+from zenoh_ice.data.text import sentence
 
 PERIOD: Final = 0.02
 """Robot seconds between two setpoints."""
@@ -232,9 +233,9 @@ class JointPaths:
             try:
                 goes_on = not path._curves or self._step(path)
             except Exception as error:  # noqa: BLE001 - who waits for it raises it
-                path.error, goes_on = error, False
+                path.error, goes_on, what = error, False, path.name
                 if path._reported:
-                    text = f"{path.name} ended: {error}"
+                    text = sentence(f"{what} ended: {error}")
                     self._body.events.add(Severity.Warning, self._body.name, text, "failed")
             if not goes_on:
                 self._end(path)

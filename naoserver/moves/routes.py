@@ -24,6 +24,7 @@ from naoserver.bodies.parts import Stance
 from naoserver.errors import InvalidCommand, RobotError
 from naoserver.moves.motion_file import Interpolation, Key, Motion
 from naoserver.protocol.robot import Robot
+from zenoh_ice.data.text import sentence
 
 UPRIGHT: Final = (Stance.STANDING, Stance.SITTING)
 """The stances of a body whose torso is upright."""
@@ -53,7 +54,9 @@ def situation_of(robot: Robot) -> Situation:
     joints = dict(zip((joint.name for joint in robot.joints), robot.read().positions, strict=True))
     if robot.senses is None:
         if robot.state().fallen:
-            raise RobotError("the robot has fallen, and has no inertial unit that measures how it lies")
+            raise RobotError(
+                sentence("the robot has fallen, and has no inertial unit that measures how it lies")
+            )
         return Situation(joints, (0.0, 0.0, 1.0))
     return Situation(joints, robot.senses.inertial().up)
 

@@ -21,7 +21,7 @@ from naoserver.bodies.capabilities import STILL, Odometry, Walker, WalkVelocity
 from naoserver.errors import InvalidCommand, RobotError
 from naoserver.options import SafetyOptions
 from naoserver.safety._guarded_device import GuardedDevice
-from zenoh_ice.data.text import few, printable
+from zenoh_ice.data.text import few, printable, sentence
 
 _GAIN: Final = 1.5
 """Ratio of the velocity to the rest of the way, in 1/s."""
@@ -54,7 +54,7 @@ def way_to(place: Place, start: Odometry, highest: WalkVelocity, lag: float = 0.
     Raises InvalidCommand for a robot that cannot get to every place: one that cannot turn, or only turns.
     """
     if not (highest.forward and highest.turn):
-        what = "turn" if highest.forward else "drive forwards"
+        what = sentence("turn") if highest.forward else sentence("drive forwards")
         raise InvalidCommand("walk", f"the robot cannot {what}, so it cannot go to a place")
     kind = Way if highest.left else SteeredWay
     return kind(place, start, highest, lag)
@@ -160,11 +160,15 @@ def _turning(way: complex, turn: float) -> float:
     return abs(bearing) + abs(math.remainder(turn - bearing, math.tau))
 
 
-WALK: Final = "the walk"
+WALK: Final = sentence("the walk")
 """The activity that claims the legs, or the wheels, while it walks."""
 _SOURCE: Final = "Walk"
 _LONGEST_NAME: Final = 64
-_CANNOT: Final = {"forward": "go forwards or backwards", "left": "go sideways", "turn": "turn"}
+_CANNOT: Final = {
+    "forward": sentence("go forwards or backwards"),
+    "left": sentence("go sideways"),
+    "turn": sentence("turn"),
+}
 """What a robot cannot that has the limit 0 of a kind of velocity."""
 
 
@@ -239,7 +243,9 @@ class WalkGuard:
                 self._body.gate.require(client)
                 if self._clings(client):
                     velocities = dict.fromkeys(velocities, 0.0)
-                    limitations.append((_SOURCE, f"limited to 0 until it is stopped: {self._walker.ended}"))
+                    limitations.append(
+                        (_SOURCE, sentence(f"limited to 0 until it is stopped: {self._walker.ended}"))
+                    )
             drives = dict(self._drives)
             # The server itself renews its commands: only a stall of the machine delays that.
             timeout = self._options.velocity_timeout * (1 if after is None else 4)
@@ -250,10 +256,11 @@ class WalkGuard:
                 highest = min(self._highest[kind], getattr(limits or self.limits, kind))
                 safe = max(-highest, min(highest, velocity)) if highest else 0.0
                 if safe != velocity:
-                    able = self._highest[kind] > 0.0
-                    problem = "is too high" if able else f"is of no use: the robot cannot {_CANNOT[kind]}"
-                    reason = f"{kind} velocity {velocity:.4g} {problem}, limited to {safe:.4g}"
-                    limitations.append((_SOURCE, reason))
+                    what = _CANNOT[kind]
+                    what = sentence(f"{kind} velocity {velocity:.4g} is of no use: the robot cannot {what}")
+                    if self._highest[kind] > 0.0:
+                        what = sentence(f"{kind} velocity {velocity:.4g} is too high")
+                    limitations.append((_SOURCE, sentence(f"{what}, limited to {safe:.4g}")))
                 drives.pop(kind, None)
                 if safe:
                     drives[kind] = _Velocity(safe, client, deadline, renewed=after is None)
@@ -280,7 +287,7 @@ class WalkGuard:
         stopped = self._stop_where(lambda drive: drive.client == client)
         if stopped:
             kinds = " and ".join(stopped)
-            message = f"stopped ({kinds}): the client that drove it is gone"
+            message = sentence(f"stopped ({kinds}): the client that drove it is gone")
             self._events.add(Severity.Warning, _SOURCE, message, "lost")
 
     def watch(self) -> float | None:
@@ -290,7 +297,7 @@ class WalkGuard:
         stopped = self._stop_where(lambda drive: now >= drive.deadline)
         if stopped:
             self._events.count_timeout()
-            message = f"stopped ({' and '.join(stopped)}): its velocity was not renewed in time"
+            message = sentence(f"stopped ({' and '.join(stopped)}): its velocity was not renewed in time")
             self._events.add(Severity.Warning, _SOURCE, message, "timeout")
         with self._lock:
             walking = self._walker.walking
@@ -316,8 +323,10 @@ class WalkGuard:
                 # One that the robot has not taken yet would begin a walk that nobody watches.
                 self._command({})
         if ended:
-            reason = self._walker.ended or "it fell, its motors became limp, or it was moved"
-            self._events.add(Severity.Error, _SOURCE, f"the robot ended the walk: {reason}", "ended")
+            reason = self._walker.ended or sentence("it fell, its motors became limp, or it was moved")
+            self._events.add(
+                Severity.Error, _SOURCE, sentence(f"the robot ended the walk: {reason}"), "ended"
+            )
 
     def let_go(self, client: str) -> None:
         """Let a client walk again after a walk that the robot has ended."""
@@ -422,7 +431,7 @@ class WalkTo:
                 self._state = replace(self._state, progress=way.progress(self.guard.read()))
                 if self._robot_time() > self._end:
                     self.guard.stop()
-                    self._wait_until_it_stands(f"it did not get there within {way.patience:.0f} s")
+                    self._wait_until_it_stands(sentence(f"it did not get there within {way.patience:.0f} s"))
                 else:
                     self._renew(way)
             # The joints are free when the guard has nothing more to watch.

@@ -21,6 +21,7 @@ from naoserver.hardware.connection import CallConnection, CallFailed, CallLink, 
 from naoserver.naoqi._link import NAME, is_nao6
 from naoserver.naoqi.names import IMAGE_SIZES
 from naoserver.protocol.robot import Frame
+from zenoh_ice.data.text import sentence
 
 _logger = logging.getLogger(__name__)
 
@@ -108,7 +109,7 @@ class NaoqiCameras:
     def capture(self, name: str, width: int, height: int) -> Frame:
         camera = self._cameras.get(name)
         if camera is None:
-            raise HardwareFailure(f"there is no camera {name!r}")
+            raise HardwareFailure(sentence(f"there is no camera {name!r}"))
         deadline = time.monotonic() + self._connection.limits.picture
         if not camera.lock.acquire(timeout=self._connection.limits.picture):
             raise HardwareFailure(f"{name} is busy")
@@ -148,7 +149,7 @@ class NaoqiCameras:
                     camera.newest = frame.time
                     return replace(frame, time=camera.stamps.steady(frame.time, arrival))
             if time.monotonic() + _REQUEST_PERIOD > deadline:
-                raise HardwareFailure(f"{camera.facts.name} returned no image")
+                raise HardwareFailure(sentence(f"{camera.facts.name} returned no image"))
             time.sleep(_REQUEST_PERIOD)
 
     def _subscribe(self, camera: _Camera, size: tuple[int, int]) -> _Subscription:

@@ -10,6 +10,7 @@ import qi
 from naoserver.hardware.connection import CallFailed, CallTimeout, Failure, LinkLost, Reply
 from naoserver.naoqi._link import RobotAddress
 from naoserver.naoqi.libqi import start_libqi
+from zenoh_ice.data.text import sentence
 
 _FINDING: Final = 2.0
 """Time limit in s for the robot to find a service."""
@@ -34,7 +35,7 @@ def connect(address: RobotAddress, timeout: float) -> LibqiLink:
         return LibqiLink(session)
     if future.isRunning():
         future.cancel()
-        why = f"no answer within {timeout:g} s"
+        why = sentence(f"no answer within {timeout:g} s")
     else:
         why = str(future.error()) if future.hasError() else "it was cancelled"
     session.close()
@@ -104,7 +105,7 @@ class _FutureReply:
         if state == qi.FutureState.FinishedWithValue:
             return self._future.value()
         if state == qi.FutureState.Running:
-            raise CallTimeout(f"{self._operation}: no answer within {timeout:g} s")
+            raise CallTimeout(sentence(f"{self._operation}: no answer within {timeout:g} s"))
         raise _failure(self._operation, str(self._future.error()) if self._future.hasError() else "cancelled")
 
 

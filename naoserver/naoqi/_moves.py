@@ -25,6 +25,7 @@ from naoserver.naoqi._state import NaoqiState
 from naoserver.naoqi.names import gait_limits
 from naoserver.protocol.robot import LIMP
 from zenoh_ice import Clock
+from zenoh_ice.data.text import sentence
 
 _SLOWEST_FRACTION: Final = 0.002
 """Smallest fraction of a joint's full speed in a call."""
@@ -160,7 +161,7 @@ _ENDED: Final = 0.3
 """Seconds for which NAOqi has to report the end of a walk before it is believed."""
 _STUBBORN: Final = 1.0
 """Seconds after a stop, more than a step takes, after which it is repeated."""
-_LOST: Final = "the robot was lost"
+_LOST: Final = sentence("the robot was lost")
 _USUAL: Final = {"MaxStepX": 0.04, "MaxStepY": 0.14, "MaxStepTheta": 0.349, "MaxStepFrequency": 1.0}
 _POSITION: Final = "ALMotion.getRobotPosition"
 
@@ -254,13 +255,14 @@ class NaoqiWalker:
 
     def _check(self) -> None:
         if self._connection.link is None:  # nothing would end a walk that began after `forget`
-            raise InvalidCommand("velocity", f"the robot ended the walk: {_LOST}")
+            why = _LOST
+            raise InvalidCommand("velocity", f"the robot ended the walk: {why}")
         if self._state.body().fallen:
             raise InvalidCommand("velocity", "the robot has fallen: make it stand up first")
         stiffnesses = zip(self._state.facts.joint_names, self._state.joints().stiffnesses, strict=True)
         limp = [joint for joint, value in stiffnesses if joint in self.joints and value < LIMP]
         if limp:
-            message = f"{limp[0]} is limp: make the legs stiff, and let the robot stand, first"
+            message = sentence(f"{limp[0]} is limp: make the legs stiff, and let the robot stand, first")
             raise InvalidCommand("velocity", message)
 
     def _period(self) -> float:
@@ -295,8 +297,10 @@ class NaoqiWalker:
             try:
                 self._newest.result(0.0)
             except HardwareFailure as error:
-                return f"it refused to walk: {error}"
-        return "it has fallen" if self._state.body().fallen else "NAOqi stopped it, and does not say why"
+                return sentence(f"it refused to walk: {error}")
+        if self._state.body().fallen:
+            return sentence("it has fallen")
+        return sentence("NAOqi stopped it, and does not say why")
 
     def _send(self, link: CallLink, commands: Mapping[str, WalkVelocity]) -> list[Reply]:
         velocity = commands["velocity"]

@@ -13,6 +13,7 @@ from typing import Final
 from interfaces.nao import HealthEvent, Severity
 from naoserver.bodies.parts import JointFacts, MotorHeat
 from naoserver.protocol.robot import LIMP, BodyState, JointFault, JointReading, Robot
+from zenoh_ice.data.text import sentence
 
 log = logging.getLogger(__name__)
 
@@ -45,7 +46,7 @@ class EventLog:
                 return
             self._last[source, kind] = (now, 0)
             if suppressed:
-                message = f"{message} ({suppressed} more since the last report)"
+                message = sentence(f"{message} ({suppressed} more since the last report)")
             self._events.append(HealthEvent(self.robot_time(), level, source, message))
         log.log(_LEVELS[level], "%s: %s", source, message)
 
@@ -93,12 +94,13 @@ class ConditionWatch:
     def poll(self, state: BodyState) -> None:
         """Report the changes since the last check; `state` is the robot's newest."""
         name, reading = self._robot.name, self._robot.read()
-        tilt = f"the torso tilts by {math.degrees(state.torso_tilt):.0f} deg"
-        fallen = (Severity.Error, f"fallen: {tilt}")
-        self._compare("fallen", state.fallen, name, fallen, f"upright again: {tilt}")
+        tilt = math.degrees(state.torso_tilt)
+        fallen = (Severity.Error, sentence(f"fallen: the torso tilts by {tilt:.0f} deg"))
+        upright = sentence(f"upright again: the torso tilts by {tilt:.0f} deg")
+        self._compare("fallen", state.fallen, name, fallen, upright)
         is_limp = bool(self._robot.body.motors) and max(reading.stiffnesses) < LIMP
-        limp = (Severity.Warning, "limp: no motor holds until it is made stiff again")
-        self._compare("limp", is_limp, name, limp, "no longer limp: motors hold again")
+        limp = (Severity.Warning, sentence("limp: no motor holds until it is made stiff again"))
+        self._compare("limp", is_limp, name, limp, sentence("no longer limp: motors hold again"))
         self._check_place()
         if (heat := self._robot.body.motor_heat) is not None:
             self._check_motors(heat, reading)
@@ -121,34 +123,35 @@ class ConditionWatch:
         truth = stage.truth()
         height, speed = truth.torso.position[2], math.hypot(*truth.velocity)
         is_under = height < _FLOOR
-        under = f"under the floor: its root is at {height:.1f} m, since no shape of a link holds it"
-        self._compare("under", is_under, name, (Severity.Error, under), "above the floor again")
+        under = sentence(f"under the floor: its root is at {height:.1f} m, since no shape of a link holds it")
+        self._compare("under", is_under, name, (Severity.Error, under), sentence("above the floor again"))
         is_away = not is_under and (height > _CEILING or speed > _FASTEST)
-        away = f"flung away: its root is at {height:.1f} m, at {speed:.0f} m/s, as if its shapes burst apart"
-        self._compare("flung", is_away, name, (Severity.Error, away), "no longer flung away")
+        away = sentence(
+            f"flung away: its root is at {height:.1f} m, at {speed:.0f} m/s, as if its shapes burst apart"
+        )
+        self._compare("flung", is_away, name, (Severity.Error, away), sentence("no longer flung away"))
 
     def _check_motors(self, heat: MotorHeat, reading: JointReading) -> None:
         for joint, temperature in zip(self._robot.joints, reading.temperatures, strict=True):
             is_hot = temperature >= (heat.cool if joint.name in self._present else heat.hot)
-            degrees = f"its motor has {temperature:.0f} degrees Celsius"
-            hot = (Severity.Warning, f"hot: {degrees} and gives less torque")
-            self._compare(joint.name, is_hot, joint.name, hot, f"cool again: {degrees}")
+            hot = sentence(f"hot: its motor has {temperature:.0f} degrees Celsius and gives less torque")
+            cool = sentence(f"cool again: its motor has {temperature:.0f} degrees Celsius")
+            self._compare(joint.name, is_hot, joint.name, (Severity.Warning, hot), cool)
 
     def _check_battery(self) -> None:
         if self._robot.senses is None:
             return
         battery = self._robot.senses.read().battery
-        unknown = (Severity.Warning, "unknown: the robot does not report its charge")
-        self._compare(
-            "battery", math.isnan(battery.charge), "Battery", unknown, "known: its charge is reported again"
-        )
+        unknown = (Severity.Warning, sentence("unknown: the robot does not report its charge"))
+        known = sentence("known: its charge is reported again")
+        self._compare("battery", math.isnan(battery.charge), "Battery", unknown, known)
         if battery.plugged or battery.charge > self._charge_mark + _RECOVERED:
             self._charge_mark = math.inf
             return
         for mark, level in ((VERY_LOW, Severity.Error), (LOW, Severity.Warning)):
             if battery.charge < mark < self._charge_mark:
                 self._charge_mark = mark
-                message = f"low: {battery.charge:.0%} of its charge are left"
+                message = sentence(f"low: {battery.charge:.0%} of its charge are left")
                 self._events.add(level, "Battery", message, message)
                 return
 
@@ -212,7 +215,9 @@ class JointWatch:
                 self._waits.pop(joint, None)
         for joint, fault in self._faults.items():
             if joint not in faults:
-                message = "found again" if fault.lost else "its motor reports no fault any more"
+                message = sentence("found again")
+                if not fault.lost:
+                    message = sentence("its motor reports no fault any more")
                 self._events.add(Severity.Info, joint, message, message)
         self._faults = dict(faults)
 
@@ -222,11 +227,9 @@ class JointWatch:
         behind, most = abs(command - position), min(_BEHIND * scale, _SHARE * span)
         if stiffness < _HOLDS or behind < most * (0.5 if wait and wait.reported else 1.0):
             if wait and wait.reported:
-                again = (
-                    "is no longer stiff"
-                    if stiffness < _HOLDS
-                    else f"follows again: {behind:.2f} {unit} behind"
-                )
+                again = sentence(f"follows again: {behind:.2f} {unit} behind")
+                if stiffness < _HOLDS:
+                    again = sentence("is no longer stiff")
                 self._events.add(Severity.Info, joint.name, again, "follows")
             self._waits.pop(joint.name, None)
         elif wait is None or (not wait.reported and abs(position - wait.position) > _WAY * scale):
@@ -237,6 +240,8 @@ class JointWatch:
             if not wait.reported and waited >= _PATIENCE and wait.checks >= _CHECKS - 1:
                 wait.reported = True
                 limit = joint.lower if position < command else joint.upper
-                at_limit = f", at its limit {limit:.3g}" if abs(position - limit) < _AT_LIMIT * span else ""
-                message = f"does not follow: {behind:.2f} {unit} behind for {waited:.1f} s{at_limit}"
+                message = sentence(f"does not follow: {behind:.2f} {unit} behind for {waited:.1f} s")
+                if abs(position - limit) < _AT_LIMIT * span:
+                    what = message
+                    message = sentence(f"{what}, at its limit {limit:.3g}")
                 self._events.add(Severity.Warning, joint.name, message, "behind")

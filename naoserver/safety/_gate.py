@@ -16,6 +16,7 @@ from naoserver.safety._event_log import EventLog
 from naoserver.safety._insistent import SILENCE, Insistent
 from naoserver.safety.latch import Latch
 from zenoh_ice.application.kept_stop import KeptLease
+from zenoh_ice.data.text import sentence
 
 _logger = logging.getLogger(__name__)
 
@@ -91,27 +92,33 @@ class Gate:
         client is gone, until the server has ended it; it is no command of the client.
         """
         if client and not begun and self.is_lost(client):
-            self._report(Severity.Warning, "refused a command: its client is gone", "gone")
+            self._report(Severity.Warning, sentence("refused a command: its client is gone"), "gone")
             raise CommandRefused("the client of this command is gone: its link to the robot broke")
         holder, kind = "", "refused"
         with self._lock:
             stopped = self._stop_reason is not None
             insists = not begun and self._insistent.insists(client, self.events.wall_time(), stopped=stopped)
             if self._lost is not None:
-                why, what = f"the robot is unreachable: {self._lost.why}", "wait until it is found again"
+                why = sentence(f"the robot is unreachable: {self._lost.why}")
+                what = sentence("wait until it is found again")
             elif stopped:
-                why, what = f"the robot is stopped: {self._stop_reason}", "reset the emergency stop first"
+                why = sentence(f"the robot is stopped: {self._stop_reason}")
+                what = sentence("reset the emergency stop first")
             elif (lease := self._held()) and lease.client != client:
                 holder = lease.holder
-                why, what = f"the robot is held by {holder}", "wait until the lease is given back"
+                why = sentence(f"the robot is held by {holder}")
+                what = sentence("wait until the lease is given back")
             elif insists:
-                kind, what = "insists", "or let them go on: nao stop --reset --resume"
-                during = f"commands of {self._insistent.names()} went on during the emergency stop"
-                why = f"{during}, and are refused until they pause for {SILENCE:g} s"
+                kind, what = "insists", sentence("or let them go on: nao stop --reset --resume")
+                clients = self._insistent.names()
+                why = sentence(
+                    f"commands of {clients} went on during the emergency stop, and are refused until they "
+                    f"pause for {SILENCE:g} s"
+                )
             else:
                 return
-        self._report(Severity.Warning, f"refused a command: {why}", kind)
-        raise CommandRefused(f"{why}; {what}", holder)
+        self._report(Severity.Warning, sentence(f"refused a command: {why}"), kind)
+        raise CommandRefused("; ".join((why, what)), holder)
 
     def stop(self, reason: str) -> None:
         """Refuse every command until `reset`, and stop everything that moves.
@@ -120,13 +127,14 @@ class Gate:
         `reset`, in the next server of the robot, too.
         """
         reason = "".join(each if each.isprintable() else " " for each in reason[:_LONGEST_REASON])
-        reason = reason.strip() or "emergency stop"
+        reason = reason.strip() or sentence("emergency stop")
         with self._lock:
             self._stop_reason = reason
             self._stopped_times += 1
             self._resumes = False
         failure = self._stop_all()
-        self._report(Severity.Error, f"emergency stop: {reason}", "stop")  # not earlier: a log may block
+        # Not earlier: a log may block.
+        self._report(Severity.Error, sentence(f"emergency stop: {reason}"), "stop")
         self._keep()
         if failure is not None:
             raise failure
@@ -151,7 +159,7 @@ class Gate:
                 self._insistent.let_go_on()
         if was_stopped:
             self._keep()
-            self._report(Severity.Info, "the emergency stop was reset", "reset")
+            self._report(Severity.Info, sentence("the emergency stop was reset"), "reset")
 
     def lose(self, why: str) -> None:
         """Refuse every command until `find`, because no command reaches the robot."""
@@ -171,22 +179,24 @@ class Gate:
         Raises InvalidCommand, and CommandRefused while another client holds it, and of a caller without name.
         """
         if not 0.0 < seconds <= LONGEST_LEASE:
-            message = f"seconds is {seconds:g}: a lease lasts more than 0 s and at most {LONGEST_LEASE:g} s"
+            message = sentence(
+                f"seconds is {seconds:g}: a lease lasts more than 0 s and at most {LONGEST_LEASE:g} s"
+            )
             raise InvalidCommand("seconds", message)
         if not holder.isprintable() or not holder.strip() or len(holder) > _LONGEST_HOLDER:
-            message = f"holder must be a name of 1 to {_LONGEST_HOLDER} printable characters"
+            message = sentence(f"holder must be a name of 1 to {_LONGEST_HOLDER} printable characters")
             raise InvalidCommand("holder", message)
         if not client:  # nobody would notice its end, and all that say as little would hold it together
             raise CommandRefused("a lease is for a client that keeps a link: this call names none")
         with self._lock:
             if (lease := self._held()) and lease.client != client:
-                message = f"the robot is held by {lease.holder}; wait until it is given back"
+                message = sentence(f"the robot is held by {lease.holder}; wait until it is given back")
                 raise CommandRefused(message, lease.holder)
             new = lease is None
             self._lease = _Lease(client, holder, self.events.wall_time() + seconds)
         self._keep()
         if new:
-            self._report(Severity.Info, f"{holder} holds the robot", "lease")
+            self._report(Severity.Info, sentence(f"{holder} holds the robot"), "lease")
 
     def release(self, client: str) -> bool:
         """Give back the lease of a client, which may be lost; return whether it held one."""
@@ -196,7 +206,7 @@ class Gate:
                 return False
             self._lease = None
         self._keep()
-        self._report(Severity.Info, f"{lease.holder} no longer holds the robot", "lease")
+        self._report(Severity.Info, sentence(f"{lease.holder} no longer holds the robot"), "lease")
         return True
 
     @property
@@ -244,7 +254,9 @@ class Gate:
         if kept.stop:
             self._stop_reason = kept.stop
             self._stopped_times = 1
-            message = f"still stopped: {kept.stop}; reset the emergency stop before the robot may move"
+            message = sentence(
+                f"still stopped: {kept.stop}; reset the emergency stop before the robot may move"
+            )
             self._report(Severity.Error, message, "stop")
         if kept.lease:
             left = min(kept.lease.until - time.time(), LONGEST_LEASE)  # below 0 when it has ended
@@ -264,9 +276,9 @@ class Gate:
             try:
                 self._latch.keep(stop, kept)
             except OSError as error:
-                what = f"cannot be kept in {self._latch.path}: {error.strerror}"
-                message = f"the emergency stop {what}; after a restart the robot is stopped in any case"
-                self._report(Severity.Error, message, "latch")
+                what = sentence(f"the emergency stop cannot be kept in {self._latch.path}: {error.strerror}")
+                then = sentence("after a restart the robot is stopped in any case")
+                self._report(Severity.Error, f"{what}; {then}", "latch")
 
     def _report(self, level: Severity, message: str, kind: str) -> None:
         self.events.add(level, "Safety", message, kind)

@@ -13,7 +13,7 @@ from naoserver.errors import InvalidCommand, JointTaken
 from naoserver.protocol.robot import JointDevice, JointFault, JointReading
 from naoserver.safety._gate import Gate
 from naoserver.safety._limits import Goal, JointSafety, LimitedCommand
-from zenoh_ice.data.text import few
+from zenoh_ice.data.text import few, sentence
 
 _logger = logging.getLogger(__name__)
 
@@ -207,7 +207,7 @@ class GuardedDevice:
         """Hold the joints that a lost client moves."""
         outcome = self._obey(lambda reading: self._safety.drop_client(client, reading))
         if outcome.stopped:
-            message = f"stopped {few(outcome.stopped)}: the client that commanded it is gone"
+            message = sentence(f"stopped {few(outcome.stopped)}: the client that commanded it is gone")
             self.events.add(Severity.Warning, self.name, message, "lost")
 
     def watch(self) -> float | None:
@@ -220,7 +220,7 @@ class GuardedDevice:
             self.events.count_timeout()
         timeout = self._safety.options.velocity_timeout
         for joint in outcome.stopped:
-            message = f"stopped: its velocity was not renewed within {timeout:g} s"
+            message = sentence(f"stopped: its velocity was not renewed within {timeout:g} s")
             self.events.add(Severity.Warning, joint, message, "timeout")
         self.events.add_limited(outcome.limitations)
         return due
@@ -247,7 +247,8 @@ class GuardedDevice:
         if not activity and (balancing := joints.keys() & set(self.balancing())):
             joint = min(balancing)  # moved alone, it would let the robot fall
             raise InvalidCommand(
-                joint, f"{joint} keeps the robot upright: use postures or motions, or make its legs limp"
+                joint,
+                f"{joint} keeps the robot upright: use postures or motions, or make its legs limp",
             )
         if reading.faults:
             require_reached(joints, reading.faults)

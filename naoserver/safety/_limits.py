@@ -22,6 +22,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Final, NamedTuple
 
 from msgspec.structs import replace
@@ -30,13 +31,13 @@ from naoserver.bodies.parts import Coupling, JointFacts, RangeTable, SpeedRule
 from naoserver.errors import InvalidCommand
 from naoserver.options import SafetyOptions
 from naoserver.protocol.robot import LIMP, JointReading
+from zenoh_ice.data.text import sentence
 
 _REACHED: Final = 1e-3
 """Distance in rad (or m) within which a joint's setpoint counts as being at its goal."""
 _SAG: Final = 0.05
 """Distance in rad from its setpoint at which a load may hold a joint; beyond it, the joint lags behind."""
 
-_TOO_FAST: Final = "speed {:.4g} is too fast"
 _LONGEST_NAME: Final = 64
 """Maximum characters of a client's text in an error."""
 _ROUNDING: Final = 1e-9
@@ -77,9 +78,22 @@ def couple(values: dict[str, float], pairs: Sequence[Coupling]) -> list[Limitati
         if pair.leader in values:
             value = values[pair.follower] = pair.of(values[pair.leader])
             if abs(given.get(pair.follower, value) - value) > _ROUNDING:
-                reason = f"shares its motor with {pair.leader}, whose {values[pair.leader]:.4g} it takes"
+                taken = values[pair.leader]
+                reason = sentence(f"shares its motor with {pair.leader}, whose {taken:.4g} it takes")
                 limitations.append(Limitation(pair.follower, reason))
     return limitations
+
+
+def _out_of_range(value: float) -> str:
+    return sentence(f"{value:.4g} is out of range")
+
+
+def _too_fast(speed: float) -> str:
+    return sentence(f"speed {speed:.4g} is too fast")
+
+
+def _would_hit(joint: str, value: float) -> str:
+    return sentence(f"{value:.4g} would hit at this {joint}")
 
 
 def clamp(value: float, lower: float, upper: float) -> float:
@@ -165,8 +179,8 @@ class JointSafety:
         With `full_speed`, a speed is limited only by the motor, not by the options: for tested motions.
         Raises InvalidCommand, and then commands nothing.
         """
-        wanted = self.check(targets, "target")
-        limits = self.check({joint: speeds[joint] for joint in wanted if joint in speeds}, "speed")
+        wanted = self.check(targets, sentence("target"))
+        limits = self.check({joint: speeds[joint] for joint in wanted if joint in speeds}, sentence("speed"))
         for joint, speed in limits.items():
             if speed < 0:
                 raise InvalidCommand(joint, f"{joint}: a speed of {speed:g} is negative")
@@ -175,11 +189,11 @@ class JointSafety:
         )
         self._wake(reading)
         for joint, target in wanted.items():
-            facts, problem = self._facts[joint], "{:.4g} is out of range"
-            safe = self._limit(joint, target, (facts.lower, facts.upper), problem, outcome)
+            facts = self._facts[joint]
+            safe = self._limit(joint, target, (facts.lower, facts.upper), _out_of_range, outcome)
             speed = limits.get(joint) or self._default_speed(joint, reading)
             cap = facts.max_velocity if full_speed else self.speed_cap(joint, reading)
-            speed = self._limit(joint, speed, (-cap, cap), _TOO_FAST, outcome)
+            speed = self._limit(joint, speed, (-cap, cap), _too_fast, outcome)
             self._set_goal(joint, Goal(safe, speed), client)
         for pair in self._couplings:
             if pair.leader in wanted:
@@ -198,13 +212,13 @@ class JointSafety:
 
         Raises InvalidCommand, and then commands nothing.
         """
-        wanted = self.check(velocities, "velocity")
+        wanted = self.check(velocities, sentence("velocity"))
         outcome = LimitedCommand(limitations=couple(wanted, self._rates))
         self._wake(reading)
         deadline = now + self.options.velocity_timeout
         for joint, velocity in wanted.items():
             cap = self.speed_cap(joint, reading)
-            target = self._limit(joint, velocity, (-cap, cap), _TOO_FAST, outcome)
+            target = self._limit(joint, velocity, (-cap, cap), _too_fast, outcome)
             reached = self._drives[joint].velocity if joint in self._drives else 0.0
             for former in (self._goals, self._clients, self._issued):
                 former.pop(joint, None)
@@ -225,7 +239,7 @@ class JointSafety:
 
         Raises InvalidCommand unless every stiffness is from 0 to 1.
         """
-        wanted = self.check(stiffnesses, "stiffness")
+        wanted = self.check(stiffnesses, sentence("stiffness"))
         for joint, value in wanted.items():
             if not 0.0 <= value <= 1.0:
                 raise InvalidCommand(joint, f"{joint}: a stiffness of {value:g} is not from 0 to 1")
@@ -302,7 +316,7 @@ class JointSafety:
                 self._stay(joint, reading)
             goal, other = self._goals[joint], self._goals.get(table.independent)
             limits = table.at(other.target if other else self._setpoint(table.independent, reading))
-            problem = f"{{:.4g}} would hit at this {table.independent}"
+            problem = partial(_would_hit, table.independent)
             safe = self._limit(joint, goal.target, limits, problem, outcome)
             if safe != goal.target:
                 self._set_goal(joint, Goal(safe, goal.speed), self._clients[joint] or client)
@@ -317,11 +331,11 @@ class JointSafety:
                 continue
             goal = self._goals[joint]
             way = table.over((self._setpoint(joint, reading), goal.target))
-            speed = self.speed_cap(other, reading) / table.steepest
-            if speed < goal.speed and not _is_within(self._setpoint(other, reading), way):
-                reason = f"speed {goal.speed:.4g} leaves {other} no time to make way, limited to {speed:.4g}"
-                outcome.limitations.append(Limitation(joint, reason))
-                self._goals[joint] = Goal(goal.target, speed)
+            safe = self.speed_cap(other, reading) / table.steepest
+            if safe < goal.speed and not _is_within(self._setpoint(other, reading), way):
+                what = sentence(f"speed {goal.speed:.4g} leaves {other} no time to make way")
+                outcome.limitations.append(Limitation(joint, sentence(f"{what}, limited to {safe:.4g}")))
+                self._goals[joint] = Goal(goal.target, safe)
 
     # -- the rules --------------------------------------------------------------------------------------
 
@@ -356,16 +370,21 @@ class JointSafety:
         return min(speed, self.speed_cap(joint, reading))
 
     def _limit(
-        self, joint: str, value: float, limits: tuple[float, float], problem: str, outcome: LimitedCommand
+        self,
+        joint: str,
+        value: float,
+        limits: tuple[float, float],
+        problem: Callable[[float], str],
+        outcome: LimitedCommand,
     ) -> float:
-        """Return a value clamped to limits; `problem`, formatted with it, describes a value outside them."""
+        """Return a value clamped to limits; `problem` describes one outside them."""
         lower, upper = limits
         if lower <= value <= upper:
             return value
         safe = clamp(value, lower, upper)
         if abs(safe - value) > _ROUNDING:
-            reason = f"{problem.format(value)}, limited to {safe:.4g}"
-            outcome.limitations.append(Limitation(joint, reason))
+            what = problem(value)
+            outcome.limitations.append(Limitation(joint, sentence(f"{what}, limited to {safe:.4g}")))
         return safe
 
     # -- commands to the joints --------------------------------------------------------------------------
@@ -437,7 +456,7 @@ class JointSafety:
                 other = self._table_of[joint].independent if joint in self._table_of else None
                 if other in self._drives:  # on the way to a goal it is not reported: the goal was accepted
                     self._report_once(
-                        joint, f"kept at {safe:.4g}, clear of what {other} brings near", outcome
+                        joint, sentence(f"kept at {safe:.4g}, clear of what {other} brings near"), outcome
                     )
                 self._issue_position(joint, safe, self.speed_cap(joint, reading), outcome)
 
@@ -451,7 +470,7 @@ class JointSafety:
         end = clamp(ahead if inside else setpoint, lower, upper)
         if not inside or end != ahead:
             if not inside or abs(end - setpoint) <= _REACHED:
-                self._report_once(joint, f"stopped at its limit {end:.4g}", outcome)
+                self._report_once(joint, sentence(f"stopped at its limit {end:.4g}"), outcome)
             speed = abs(velocity) if inside else self.speed_cap(joint, reading)
             self._issue_position(joint, end, speed, outcome)
             return

@@ -21,13 +21,13 @@ from naoserver.options import SafetyOptions
 from naoserver.protocol.robot import JointReading
 from naoserver.safety._guarded_device import GuardedDevice, require_reached
 from naoserver.safety._limits import clamp
-from zenoh_ice.data.text import few
+from zenoh_ice.data.text import few, sentence
 
 _AHEAD: Final = 0.06
 """Seconds that are looked ahead, so that a joint makes way in time for one that could hit it."""
 _MAKING_WAY: Final = 0.5
 """Part of the speed of the one that makes way at which the other may come: both have to accelerate."""
-_ACTIVITY: Final = "commands with gains to {}"
+_ACTIVITY: Final = sentence("commands with gains") + " to {}"
 RETURN_TIME: Final = 1.0
 """Wall seconds in which the weight of a command falls from 1 to 0."""
 

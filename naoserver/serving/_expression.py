@@ -19,6 +19,7 @@ from naoserver.protocol.expression import (
 )
 from naoserver.serving import _shared as shared
 from zenoh_ice import Current
+from zenoh_ice.data.text import sentence
 
 _LONGEST_FADE: Final = 60.0  # s
 
@@ -35,7 +36,7 @@ class LedsI(nao.Leds):
         return list(self._lights.names)
 
     def setLed(self, name: str, color: nao.LedColor, seconds: float, current: Current) -> None:
-        shared.require_known("light", name, self._lights.names)
+        shared.require_known(sentence("light"), name, self._lights.names)
         shared.require_within(0.0, 1.0, red=color.red, green=color.green, blue=color.blue)
         shared.require_within(0.0, _LONGEST_FADE, seconds=seconds)
         with shared.refusals_raised():
@@ -67,7 +68,7 @@ class SpeechI(nao.Speech):
         if not text.strip():
             raise InvalidValueException("text is empty: there is nothing to say", "text")
         if len(text) > LONGEST_TEXT:
-            message = f"text has {len(text)} characters: at most {LONGEST_TEXT} are said at a time"
+            message = sentence(f"text has {len(text)} characters: at most {LONGEST_TEXT} are said at a time")
             raise InvalidValueException(message, "text")
         with shared.refusals_raised():
             self._voice.say(text)
@@ -98,7 +99,7 @@ class SoundsI(nao.Sounds):
         return [nao.SoundFacts(of.name, of.description, of.duration) for of in SOUNDS.values()]
 
     def play(self, name: str, loudness: float, current: Current) -> None:
-        shared.require_known("sound", name, SOUNDS)
+        shared.require_known(sentence("sound"), name, SOUNDS)
         self._play(SOUNDS[name], loudness)
 
     def playTone(self, frequency: float, seconds: float, loudness: float, current: Current) -> None:

@@ -164,8 +164,11 @@ class JointsI(nao.Joints):
         self, commands: dict[str, nao.JointCommand], current: Current
     ) -> dict[str, nao.JointCommand]:
         if self._gains is None:
-            why = "take no gains by command: they go to positions; stiffnesses say how strongly they hold"
-            raise jderobot.InvalidValueException(f"the motors of {self._device.name} {why}", "commands")
+            raise jderobot.InvalidValueException(
+                f"the motors of {self._device.name} take no gains by command: they go to positions; "
+                "stiffnesses say how strongly they hold",
+                "commands",
+            )
         with shared.refusals_raised():
             return self._gains.command(commands, current.client)
 

@@ -12,6 +12,7 @@ from interfaces.jderobot import CommandRefusedException, InvalidValueException, 
 from interfaces.nao import ActionState
 from naoserver.errors import CommandRefused, InvalidCommand
 from zenoh_ice import Publisher
+from zenoh_ice.data.text import sentence
 
 _REMINDER: Final = 0.5
 """Robot seconds after which an unchanged state is sent again."""
@@ -108,14 +109,15 @@ def require_positive(upper: float, **values: float) -> None:
     """Raise InvalidValueException, naming the field, unless every value is above 0 and at most `upper`."""
     for field, value in values.items():
         if not 0.0 < value <= upper:
-            message = f"{field} is {value:g}: it must be above 0 and at most {upper:g}"
+            message = sentence(f"{field} is {value:g}: it must be above 0 and at most {upper:g}")
             raise InvalidValueException(message, field)
 
 
-def require_known(kind: str, name: str, known: Iterable[str]) -> None:
+def require_known(what: str, name: str, known: Iterable[str]) -> None:
     """Raise InvalidValueException, listing the known names of a kind, unless `name` is one of them."""
     if name not in (names := list(known)):
-        message = f"there is no {kind} {name[:MOST_QUOTED]!r}; there are {', '.join(names)}"
+        known = ", ".join(names)
+        message = sentence(f"there is no {what} {name[:MOST_QUOTED]!r}; there are {known}")
         raise InvalidValueException(message, "name")
 
 
@@ -123,7 +125,7 @@ def require_within(lower: float, upper: float, **values: float) -> None:
     """Raise InvalidValueException, naming the field, unless every value is within limits."""
     for field, value in values.items():
         if not lower <= value <= upper:
-            message = f"{field} is {value:g}: it must be from {lower:g} to {upper:g}"
+            message = sentence(f"{field} is {value:g}: it must be from {lower:g} to {upper:g}")
             raise InvalidValueException(message, field)
 
 

@@ -24,6 +24,7 @@ from naoserver.protocol.robot import Frame, Robot
 from naoserver.safety._event_log import EventLog
 from naoserver.serving._shared import MOST_QUOTED, require_finite, to_time
 from zenoh_ice import Current
+from zenoh_ice.data.text import sentence
 
 Moment = NDArray[np.float64]
 """The robot time in s, roll and pitch of the torso, and the angles of all joints in rad."""
@@ -220,9 +221,9 @@ class CameraI(jderobot.Camera):
     def getImageData(self, format: str, current: Current) -> jderobot.ImageData:
         if format not in PIXEL_FORMATS:
             known = ", ".join(PIXEL_FORMATS)
-            message = f"{self.facts.name} has no format {format[:MOST_QUOTED]!r}; it has {known}"
+            message = sentence(f"{self.facts.name} has no format {format[:MOST_QUOTED]!r}; it has {known}")
             if format == "JPEG":
-                message += "; JPEG needs Pillow where the server runs: pip install pillow"
+                message += "; " + sentence("JPEG needs Pillow where the server runs: pip install pillow")
             raise jderobot.ConfigurationNotExistException(message)
         return _image(self._fresh(), format)
 
@@ -270,7 +271,7 @@ class CameraI(jderobot.Camera):
         require_finite(u=u, v=v, height=height)
         if self._link is None:
             raise jderobot.ConfigurationNotExistException(
-                f"{self.facts.name} is not on the robot, but beside it"
+                sentence(f"{self.facts.name} is not on the robot, but beside it")
             )
         settings = self._settings
         shot = self._shot or _Shot(settings.width, settings.height, self._history.note())
@@ -353,15 +354,13 @@ class CameraI(jderobot.Camera):
 def _problem(facts: CameraFacts, settings: CameraOptions) -> str:
     """Return why a camera cannot have the settings; empty when it can."""
     rates = dict(zip(facts.sizes, facts.rates, strict=True))
-    highest = rates.get((settings.width, settings.height))
+    highest, size = rates.get((settings.width, settings.height)), f"{settings.width}x{settings.height}"
     if highest is None:
         sizes = ", ".join(f"{width}x{height}" for width, height in facts.sizes)
-        return f"{facts.name} has no size {settings.width}x{settings.height}; it has {sizes}"
+        return sentence(f"{facts.name} has no size {size}; it has {sizes}")
     if not 0.0 < settings.rate <= highest:
-        return (
-            f"{facts.name} gives no {settings.rate:g} images/s at {settings.width}x{settings.height}; "
-            f"it gives more than 0, up to {highest:g}"
-        )
+        what = sentence(f"{facts.name} gives no {settings.rate:g} images/s at {size}")
+        return f"{what}; " + sentence(f"it gives more than 0, up to {highest:g}")
     return ""
 
 

@@ -20,6 +20,7 @@ from naoserver.moves.walk import WalkGuard, WalkTo, way_to
 from naoserver.safety._guarded_device import GuardedDevice
 from naoserver.serving import _shared as shared
 from zenoh_ice import Current
+from zenoh_ice.data.text import sentence
 
 _FARTHEST_PLACE: Final = 100.0
 """Largest distance in m along x and y of a place to walk to."""
@@ -107,7 +108,7 @@ MOTION: Final = "motion"
 """The player's kind for actions of `Motions`."""
 POSTURE: Final = "posture"
 """The player's kind for actions of `Postures`."""
-_WAY: Final = "the way into a posture"
+_WAY: Final = sentence("the way into a posture")
 """The claim on the joints while a robot goes its own way."""
 _PERIOD: Final = 0.05
 """Wall seconds between two checks whether such a way has ended."""
@@ -128,7 +129,7 @@ class MotionsI(Motions):
 
     def play(self, name: str, pace: float, current: Current) -> None:
         motions = self._player.motions
-        shared.require_known("motion", name, motions)
+        shared.require_known(sentence("motion"), name, motions)
         shared.require_positive(_HIGHEST_SPEED, pace=pace)
         route = MotionRoute(self._player.body, motions[name], motions.values())
         with shared.refusals_raised():
@@ -172,7 +173,7 @@ class PosturesI(Postures):
         return list(self.names)
 
     def goToPosture(self, name: str, fraction: float, current: Current) -> None:
-        shared.require_known("posture", name, self.names)
+        shared.require_known(sentence("posture"), name, self.names)
         shared.require_positive(1.0, fraction=fraction)
         with shared.refusals_raised():
             self.go(name, fraction, current.client)

@@ -17,8 +17,9 @@ from naoserver_sim._footsteps.limbs import LEFT, RIGHT, Array, Limbs
 from naoserver_sim._footsteps.motion import PlannedMotion, SupportTorques
 from naoserver_sim._footsteps.posture import HeldPosture
 from naoserver_sim._footsteps.steps import Phase, Steps
-from naoserver_sim._locomotion import LYING, OFF_ITS_FEET, STUCK, TILT, ArmSwing, Locomotion, limp
+from naoserver_sim._locomotion import LYING, MOVED, OFF_ITS_FEET, STUCK, TILT, ArmSwing, Locomotion, limp
 from naoserver_sim._simulator import Simulator
+from zenoh_ice.data.text import sentence
 
 _HANGING: Final = math.radians(45)
 """Angle to the vertical below which an arm hangs."""
@@ -149,7 +150,7 @@ class FootstepWalker(Locomotion):
             self._balance(seconds)
         self._legs = self._setpoints.setpoints[self._limbs.leg_motors]
 
-    def abandon(self, why: str = "the robot was moved") -> None:
+    def abandon(self, why: str = MOVED) -> None:
         """End the walk at once, the legs where they are: the robot fell, or was placed elsewhere."""
         self._lose(why)
         self._restart()
@@ -188,7 +189,7 @@ class FootstepWalker(Locomotion):
         if self._simulator.motors.follows[self._limbs.leg_motors].any():
             return _FOLLOWING
         inertial = self._sensors.inertial()
-        weak = limp(stiffnesses[self._limbs.leg_motors], "legs")
+        weak = limp(stiffnesses[self._limbs.leg_motors], sentence("its legs are limp"))
         if max(abs(inertial.roll), abs(inertial.pitch)) > (_LEANING if weak else TILT):
             return LYING
         if weak:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import logging
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Final, NamedTuple
 
 import mujoco
@@ -33,8 +32,6 @@ _MESH: Final = mujoco.mjtGeom.mjGEOM_MESH
 _FEWEST_VERTICES: Final = 4
 """Of a mesh in MuJoCo."""
 
-_log = logging.getLogger(__name__)
-
 
 class Frame(NamedTuple):
     """The link that a body of a model becomes."""
@@ -44,16 +41,18 @@ class Frame(NamedTuple):
     """Place of the link's frame in the body's in m."""
 
 
-def looks_in(mj: mujoco.MjModel, frames: Mapping[int, Frame], body: Body) -> Looks | None:
+def looks_in(
+    mj: mujoco.MjModel, frames: Mapping[int, Frame], body: Body, note: Callable[[str], object]
+) -> Looks | None:
     """Return what is seen of a compiled model; None if its contact shapes must do. `frames` are its bodies'.
 
     Of a link, those are the shapes that are only seen; of a link without such, all. Large meshes are
-    coarsened, and nothing is seen of a model with too many shapes: both is logged.
+    coarsened, and nothing is seen of a model with too many shapes: `note` gets a sentence about both.
     """
     shown = [geom for of in frames for geom in _shown(mj, of)]
     if len(shown) > MOST_PARTS:
-        message = "%s is drawn by its contact shapes: it has %d visual shapes, and at most %d are drawn"
-        _log.warning(message, body.name, len(shown), MOST_PARTS)
+        what = f"it has {len(shown)} visual shapes, and at most {MOST_PARTS} are drawn"
+        note(f"{body.name} is drawn by its contact shapes: {what}")
         return None
     surfaces = {geom: _surface(mj, geom) for geom in shown}
     names = {surface: f"surface {number}" for number, surface in enumerate(dict.fromkeys(surfaces.values()))}
@@ -63,7 +62,7 @@ def looks_in(mj: mujoco.MjModel, frames: Mapping[int, Frame], body: Body) -> Loo
     meshes = within_limits({name: whole[name] for name in dict.fromkeys(drawn)}, drawn)
     before, after = (sum(len(of[name].faces) for name in drawn if name in of) for of in (whole, meshes))
     if after < before:
-        _log.warning("%s is drawn with %d of the %d triangles of its meshes", body.name, after, before)
+        note(f"{body.name} is drawn with {after} of the {before} triangles of its meshes")
     shell = tuple(shape for shape in shapes if shape.kind != "mesh" or shape.mesh in meshes)
     blocks = plain_looks(body).skin
     materials = {name: surface for surface, name in names.items()}

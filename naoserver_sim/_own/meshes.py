@@ -12,7 +12,6 @@ import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from importlib import metadata
 from pathlib import Path, PurePosixPath
 from typing import Annotated, Any, Final, NamedTuple
 
@@ -20,7 +19,7 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike
 
-from naoserver_sim._own.kept_meshes import kept
+from naoserver_sim._own.cache import kept
 from naoserver_sim._own.tree import LARGEST_FILE, POINTER, is_pointer
 from zenoh_ice.data import typed
 
@@ -251,6 +250,8 @@ def _written(corners: ArrayLike) -> bytes:
 
 def _kept(content: bytes, ending: str) -> MeshFile:
     """Return what trimesh reads of a mesh, or has read of it before."""
+    from importlib import metadata  # few robots have such meshes, and it takes long
+
     try:
         versions = " ".join(map(metadata.version, ("trimesh", "pycollada")))
     except metadata.PackageNotFoundError:

@@ -13,8 +13,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Final, Literal
+from typing import Any, Final, Literal
 
+import msgspec
 import mujoco
 import numpy as np
 
@@ -205,14 +206,48 @@ def _place(where: str | Path, lines: Mapping[tuple[str, str], int], name: str, *
     return f"{where}:{line}" if line else str(where)
 
 
-def read_model(
+@dataclass
+class FoundModel:
+    """A model in a tree of all that its files say of a robot, before MuJoCo reads it; it is read once."""
+
+    root: Element
+    files: Files
+    notes: list[str]
+    balance: bool | None
+    facts: Mapping[str, Any]
+    """What a URDF says that MuJoCo does not keep."""
+
+    def content(self) -> Iterator[bytes]:
+        """Yield all on which it depends what is read."""
+        text, order = write_tree(self.root)
+        yield "\n".join((text, *(element.at for element in order))).encode()
+        files = self.files
+        said = str(files.model), self.notes, self.balance, self.facts, files.left_out, files.names
+        yield msgspec.msgpack.encode(said, order="deterministic")
+        yield from files.assets.values()
+
+    def read(self) -> ModelFile:
+        """Return what MuJoCo reads. Raises RobotError, as `find_model` does."""
+        model = _Reading(self.root, self.files, self.notes, self.balance).read()
+        files = self.files
+        return replace(
+            model,
+            **self.facts,
+            left_out=files.left_out,
+            notes=tuple(self.notes),
+            where=str(files.model),
+            bare=files.bare,
+        )
+
+
+def find_model(
     path: Path,
     meshes: Path,
     *,
     balance: bool | None = None,
     arguments: Mapping[str, Argument] | None = None,
     check: Callable[[ModelFile], object] | None = None,
-) -> ModelFile:
+) -> FoundModel:
     """Return the model of an MJCF, URDF or xacro with `arguments`; `meshes` is the folder of its meshes.
 
     Only files in the folders of the model, of its ROS package and of its meshes are read, and nothing is
@@ -236,23 +271,20 @@ def read_model(
         bare = copy.deepcopy(root)
         for mesh in bare.all("mesh"):
             mesh.attributes.pop("scale", None)  # it would make a block huge
-        check(_read(bare, Files(path, meshes, packages, bare=True), [], balance))
-    return _read(root, Files(path, meshes, packages), notes, balance)
+        check(_found(bare, Files(path, meshes, packages, bare=True), [], balance).read())
+    return _found(root, Files(path, meshes, packages), notes, balance)
 
 
-def _read(root: Element, files: Files, notes: list[str], balance: bool | None) -> ModelFile:
+def _found(root: Element, files: Files, notes: list[str], balance: bool | None) -> FoundModel:
     """Return the model of a tree, which is changed, after notes on it."""
+    facts: dict[str, Any] = {}
     if root.tag == "mujoco":
         mjcf.prepare(root, files, notes)
-        model = _Reading(root, files, notes, balance).read()
     else:
-        speeds, actuated = urdf.speeds_of(root), urdf.actuated_in(root)
-        fixed, sensors = urdf.is_fixed(root), tuple(urdf.sensors_in(root))
+        facts |= {"kind": "urdf", "fixed": urdf.is_fixed(root), "speeds": urdf.speeds_of(root)}
+        facts |= {"actuated": urdf.actuated_in(root), "sensors": tuple(urdf.sensors_in(root))}
         urdf.prepare(root, files, notes)
-        model = _Reading(root, files, notes, balance).read()
-        model = replace(model, kind="urdf", fixed=fixed, speeds=speeds, actuated=actuated, sensors=sensors)
-    where = str(files.model)
-    return replace(model, left_out=files.left_out, notes=tuple(notes), where=where, bare=files.bare)
+    return FoundModel(root, files, notes, balance, facts)
 
 
 @dataclass

@@ -163,7 +163,7 @@ class SensorRecord:
         noise: SenseNoise | None = None,
         random: np.random.Generator | None = None,
     ) -> None:
-        self._data = data
+        self._measured = data.sensordata  # a view
 
         def at(sensor: str) -> int:
             return int(mj.sensor(sensor).adr[0])
@@ -178,7 +178,8 @@ class SensorRecord:
         self._soles = [SoleSensors(sole) for sole in soles if sole.pressure]
         # A step of a heavy robot shakes its trunk within a tick: its gyroscope reports the mean of a tick.
         self._averages = isinstance(body.walk, Footsteps)
-        self._last_attitude: tuple[Array | None, float] = (None, 0.0)
+        self._last_attitude = np.full(4, math.nan), 0.0
+        self._turned = np.zeros(3)
         self._noise = noise
         self._errors = None if noise is None else Errors(noise, random or np.random.default_rng())
         self._samples: deque[Sample] = deque(maxlen=1 + (noise.delay if noise else 0))
@@ -189,7 +190,7 @@ class SensorRecord:
     def sample(self, time: float) -> None:
         """Record the measurements at the end of a control tick."""
         errors = None if self._errors is None else self._errors.next()
-        values: list[float] = self._data.sensordata.tolist()
+        values: list[float] = self._measured.tolist()
         if self._averages:
             values[self._turning : self._turning + 3] = self._mean_turning(time, values)
         self._samples.append(Sample(time, values, errors, self._inertial(values, errors)))
@@ -202,14 +203,13 @@ class SensorRecord:
 
     def _mean_turning(self, time: float, values: Sequence[float]) -> list[float]:
         """Return the mean turning rate in rad/s since the last reading."""
-        attitude = self._data.sensordata[self._attitude : self._attitude + 4].copy()
+        attitude = self._measured[self._attitude : self._attitude + 4].copy()
         before, since = self._last_attitude
         self._last_attitude = attitude, time
-        if before is None or time <= since:
+        if time <= since:
             return list(values[self._turning : self._turning + 3])
-        turned = np.zeros(3)
-        mujoco.mju_subQuat(turned, attitude, before)
-        rates: list[float] = (turned / (time - since)).tolist()
+        mujoco.mju_subQuat(self._turned, attitude, before)
+        rates: list[float] = (self._turned / (time - since)).tolist()
         return rates
 
     def _inertial(self, values: Sequence[float], errors: Sequence[float] | None) -> InertialReading:
@@ -237,36 +237,32 @@ class SensorRecord:
         if not self._soles:
             return FootReading(), FootReading()
         sample = sample or self.newest
-        return self._foot(sample, 0), self._foot(sample, 1)
+        return FootReading(*self._pressures(sample, 0)), FootReading(*self._pressures(sample, 1))
 
     def loads(self) -> tuple[float, float]:
         """Return the loads of the left and of the right sole in N: the sums of their sensors."""
         sample = self.newest
         if sample.errors is None or not self._soles:
             return load(self._wrench(sample, 0)), load(self._wrench(sample, 1))
-        left, right = self.feet(sample)
-        return left.total, right.total
+        return sum(self._pressures(sample, 0)), sum(self._pressures(sample, 1))
 
     def weight(self) -> float:
         """Return the force in N with which both feet together press downwards."""
         values = self.newest.values
-        return -sum(values[foot + 2] for foot in self._feet)
+        return -sum([values[foot + 2] for foot in self._feet])
 
     def _wrench(self, sample: Sample, foot: int) -> Sequence[float]:
         begin = self._feet[foot]
         return sample.values[begin : begin + _FOOT]
 
-    def _foot(self, sample: Sample, foot: int) -> FootReading:
+    def _pressures(self, sample: Sample, foot: int) -> Sequence[float]:
+        """Return the readings of a sole's sensors in N."""
         pressures = self._soles[foot].pressures(self._wrench(sample, foot))
         if self._noise is None or self._errors is None or sample.errors is None:
-            return FootReading(*pressures)
-        first = 4 * foot
-        most = self._noise.most_pressure
-        errors = sample.errors[8 + first : 12 + first]
-        readings = [
+            return pressures
+        first, most = 4 * foot, self._noise.most_pressure
+        gains, errors = self._errors.gains[first : first + 4], sample.errors[8 + first : 12 + first]
+        return [
             min(max(gain * pressure + error, 0.0), most) if pressure > 0.0 else 0.0
-            for gain, pressure, error in zip(
-                self._errors.gains[first : first + 4], pressures, errors, strict=True
-            )
+            for gain, pressure, error in zip(gains, pressures, errors, strict=True)
         ]
-        return FootReading(*readings)

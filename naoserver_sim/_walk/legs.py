@@ -189,6 +189,16 @@ class Odometer:
         """Ignore movements of the soles until the sensors show their new places."""
         self._unsure = _LARGEST_DELAY
 
+    def turn(self, seconds: float, inertial: InertialReading, *, resting: bool = False) -> None:
+        """Advance only the heading by some seconds."""
+        x, y, heading = self.pose
+        rate = yaw_rate(inertial)
+        if resting and max(map(abs, inertial.angular_velocity)) < STILL_RATE:
+            self._still = min(self._still + 1, STANDING_TICKS)
+            self._offset += (rate - self._offset) / self._still
+        heading += (rate - self._offset) * seconds
+        self.pose = (x, y, math.pi - (math.pi - heading) % math.tau)
+
     def tick(
         self,
         seconds: float,
@@ -203,13 +213,8 @@ class Odometer:
         `joints` are the angles of the legs' joints in rad, left and right, `loads` those of the soles in N,
         left and right. `resting` means that the legs are not walking.
         """
+        self.turn(seconds, inertial, resting=resting)
         x, y, heading = self.pose
-        rate = yaw_rate(inertial)
-        if resting and max(map(abs, inertial.angular_velocity)) < STILL_RATE:
-            self._still = min(self._still + 1, STANDING_TICKS)
-            self._offset += (rate - self._offset) / self._still
-        heading += (rate - self._offset) * seconds
-        heading = math.pi - (math.pi - heading) % math.tau
         soles = (
             _in_world(self._legs.sole(_LEFT, joints[:6]), inertial, heading),
             _in_world(self._legs.sole(_RIGHT, joints[6:]), inertial, heading),

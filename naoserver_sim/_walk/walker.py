@@ -12,12 +12,23 @@ from numpy.typing import NDArray
 
 from naoserver.bodies.capabilities import STILL, Odometry, WalkVelocity
 from naoserver.body import Body
-from naoserver_sim._locomotion import LYING, OFF_ITS_FEET, STUCK, TILT, ArmSwing, Headway, Locomotion, limp
+from naoserver_sim._locomotion import (
+    LYING,
+    MOVED,
+    OFF_ITS_FEET,
+    STUCK,
+    TILT,
+    ArmSwing,
+    Headway,
+    Locomotion,
+    limp,
+)
 from naoserver_sim._senses.record import SensorRecord
 from naoserver_sim._simulator import Simulator
 from naoserver_sim._walk.gait import AT_REST, LEFT, RIGHT, FootOffset, Gait
 from naoserver_sim._walk.legs import FootPose, Legs, Odometer, leg_motors
 from naoserver_sim.model import Model
+from zenoh_ice.data.text import sentence
 
 _TRIM_TIME: Final = 0.3
 """Time constant in s with which the feet follow."""
@@ -34,9 +45,9 @@ class Trim:
             for link in body.links
             if link is not body.root and body.moved_by[link.name].name not in body.groups.legs
         ]
-        self._bodies = np.array([mj.body(name).id for name in upper], dtype=np.intp)
-        weights = mj.body_mass[self._bodies]
-        self._shares = weights / float(mj.body_subtreemass[self._torso])
+        bodies = [mj.body(name).id for name in upper]
+        self._shares = np.zeros(mj.nbody)  # of the links in the mass, 0 for those of the legs
+        self._shares[bodies] = mj.body_mass[bodies] / float(mj.body_subtreemass[self._torso])
         self._share = float(self._shares.sum())
         self._mj, self._posture = mj, body.resting_angles
         self._x, self._y = 0.0, 0.0
@@ -59,9 +70,9 @@ class Trim:
 
     def _measure(self, data: mujoco.MjData) -> tuple[float, float]:
         """Return the contribution of arms and head to the center of mass along the torso's x and y axes."""
-        center = self._shares @ data.xipos[self._bodies] - self._share * data.xpos[self._torso]
-        axes = data.xmat[self._torso]
-        return float(center @ axes[0::3]), float(center @ axes[1::3])
+        center = self._shares @ data.xipos - self._share * data.xpos[self._torso]
+        x, y, _ = (center @ data.xmat[self._torso].reshape(3, 3)).tolist()
+        return x, y
 
     @cached_property
     def _usual(self) -> tuple[float, float]:
@@ -174,6 +185,10 @@ _PACE: Final = 1.0
 """Speed in rad/s at which the legs move into the stance of the walk."""
 _STANCE_TOLERANCE: Final = 0.01
 """Distance in rad from the stance within which the legs need not move there first."""
+_AWHILE: Final = 10
+"""Ticks of rest after which the soles are hardly moved."""
+_IDLE_TICKS: Final = 5
+"""Ticks after which they are looked at again then."""
 _SETTLING_TIME: Final = 0.3
 """Seconds for which it stands before the walk counts as ended."""
 WEIGHT: Final = 25.0
@@ -203,7 +218,7 @@ class SimulatedWalker(Locomotion):
 
     def __init__(self, model: Model, simulator: Simulator, sensors: SensorRecord, *, noise: bool) -> None:
         super().__init__(simulator, model.body.groups.legs, LIMITS)
-        self._data = simulator.data
+        self._qpos = simulator.data.qpos
         self._setpoints = simulator.setpoints
         self._sensors = sensors
         self._noise = noise
@@ -212,7 +227,7 @@ class SimulatedWalker(Locomotion):
         motors = [body.joint_names.index(name) for name in leg_motors(body)]
         self._places = model.robot.qpos[joints]
         self._motors: NDArray[np.intp] = model.robot.motors[motors]
-        self._trim = Trim(model.mj, self._data, body)
+        self._trim = Trim(model.mj, simulator.data, body)
         of, robot = body.joint_names.index, model.robot
         hinges = ([body.hinge(f"{side}{part}") for part in _PARTS] for side in ("Left", "Right"))
         # The shoulder's tilt comes first.
@@ -221,6 +236,7 @@ class SimulatedWalker(Locomotion):
         self._controller = WalkController(body)
         self._odometer = Odometer(Legs(body))
         self._stage = _Stage.RESTING
+        self._idle = 0  # ticks of rest without a command
         self._time = 0.0  # since the stage began
         self._start = np.zeros(len(self._motors))
         self._rising = 0.0
@@ -239,11 +255,16 @@ class SimulatedWalker(Locomotion):
         """Set the setpoints of legs and arms while it walks, and update the odometry."""
         sensors = self._sensors
         self._inertial = sensors.newest.inertial
-        self._loads = sensors.loads()
         resting = self._stage is _Stage.RESTING
-        joints = sensors.encoded(self._data.qpos[self._places])
+        idle = resting and self._velocity == STILL
+        self._idle = self._idle + 1 if idle else 0
+        if self._idle > _AWHILE and self._idle % _IDLE_TICKS:
+            self._odometer.turn(seconds, self._inertial, resting=True)
+            return
+        self._loads = sensors.loads()
+        joints = sensors.encoded(self._qpos[self._places])
         self._odometer.tick(seconds, joints.tolist(), self._inertial, self._loads, resting=resting)
-        if resting and self._velocity == STILL:
+        if idle:
             return
         if hindrance := self._hindrance(self._simulator.motors.stiffnesses):
             self.abandon(hindrance)
@@ -262,11 +283,12 @@ class SimulatedWalker(Locomotion):
         else:
             self._step(seconds)
 
-    def abandon(self, why: str = "the robot was moved") -> None:
+    def abandon(self, why: str = MOVED) -> None:
         """End the walk at once, the legs where they are: the robot fell, or was placed elsewhere."""
         self._end(why)
         self._controller.reset()
         self._odometer.lose_footing()
+        self._idle = 0
         self._enter(_Stage.RESTING)
 
     def _followed(self, velocity: WalkVelocity) -> WalkVelocity:
@@ -280,7 +302,7 @@ class SimulatedWalker(Locomotion):
             return LYING
         if self._stage is _Stage.RESTING and sum(self._loads) < WEIGHT:
             return OFF_ITS_FEET
-        return limp(stiffnesses[self._motors], "legs")
+        return limp(stiffnesses[self._motors], sentence("its legs are limp"))
 
     def _is_turned_back(self, seconds: float) -> bool:
         """Return whether something before it is about to make it fall on its back."""

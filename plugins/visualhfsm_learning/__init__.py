@@ -14,8 +14,6 @@ except ModuleNotFoundError as error:  # pragma: no cover - nothing is installed 
     message = f"{error.name} is not installed; type: pip install 'visualhfsm[learning]'"
     raise ModuleNotFoundError(message, name=error.name) from error
 
-__all__ = ["ENVIRONMENTS"]
-
 ENVIRONMENTS = {"Nao/Walk-v0": 1000, "Nao/Reach-v0": 250, "Nao/StandUp-v0": 1250}
 """The registered environments, and the steps of 20 ms after which an episode is truncated."""
 

@@ -21,8 +21,6 @@ from naoserver.serving.assembly import Assembly
 from naoserver.serving.entrances import Entrance
 from zenoh_ice.application import missing_package
 
-__all__ = ["BOOSTER", "UNITREE"]
-
 _DOMAIN: Final = "With --unitree or --booster: the domain of DDS; real robots are in 0."
 
 

@@ -32,7 +32,7 @@ from naoserver.serving.assembly import Assembly
 from naoserver.serving.lasting_walk import LastingWalk
 from naoserver.serving.moves import MOTION, POSTURE
 from zenoh_ice.data import typed
-from zenoh_ice.data.text import few
+from zenoh_ice.data.text import few, sentence
 
 _LONGEST: Final = 4096
 """Most characters of a parameter."""
@@ -153,7 +153,7 @@ class Programs:
 
     def refused(self, code: int, message: str) -> int:
         """Report a refusal as an event; return its code."""
-        self.warn(str(code), f"answered a program with error {code}: {message}")
+        self.warn(str(code), sentence(f"answered a program with error {code}: {message}"))
         return code
 
     def warn(self, kind: str, text: str) -> None:
@@ -298,10 +298,11 @@ class Programs:
         try:
             limited = command(data, client)
         except RobotError as error:
-            self.warn(f"ignored {what}", f"ignored {what}: {error}")
+            self.warn(f"ignored {what}", sentence(f"ignored {what}: {error}"))
         else:
             if limited:
-                self.warn(f"limited {what}", f"limited {what} to {few([*limited])}")
+                joints = few([*limited])
+                self.warn(f"limited {what}", sentence(f"limited {what} to {joints}"))
 
     def reach(self, effector: str, places: Sequence[Vector], seconds: float, client: str) -> None:
         """Lead an effector through places in m in the root's frame, at even times, as near as its joints can.
@@ -319,7 +320,7 @@ class Programs:
         )
         joints = self._kinematics.joints_of(effector)
         curves = curves_along(self._kinematics, {effector: way}, np.eye(4), start, joints, most=_MOST_MOMENTS)
-        self.assembly.paths.start(Path(f"the way of {effector}", frozenset(joints), client), curves)
+        self.assembly.paths.start(Path(sentence(f"the way of {effector}"), frozenset(joints), client), curves)
 
     def play(self, motion: str, client: str) -> None:
         """Begin a motion of the body, in place of no other one. Raises KeyError for one that it has not."""

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from naoserver.robot import Robot
     from naoserver.serving.assembly import Assembly
 
-__all__ = ["ENTRANCE", "Disk", "serve_as_naoqi"]
-
 _QI: Final = "Serve it as NAOqi too, for programs that use qi, such as at tcp://127.0.0.1:9559."
 _DISK: Final = "With --qi: the folder that stands for the robot's disk, where its sounds are."
 

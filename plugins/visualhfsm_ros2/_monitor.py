@@ -20,6 +20,7 @@ from hfsm_runtime.errors import ComponentError
 from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import Actor, ChangeKind
 from interfaces import hfsm
+from zenoh_ice.data.text import sentence
 from zenoh_ros2 import InvalidNameError, Node, Parameters, QoS, RosError, RosoutHandler, Service
 
 _STATUS: Final = "smach_msgs/msg/SmachContainerStatus"
@@ -132,7 +133,8 @@ class RosMonitor(Observer):
 
     def _step(self) -> None:
         if self._runtime.status is not hfsm.ComponentStatus.Paused:
-            raise hfsm.InvalidValue(f"the component is {self._word()}: pause it first")
+            status = self._word()
+            raise hfsm.InvalidValue(sentence(f"the component is {status}: pause it first"))
         self._monitor.servant.step(0)
 
     def _reload(self) -> str:

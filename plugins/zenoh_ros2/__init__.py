@@ -11,59 +11,36 @@ try:
 except ImportError as error:
     raise ImportError(f"{error.name} is missing: install it with pip install 'visualhfsm[ros2]'") from error
 
-from ._actions import Aborted, ActionClient, ActionServer, Canceled, Goal, ServerGoal, Status
-from ._graph import Graph, Sender
-from ._messages import Types
-from ._node import DEFAULT_SETTINGS, Node, settings_of_node
-from ._parameters import Parameters
-from ._rosout import RosoutHandler
-from ._services import LARGEST_COMMAND, Client, Service
-from ._topics import Publisher, Subscription
-from ._wire import LATCHED, SENSOR_DATA, Entity, QoS
-from .exceptions import (
-    CallError,
-    CallTimeoutError,
-    DefinitionError,
-    GoalRejectedError,
-    InvalidNameError,
-    MessageError,
-    NodeClosedError,
-    RosError,
-    TypeUnknownError,
-)
-
-__all__ = [
-    "DEFAULT_SETTINGS",
-    "LARGEST_COMMAND",
-    "LATCHED",
-    "SENSOR_DATA",
-    "Aborted",
-    "ActionClient",
-    "ActionServer",
-    "CallError",
-    "CallTimeoutError",
-    "Canceled",
-    "Client",
-    "DefinitionError",
-    "Entity",
-    "Goal",
-    "GoalRejectedError",
-    "Graph",
-    "InvalidNameError",
-    "MessageError",
-    "Node",
-    "NodeClosedError",
-    "Parameters",
-    "Publisher",
-    "QoS",
-    "RosError",
-    "RosoutHandler",
-    "Sender",
-    "ServerGoal",
-    "Service",
-    "Status",
-    "Subscription",
-    "TypeUnknownError",
-    "Types",
-    "settings_of_node",
-]
+from ._actions import Aborted as Aborted
+from ._actions import ActionClient as ActionClient
+from ._actions import ActionServer as ActionServer
+from ._actions import Canceled as Canceled
+from ._actions import Goal as Goal
+from ._actions import ServerGoal as ServerGoal
+from ._actions import Status as Status
+from ._graph import Graph as Graph
+from ._graph import Sender as Sender
+from ._messages import Types as Types
+from ._node import DEFAULT_SETTINGS as DEFAULT_SETTINGS
+from ._node import Node as Node
+from ._node import settings_of_node as settings_of_node
+from ._parameters import Parameters as Parameters
+from ._rosout import RosoutHandler as RosoutHandler
+from ._services import LARGEST_COMMAND as LARGEST_COMMAND
+from ._services import Client as Client
+from ._services import Service as Service
+from ._topics import Publisher as Publisher
+from ._topics import Subscription as Subscription
+from ._wire import LATCHED as LATCHED
+from ._wire import SENSOR_DATA as SENSOR_DATA
+from ._wire import Entity as Entity
+from ._wire import QoS as QoS
+from .exceptions import CallError as CallError
+from .exceptions import CallTimeoutError as CallTimeoutError
+from .exceptions import DefinitionError as DefinitionError
+from .exceptions import GoalRejectedError as GoalRejectedError
+from .exceptions import InvalidNameError as InvalidNameError
+from .exceptions import MessageError as MessageError
+from .exceptions import NodeClosedError as NodeClosedError
+from .exceptions import RosError as RosError
+from .exceptions import TypeUnknownError as TypeUnknownError

@@ -401,6 +401,33 @@ def test_a_reload_that_is_refused_leaves_the_hand_written_code_as_it_was(
         assert count(proxy.getSnapshot()) < 100_000
 
 
+def test_states_import_the_former_code_until_the_present_one_has_been_loaded(
+    pair: Pair, version: Version
+) -> None:
+    extension, gate, begun = (version.directory / name for name in ("walker_ext.py", "gate", "begun"))
+    gate.touch()
+    waiting = (
+        f"open({str(begun)!r}, 'a').close()\nwhile not os.path.exists({str(gate)!r}): time.sleep(0.01)\n"
+    )
+    text = f"import os, time\n{waiting}BONUS = {{}}\nclass WalkerExtension:\n    pass\n"
+    extension.write_text(text.format(1))
+    asks = "import walker_ext\ncount += walker_ext.BONUS"
+    version.write(walker(step=1).replace("count += 1<", f"{asks}<"))
+    with running(pair, version) as (_, proxy):
+        gate.unlink()
+        begun.unlink()
+        extension.write_text(text.format(100_000))
+        reload = proxy.reload.begin()
+        try:
+            until(begun.exists)
+            before = count(proxy.getSnapshot())
+            first_snapshot(proxy, lambda snapshot: before + 3 < count(snapshot) < 100_000)
+        finally:
+            gate.touch()
+        assert reload.result(CALL_LIMIT).generation == 1
+        first_snapshot(proxy, lambda snapshot: count(snapshot) > 100_000)
+
+
 def test_two_reloads_at_once_are_one_reload_and_one_refusal(pair: Pair, version: Version) -> None:
     gate = version.directory / "gate"
     gate.touch()

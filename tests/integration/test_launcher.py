@@ -1,6 +1,7 @@
 """The launcher with real processes: order, failures, signals, and no leftovers."""
 
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -16,8 +17,11 @@ import pytest
 from nao_tools._command import app
 from tests.support.commands import run_here
 from tests.support.limits import END_LIMIT, RUN_LIMIT, START_LIMIT
-from tests.support.processes import free_endpoint
+from tests.support.places import ROOT
+from tests.support.processes import ComponentProcess, free_endpoint
 from tests.support.terminal import read_until
+from tests.support.waiting import until
+from zenoh_ice.application import LAUNCHER
 
 TETHER = str(Path(__file__).resolve().parents[2] / "zenoh_ice" / "application" / "tether.py")
 
@@ -466,3 +470,47 @@ def test_a_log_that_cannot_be_written_is_reported_once(bench):
     _, output = bench.run()
     full = "(cannot write more of its log: [Errno 28] No space left on device)"
     assert [line.strip() for line in output.splitlines()[-4:]] == [full, "one", "two", "lost"]
+
+
+STARTS = """
+import asyncio, os, sys
+from zenoh_ice.application.child import ChildProcess
+
+
+async def main():
+    child = ChildProcess(lambda _descriptor, written: None)
+    await child.start([sys.executable, *sys.argv[1:]], os.environ, at_once=True)
+    print("started", child.pid, flush=True)
+    await child.wait()
+
+
+asyncio.run(main())
+"""
+"""Starts a component like the editor."""
+
+
+def test_a_component_that_ties_itself_ends_with_its_killed_launcher():
+    component = [str(ROOT / "behaviors/dance.py"), "--server-wait", "600", "--connect", free_endpoint()]
+    with ComponentProcess([sys.executable, "-c", STARTS, *component]) as launcher:
+        child = psutil.Process(int(launcher.wait_for(r"^started (\d+)")[1]))
+        until(lambda: signal.SIGINT not in blocked_by(child.pid), START_LIMIT)  # it has tied itself
+        launcher.process.kill()
+        child.wait(END_LIMIT)
+
+
+def blocked_by(pid):
+    """Return the signals that a process blocks."""
+    (mask,) = re.findall(r"^SigBlk:\s+(\w+)", Path(f"/proc/{pid}/status").read_text(), re.MULTILINE)
+    return {number for number in signal.valid_signals() if int(mask, 16) >> (number - 1) & 1}
+
+
+def test_a_component_whose_launcher_died_before_it_was_tied_ends():
+    with subprocess.Popen([sys.executable, "-c", ""]) as dead:
+        dead.wait(RUN_LIMIT)
+    done = subprocess.run(
+        [sys.executable, str(ROOT / "behaviors/dance.py"), "--show-config"],
+        env={**os.environ, LAUNCHER: str(dead.pid)},
+        timeout=RUN_LIMIT,
+        check=False,
+    )
+    assert done.returncode == 128 + signal.SIGTERM

@@ -3,6 +3,7 @@
 import colorsys
 import math
 import threading
+from contextlib import closing
 
 import numpy as np
 import pytest
@@ -181,12 +182,27 @@ class TestCameras:
             assert {frame.camera for frame in frames[camera]} == {camera}
 
 
+@pytest.mark.gl
+def test_gl_is_set_up_for_the_first_image_and_not_before():
+    before = set(threading.enumerate())
+
+    def started():
+        return sorted(thread.name for thread in threading.enumerate() if thread not in before)
+
+    with closing(SimulatedRobot(skin=False, camera_limits=PATIENT_CAMERAS)) as robot:
+        robot.start()
+        assert started() == ["physics"]
+        robot.capture("Camera", 320, 240)
+        assert started() == ["cameras", "physics"]
+
+
 class TestWithoutGL:
-    def test_everything_but_the_cameras_works(self, monkeypatch):
+    def test_everything_but_the_cameras_works(self, monkeypatch, caplog):
         monkeypatch.setenv("MUJOCO_GL", "disable")
         robot = SimulatedRobot(speed=5.0, skin=False)
         robot.start()
         try:
+            assert "the cameras are off: rendering is switched off by MUJOCO_GL=disable" in caplog.text
             until(lambda: robot.clock.now() > 0.2)
             for _ in range(2):
                 with pytest.raises(HardwareFailure, match="MUJOCO_GL=disable: unset it"):

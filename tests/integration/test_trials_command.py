@@ -227,14 +227,15 @@ def test_the_page_and_one_trial_again_end_though_trials_hang(folder: Path) -> No
         sub(
             1,
             0,
-            state(1, "waiting", "while self.turns == 2:\n    pass", initial=True),
+            state(1, "waiting", "if self.turns == 2:\n    threading.Event().wait()", initial=True),
             state(2, "done"),
             transition(1, 1, 2, "100", type="time"),
         ),
+        libraries=("threading",),
         head="<parameters><parameter><name>turns</name><type>int</type><default>1</default></parameter></parameters>",
     )
     (folder / "hangs.xml").write_text(hangs, encoding="utf-8")
-    plan = 'robot = "none"\nruns = 4\nlimit = 1\npatience = 5\n[parameters]\nturns = [1, 2]\n[success]\nstate = "done"\n'
+    plan = 'robot = "none"\nruns = 4\nseed = 2\nlimit = 1\npatience = 5\n[parameters]\nturns = [1, 1, 2]\n[success]\nstate = "done"\n'
     (folder / "hangs.trials.toml").write_text(plan, encoding="utf-8")
     shown = trials(folder, "hangs.xml", "--report", "hangs.html")
     hung = [int(each) for each in re.findall(r"\d+", found_after("took more than 5 s", shown))]

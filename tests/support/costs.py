@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import resource
 import time
 from collections import defaultdict
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Final
 
 import pytest
@@ -14,17 +17,22 @@ import pytest
 __all__ = ["Costs"]
 
 PROCESSOR: Final = "processor time"
-"""The property of a test's last report: the processor time, in s, of this process and of those that it waited for."""
+"""The property of a test's last report: the processor time, in s, of this process and of those that it has started."""
 WALL: Final = "wall time"
 """The property of a test's last report: how long it took, in s, with its fixtures."""
 LARGEST: Final = "largest process"
 """The property of a test's last report: the memory, in MB, that the largest of these processes has had so far."""
+GREW: Final = "growth"
+"""The property of a test's last report: by how much this process has become larger than ever before, in MB."""
 MOST_MEMORY: Final = 700
 """What the largest process of a run may have, in MB."""
-SHOWN: Final = 10
+SHOWN: Final = int(os.environ.get("TEST_COSTS") or 10)
 """So many files are named."""
+GREATEST: Final = 5
+"""So many files are named for the memory that they take."""
 FEWEST: Final = 20
 """Shorter runs say nothing about their costs."""
+_TICKS: Final = os.sysconf("SC_CLK_TCK")
 
 
 @dataclass
@@ -34,22 +42,24 @@ class Cost:
     tests: int = 0
     processor: float = 0.0
     wall: float = 0.0
+    grew: float = 0.0
 
 
 class Costs:
     """A plugin that measures each test, in the workers of pytest-xdist too, and sums up the costs at the end.
 
-    The time of a process counts in the test that waits for its end: what fixtures of a module start, in its last one.
+    The time of a process counts in the test during which it passes, as far as Linux lists the processes: that of a
+    browser that all tests share does not count in the last one of them.
     """
 
     def __init__(self) -> None:
-        self._began: tuple[float, float] = (0.0, 0.0)
+        self._began: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
         self._files: Final[defaultdict[str, Cost]] = defaultdict(Cost)
         self._largest: tuple[float, str] = (0.0, "")
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_logstart(self) -> None:
-        self._began = (time.monotonic(), _processor_time())
+        self._began = (time.monotonic(), _processor_time(), time.process_time(), _own_largest())
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_makereport(
@@ -57,10 +67,13 @@ class Costs:
     ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
         report = yield
         if call.when == "teardown":
-            wall, processor = self._began
+            wall, processor, own, size = self._began
             report.user_properties.append((WALL, time.monotonic() - wall))
-            report.user_properties.append((PROCESSOR, _processor_time() - processor))
+            # The processes of Chromium wait for none of theirs, which take their times with them when they end.
+            took = max(_processor_time() - processor, time.process_time() - own)
+            report.user_properties.append((PROCESSOR, took))
             report.user_properties.append((LARGEST, _largest()))
+            report.user_properties.append((GREW, _own_largest() - size))
         return report
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
@@ -70,6 +83,7 @@ class Costs:
             cost.tests += 1
             cost.processor += took[PROCESSOR]
             cost.wall += took[WALL]
+            cost.grew += took[GREW]
             if took[LARGEST] > self._largest[0]:
                 self._largest = took[LARGEST], report.nodeid
 
@@ -85,16 +99,45 @@ class Costs:
             sum(getattr(cost, each) for cost in self._files.values()) for each in ("processor", "wall")
         )
         terminalreporter.write_line(f"{processor:7.1f} s {wall:6.1f} s         all tests")
+        grew = sorted(self._files.items(), key=lambda item: -item[1].grew)[:GREATEST]
+        named = ", ".join(f"{cost.grew:.0f} MB in {file}" for file, cost in grew)
+        terminalreporter.write_line(f"the processes of the tests grew most by {named}")
         memory, test = self._largest
         terminalreporter.write_line(f"largest process {memory:.0f} MB of {MOST_MEMORY}, since {test}")
 
 
 def _processor_time() -> float:
-    return sum(each.ru_utime + each.ru_stime for each in _usages())
+    return sum(each.ru_utime + each.ru_stime for each in _usages()) + sum(map(_time_of, _running("self")))
+
+
+def _running(process: int | str) -> Iterator[int]:
+    """Yield the processes that a process has started, and those that they have, as far as Linux lists them."""
+    if process == "self":
+        try:
+            os.waitid(os.P_ALL, 0, os.WEXITED | os.WNOHANG | os.WNOWAIT)
+        except ChildProcessError:  # as in most tests
+            return
+    for listed in Path(f"/proc/{process}/task").glob("*/children"):
+        with suppress(FileNotFoundError, ProcessLookupError):  # it has ended
+            for child in listed.read_text().split():
+                yield int(child)
+                yield from _running(int(child))
+
+
+def _time_of(process: int) -> float:
+    """Return the processor time of a process and of those that it waited for, or 0 if it has ended."""
+    with suppress(FileNotFoundError, ProcessLookupError):
+        fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+        return sum(map(int, fields[11:15])) / _TICKS
+    return 0.0
 
 
 def _largest() -> float:
     return max(each.ru_maxrss for each in _usages()) / 1024
+
+
+def _own_largest() -> float:
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 
 def _usages() -> tuple[resource.struct_rusage, resource.struct_rusage]:

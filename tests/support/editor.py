@@ -68,6 +68,9 @@ class NoPart:
 
         return refuse
 
+    def require_connected(self) -> None:
+        """Do nothing: what is started needs no robot."""
+
     async def camera(self, name: str) -> AsyncGenerator[bytes, None]:
         """Refuse."""
         raise VisualHfsmError(Message("there is no camera {name}", name=name))

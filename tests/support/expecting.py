@@ -27,15 +27,18 @@ _SHORT_SLICE: Final = 250.0
 
 
 def _in_slices(look: Callable[[float], None], timeout: float | None, slice_: float = _SLICE) -> None:
-    """Call `look` with the ms that it may wait, until it raises no error or the time is over."""
-    left = PAGE_LIMIT * 1000 if timeout is None else timeout
+    """Call `look` with the ms that it may wait, until it raises no error or the time is over.
+
+    It may wait at least half as long as all has taken: on a busy machine even one look may need seconds.
+    """
+    left = whole = PAGE_LIMIT * 1000 if timeout is None else timeout
     end = time.monotonic() + left / 1000
-    while left > slice_:
+    while left > (part := max(slice_, (whole - left) / 2)):
         begin = time.monotonic()
         try:
-            look(slice_)
+            look(part)
         except (AssertionError, LateError):
-            if time.monotonic() - begin < slice_ / 2000:
+            if time.monotonic() - begin < part / 2000:
                 raise  # not because of the time, and so not about to change
         else:
             return

@@ -71,7 +71,7 @@ class Nursery:
     ) -> tuple[_Transport, Protocol]:
         """Stand in for the event loop's `subprocess_exec`, with a child that may end by itself at once."""
         await self.turns()
-        child = _Transport(self, self.role(command[len(tether_command()) :]), protocol())
+        child = _Transport(self, self.role(self._own(command)), protocol())
         self._children.append(child)
         self.alive[child.role] += 1
         self.most |= self.alive
@@ -79,6 +79,11 @@ class Nursery:
             child.send_signal(0)
         await self.turns()
         return child, child.protocol
+
+    def _own(self, command: Sequence[str]) -> Sequence[str]:
+        """Return a command without what ties it to this process."""
+        tether = tether_command()
+        return command[len(tether) :] if [*command[: len(tether)]] == tether else command
 
     def killpg(self, pid: int, number: int) -> None:
         """Stand in for `os.killpg`."""

@@ -59,8 +59,8 @@ class SteppedClock(VirtualClock):
         """Wait for an event, or until the clock has advanced by `timeout` s; return whether it is set."""
         thread = threading.current_thread()
         with self._changed:
-            due = self._now + _nanoseconds(timeout)
-            if due > self._now and not event.is_set():
+            due = self.moment + _nanoseconds(timeout)
+            if due > self.moment and not event.is_set():
                 self._waiters[thread] = due, event
                 self._changed.notify_all()
                 try:
@@ -81,7 +81,7 @@ class SteppedClock(VirtualClock):
         if seconds < 0:
             raise ValueError(f"a clock does not run backwards: advance({seconds})")
         with self._changed:
-            end = self._now + _nanoseconds(seconds)
+            end = self.moment + _nanoseconds(seconds)
             while (thread := min(self._waiters, key=self._due, default=None)) and self._due(thread) <= end:
                 self._move_to(self._due(thread))
                 del self._waiters[thread]
@@ -94,7 +94,7 @@ class SteppedClock(VirtualClock):
 
     def _due(self, thread: threading.Thread) -> int:
         due, event = self._waiters[thread]
-        return self._now if event.is_set() else due
+        return self.moment if event.is_set() else due
 
     def _wait_until(self, condition: Callable[[], bool], problem: Callable[[], str]) -> None:
         deadline = time.monotonic() + self.limit

@@ -1,7 +1,7 @@
 """Bring the catalogs of all languages up to date with the code: `make texts`, or `make texts NEW=fr`.
 
 A language is a folder with one gettext catalog for each domain: `page` has the texts of the editor's page,
-`messages` what Python says there.
+`messages` what Python says there, `sentences` what robots and components say over the network.
 Each run extracts the texts of the code, adds new ones to each catalog, removes those that the code no longer
 has, and writes what is read at run time. `NEW` adds a language.
 """
@@ -9,6 +9,7 @@ has, and writes what is read at run time. `NEW` adds a language.
 from __future__ import annotations
 
 import argparse
+import ast
 import io
 import json
 import subprocess
@@ -52,6 +53,14 @@ class TextsError(Exception):
 
 
 _CODE: Final = ("codegen", "plugins", "visualhfsm")
+_ROBOTS: Final = ("naoserver/", "naoserver_sim/")
+_REFUSALS: Final = {
+    **dict.fromkeys(("CommandRefused", "InvalidValueException", "LinkLost", "RouteError"), 0),
+    "InvalidCommand": 1,
+    "JointTaken": 2,
+}
+"""Errors of robots that a page shows: the place of their text among the arguments."""
+_SPEAKERS: Final = ("hfsm_runtime", "naoserver", "naoserver_sim", "plugins", "visualhfsm", "zenoh_ice")
 _OF_COMMANDS: Final = (
     *("codegen/_idl", "plugins/visualhfsm_classes", "visualhfsm/_base/html_file.py"),
     *(f"visualhfsm/_commands/{name}.py" for name in ("convert", "draw", "new", "report", "steer")),
@@ -80,6 +89,7 @@ def message_texts() -> Catalog:
         found = [
             each
             for keywords in _KEYWORDS
+            if any(word.encode() in code for word in keywords)  # to look closely takes long
             for each in extract("python", io.BytesIO(code), keywords, ["Translators:"])
         ]
         for _, texts, comments, _ in sorted(found, key=lambda each: each[0]):
@@ -87,6 +97,65 @@ def message_texts() -> Catalog:
     for message in catalog:
         message.flags -= {"python-format", "python-brace-format"}
     return catalog
+
+
+def sentence_texts() -> Catalog:
+    """Return the templates of English texts that a page may hear from robots and components."""
+    catalog = Catalog()
+    for path in sorted(path for folder in _SPEAKERS for path in (ROOT / folder).rglob("*.py")):
+        name, code = path.relative_to(ROOT).as_posix(), path.read_bytes()
+        if b"sentence" not in code and not name.startswith(_ROBOTS):
+            continue
+        for call in ast.walk(ast.parse(code)):
+            if isinstance(call, ast.Call) and (text := _sentence_in(call, name)) is not None:
+                catalog.add(template_of(text, f"{name}:{call.lineno}"), locations=[(name, 1)])
+    for message in catalog:
+        message.flags -= {"python-format", "python-brace-format"}
+    return catalog
+
+
+def _sentence_in(call: ast.Call, name: str) -> ast.expr | None:
+    """Return the argument of a call in a file that is a sentence; None if none is."""
+    called = ast.unparse(call.func).rpartition(".")[2]
+    if called == "sentence":
+        return call.args[0]
+    place = _REFUSALS.get(called, len(call.args)) if name.startswith(_ROBOTS) else len(call.args)
+    text = next(iter(call.args[place:]), None)
+    return text if isinstance(text, ast.JoinedStr | ast.Constant) else None
+
+
+def template_of(text: ast.expr, place: str) -> str:
+    """Return a literal or an f-string as a template of `str.format`, whose values have names.
+
+    Raises TextsError for any other code, and for two values of one name.
+    """
+    match text:
+        case ast.Constant(value=str(literal)):
+            return literal.replace("{", "{{").replace("}", "}}")
+        case ast.JoinedStr(values=pieces):
+            template, values = "", dict[str, str]()
+            for each in pieces:
+                if not isinstance(each, ast.FormattedValue):
+                    template += template_of(each, place)
+                    continue
+                name, code = _name_of(each.value, place), ast.unparse(each.value)
+                if values.setdefault(name, code) != code:
+                    raise TextsError(f"{place}: two values are called {name}: rename one")
+                template += f"{{{name}}}"
+            return template
+    raise TextsError(f"{place}: a sentence is a literal or an f-string")
+
+
+def _name_of(value: ast.expr, place: str) -> str:
+    """Return the last name in an expression, or in its first argument; for a `name`, that of its owner."""
+    match value:
+        case ast.Attribute(value=owner, attr="name" | "__name__") if ast.unparse(owner) != "self":
+            return _name_of(owner, place)
+        case ast.Name(id=name) | ast.Attribute(attr=name):
+            return name.strip("_").lower()
+        case ast.Call(args=[first, *_]) | ast.Subscript(value=first) | ast.BoolOp(values=[first, *_]):
+            return _name_of(first, place)
+    raise TextsError(f"{place}: a value without a name: {ast.unparse(value)}")
 
 
 def message_mo(catalog: Catalog) -> bytes:
@@ -147,15 +216,17 @@ def _shelf_texts() -> Iterator[tuple[str, str]]:
         yield from ((place, text) for each in shown if (text := " ".join(each.text.split())))
 
 
-def page_json(catalog: Catalog) -> bytes:
-    """Return a catalog as the page reads it: texts by those of the code.
+def texts_json(catalog: Catalog) -> bytes:
+    """Return a catalog as the page and its server read it: texts by those of the code.
 
     A text with a number is an object of texts by the categories of `Intl.PluralRules`. The empty text, which
     the code never has, says what the file is. Raises TextsError when the rules of the catalog are not those
     of CLDR.
     """
     forms = forms_by_category(catalog)
-    texts: dict[str, Any] = {"": f"Written by `make texts` from {catalog.locale}/page.po. Do not edit."}
+    texts: dict[str, Any] = {
+        "": f"Written by `make texts` from {catalog.locale}/{catalog.domain}.po. Do not edit."
+    }
     for message in catalog:
         if not message.id or not message.string or not is_translated(message):
             continue
@@ -222,14 +293,16 @@ class Domain:
         """Return a catalog as it is on disk. Raises TextsError when it is no catalog."""
         path = folder / language / f"{self.name}.po"
         try:
-            return read_po(io.BytesIO(path.read_bytes()), locale=_locale(language), abort_invalid=True)
+            content = io.BytesIO(path.read_bytes())
+            return read_po(content, locale=_locale(language), domain=self.name, abort_invalid=True)
         except (OSError, PoFileError, ValueError) as error:
             raise TextsError(f"{path}: {error}") from error
 
 
 DOMAINS: Final = (
-    Domain("page", page_texts, page_json, "visualhfsm/_editor/static/languages/{language}.json"),
+    Domain("page", page_texts, texts_json, "visualhfsm/_editor/static/languages/{language}.json"),
     Domain("messages", message_texts, message_mo, "visualhfsm/_base/languages/{language}/messages.mo"),
+    Domain("sentences", sentence_texts, texts_json, "visualhfsm/_base/languages/{language}/sentences.json"),
 )
 
 

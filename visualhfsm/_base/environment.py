@@ -7,8 +7,6 @@ import sys
 from collections.abc import Iterable
 from pathlib import Path
 
-__all__ = ["child_environment"]
-
 
 def child_environment(include: Iterable[Path] = ()) -> dict[str, str]:
     """Return the environment in which a child finds the packages that this process finds.

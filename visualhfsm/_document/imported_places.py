@@ -21,8 +21,6 @@ from codegen.messages import NO_MESSAGE, Message
 
 from .places import Located, Locator, Place
 
-__all__ = ["Imported", "ImportedPlaces", "shown_path"]
-
 
 class Imported(msgspec.Struct, frozen=True, kw_only=True):
     """A place in an imported file, and where a document has it.
@@ -94,15 +92,10 @@ class ImportedPlaces:
     def owners(self, automaton: Automaton) -> tuple[Place, ...]:
         """Return the states whose automata come from other files, down to an automaton; see `Imported`."""
         found: list[Place] = []
-        present: Automaton | None = automaton
-        for _ in self.whole.automata:
-            if present is None:
-                break
-            father = self.whole.automaton(present.father)
-            owner = None if father is None else self.whole.owner(present)
-            if owner is not None and (present.imported is not None or present.path != owner.path):
-                found.insert(0, Place(kind="state", automaton=present.father, id=owner.id))
-            present = father
+        for each in (automaton, *self.whole.above(automaton)):
+            owner = self.whole.owner(each)
+            if owner is not None and (each.imported is not None or each.path != owner.path):
+                found.insert(0, Place(kind="state", automaton=each.father, id=owner.id))
         return tuple(found)
 
     def _is_top(self, automaton: Automaton, file: Path) -> bool:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
+from codegen.graphs import reached
 from codegen.hfsm.document import NO_CHILD, Automaton, Document, State
 
 
@@ -44,7 +45,7 @@ def hanging(document: Document, automaton: Automaton, states: Iterable[State]) -
         if each.id not in owned_by:
             lost.setdefault(each.father, []).append(each.id)
     by_id = {each.id: each for each in document.automata}
-    kept = _above(automaton, by_id, owned_by)
+    kept = reached([automaton.id], lambda each: _above(each, by_id, owned_by))
     doomed: set[int] = set()
     pending = [
         child for _, state in document.states() if id(state) in doomed_states for child in state.children
@@ -112,18 +113,9 @@ def _without_children(state: State, ids: set[int]) -> State:
 
 
 def _above(
-    automaton: Automaton,
-    by_id: Mapping[int, Automaton],
-    owned_by: Mapping[int, list[tuple[Automaton, State]]],
-) -> set[int]:
-    found: set[int] = set()
-    pending = [automaton.id]
-    while pending:
-        each = pending.pop()
-        if each in found:
-            continue
-        found.add(each)
-        pending += [father.id for father, _ in owned_by.get(each, ())]
-        if each in by_id and by_id[each].father != NO_CHILD:
-            pending.append(by_id[each].father)
-    return found
+    automaton: int, by_id: Mapping[int, Automaton], owned_by: Mapping[int, list[tuple[Automaton, State]]]
+) -> Iterator[int]:
+    """Yield the automata right above one, by its owners and by what it says itself."""
+    yield from (father.id for father, _ in owned_by.get(automaton, ()))
+    if automaton in by_id and by_id[automaton].father != NO_CHILD:
+        yield by_id[automaton].father

@@ -23,8 +23,6 @@ from visualhfsm._base.languages import accepted_language, said
 
 from .viewers import VIEW
 
-__all__ = ["RefusalLog", "not_found", "refused"]
-
 _PAGE: Final = """<!doctype html>
 <html lang="{language}">
 <meta charset="utf-8">

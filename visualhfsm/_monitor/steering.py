@@ -15,10 +15,11 @@ from interfaces.hfsm import Explanation, HfsmMonitorPrx, ReloadReport
 from interfaces.jderobot import InvalidValueException
 from interfaces.nao import GroundTruthPrx, SafetyPrx, ScenePrx
 from visualhfsm._base.errors import VisualHfsmError
+from visualhfsm._base.recognition import recognized
+from visualhfsm._monitor.realm.explanations import translate_explanation
 from visualhfsm._monitor.realm.follower import Follower
 from visualhfsm._monitor.realm.realm import RELOAD_PATIENCE, refusals
 from visualhfsm._monitor.realm.run_log import Intervention
-from visualhfsm._monitor.realm.translation import translate_explanation, translated
 from zenoh_ice import (
     Communicator,
     ConnectionLostException,
@@ -69,7 +70,7 @@ async def operate(monitor: HfsmMonitorPrx, action: str, arguments: Mapping[str, 
         monitor = monitor.ice_invocationTimeout(RELOAD_PATIENCE)
     found = await _call(getattr(monitor, action), arguments, Message("the component"))
     if isinstance(found, ReloadReport):
-        found.notKept = [translated(printable(each)) for each in found.notKept]
+        found.notKept = [recognized(printable(each)) for each in found.notKept]
     return translate_explanation(found) if isinstance(found, Explanation) else found
 
 
@@ -79,7 +80,7 @@ async def _call(operation: Any, arguments: Mapping[str, Any], whom: Message) -> 
         with refusals(whom):
             return await asyncio.wrap_future(operation.begin(**arguments))
     except ZenohIceError as error:
-        raise VisualHfsmError(translated(str(error))) from error
+        raise VisualHfsmError(recognized(str(error))) from error
 
 
 async def set_scene(communicator: Communicator, action: str, arguments: Mapping[str, Any]) -> object:
@@ -113,4 +114,4 @@ async def stand_robot(communicator: Communicator) -> None:
             "the robot cannot stand here: {reason}", reason=printable(error.what)
         ) from error
     except ZenohIceError as error:
-        raise VisualHfsmError(translated(str(error))) from error
+        raise VisualHfsmError(recognized(str(error))) from error

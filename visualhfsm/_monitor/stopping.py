@@ -16,12 +16,11 @@ from interfaces.nao import JointsPrx, PoseHeadPrx
 from visualhfsm._monitor.messages import USUAL_LIMITS, PartLimits
 from zenoh_ice import Communicator, ObjectPrx, TimeoutException, ZenohIceError
 from zenoh_ice.application.emergency_stop import SAFETY, RobotStop, begin_stop
-
-__all__ = ["StopReport", "stop_once", "stop_robot"]
+from zenoh_ice.data.text import sentence
 
 _STOP_PERIOD: Final = 0.1
 """Wall seconds between two stops."""
-_REASON: Final = "STOP was pressed in the editor"
+_REASON: Final = sentence("STOP was pressed in the editor")
 _BODY: Final = "Body"
 
 

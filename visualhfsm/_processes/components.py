@@ -261,7 +261,7 @@ class StartedComponent:
             self._report("starting")
             runner = [] if dry_run is None else ["-P", "-m", _DRY_RUN, f"--body={dry_run}"]
             command = [sys.executable, *runner, str(generated.component), *_WAIT, *arguments]
-            await self._launch(command)
+            await self._launch(command, at_once=dry_run is None)
         except BaseException as error:
             message = error.message if isinstance(error, VisualHfsmError) else _NOT_STARTED
             self._report("ended", None, message)
@@ -289,12 +289,12 @@ class StartedComponent:
             self._process.kill()
             self._directory.close()
 
-    async def _launch(self, command: Sequence[str]) -> None:
+    async def _launch(self, command: Sequence[str], *, at_once: bool) -> None:
         self._words = LastWords()
         with VisualHfsmError.in_place_of(OSError, "the component cannot be started: {reason}"):
             kept = self._last_cycle = self._directory.file_for_last_cycle()
             environment = {**child_environment(), **self._environment, last_cycle.VARIABLE: str(kept)}
-            await self._process.start(command, environment)
+            await self._process.start(command, environment, at_once=at_once)
 
     def _end(self, code: int, stopped: bool) -> None:
         kept = last_cycle.read(self._last_cycle) if self._last_cycle else None

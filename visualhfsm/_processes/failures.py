@@ -11,8 +11,8 @@ from collections.abc import Mapping
 from typing import Final, NamedTuple
 
 from codegen.messages import Message
-from codegen.reasons import known_text
 from visualhfsm._base.output_lines import describe_exit
+from visualhfsm._base.recognition import recognized
 from visualhfsm._document.origins import Origin, Origins
 from visualhfsm._monitor.messages import Stopper
 from zenoh_ice.application.last_cycle import LastCycle
@@ -72,7 +72,7 @@ class Failure(NamedTuple):
         if ends is not None:
             what = Message.verbatim(ends["call"])
         elif found is not None and " " in (found["what"] or ""):
-            what = known_text(found["what"].partition("; ")[0])
+            what = recognized(found["what"].partition("; ")[0])
         where = self.where
         if not where:
             return what
@@ -133,11 +133,11 @@ class Failures:
         text, self._text = self._text, ""
         found = _ERROR.fullmatch(text)
         if found is not None:
-            self._reported = Failure(origin, found["where"].rpartition("/")[2], known_text(found["what"]))
+            self._reported = Failure(origin, found["where"].rpartition("/")[2], recognized(found["what"]))
             return self._add(self._reported)
         refused = _REFUSED.fullmatch(text)
         what = refused["what"] if refused else text.partition("\n")[0]
-        return [] if _RECORD.match(text) else self._add(Failure(origin, "", known_text(what)))
+        return [] if _RECORD.match(text) else self._add(Failure(origin, "", recognized(what)))
 
     def _in_traceback(self, line: str, origin: Origin | None) -> list[Failure]:
         assert self._frames is not None
@@ -153,7 +153,7 @@ class Failures:
             return []
         frames, self._frames = self._frames, None
         if reported is None and frames and _EXCEPTION.match(line):
-            self.printed = Failure(frames[-1], "", known_text(line))
+            self.printed = Failure(frames[-1], "", recognized(line))
         return []
 
     def _add(self, failure: Failure, *, is_last: bool = True) -> list[Failure]:

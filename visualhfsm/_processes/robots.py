@@ -24,10 +24,10 @@ from codegen.reasons import known_text
 from visualhfsm._base.environment import child_environment
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._base.output_lines import LineReports, Lines, describe_exit
+from visualhfsm._base.recognition import recognized
 from visualhfsm._base.work import complete
 from visualhfsm._monitor import messages
 from visualhfsm._monitor.realm.robot import RobotPresence
-from visualhfsm._monitor.realm.translation import translated
 from visualhfsm._processes.bodies import body_option, called, require_body
 from zenoh_ice import Settings
 from zenoh_ice.application.child import ChildProcess
@@ -128,7 +128,7 @@ class StartedRobot:
             title=called(seen.title),
             speed=seen.speed,
             since=self._lost_at,
-            stopped=translated(seen.stopped or ""),
+            stopped=recognized(seen.stopped or ""),
             started=self._kind,
             simulation=msgspec.structs.replace(self._simulation, balls=moving or self._simulation.balls),
             has_balls=seen.has_balls,

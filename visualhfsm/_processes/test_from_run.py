@@ -31,7 +31,6 @@ _LATEST_START: Final = 0.5
 _MOST_CHANGES: Final = 60
 _TOLERANCE: Final = 0.5
 """Seconds by which a time may differ: the clock of a run is not that of a test."""
-_MOST_LEVELS: Final = 64
 _MOST_LEFT_OUT: Final = 40
 """Sentences about what a test leaves out."""
 _DEEPEST_VALUE: Final = 40
@@ -289,12 +288,7 @@ def _period(automaton: Automaton) -> float:
 
 def _path(document: Document, automaton: Automaton, state: int) -> str | None:
     """Return the path of a state from the root down; None for one that is not in the document."""
-    names = [each.name for each in automaton.states if each.id == state]
-    above: Automaton | None = automaton
-    while names and above is not None and len(names) < _MOST_LEVELS:
-        owner = document.owner(above)
-        if owner is None:
-            return "/".join(reversed(names))
-        names.append(owner.name)
-        above = document.automaton(above.father)
-    return None
+    own = next((each for each in automaton.states if each.id == state), None)
+    owners = map(document.owner, (automaton, *document.above(automaton)))
+    names = [each.name for each in (own, *owners) if each is not None]
+    return None if own is None else "/".join(reversed(names))

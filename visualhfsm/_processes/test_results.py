@@ -11,27 +11,11 @@ from typing import Final, Literal
 
 import msgspec
 
-from codegen.messages import NO_MESSAGE, Message, number, template
-from codegen.reasons import known_text
+from codegen.messages import NO_MESSAGE, Message
+from visualhfsm._base.recognition import recognized
 from visualhfsm._document.places import Place
 from visualhfsm._monitor.messages import Push
 
-_WHAT: Final = (
-    template("the state {path} was not reached within {limit} s"),
-    template("the state {path} was not reached"),
-    template("the condition did not hold within {limit} s"),
-    Message("the condition did not hold"),
-    template("{condition} did not hold within {limit} s"),
-    template("{condition} did not hold"),
-)
-_WHERE: Final = (
-    template("at {time} s the behavior is in {states}"),
-    template("at {time} s the behavior is paused in {states}"),
-    template("at {time} s the behavior has halted in {states}"),
-    template("at {time} s the behavior has finished in {states}"),
-    template("at {time} s the behavior has ended in {states}"),
-)
-"""Both as `hfsm_runtime/virtual/execution.py` writes them."""
 _PLACED: Final = re.compile(r"(?P<place>[^:\n]+:\d+): (?:BehaviorFailed: )?(?P<reason>.+)", re.DOTALL)
 _SENTENCE: Final = re.compile(r"(?P<what>.+?): (?P<where>at [\d.]+ s the behavior .+)\s*")
 
@@ -154,12 +138,6 @@ def reason_of(text: str) -> Message:
 
 def _known(text: str) -> Message:
     if found := _SENTENCE.fullmatch(text):
-        what, where = _with_numbers(found["what"], _WHAT), _with_numbers(found["where"], _WHERE)
+        what, where = recognized(found["what"]), recognized(found["where"])
         return Message("{what}: {where}", what=what, where=where)
-    return known_text(text)
-
-
-def _with_numbers(text: str, templates: tuple[Message, ...]) -> Message:
-    found = known_text(text, templates)
-    numbers = {name: number(str(each)) for name, each in found.values.items() if name in ("limit", "time")}
-    return found.again({**found.values, **numbers}) if numbers else found
+    return recognized(text)

@@ -91,7 +91,8 @@ def main(**options: Any) -> NoReturn:  # noqa: ANN401 - of PacedExecution
     if len(found) != 1:
         sys.exit(f"{file.name} defines {len(found)} components, not one")
     try:
-        run(make_app(found[0], partial(dry_run, body=described, **options)), expected=(ComponentError,))
+        app = make_app(found[0], partial(dry_run, body=described, **options), lean=True)
+        run(app, expected=(ComponentError,))
     except SystemExit as end:
         if any(thread.name == THREAD for thread in threading.enumerate()):
             # Code hangs there. Python would end its thread in the middle of a greenlet, which crashes.

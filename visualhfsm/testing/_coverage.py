@@ -278,12 +278,5 @@ def _files(paths: Sequence[Path]) -> Iterator[Path]:
 
 def _path(document: Document, automaton: Automaton) -> str:
     """Return the names of the states that own an automaton, from the root down; empty for the root."""
-    names: list[str] = []
-    above: Automaton | None = automaton
-    while above is not None and len(names) < len(document.automata):
-        owner = document.owner(above)
-        if owner is None:
-            break
-        names.append(owner.name)
-        above = document.automaton(above.father)
-    return "/".join(reversed(names))
+    owners = map(document.owner, (automaton, *document.above(automaton)))
+    return "/".join(reversed([owner.name for owner in owners if owner is not None]))

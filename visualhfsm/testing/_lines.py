@@ -14,6 +14,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import ExitStack
 from functools import lru_cache
 from pathlib import Path
+from traceback import walk_tb
 from types import CodeType
 from typing import TYPE_CHECKING, Final
 
@@ -198,10 +199,8 @@ def _lines_in(error: BaseException, files: Iterable[str]) -> dict[str, set[int]]
     present: BaseException | None = error
     while present is not None and id(present) not in seen:
         seen.add(id(present))
-        trace = present.__traceback__
-        while trace is not None:
-            if (lines := found.get(trace.tb_frame.f_code.co_filename)) is not None:
-                lines.add(trace.tb_lineno)
-            trace = trace.tb_next
+        for frame, line in walk_tb(present.__traceback__):
+            if (lines := found.get(frame.f_code.co_filename)) is not None:
+                lines.add(line)
         present = present.__cause__ or present.__context__
     return found

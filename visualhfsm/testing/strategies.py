@@ -20,7 +20,6 @@ from visualhfsm.simulation._loading import read
 
 from ._abstraction import abstract_component
 
-__all__ = ["advances", "balls", "events", "guard_scripts", "guards", "stimuli"]
 __tracebackhide__ = says_it_all
 
 _PERIODS: Final = 20

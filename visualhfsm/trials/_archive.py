@@ -5,13 +5,14 @@ from __future__ import annotations
 import hashlib
 import io
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 import interfaces
 from codegen.diagnostics import Diagnostics
+from codegen.graphs import reached
 from codegen.hfsm import component_path, read_document
 from codegen.hfsm.formats.reader import looks_like_document
 from codegen.hfsm.loading import is_generated
@@ -92,16 +93,15 @@ def _pack(parts: dict[str, Path], documents: frozenset[Path], contents: Mapping[
 
 def _documents(document: Path) -> frozenset[Path]:
     """Return a document and those whose automata it imports; its run reports what is wrong in them."""
-    found: set[Path] = set()
-    left = {document}
-    while left:
-        path = left.pop()
-        found.add(path)
-        content = read_document(path, Diagnostics()) if path.is_file() else None
-        automata = content.automata if content is not None else ()
-        imports = (automaton.imported for automaton in automata)
-        left |= {(path.parent / each.file.text.strip()).resolve() for each in imports if each} - found
-    return frozenset(found)
+    return frozenset(reached([document], _imports))
+
+
+def _imports(path: Path) -> Iterator[Path]:
+    """Yield the files that a document imports automata from."""
+    content = read_document(path, Diagnostics()) if path.is_file() else None
+    for automaton in content.automata if content is not None else ():
+        if automaton.imported:
+            yield (path.parent / automaton.imported.file.text.strip()).resolve()
 
 
 def _is_component(path: Path) -> bool:

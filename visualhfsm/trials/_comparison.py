@@ -10,8 +10,9 @@ from typing import Final
 import numpy as np
 
 from ._errors import TrialsError
+from ._outcomes import Outcome
 from ._statistics import UNBOUNDED, Mean, Rate, mcnemar, mean_of, rate_difference
-from ._summary import Row, Summary
+from ._summary import Summary
 
 _SIGNIFICANT: Final = 0.05
 
@@ -74,7 +75,7 @@ class Comparison:
         return f"{gained} gained, {lost} lost: {real} (p = {self.chance:.3g})"
 
 
-def _changes(pairs: Sequence[tuple[Row, Row]], limit: float) -> dict[str, MeanChange]:
+def _changes(pairs: Sequence[tuple[Outcome, Outcome]], limit: float) -> dict[str, MeanChange]:
     if not pairs:
         return {}
     names = [

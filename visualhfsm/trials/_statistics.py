@@ -9,6 +9,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from decimal import ROUND_HALF_UP, Context, Decimal
+from functools import lru_cache
 from statistics import NormalDist
 from typing import Any, Final
 
@@ -24,6 +25,8 @@ UNBOUNDED: Final = (-math.inf, math.inf)
 SMALL: Final = 20
 """Fewer trials say little: of so many, the interval of a rate is some 40 % wide."""
 _RESAMPLES: Final = 4999
+_KEPT: Final = 200
+"""For so many numbers, what is random in an interval is kept for the next one; for more it is too much."""
 _BEYOND: Final = 2.0  # spacings from the last number to where the end of all may be
 _FEW: Final = 3  # different values, beside which rare ones may well be missing
 _FAR: Final = 2.0 / 3.0  # of the range of all: a number farther from the next is far from the others
@@ -153,19 +156,26 @@ def _interval(values: np.ndarray, lowest: float, highest: float) -> tuple[float,
     beyond = _BEYOND * (np.diff(values)[[0, -1]] if len(np.unique(values)) > 2 else np.zeros(2))
     least = max(lowest, values[0] - beyond[0])
     most = min(highest, values[-1] + beyond[1])
-    random = np.random.default_rng(0)
-    weights = random.standard_exponential((_RESAMPLES, count + 1))
-    weights /= weights.sum(axis=1, keepdims=True)
+    weights, places = (_chances if count <= _KEPT else _chances.__wrapped__)(count)
     low = float(np.quantile(weights @ np.concatenate(([least], values)), tail))
     high = float(np.quantile(weights @ np.concatenate((values, [most])), 1.0 - tail))
     if count < SMALL:
         return low, high
     mean, error = float(values.mean()), float(values.std(ddof=1))
-    drawn = random.choice(values, (_RESAMPLES, count))
+    drawn = values[places]
     errors = np.maximum(drawn.std(axis=1, ddof=1), _EQUAL * _EQUAL)  # 0 where all are equal
     scores = (drawn.mean(axis=1) - mean) / errors
     first, last = np.quantile(scores, (1.0 - tail, tail), method="nearest").tolist()
     return max(low, mean - error * first), min(high, mean - error * last)
+
+
+@lru_cache(maxsize=2)
+def _chances(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return random weights of so many numbers and one more, and places of numbers that are drawn."""
+    random = np.random.default_rng(0)
+    weights = random.standard_exponential((_RESAMPLES, count + 1))
+    weights /= weights.sum(axis=1, keepdims=True)
+    return weights, random.integers(0, count, (_RESAMPLES if count >= SMALL else 0, count))
 
 
 def _doubt(values: np.ndarray) -> str:

@@ -11,12 +11,13 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Final, NamedTuple
 
+import msgspec
 import numpy as np
 
 from visualhfsm._base.csv_file import write_csv
 
 from ._outcomes import Outcome, read_looks, read_outcomes
-from ._quantities import Value, Values
+from ._quantities import Value
 from ._statistics import Quartiles, Rate, quartiles, success_rate
 
 _BINS: Final = 5
@@ -27,19 +28,6 @@ _NOTED: Final = frozenset({"time", "calls", "cycles", "distance"})
 _WORST: Final = 10
 _SHOWN_WAYS: Final = 5
 _FIGURE: Final = re.compile(r"-?\d+(\.\d+)?(e[+-]?\d+)?")
-
-
-class Row(NamedTuple):
-    """What is kept of an outcome."""
-
-    number: int
-    values: Values
-    """Its quantities, and the groups it belongs to."""
-    success: bool
-    reason: str
-    states: str
-    time: float
-    numbers: Mapping[str, float]
 
 
 class Part(NamedTuple):
@@ -76,16 +64,9 @@ class Summary:
     def __init__(
         self, outcomes: Iterable[Outcome], varying: Sequence[str], looks: Sequence[int] = ()
     ) -> None:
-        rows, groups = [], dict[str, None]()
-        for o in outcomes:
-            numbers = {"time": o.time, **o.numbers}
-            rows.append(
-                Row(o.number, {**o.values, **o.groups}, o.success, o.reason, o.states, o.time, numbers)
-            )
-            groups |= dict.fromkeys(o.groups)
-        self.rows: Final = sorted(rows, key=lambda row: row.number)
-        """The trials by number."""
-        self.varying: Final = (*varying, *groups)
+        self.rows: Final = sorted(map(_kept, outcomes), key=lambda row: row.number)
+        """The trials by number: groups are among their values, and the time among their numbers."""
+        self.varying: Final = (*varying, *dict.fromkeys(name for row in self.rows for name in row.groups))
         self.looks: Final = tuple(looks)
         """The numbers of trials asked for, one after the other: if several, some came after a look."""
 
@@ -116,7 +97,7 @@ class Summary:
     @cached_property
     def are_equal(self) -> bool:
         """Whether there are several trials, and nothing differs between them."""
-        rows = [row._replace(number=0) for row in self.rows]
+        rows = [msgspec.structs.replace(row, number=0) for row in self.rows]
         return len(rows) > 1 and all(row == rows[0] for row in rows)
 
     @cached_property
@@ -147,7 +128,7 @@ class Summary:
     @cached_property
     def ways(self) -> list[FailureGroup]:
         """The ways in which it fails, the commonest first."""
-        found: defaultdict[tuple[str, str], list[Row]] = defaultdict(list)
+        found: defaultdict[tuple[str, str], list[Outcome]] = defaultdict(list)
         for row in self.rows:
             if not row.success:
                 found[_way(row)].append(row)
@@ -158,7 +139,7 @@ class Summary:
         return sorted(ways, key=lambda way: (-len(way.numbers), way.numbers[0]))
 
     @cached_property
-    def worst(self) -> list[Row]:
+    def worst(self) -> list[Outcome]:
         """The ten worst trials: those that fail, of rare ways first, then the slowest; of equal ones, one."""
         rarity = Counter(_way(row) for row in self.rows if not row.success)
         ranked = sorted(self.rows, key=lambda row: (row.success, rarity[_way(row)], -row.time, row.number))
@@ -196,7 +177,7 @@ class Summary:
                 parts.append(self._part(f"{_shown(low)} to {_shown(high)}", inside))
         return parts
 
-    def _part(self, label: str, rows: Sequence[Row]) -> Part:
+    def _part(self, label: str, rows: Sequence[Outcome]) -> Part:
         rate = success_rate(sum(row.success for row in rows), len(rows))
         numbers = {
             name: [row.numbers[name] for row in rows if name in row.numbers] for name in self.own_numbers
@@ -231,7 +212,19 @@ def write_table(path: Path, summary: Summary) -> None:
     write_csv(path, [["number", "success", "reason", "states", *values, *numbers], *rows])
 
 
-def _way(row: Row) -> tuple[str, str]:
+def _kept(outcome: Outcome) -> Outcome:
+    """Return what is kept of an outcome: there may be a million."""
+    return msgspec.structs.replace(
+        outcome,
+        values={**outcome.values, **outcome.groups},
+        numbers={"time": outcome.time, **outcome.numbers},
+        changes=(),
+        left_out=0,
+        error="",
+    )
+
+
+def _way(row: Outcome) -> tuple[str, str]:
     """Return what trials have in common that fail in the same way."""
     return _FIGURE.sub("#", row.reason), row.states
 

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from codegen.messages import Message, number
+from codegen.messages import Message
 from codegen.reasons import known_text
 
 from ._messages import Dependence, FailureView, Histogram, Part, PlaceMap, Trial, TrialsView, TrialTimeline
@@ -17,7 +17,7 @@ from ._outcomes import Outcome, StateChange, read_outcomes
 from ._plan import Plan
 from ._quantities import Value
 from ._statistics import figure
-from ._summary import Map, Row, Summary
+from ._summary import Map, Summary
 
 _REASONS: Final = (
     Message("fell"),
@@ -157,7 +157,7 @@ def _floor(plan: Plan) -> list[tuple[float, float, float, float]]:
     return [] if field is None else [*map(_line, FieldLines(field).segments)]
 
 
-def _trial(row: Row, timeline: TrialTimeline, page: str) -> Trial:
+def _trial(row: Outcome, timeline: TrialTimeline, page: str) -> Trial:
     noted = {name: value for name, value in {**row.values, **row.numbers}.items() if name != "time"}
     values = [(_cut(name), _cut(_shown(value))) for name, value in islice(noted.items(), _MOST_VALUES)]
     return Trial(
@@ -166,10 +166,7 @@ def _trial(row: Row, timeline: TrialTimeline, page: str) -> Trial:
 
 
 def _reason(text: str) -> Message:
-    found = known_text(_cut(text), _REASONS)
-    if (time := found.values.get("time")) is None:
-        return found
-    return found.again({**found.values, "time": number(str(time))})
+    return known_text(_cut(text), _REASONS)
 
 
 def _cut(text: str, most: int = _LONGEST_TEXT) -> str:

@@ -12,17 +12,10 @@ import sys
 from collections.abc import Iterable
 from importlib.machinery import PathFinder
 
-__all__ = [
-    "begin_loading",
-    "end_at_ctrl_c",
-    "hidden_interfaces",
-    "missing_package",
-    "say_version",
-    "tether_command",
-]
-
 _TETHER = f"{os.path.dirname(__file__)}/tether.py"  # noqa: PTH120 - pathlib takes time to load
 
+LAUNCHER = "HFSM_LAUNCHER"
+"""Variable with the id of the process that starts a command without `tether_command`: it ends with that."""
 _INTERRUPTED = 130
 _INTERFACES = "interfaces"
 
@@ -35,6 +28,10 @@ def begin_loading(*, with_interfaces: bool = True) -> None:
     """
     say_version()
     end_at_ctrl_c()
+    if launcher := os.environ.pop(LAUNCHER, ""):
+        from zenoh_ice.application.tether import tie_to  # not in a command that a person starts
+
+        tie_to(int(launcher))
     gc.disable()
     if with_interfaces and (problem := hidden_interfaces()):
         program = os.path.basename(sys.argv[0].removesuffix("/__main__.py"))  # noqa: PTH119

@@ -12,9 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any, Final
 
-from zenoh_ice.application import tether_command
-
-__all__ = ["ChildProcess"]
+from zenoh_ice.application import LAUNCHER, tether_command
 
 _DRAIN: Final = 0.5
 """Seconds in which the output must end after the process; a grandchild may hold the pipe open."""
@@ -61,10 +59,13 @@ class ChildProcess:
         *,
         foreground: bool = False,
         merged: bool = False,
+        at_once: bool = False,
     ) -> None:
         """Start a command. Raises OSError when no process can be started, as while the former one runs.
 
         A foreground command uses our terminal, and `receive` gets nothing. `merged` sends stderr to stdout.
+        One of ours that calls `begin_loading` can start `at_once`: it ties itself to this process, which
+        saves the start of an interpreter.
         """
         if self._is_running:
             raise OSError(errno.EBUSY, "the former process still runs")
@@ -75,14 +76,17 @@ class ChildProcess:
         elif merged:
             options["stderr"] = subprocess.STDOUT
         self._is_running = True  # nobody else starts one while this waits
+        tether = [] if at_once else tether_command("foreground" if foreground else "background")
+        variables = {LAUNCHER: str(os.getpid())} if at_once else {}
+        variables["PYTHONUNBUFFERED"] = environment.get("PYTHONUNBUFFERED") or "1"
         # Blocked in the child too: the tether unblocks it once it would no longer end in a traceback.
         blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
             self._transport, self._events = await asyncio.get_running_loop().subprocess_exec(
                 partial(_Events, self._receive),
-                *tether_command("foreground" if foreground else "background"),
+                *tether,
                 *command,
-                env={**environment, "PYTHONUNBUFFERED": environment.get("PYTHONUNBUFFERED") or "1"},
+                env={**environment, **variables},
                 **options,
             )
         except BaseException:

@@ -21,6 +21,7 @@ from typing import Annotated, Any, Final, NoReturn
 
 import typer
 from msgspec import structs
+from typer.core import TyperCommand
 from typer.main import get_command_name
 from typer.models import CommandInfo, TyperInfo
 
@@ -132,6 +133,23 @@ def with_settings(
         return settings
 
     return with_options("settings", _SHARED, gather)
+
+
+def lean(complete: Callable[[], typer.Typer]) -> type[TyperCommand]:
+    """Return the class of a command without the options of plug-ins, which are loaded when they are needed.
+
+    That is where its line has an option that it does not know, as for help: it then is what `complete` makes.
+    """
+
+    class Lean(TyperCommand):
+        def parse_args(self, ctx: Any, args: list[str]) -> list[str]:  # noqa: ANN401 - typer hides its types
+            known = {name for each in self.params for name in (*each.opts, *each.secondary_opts)}
+            if any(each.startswith("--") and each.partition("=")[0] not in known for each in args):
+                whole = typer.main.get_command(complete())
+                self.params, self.callback, self.epilog = whole.params, whole.callback, whole.epilog
+            return super().parse_args(ctx, args)
+
+    return Lean
 
 
 def finite(value: float | None) -> float | None:

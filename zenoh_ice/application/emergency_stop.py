@@ -27,18 +27,6 @@ from zenoh_ice.data.wire import decode_error
 from zenoh_ice.objects.proxy import Call
 from zenoh_ice.transport import NoAnswer, Outcome
 
-__all__ = [
-    "SAFETY",
-    "STILL",
-    "STILL_LIMIT",
-    "RobotStop",
-    "begin_stop",
-    "refusal",
-    "reset",
-    "stop_key",
-    "stop_payload",
-]
-
 SAFETY: Final = "Safety"
 """Identity of the servant that stops a robot."""
 STILL: Final = 0.1

@@ -14,8 +14,6 @@ import time
 from pathlib import Path
 from typing import Final, NamedTuple
 
-__all__ = ["VARIABLE", "CycleFile", "LastCycle", "create", "read"]
-
 VARIABLE: Final = "HFSM_LAST_CYCLE"
 """The variable of the environment that has the path of the file."""
 

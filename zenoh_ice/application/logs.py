@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import logging
 import os
 from datetime import UTC, datetime
@@ -16,8 +15,6 @@ from zenoh_ice.settings import Settings
 if TYPE_CHECKING:
     from logging.handlers import RotatingFileHandler
 
-__all__ = ["rotating", "set_up_logging"]
-
 _TEXT: Final = "%(asctime)s.%(msecs)03d %(levelname)-8s %(name)s: %(message)s"
 _DATE: Final = "%Y-%m-%d %H:%M:%S"
 _MOST_BYTES: Final = 10_000_000  # of a file; then it is renamed to FILE.1, that to FILE.2, and so on
@@ -28,6 +25,8 @@ class _JsonFormatter(logging.Formatter):
     """One JSON object for each record, on one line."""
 
     def format(self, record: logging.LogRecord) -> str:
+        import json  # most logs are text
+
         line = {
             "time": datetime.fromtimestamp(record.created, UTC).isoformat(timespec="milliseconds"),
             "level": record.levelname.lower(),

@@ -6,8 +6,6 @@ import platform
 from pathlib import Path
 from typing import Final
 
-__all__ = ["IN_PART", "is_in_part", "lacks_of_mujoco"]
-
 IN_PART: Final = (
     "MuJoCo is installed in part",
     "pip install --force-reinstall --no-deps mujoco mujoco-core mujoco-studio",

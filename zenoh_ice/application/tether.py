@@ -19,6 +19,12 @@ CANNOT_RUN = 127
 """Exit code of a command that does not exist or may not be run, as in a shell."""
 
 
+def tie_to(launcher: int) -> None:
+    """Handle the SIGINT that the launcher blocked until here, and die with it."""
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+    die_with(launcher)
+
+
 def die_with(launcher: int) -> None:
     """Ask the kernel for SIGTERM when the launcher dies; exit if it is dead already."""
     libc = ctypes.CDLL(None, use_errno=True)
@@ -47,8 +53,7 @@ def main() -> None:
     launcher, place, *command = sys.argv[1:]
     # Python would turn an early SIGINT, which the launcher blocked until here, into a traceback.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
-    die_with(int(launcher))
+    tie_to(int(launcher))
     if place == "foreground":
         take_terminal()
     try:

@@ -1,4 +1,4 @@
-"""Make text from other processes fit to be shown."""
+"""What a program says, and text from other processes made fit to be shown."""
 
 from __future__ import annotations
 
@@ -8,6 +8,17 @@ from collections.abc import Sequence
 from typing import Final
 
 LONGEST_TEXT: Final = 4096  # characters of the text of an error
+
+
+def sentence(text: str) -> str:
+    """Return an English text, or a part of one, that a page may have to say in another language.
+
+    It marks a literal for `make texts`, and costs nothing. That reads an f-string as a template: a value has
+    the last name in its expression. By the template, which the catalogs of languages have, a page knows what
+    it hears (`visualhfsm._base.recognition`); a value that such a text may be, too, has a name of `PARTS` in
+    `codegen.reasons`, such as `reason` or `what`.
+    """
+    return text
 
 
 def cut(text: str, longest: int = LONGEST_TEXT) -> str:

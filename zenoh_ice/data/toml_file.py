@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import enum
 import re
-import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from types import NoneType, UnionType
@@ -50,6 +49,8 @@ def read_text(path: Path, error: _Error) -> str:
 
 def parse_toml(text: str, kind: type[_T], source: str, error: _Error) -> _T:
     """Return what a text holds as a value of type `kind`; `source` is its file, for the `error` raised."""
+    import tomllib  # most processes read no such file
+
     try:
         document = tomllib.loads(text)
     except (ValueError, RecursionError) as problem:  # ValueError: the syntax, or the length of a number

@@ -14,8 +14,6 @@ from weakref import WeakSet
 
 import msgspec
 
-__all__ = ["convert", "from_json", "from_msgpack", "json_decoder", "msgpack_decoder"]
-
 T = TypeVar("T")
 _Text = bytes | bytearray | msgspec.Raw | str
 _Hook = Callable[[type, Any], Any]

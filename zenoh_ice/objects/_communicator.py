@@ -53,6 +53,7 @@ _logger = logging.getLogger(__name__)
 
 _live: Final[set[Communicator]] = set()
 _zenoh_processes: Final[set[int]] = set()
+_DEFAULTS: Final = Settings()
 """Processes that opened a session, this one or one that it was forked from: Zenoh does not run in a fork."""
 
 
@@ -137,7 +138,7 @@ class Communicator:
             self.client_id = self.transport.id
             # A listener without endpoints to connect to gets its links when others connect, and they may
             # leave.
-            named = "connect" in settings.origins or settings.connect != Settings().connect
+            named = "connect" in settings.origins or settings.connect != _DEFAULTS.connect
             self.presence = Presence(
                 self.transport,
                 self.pool.submit,

@@ -23,7 +23,7 @@ from zenoh_ice.data.keys import (
     server_of_unknown_token,
 )
 from zenoh_ice.data.status import own_version, version_in_status, versions
-from zenoh_ice.data.text import few
+from zenoh_ice.data.text import few, sentence
 from zenoh_ice.threads.limits import LIMITS, Limits
 from zenoh_ice.transport import NoAnswer, Transport
 
@@ -205,21 +205,23 @@ class Presence:
         if self._closed:
             return exceptions.CommunicatorDestroyedException("the communicator was destroyed")
         if self._lost_with_its_process(target, limit):
-            way = f" (connecting to {', '.join(self._endpoints)})" if self._endpoints else ""
-            return exceptions.ConnectionLostException(
-                f"the server of {target} is offline{way}; calls continue when it is back"
-            )
+            what, addresses = sentence(f"the server of {target} is offline"), ", ".join(self._endpoints)
+            if addresses:
+                what = sentence(f"{what} (connecting to {addresses})")
+            return exceptions.ConnectionLostException(f"{what}; {sentence('calls continue when it is back')}")
         if self._endpoints and not self._linked:
             return exceptions.ConnectFailedException(self._transport.explain_unreachable(limit))
         present = self.identities(target.realm)
         shown = difflib.get_close_matches(target.identity, present, 3, 0.5) or present
-        there = f"there is {few(shown, 8)}" if shown else ""
-        other = self.other_version_in(target.realm, limit)
-        has = f"the realm has {other}" if other else ""
-        reasons = "; ".join(filter(None, (there, has))) or "the realm has no servants: no robot is here"
-        return exceptions.ObjectNotExistException(
-            f"no servant {target.identity!r} in realm {target.realm!r}; {reasons}"
-        )
+        servant, realm, other = target.identity, target.realm, self.other_version_in(target.realm, limit)
+        what = sentence(f"no servant {servant!r} in realm {realm!r}")
+        if shown:
+            what = sentence(f"no servant {servant!r} in realm {realm!r}; there is {few(shown, 8)}")
+        if other:
+            what = f"{what}; the realm has {other}"
+        elif not shown:
+            what = f"{what}; " + sentence("the realm has no servants: no robot is here")
+        return exceptions.ObjectNotExistException(what)
 
     def other_version_in(self, realm: str, limit: float = math.inf) -> str:
         """Return that a realm has servants of another version of VisualHFSM, and which; empty if it has none.
@@ -282,23 +284,27 @@ class Presence:
         if target not in self.present:
             return self.explain_absence(target)
         if self.lost_since(target, started):
-            reason = ": the server restarted during the call"
+            lost = sentence(f"{what}: the server restarted during the call")
         elif self._last_link_lost >= started:
-            reason = ": the connection was lost during the call"
+            lost = sentence(f"{what}: the connection was lost during the call")
         elif end.timed_out:
-            return exceptions.TimeoutException(f"{what} did not answer within {limit or timeout:g} s")
+            return exceptions.TimeoutException(
+                sentence(f"{what} did not answer within {limit or timeout:g} s")
+            )
         elif self.came_since(target, started):
-            reason = ": its servant started during the call, and missed it"
+            lost = sentence(f"{what}: its servant started during the call, and missed it")
         elif not served:
-            reason = " got no answer, and its process does not answer either"
+            lost = sentence(f"{what} got no answer, and its process does not answer either")
         elif end.broken:
-            reason = ": the connection was lost during the call"
+            lost = sentence(f"{what}: the connection was lost during the call")
         else:
             return exceptions.AccessDeniedException(
-                f"{what} was not executed: {target} exists, but access control does not let this component "
-                "call it; `security` in its settings, and in those of the router, says who may"
+                sentence(
+                    f"{what} was not executed: {target} exists, but access control does not let this "
+                    "component call it; `security` in its settings, and in those of the router, says who may"
+                )
             )
-        return exceptions.ConnectionLostException(what + reason)
+        return exceptions.ConnectionLostException(lost)
 
     def _lost_with_its_process(self, target: Target, limit: float) -> bool:
         """Return whether a servant was lost because its process ended or its link broke."""

@@ -29,6 +29,7 @@ from zenoh_ice.data.interface import OBJECT_INTERFACE, Interface, Operation
 from zenoh_ice.data.keys import Target, servant_token
 from zenoh_ice.data.reflection import schema_of
 from zenoh_ice.data.status import ServantStatus
+from zenoh_ice.data.text import sentence
 from zenoh_ice.data.wire import (
     ATTACHMENT_LIMIT,
     NO_ATTACHMENT,
@@ -364,8 +365,10 @@ class ServedObject:
         full = turn.waiting_bytes + size > self._communicator.limits.waiting_bytes
         if len(turn.waiting) >= most or (turn.waiting and full):
             raise exceptions.BusyException(
-                f"{call.method.what}: {len(turn.waiting)} calls are already waiting; "
-                "this one was not executed"
+                sentence(
+                    f"{call.method.what}: {len(turn.waiting)} calls are already waiting; "
+                    "this one was not executed"
+                )
             )
         turn.waiting.append(call)
         turn.waiting_bytes += size

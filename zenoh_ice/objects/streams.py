@@ -18,6 +18,7 @@ from weakref import WeakValueDictionary
 from zenoh_ice.data import exceptions
 from zenoh_ice.data.interface import Operation
 from zenoh_ice.data.keys import Target
+from zenoh_ice.data.text import sentence
 from zenoh_ice.data.values import Resolve
 from zenoh_ice.data.wire import NO_ATTACHMENT, Attachment, decode_attachment, encode_sample_attachment
 from zenoh_ice.objects._presence import Presence
@@ -433,7 +434,7 @@ class StreamReader(_Listener[V]):
                 f"{self.what}: {target} exists but sees no listener: access control does not "
                 "let this component read it; `security` in the settings of the router says who may"
             )
-        return exceptions.TimeoutException(f"no new sample of {self.what} within {timeout:g} s")
+        return exceptions.TimeoutException(sentence(f"no new sample of {self.what} within {timeout:g} s"))
 
     def close_if_unwanted(self) -> None:
         """Stop listening if nobody waits for it, and nobody has used it for `linger` s."""

@@ -79,20 +79,21 @@ class VirtualClock:
     simulated: Final = True
 
     def __init__(self, start: float = 0.0) -> None:
-        self._now = round(start * _NANOSECONDS)
+        self.moment = round(start * _NANOSECONDS)
+        """The time in ns."""
         self._agenda: list[tuple[int, bool, int, Callable[[], None]]] = []
         """The coming calls: the time in ns, whether it is no tick, a number in their order, and the call."""
         self._numbers = itertools.count()
 
     def now(self) -> float:
         """Return the time in s."""
-        return self._now / _NANOSECONDS
+        return self.moment / _NANOSECONDS
 
     def advance(self, seconds: float) -> None:
         """Move the time forward by a duration in s; raises ValueError for a negative one."""
         if seconds < 0:
             raise ValueError(f"a clock does not run backwards: advance({seconds})")
-        self._move_to(self._now + round(seconds * _NANOSECONDS))
+        self._move_to(self.moment + round(seconds * _NANOSECONDS))
 
     def call_every(self, period: float, tick: Callable[[], None]) -> Callable[[], None]:
         """Call `tick` every `period` s of this clock, at that time and before anything else that is due then.
@@ -110,7 +111,7 @@ class VirtualClock:
                 plan(due + interval)
                 tick()
 
-        plan(self._now + interval)
+        plan(self.moment + interval)
         return ended.set
 
     def _move_to(self, end: int) -> None:
@@ -127,7 +128,7 @@ class VirtualClock:
 
     def _pass(self, when: int) -> None:
         """Let time pass up to a time in ns, if it is to come."""
-        self._now = max(self._now, when)
+        self.moment = max(self.moment, when)
 
     def sleep(self, seconds: float) -> None:
         """Move the time forward by a duration in s; a negative one is none."""

@@ -28,6 +28,7 @@ from queue import Empty, SimpleQueue
 from typing import Any, Final
 
 from zenoh_ice.data.exceptions import BusyException
+from zenoh_ice.data.text import sentence
 from zenoh_ice.threads._starting import Pulse, UserCodeThread, join, no_thread, repeat
 from zenoh_ice.threads.limits import LIMITS, Limits
 
@@ -205,7 +206,9 @@ class Pool:
             # The first job of each line runs.
             waiting, most = (len(jobs) - 1, MOST_QUEUED) if jobs else (len(self.lines), MOST_LINES)
             if waiting >= most:
-                raise BusyException(f"{line}: {waiting} calls are already waiting; this one was not executed")
+                raise BusyException(
+                    sentence(f"{line}: {waiting} calls are already waiting; this one was not executed")
+                )
             jobs.append(job)
             if len(jobs) > 1:
                 return

@@ -36,8 +36,6 @@ from .outputs import check_outputs, check_results, check_taken
 from .scope import Above
 from .structure import check_automaton, check_tree
 
-__all__ = ["check", "check_effects"]
-
 _STAR = "*"
 
 

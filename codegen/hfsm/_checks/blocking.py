@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Final
 
 from ...diagnostics import Note
+from ...graphs import reached
 from ...messages import Message
 from ..analysis import Analysis, Piece, imported_names
 from ..code._values import milliseconds, seconds, truth
@@ -46,25 +47,14 @@ def check_blocking(analysis: Analysis, report: Report) -> None:
             continue
         for piece in code.sharing():
             checker.check(piece, piece.tree, "self", None if piece is code.variables else period)
-            for name in _called(calls.get(piece, ()), calls) if piece is not code.variables else ():
+            begun = calls.get(piece, ()) if piece is not code.variables else ()
+            for name in reached(begun, lambda each: calls.get(each, ())):
                 shortest[name] = min(period, shortest.get(name, period))
     for piece in analysis.functions:
         for function in piece.tree.body:
             if isinstance(function, ast.FunctionDef) and function.name in shortest:
                 self_name = function.args.args[0].arg if function.args.args else ""
                 checker.check(piece, function, self_name, shortest[function.name])
-
-
-def _called(names: Iterable[str], calls: Mapping[Piece | str, set[str]]) -> set[str]:
-    """Return the names of functions and of those that they call, directly or not."""
-    found: set[str] = set()
-    pending = list(names)
-    while pending:
-        name = pending.pop()
-        if name not in found:
-            found.add(name)
-            pending += calls.get(name, ())
-    return found
 
 
 class _Checker:

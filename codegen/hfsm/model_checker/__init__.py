@@ -17,44 +17,25 @@ Users read `docs/explanation/model-checker.md`.
 
 from __future__ import annotations
 
-from ._checker import (
-    ASSUMPTIONS,
-    DEFAULT_LIMIT,
-    QUICK_LIMIT,
-    ModelReport,
-    check_model,
-    report_graph,
-    report_model,
-)
-from ._conflicts import Command, Commands, Conflict, is_command, read_operations
-from ._counterexample import Counterexample, Step
-from ._reachability import Reachability, WhyNever
-from ._relied import Row, relied_on
-from .expressions import ExpressionError
-from .properties import PropertyResult, Verdict
-from .transition_system import StepKind
-
-__all__ = [
-    "ASSUMPTIONS",
-    "DEFAULT_LIMIT",
-    "QUICK_LIMIT",
-    "Command",
-    "Commands",
-    "Conflict",
-    "Counterexample",
-    "ExpressionError",
-    "ModelReport",
-    "PropertyResult",
-    "Reachability",
-    "Row",
-    "Step",
-    "StepKind",
-    "Verdict",
-    "WhyNever",
-    "check_model",
-    "is_command",
-    "read_operations",
-    "relied_on",
-    "report_graph",
-    "report_model",
-]
+from ._checker import ASSUMPTIONS as ASSUMPTIONS
+from ._checker import DEFAULT_LIMIT as DEFAULT_LIMIT
+from ._checker import QUICK_LIMIT as QUICK_LIMIT
+from ._checker import ModelReport as ModelReport
+from ._checker import check_model as check_model
+from ._checker import report_graph as report_graph
+from ._checker import report_model as report_model
+from ._conflicts import Command as Command
+from ._conflicts import Commands as Commands
+from ._conflicts import Conflict as Conflict
+from ._conflicts import is_command as is_command
+from ._conflicts import read_operations as read_operations
+from ._counterexample import Counterexample as Counterexample
+from ._counterexample import Step as Step
+from ._reachability import Reachability as Reachability
+from ._reachability import WhyNever as WhyNever
+from ._relied import Row as Row
+from ._relied import relied_on as relied_on
+from .expressions import ExpressionError as ExpressionError
+from .properties import PropertyResult as PropertyResult
+from .properties import Verdict as Verdict
+from .transition_system import StepKind as StepKind

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import KeysView, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
+from ...graphs import reached
 from ...logic import satisfy
 from ._exploration import Budget, Exploration, newness
 from ._fireability import Fireability
@@ -162,16 +163,10 @@ def _verdict(is_seen: bool, may_be: bool) -> Reachability:
     return Reachability.UNDECIDED if may_be else Reachability.IMPOSSIBLE
 
 
-def by_graph(automaton: AutomatonModel) -> set[int]:
+def by_graph(automaton: AutomatonModel) -> KeysView[int]:
     """Return the states to which transitions lead from the initial one, if all of them can fire."""
-    found = {automaton.initial}
-    new = [automaton.initial]
-    while new:
-        for transition in automaton.states[new.pop()].outgoing:
-            if transition.target not in found:
-                found.add(transition.target)
-                new.append(transition.target)
-    return found
+    states = automaton.states
+    return reached([automaton.initial], lambda state: (each.target for each in states[state].outgoing))
 
 
 def _why_never(

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final, NamedTuple
 
+from ...graphs import reached
 from ...logic import Conjunction, satisfy
 from ._fireability import Fireability
 from .model import TransitionModel
@@ -238,21 +239,16 @@ class TransitionSystem:
         return tuple(locals_)
 
 
-def _cone_of(automata: Iterable[int], fireability: Fireability) -> set[int]:
-    cone: set[int] = set()
-    new = list(automata)
-    while new:
-        index = new.pop()
-        if index in cone:
-            continue
-        cone.add(index)
+def _cone_of(automata: Iterable[int], fireability: Fireability) -> Iterable[int]:
+    def needed(index: int) -> Iterator[int]:
         automaton = fireability.model.automata[index]
         if automaton.parent >= 0:
-            new.append(automaton.parent)
+            yield automaton.parent
         for transition in automaton.transitions:
             if transition.finished and fireability.may_fire(index, transition):
-                new.extend(automaton.states[transition.origin].children)
-    return cone
+                yield from automaton.states[transition.origin].children
+
+    return reached(automata, needed)
 
 
 class _Cycle:

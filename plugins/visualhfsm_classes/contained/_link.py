@@ -92,7 +92,7 @@ class FarClock(VirtualClock):
 
     def follow(self, now: int) -> None:
         """Move to a time in ns."""
-        if now > self._now:
+        if now > self.moment:
             self._move_to(now)
 
     def advance(self, seconds: float) -> None:

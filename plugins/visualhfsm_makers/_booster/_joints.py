@@ -17,6 +17,7 @@ from naoserver.errors import HardwareFailure
 from naoserver.protocol.robot import LIMP
 from visualhfsm_makers._booster._loco import Loco
 from visualhfsm_makers._programs import Programs
+from zenoh_ice.data.text import sentence
 
 _COMMAND: Final = struct.Struct("<B3x6f")
 _MOTOR: Final = "B3x4fB3x3I"
@@ -32,7 +33,7 @@ class Joints:
     def __init__(self, programs: Programs, loco: Loco) -> None:
         self._robot = robot = programs.robot
         self._loco = loco
-        self.obey: Final = partial(programs.obey, "a program's command of joints", self._command)
+        self.obey: Final = partial(programs.obey, sentence("a program's command of joints"), self._command)
         motors = f"I{_MOTOR * len(robot.joints)}"
         self._state = struct.Struct(f"<9f{motors}{motors}")
 

@@ -22,7 +22,7 @@ from naoserver.bodies.capabilities import InertialReading
 from naoserver.errors import HardwareFailure
 from naoserver.protocol.robot import LIMP, JointReading, Robot
 from visualhfsm_makers._programs import Programs
-from zenoh_ice.data.text import few
+from zenoh_ice.data.text import few, sentence
 
 PERIOD: Final = 0.002
 """Wall seconds between two states."""
@@ -92,7 +92,7 @@ class Joints:
         self._unit = InertialReading if robot.senses is None else robot.senses.inertial
         self._programs = programs
         self._robot = robot
-        self.obey: Final = partial(programs.obey, "a low command", self._command)
+        self.obey: Final = partial(programs.obey, sentence("a low command"), self._command)
         self._has_joints = has_joints
         self._names = [joint.name for joint in find_body("G1").joints]
         places = {joint.name: place for place, joint in enumerate(robot.joints)}

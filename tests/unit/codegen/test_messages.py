@@ -181,8 +181,9 @@ PASSED_ON = (
     "Message(template, **values)",
     "cls.because(template, reason=reason(error), **values)",
     "Message(text)",
+    "template(text)",
 )
-"""Calls in `because`, `in_place_of` and `EditError`, whose own callers are looked at, here or in the texts' tests."""
+"""Calls in `because`, `in_place_of`, `EditError` and for catalogs; their own callers are looked at, here or there."""
 
 
 @pytest.mark.slow

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import sys
 from collections.abc import Callable, Container, Iterator, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
@@ -10,6 +11,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from typer.testing import CliRunner
 
 import hfsm_runtime
 from hfsm_runtime import Automaton, Component, State
@@ -22,6 +24,18 @@ from hfsm_runtime.virtual import VirtualWorld
 from tests.support.automata import automaton
 from tests.support.plugins import installed, without
 from zenoh_ice import Settings
+
+FLAGS = """
+import inspect
+from typing import Annotated
+
+import typer
+
+
+def options():
+    kind = Annotated[bool, typer.Option("--flags", help="Hoist flags.")]
+    return [inspect.Parameter("flags", inspect.Parameter.KEYWORD_ONLY, annotation=kind, default=False)]
+"""
 
 
 class Signal(Endpoint):
@@ -140,3 +154,18 @@ def test_a_plug_in_that_is_broken_keeps_no_component_from_its_command(tmp_path: 
     points = {"hfsm_runtime.options": {"broken": "breaks:options"}}
     with installed(tmp_path, points, breaks="raise ValueError('no wheels')"):
         assert "broken" not in options_of_kinds()
+
+
+def test_a_command_asks_plug_ins_for_options_only_where_its_line_needs_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Plain(Component, document="plain.xml"): ...
+
+    points = {"hfsm_runtime.options": {"flags": "flags:options"}}
+    with installed(tmp_path, points, flags=FLAGS):
+        lean = make_app(Plain, lean=True)
+        assert CliRunner().invoke(lean, ["--show-config", "--realm=lab"]).exit_code == 0
+        assert "flags" not in sys.modules
+        assert "--flags" in CliRunner().invoke(lean, ["--help"], env={"COLUMNS": "160"}).output
+        refused = CliRunner().invoke(make_app(Plain, lean=True), ["--flagz"])
+        assert (refused.exit_code, "No such option: --flagz" in refused.output) == (2, True)

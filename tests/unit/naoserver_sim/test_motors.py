@@ -27,7 +27,7 @@ def velocity(motor, value):
 
 
 def run(controller, ticks):
-    out = controller.setpoints
+    out = controller.setpoints.copy()
     for _ in range(ticks):
         controller.tick(PERIOD, out)
     return out

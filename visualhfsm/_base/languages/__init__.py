@@ -2,7 +2,8 @@
 
 Each language is a folder beside this file, named by its code. `messages.po` is what a translator edits, by
 the English texts; `make texts` adds those that are new, and compiles it to `messages.mo`, which is read here.
-The texts that the page itself has are in `page.po`.
+So it does with `sentences.po`, the templates of what robots and components say over the network in English,
+to `sentences.json`. The texts that the page itself has are in `page.po`.
 """
 
 from __future__ import annotations
@@ -16,7 +17,8 @@ from typing import Final
 
 import msgspec
 
-from codegen.messages import Message
+from codegen.messages import Message, template
+from zenoh_ice.data import typed
 
 __all__ = [
     "ENGLISH",
@@ -29,6 +31,7 @@ __all__ = [
     "in_all_languages",
     "known_language",
     "said",
+    "sentences",
     "system_languages",
 ]
 
@@ -106,11 +109,35 @@ def encoder(language: str) -> msgspec.json.Encoder:
 
 
 @cache
+def sentences() -> tuple[Message, ...]:
+    """Return the templates of what robots and components say, which a language has."""
+    texts = {text for language in LANGUAGES if language != ENGLISH for text in _sentences_in(language)}
+    return tuple(template(text) for text in sorted(texts) if text)
+
+
+def _sentences_in(language: str) -> dict[str, str]:
+    return typed.from_json((FOLDER / language / "sentences.json").read_bytes(), dict[str, str])
+
+
+class _Sentences(NullTranslations):
+    """The catalog of what robots and components say, in a language."""
+
+    def __init__(self, language: str) -> None:
+        super().__init__()
+        self._texts = _sentences_in(language)
+
+    def gettext(self, message: str) -> str:
+        return self._texts.get(message, message)
+
+
+@cache
 def _catalog(language: str) -> NullTranslations:
     if language == ENGLISH:
         return NullTranslations()
     with (FOLDER / language / "messages.mo").open("rb") as file:
-        return GNUTranslations(file)
+        catalog = GNUTranslations(file)
+    catalog.add_fallback(_Sentences(language))
+    return catalog
 
 
 def _hook(said: Callable[[Message], object]) -> Callable[[object], object]:

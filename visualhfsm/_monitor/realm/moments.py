@@ -8,9 +8,9 @@ import msgspec
 from msgspec.structs import replace
 
 from codegen.messages import Message, joined
+from visualhfsm._base.recognition import recognized
 from visualhfsm._document.views import of_page
 from visualhfsm._monitor.realm.run_log import LiveSnapshot
-from visualhfsm._monitor.realm.translation import translated
 from zenoh_ice.data import typed
 
 __all__ = ["Moment", "translate_moment", "translate_snapshot"]
@@ -22,11 +22,11 @@ def translate_snapshot(snapshot: LiveSnapshot) -> LiveSnapshot:
     if component.errors or component.refusal:
         component = replace(
             component,
-            errors=[replace(each, message=translated(each.message)) for each in component.errors],
+            errors=[replace(each, message=recognized(each.message)) for each in component.errors],
             refusal=_refusal(component.refusal),
         )
     if robot.health is not None and robot.health.events:
-        events = [replace(each, message=translated(each.message)) for each in robot.health.events]
+        events = [replace(each, message=recognized(each.message)) for each in robot.health.events]
         robot = replace(robot, health=replace(robot.health, events=events))
     return replace(snapshot, component=component, robot=robot)
 
@@ -43,11 +43,11 @@ def translate_moment(moment: msgspec.Raw | None) -> dict[str, Any] | None:
     component, health = found["component"], found["robot"]["health"] or {}
     component["refusal"] = _refusal(component["refusal"])
     for each in (*component["errors"], *health.get("events", ())):
-        each["message"] = translated(each["message"])
+        each["message"] = recognized(each["message"])
     return found
 
 
 def _refusal(text: str) -> Message:
     """Return what a component says of a refused command, behind the place in its automata."""
     place, separator, why = text.partition(": ")
-    return joined(": ", [place, translated(why)]) if separator else Message.verbatim(text)
+    return joined(": ", [place, recognized(why)]) if separator else Message.verbatim(text)

@@ -16,7 +16,7 @@ from codegen.messages import Message, any_of
 from interfaces.hfsm import InvalidValue, NoSuchElement, ReloadRefused
 from interfaces.jderobot import JderobotException
 from visualhfsm._base.errors import VisualHfsmError
-from visualhfsm._monitor.realm.translation import translated
+from visualhfsm._base.recognition import recognized
 from zenoh_ice import Communicator, MarshalException, Sample, ZenohIceError
 from zenoh_ice.data.keys import Target
 from zenoh_ice.data.text import printable
@@ -120,9 +120,9 @@ def refusals(component: str) -> Iterator[None]:
     try:
         yield
     except (NoSuchElement, InvalidValue, JderobotException) as error:
-        raise VisualHfsmError(translated(printable(error.what))) from error
+        raise VisualHfsmError(recognized(printable(error.what))) from error
     except ReloadRefused as error:
-        reason = translated(printable(error.reason))
+        reason = recognized(printable(error.reason))
         raise VisualHfsmError.because(
             "not reloaded, {component} runs on as it was: {reason}", component=component, reason=reason
         ) from error

@@ -17,8 +17,6 @@ from zenoh_ice.data.codec import LARGEST_PAYLOAD
 from zenoh_ice.data.wire import ERROR_ENCODING
 from zenoh_ice.settings import Settings
 
-__all__ = ["Messenger"]
-
 _MOST_ANSWERS: Final = 16  # to one message; a ring, since a full queue would block the whole session
 _MOST_TOKENS: Final = 4096
 

@@ -467,7 +467,7 @@ def test_without_walls_an_attack_alone_succeeds(tmp_path: Path, name: str) -> No
 
 JUDGES: Final = {
     "changes the clock": (
-        "import hfsm_runtime._timeline as timeline\ntimeline.Timeline.now = lambda self: 10**15"
+        "import hfsm_runtime.virtual.clock as clock\nclock.TaskTimeline.now = lambda self: 10**15"
     ),
     "changes the time": "import time, builtins\ntime.time = time.monotonic = lambda: 1e6",
     "patches the automata": (

@@ -130,7 +130,7 @@ def test_code_has_its_time_on_a_busy_computer(tmp_path: Path) -> None:
     plan = Plan(document=str(path), robot="none", limit=0.1, success=Success(state="computing"))
     with (
         Containment(unsafe=True, allowance=Allowance(block=0.6, delay=1000.0)) as containment,
-        busy_processor(6),
+        busy_processor(3),
     ):
         assert run_trial(plan, 1, simulate=containment.simulate).success
 
@@ -138,11 +138,12 @@ def test_code_has_its_time_on_a_busy_computer(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_a_computer_without_time_is_not_the_fault_of_the_code(tmp_path: Path) -> None:
     path = tmp_path / "computes.xml"
-    path.write_text(document(sub(1, 0, state(1, "computing", COMPUTES, initial=True))), encoding="utf-8")
+    longer = COMPUTES.replace("0.3", "0.5")
+    path.write_text(document(sub(1, 0, state(1, "computing", longer, initial=True))), encoding="utf-8")
     plan = Plan(document=str(path), robot="none", limit=0.1)
     with (
         Containment(unsafe=True, allowance=Allowance(block=0.6, begin=600.0, delay=1.0)) as containment,
-        busy_processor(6),
+        busy_processor(3),
         pytest.raises(ComputerTooBusy, match="the computer was too busy: state computing took 1 s"),
     ):
         run_trial(plan, 1, simulate=containment.simulate)

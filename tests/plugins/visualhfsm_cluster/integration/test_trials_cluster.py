@@ -24,10 +24,10 @@ from tests.support.processes import ComponentProcess, assert_gone, module
 from tests.support.soak import cases, repeated
 from tests.support.waiting import until
 from visualhfsm._commands.new import new
-from visualhfsm.trials import Plan, Spread, Success, Summary, TrialsError, run_trials
+from visualhfsm.trials import Outcome, Plan, Spread, Success, Summary, TrialsError, run_trials
 from visualhfsm.trials._outcomes import Record, read_outcomes
 from visualhfsm.trials._series import Series
-from visualhfsm.trials._summary import Row, write_table
+from visualhfsm.trials._summary import write_table
 from visualhfsm_cluster._cluster import Cluster, ClusterLimits
 
 pytestmark = pytest.mark.slow
@@ -70,7 +70,7 @@ def project(tmp_path: Path) -> Path:
 
 
 @pytest.fixture(scope="module")
-def here(tmp_path_factory: pytest.TempPathFactory) -> Sequence[Row]:
+def here(tmp_path_factory: pytest.TempPathFactory) -> Sequence[Outcome]:
     """What the trials of the project come to in one process of this computer."""
     path = make_project(tmp_path_factory.mktemp("here") / "project")
     return run_trials(plan(path), workers=1).rows
@@ -126,7 +126,7 @@ def some_are_done(out: Path, ended: Callable[[], bool]) -> None:
 
 
 def test_a_cluster_computes_the_same_table_as_one_process_and_two(
-    project: Path, cluster: DaskCluster, here: Sequence[Row]
+    project: Path, cluster: DaskCluster, here: Sequence[Outcome]
 ) -> None:
     ended: list[int] = []
     there = run_trials(plan(project), cluster=cluster.address, ended=lambda each: ended.append(each.number))
@@ -270,7 +270,7 @@ def test_an_outcome_that_cannot_be_received_ends_the_run(
 
 
 def test_a_run_that_is_ended_leaves_a_cluster_free_and_goes_on_there(
-    tmp_path: Path, project: Path, cluster: DaskCluster, here: Sequence[Row]
+    tmp_path: Path, project: Path, cluster: DaskCluster, here: Sequence[Outcome]
 ) -> None:
     series, out, stop = Series(plan(project)), tmp_path / "rolls.outcomes.jsonl", threading.Event()
     with Record(out, series.header) as record, Cluster(cluster.address) as pool:
@@ -282,7 +282,7 @@ def test_a_run_that_is_ended_leaves_a_cluster_free_and_goes_on_there(
 
 @pytest.mark.parametrize("failures", cases([0], soak=[3]))
 def test_workers_that_are_killed_before_the_first_trial_ends_change_nothing(
-    tmp_path: Path, project: Path, cluster: DaskCluster, here: Sequence[Row], failures: int
+    tmp_path: Path, project: Path, cluster: DaskCluster, here: Sequence[Outcome], failures: int
 ) -> None:
     out = tmp_path / "rolls.outcomes.jsonl"
     with ExitStack() as stack:
@@ -401,7 +401,7 @@ throws = "judge.py:throws"
 
 
 def test_a_killed_scheduler_keeps_what_is_done_and_is_said_in_a_line(
-    project: Path, cluster: DaskCluster, here: Sequence[Row]
+    project: Path, cluster: DaskCluster, here: Sequence[Outcome]
 ) -> None:
     (project.parent / "rolls.trials.toml").write_text(PLAN, encoding="utf-8")
     out = project.parent / "rolls.outcomes.jsonl"

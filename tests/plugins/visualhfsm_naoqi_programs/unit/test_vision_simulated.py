@@ -25,7 +25,7 @@ size = 0.25
 """
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def robot():
     robot = SimulatedRobot(world=parse_world(WORLD, "signs"), skin=False)
     robot.start()
@@ -44,6 +44,7 @@ def seen(robot):
                 raise
 
 
+@pytest.mark.gl
 @pytest.mark.sim
 def test_a_camera_sees_landmark_and_face(robot):
     picture = seen(robot)

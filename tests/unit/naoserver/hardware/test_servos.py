@@ -94,8 +94,8 @@ def test_a_velocity_moves_to_the_end_of_the_range_at_most_and_0_holds(
     robot.command_velocities({FIRST: 0.5})
     until(lambda: robot.read().positions[0] > 0.05)
     robot.command_velocities({FIRST: 0.0})
-    count = len(bus.sent)
-    until(lambda: len(bus.sent) > count + 5)
+    count = len(bus.positions(FIRST))
+    until(lambda: len(bus.positions(FIRST)) > count + 5)
     assert len(set(bus.positions(FIRST)[count + 1 :])) == 1
     robot.command_velocities({FIRST: 100.0})
     until(lambda: robot.read().positions[0] == ARM.joints[0].upper)

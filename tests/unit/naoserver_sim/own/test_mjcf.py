@@ -3,7 +3,7 @@
 import pytest
 
 from naoserver.errors import RobotError
-from naoserver_sim._own.model_file import read_model
+from naoserver_sim._own.model_file import find_model
 from tests.support.meshes import cone, write_stl
 
 LEG = '<body name="leg"><joint name="hip"/><geom name="shin" size="0.1"/><site name="sole"/></body>'
@@ -17,7 +17,7 @@ def read(tmp_path):
         for name, text in files.items():
             (tmp_path / f"{name}.xml").write_text(text)
         (tmp_path / "r.xml").write_text(f"<mujoco>\n<worldbody>\n{bodies}\n</worldbody>\n{rest}\n</mujoco>")
-        return read_model(tmp_path / "r.xml", tmp_path)
+        return find_model(tmp_path / "r.xml", tmp_path).read()
 
     return written
 

@@ -4,7 +4,7 @@ import mujoco
 import pytest
 
 from naoserver.errors import RobotError
-from naoserver_sim._own.model_file import read_model
+from naoserver_sim._own.model_file import find_model
 from naoserver_sim._own.urdf import Sensor
 from tests.support.robot_files import BOX, INERTIAL, joint, link, urdf
 
@@ -15,7 +15,7 @@ BASE, ARM, SHOULDER = link("base"), link("arm"), joint("shoulder", "base", "arm"
 def read(tmp_path):
     def written(*parts, **options):
         (tmp_path / "r.urdf").write_text(urdf(*parts))
-        return read_model(tmp_path / "r.urdf", tmp_path, **options)
+        return find_model(tmp_path / "r.urdf", tmp_path, **options).read()
 
     return written
 
@@ -112,7 +112,7 @@ def test_a_joint_that_follows_another_is_kept_as_an_equality(read):
 def test_a_fault_is_refused_with_line_and_name(tmp_path, old, new, problem):
     (tmp_path / "r.urdf").write_text(urdf(BASE, ARM, SHOULDER).replace(old, new, 1))
     with pytest.raises(RobotError, match=problem):
-        read_model(tmp_path / "r.urdf", tmp_path)
+        find_model(tmp_path / "r.urdf", tmp_path).read()
 
 
 def test_two_trees_are_refused(read):

@@ -9,7 +9,7 @@ import mujoco
 import pytest
 
 from naoserver.errors import RobotError
-from naoserver_sim._own.model_file import read_model
+from naoserver_sim._own.model_file import find_model
 from naoserver_sim.appearance import color_of
 from tests.support.meshes import cone, write_stl
 from tests.support.robot_files import BOX, INERTIAL, joint, link
@@ -25,7 +25,7 @@ def read(tmp_path):
     def written(*parts, version=""):
         of = f' version="{version}"' if version else ""
         (tmp_path / "r.urdf").write_text(f'<robot name="r"{of}>\n' + "".join(parts) + "</robot>\n")
-        return read_model(tmp_path / "r.urdf", tmp_path)
+        return find_model(tmp_path / "r.urdf", tmp_path).read()
 
     return written
 

@@ -28,7 +28,8 @@ from tools.languages.texts import (
     forms_by_category,
     is_translated,
     languages,
-    page_json,
+    template_of,
+    texts_json,
     update,
     updated,
 )
@@ -73,6 +74,11 @@ def ids(catalog: Catalog) -> set[Any]:
     return {message.id for message in catalog if message.id}
 
 
+def called(call: ast.Call) -> str:
+    """Return the last name of what is called."""
+    return next((str(name) for each in ("attr", "id") if (name := getattr(call.func, each, ""))), "")
+
+
 def test_no_text_that_is_looked_up_is_put_together() -> None:
     names = {"Message", "because", "template", "EditError", "ChangedOutsideError", "OldFormatError"}
     paths = [
@@ -82,11 +88,43 @@ def test_no_text_that_is_looked_up_is_put_together() -> None:
         f"{path.relative_to(ROOT)}:{call.lineno}"
         for path in paths
         for call in ast.walk(ast.parse(path.read_bytes()))
-        if isinstance(call, ast.Call) and ast.unparse(call.func).rpartition(".")[2] in names
+        if isinstance(call, ast.Call) and called(call) in names
         if any(isinstance(text, ast.JoinedStr | ast.BinOp) for text in call.args)
     ]
     assert len(paths) > 300
     assert found == []
+
+
+@pytest.mark.parametrize(
+    ("code", "template"),
+    [
+        ('"it has fallen"', "it has fallen"),
+        ('"a set is {}"', "a set is {{}}"),
+        ('f"{joint} is limp" "; {joint}"', "{joint} is limp; {{joint}}"),
+        ('f"{self._walker.ended}: {_MOST}"', "{ended}: {most}"),
+        ('f"{value:.2f} of {few(names, 8)!r} in {values[0]}"', "{value} of {names} in {values}"),
+        (
+            'f"{actor.automaton.name} in {actor.current.name} of {self.name}"',
+            "{automaton} in {current} of {name}",
+        ),
+        ('f"{one} could hit {other}: command {other}"', "{one} could hit {other}: command {other}"),
+    ],
+)
+def test_the_template_of_a_sentence_has_the_names_of_its_values(code: str, template: str) -> None:
+    assert template_of(ast.parse(code, mode="eval").body, "go.py:3") == template
+
+
+@pytest.mark.parametrize(
+    ("code", "problem"),
+    [
+        ("text", "a sentence is a literal or an f-string"),
+        ('f"{2 * gap} s"', "a value without a name: 2 * gap"),
+        ('f"{a.speed} of {b.speed}"', "two values are called speed: rename one"),
+    ],
+)
+def test_a_sentence_whose_template_is_not_clear_is_refused(code: str, problem: str) -> None:
+    with pytest.raises(TextsError, match=re.escape(f"go.py:3: {problem}")):
+        template_of(ast.parse(code, mode="eval").body, "go.py:3")
 
 
 @pytest.mark.slow
@@ -211,7 +249,7 @@ def test_a_language_is_added_by_one_command_and_its_texts(tmp_path: Path, domain
 def test_texts_with_a_number_are_known_by_the_categories_of_browsers() -> None:
     catalog = added(DOMAINS[0], "pl")
     catalog.add(("{count} state", "{count} states"), ("{count} stan", "{count} stany", "{count} stanów"))
-    assert json.loads(page_json(catalog))["{count} state"] == {
+    assert json.loads(texts_json(catalog))["{count} state"] == {
         "one": "{count} stan",
         "few": "{count} stany",
         "many": "{count} stanów",

@@ -200,7 +200,7 @@ def test_intervals_of_twenty_skewed_or_even_numbers_hold_the_mean_as_often_as_th
         "uniform": lambda: random.uniform(0.0, 1.0, 20),
         "binomial": lambda: random.integers(0, 2, 20),
     }
-    times = repeated(1000, soak=2000)
+    times = repeated(500, soak=2000)
     found = [mean_of(draws[draw]().tolist()).interval for _ in range(times)]
     held = sum(each is not None and each[0] <= true <= each[1] for each in found)
     assert held >= least * times

@@ -10,18 +10,16 @@ from typing import Any
 import msgspec
 import pytest
 
-from hfsm_runtime import Automaton, State, Transition, VirtualRun
-from hfsm_runtime._timeline import Timeline
-from hfsm_runtime.debugger._explanation import explain
+from codegen.reasons import PARTS
+from hfsm_runtime import Automaton, State
 from hfsm_runtime.virtual import Execution
-from interfaces.hfsm import Explanation
 from naoserver.errors import CommandRefused
 from naoserver.safety._event_log import EventLog
 from naoserver.safety._gate import Gate
 from tests.support.automata import component
 from tests.support.places import ROOT
-from visualhfsm._base.languages import encoder
-from visualhfsm._monitor.realm.translation import translate_explanation, translated
+from visualhfsm._base.languages import encoder, sentences
+from visualhfsm._base.recognition import recognized
 
 STATES = (State(id=1, name="a", initial=True), State(id=2, name="b", final=True))
 
@@ -30,62 +28,6 @@ def in_spanish(value: object) -> dict[str, Any]:
     """Return what a Spanish page gets of a value."""
     found: dict[str, Any] = msgspec.json.decode(encoder("es").encode(value))
     return found
-
-
-def explained(transition: Transition, *events: str) -> Explanation:
-    """Explain an automaton after 0.35 s, half a cycle after the last one; events came before that."""
-    run = VirtualRun(component(Automaton(id=1, name="walker", states=STATES, transitions=(transition,))))
-    timeline = Timeline(run.clock)
-    for event in events:
-        run.send(event)
-    run.advance(0.35)
-    return explain(run.tree, run.tree.root, timeline)
-
-
-def to_b(id: int, **rest: object) -> Transition:
-    return Transition(id=id, name=f"t{id}", origin=1, destination=2, **rest)  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize(
-    ("transition", "reason"),
-    [
-        (
-            to_b(1, guard=lambda: False, condition="ready"),
-            "su guarda `ready` era falsa al evaluarla hace 0,05 s",
-        ),
-        (to_b(1, guard=lambda: False), "su guarda era falsa al evaluarla hace 0,05 s"),
-        (to_b(1, seconds=1.0), "su momento llega tras 0,65 s más en el estado"),
-        (
-            to_b(1, seconds=0.1, guard=lambda: False),
-            "ha llegado su momento, pero su guarda era falsa al evaluarla hace 0,05 s",
-        ),
-        (to_b(1, event="lost"), "no ha llegado ningún evento lost desde que se entró en el estado"),
-    ],
-)
-def test_why_a_transition_does_not_fire_is_said_in_spanish(transition: Transition, reason: str) -> None:
-    said = in_spanish(translate_explanation(explained(transition)))
-    assert said["transitions"][0]["reason"] == reason
-    assert said["summary"] == f"walker está en a desde hace 0,35 s. 1. t1: {reason}."
-
-
-def test_a_guard_that_an_event_asked_is_said_in_spanish() -> None:
-    asked = explained(to_b(1, event="lost", guard=lambda _: False, condition="ready"), "lost")
-    said = in_spanish(translate_explanation(asked))["transitions"][0]["reason"]
-    assert said == "su guarda `ready` era falsa cuando llegó lost hace 0,35 s"
-
-
-def test_values_of_a_guard_are_code_in_every_language() -> None:
-    count = 3
-    asked = to_b(1, guard=lambda: count > 5, condition="count > 5")
-    (reason,) = translate_explanation(explained(asked)).transitions
-    assert reason.reason == explained(asked).transitions[0].reason
-    said = in_spanish(reason)["reason"]
-    assert said == "su guarda `count > 5` era falsa al evaluarla hace 0,05 s; ahora count = 3"
-
-
-def test_a_state_without_a_way_out_is_explained_in_spanish() -> None:
-    ended = explained(to_b(1, guard=lambda: True))
-    assert in_spanish(translate_explanation(ended))["summary"] == "walker ha acabado en b; entró por t1."
 
 
 INSISTS = (
@@ -102,17 +44,17 @@ def test_a_refused_command_and_its_events_are_said_in_spanish() -> None:
     gate.reset()
     with pytest.raises(CommandRefused) as refused_again:
         gate.require("somebody")
-    said = [in_spanish({"": translated(each.message)})[""] for each in events.snapshot()[0]]
+    said = [in_spanish({"": recognized(each.message)})[""] for each in events.snapshot()[0]]
     assert said == [
         "parada de emergencia: se pulsó STOP en el editor",
         "orden rechazada: el robot está parado: se pulsó STOP en el editor",
         "se ha levantado la parada de emergencia",
         f"orden rechazada: {INSISTS}",
     ]
-    assert in_spanish({"": translated(str(refused_again.value))})[""] == (
+    assert in_spanish({"": recognized(str(refused_again.value))})[""] == (
         f"{INSISTS}; o déjalas seguir: nao stop --reset --resume"
     )
-    assert in_spanish({"": translated(str(refused.value))})[""] == (
+    assert in_spanish({"": recognized(str(refused.value))})[""] == (
         "el robot está parado: se pulsó STOP en el editor; levanta antes la parada de emergencia"
     )
 
@@ -124,7 +66,7 @@ def test_what_a_reload_could_not_keep_is_said_in_spanish() -> None:
     run = Execution(component(Automaton(id=1, name="walker", states=(first, STATES[1]))))
     run.advance(0.35)
     other = Automaton(id=1, name="walker", states=(State(id=7, name="c", initial=True),))
-    said = [in_spanish({"": translated(each)})[""] for each in run.exchange(component(other))]
+    said = [in_spanish({"": recognized(each)})[""] for each in run.exchange(component(other))]
     assert said == [
         "ningún código del autómata 1 (walker) usa ya count",
         "el autómata 2 (b), que estaba en red, ya no existe; su código de salida no se ejecutó",
@@ -172,7 +114,7 @@ def refusals_in(module: ast.Module) -> Iterator[str]:
 def test_every_refusal_of_a_robot_is_known() -> None:
     found = list(refusals())
     assert len(found) > 30
-    assert [text for text in found if in_spanish({"": translated(text)})[""] == text] == []
+    assert [text for text in found if in_spanish({"": recognized(text)})[""] == text] == []
 
 
 @pytest.mark.parametrize(
@@ -213,9 +155,53 @@ def test_every_refusal_of_a_robot_is_known() -> None:
     ],
 )
 def test_parts_of_what_a_robot_says_are_said_in_spanish_too(english: str, spanish: str) -> None:
-    assert in_spanish({"": translated(english)})[""] == spanish
+    assert in_spanish({"": recognized(english)})[""] == spanish
 
 
 def test_what_is_not_known_stays_as_it_is() -> None:
     for text in ("¿Qué?", "", "the ball is in goal", "x" * 1000):
-        assert in_spanish({"": translated(text)})[""] == text
+        assert in_spanish({"": recognized(text)})[""] == text
+
+
+@pytest.mark.parametrize(
+    ("english", "spanish"),
+    [
+        ("walker has finished in b, entered by t1", "walker ha acabado en b; entró por t1"),
+        (
+            "Top has no format 'X'; it has RGB8; JPEG needs Pillow where the server runs: pip install pillow",
+            (
+                "Top no tiene el formato 'X'; tiene RGB8; JPEG necesita Pillow donde se ejecuta el servidor: "
+                "pip install pillow"
+            ),
+        ),
+        (
+            "not all automata of the state have finished: a is in b, c is in d",
+            "no han acabado todos los autómatas del estado: a está en b, c está en d",
+        ),
+    ],
+)
+def test_the_template_that_knows_most_of_a_text_counts(english: str, spanish: str) -> None:
+    assert in_spanish({"": recognized(english)})[""] == spanish
+
+
+@pytest.mark.parametrize(
+    ("english", "spanish"),
+    [
+        ("standing has been in turn for 1.50 s", "standing está en turn desde hace 1,50 s"),
+        ("walker is in standing", "walker is in standing"),
+        ("it refused to walk: it is going to rain", "se ha negado a andar: it is going to rain"),
+    ],
+)
+def test_names_that_people_give_are_no_part_of_a_sentence(english: str, spanish: str) -> None:
+    assert in_spanish({"": recognized(english)})[""] == spanish
+
+
+def test_each_part_of_a_sentence_is_a_value_of_one() -> None:
+    assert {*PARTS}.issubset(name for each in sentences() for name in each.values)
+
+
+@pytest.mark.parametrize(
+    "text", ["; " * 300, "a ended: b stopped: " * 30, ", limited to 1" * 40, "x is y, not z: " * 40]
+)
+def test_a_text_that_fits_again_and_again_is_not_changed(text: str) -> None:
+    assert recognized(text) == text

@@ -9,8 +9,9 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from naoserver_sim._own import kept_meshes, meshes
-from naoserver_sim._own.kept_meshes import kept
+from naoserver_sim._own import cache as cache_module
+from naoserver_sim._own import meshes
+from naoserver_sim._own.cache import kept
 from naoserver_sim._own.meshes import MeshError, MeshFile, read_mesh
 from tests.support.meshes import cone
 
@@ -19,7 +20,7 @@ from tests.support.meshes import cone
 def cache(tmp_path, monkeypatch):
     """The folder of what is kept, in a cache of this test's own."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    return tmp_path / "cache/visualhfsm/meshes"
+    return tmp_path / "cache/visualhfsm/models"
 
 
 @pytest.fixture
@@ -150,7 +151,7 @@ def test_a_cache_that_others_may_write_to_is_left_alone(keep, made, cache, monke
 
 
 def test_those_that_were_used_longest_ago_go_first(keep, made, cache, monkeypatch):
-    monkeypatch.setattr(kept_meshes, "MOST_KEPT", 2 * (32 + len("text")))
+    monkeypatch.setattr(cache_module, "MOST_KEPT", 2 * (32 + len("text")))
     for of in (b"a", b"b"):
         keep(of)
         for age, path in enumerate(sorted(cache.iterdir(), key=lambda path: path.stat().st_mtime)):
@@ -163,7 +164,7 @@ def test_those_that_were_used_longest_ago_go_first(keep, made, cache, monkeypatc
 
 
 def test_a_folder_in_the_cache_does_not_keep_files_from_going(keep, cache, monkeypatch):
-    monkeypatch.setattr(kept_meshes, "MOST_KEPT", 32 + len("text"))
+    monkeypatch.setattr(cache_module, "MOST_KEPT", 32 + len("text"))
     keep(b"a")
     (cache / "folder").mkdir()
     for path in cache.iterdir():

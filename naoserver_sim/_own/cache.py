@@ -1,7 +1,7 @@
-"""Keep what meshes were converted to, in the user's cache, so that their robot starts quickly the next time.
+"""Keep what was made of models and meshes, in the user's cache: their robot starts quickly the next time.
 
-A file's name is a hash of what was converted, and by what; its beginning is a hash of what follows. One that
-is damaged is made again, and what is in one is checked like any mesh.
+A file's name is a hash of what it was made of, and by what; its beginning is a hash of what follows. One that
+is damaged is made again, and what is in one is checked like what a user writes.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def kept(of: Iterable[bytes], make: Callable[[], bytes], read: Callable[[bytes],
 def _folder() -> Path:
     """Return the folder, which nobody else may write to. Raises OSError, or RuntimeError without a home."""
     cache = os.environ.get("XDG_CACHE_HOME", "")  # a relative path is to be ignored
-    folder = (Path(cache) if cache.startswith("/") else Path.home() / ".cache") / "visualhfsm" / "meshes"
+    folder = (Path(cache) if cache.startswith("/") else Path.home() / ".cache") / "visualhfsm" / "models"
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     about = folder.lstat()
     if not stat.S_ISDIR(about.st_mode) or about.st_uid != os.geteuid() or about.st_mode & 0o022:

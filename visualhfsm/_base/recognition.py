@@ -1,0 +1,37 @@
+"""What components and robots say over the network, as messages that a page says in its language.
+
+They are programs that speak English. `zenoh_ice.data.text.sentence` marks what they say, and the catalogs of
+languages have its templates. A text that one of these gives is a message of it; any other, such as what a
+newer program says, stays as it is.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Final
+
+from codegen.messages import Message, joined
+from codegen.reasons import known_text
+from visualhfsm._base.languages import sentences
+
+__all__ = ["recognized", "recognized_sentences"]
+
+_BETWEEN: Final = re.compile(r"(?<=\.) (?=[^\W\d])")
+"""Where one sentence follows another."""
+_MEMBERS: Final = re.compile(r"(.+) (\(\w+='[^']*'\))", re.DOTALL)
+"""The text of an interface's exception, with its other members."""
+_FEWEST_LETTERS: Final = 8
+"""Of templates in a text that is known: with fewer, another text may just look like it."""
+
+
+def recognized(text: str) -> Message:
+    """Return a text of a component or a robot as a message."""
+    if listed := _MEMBERS.fullmatch(text):
+        return joined(" ", [recognized(listed[1]), listed[2]])
+    return known_text(text, sentences(), _FEWEST_LETTERS)
+
+
+def recognized_sentences(text: str) -> Message:
+    """Return sentences that follow one another, each with its full stop, as a message."""
+    found = [recognized(each.removesuffix(".")) for each in _BETWEEN.split(text) if each]
+    return joined(" ", [joined("", [each, "."]) for each in found])
