@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from ..diagnostics import Diagnostics, Location, Severity
 from ..files import GeneratedFile, read_regular
@@ -35,15 +35,13 @@ _ADDED: Final = re.compile(r"( {4})?(async )?(def (?!.*-> Automaton:$)|class (?!
 """The beginning of a function or a class in a component or its class, besides our own."""
 
 
-@dataclass(frozen=True, slots=True)
-class CheckedDocument:
-    """A document with its imports resolved and its code checked, as far as that is known piece by piece."""
+class CheckedDocument(NamedTuple):
+    """A document with its imports resolved and its code checked, piece by piece; sound if without errors."""
 
     analysis: Analysis
     interfaces: KnownInterfaces
     is_python: bool
     is_sound: bool
-    """False after errors."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,14 +10,17 @@ from typing import Final, Literal, get_args, get_origin
 
 import msgspec
 
+from codegen.diagnostics import Diagnostics
+from codegen.hfsm import parse_document
 from codegen.hfsm.document import Automaton, Document, State, Text, Transition
 from visualhfsm._base.errors import EditError
 from visualhfsm._document.commands import COMMANDS, Command, decode_command
-from visualhfsm._document.problems import Problem, check
+from visualhfsm._document.problems import UNTITLED, Findings, Problem, find
 from visualhfsm._document.serialization import copy_states, written
 
 __all__ = [
     "automaton",
+    "check",
     "choose_command",
     "find_problems",
     "large_document",
@@ -113,6 +116,14 @@ def find_problems(
 ) -> list[Problem]:
     """Return all problems of the text of a document."""
     return [*check(text, path, include, limit=limit, most=None).problems]
+
+
+def check(text: str, path: Path | None, include: Sequence[Path] = (), **options: int | None) -> Findings:
+    """Return what is found in the text of a document, with the options of `find`."""
+    file, diagnostics = path or Path.cwd() / UNTITLED, Diagnostics(decoded=True)
+    document = parse_document(text, file, diagnostics)
+    *_, found = find(document, file, diagnostics, include, **options)
+    return found
 
 
 def large_document(states: int, automata: int = 1) -> Document:

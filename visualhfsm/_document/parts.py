@@ -1,7 +1,7 @@
 """A document in parts, of which only those that have changed are read again.
 
-Each automaton is a part, and so is what a file has before the automata, and behind them. A part has lines of
-its own, so that its places stay the same whatever changes in the others.
+Each automaton is a part, and so is what a file has before the automata, and behind them. A part has separate
+lines, so that its places stay the same whatever changes in the others.
 """
 
 from __future__ import annotations

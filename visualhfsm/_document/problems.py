@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Final, Literal
 import msgspec
 
 from codegen.diagnostics import Diagnostic, Diagnostics, Location, Note, Severity
-from codegen.hfsm import parse_document
 from codegen.hfsm.codes import FOLLOWED, PROVED, Code
 from codegen.hfsm.document import Document
 from codegen.hfsm.loading import check_pieces, explore_document, load_checked
@@ -139,36 +138,21 @@ class Findings(msgspec.Struct, frozen=True, kw_only=True):
         return not self.pending
 
 
-def check(
-    text: str,
-    path: Path | None,
+def find(
+    document: Document | None,
+    file: Path,
+    diagnostics: Diagnostics,
     include: Sequence[Path] = (),
     *,
     limit: int | None = None,
     most: int | None = _MOST_PROBLEMS,
-) -> Findings:
-    """Check the text of a document; `path` is its file, if it has one.
-
-    The first `most` problems are listed, and the worst of each piece. The model checker explores up to
-    `limit` configurations, by default as many as `check_document`: `CheckProcess` does so in another process.
-    """
-    file = path or Path.cwd() / UNTITLED
-    diagnostics = Diagnostics(decoded=True)
-    document = parse_document(text, file, diagnostics)
-    *_, found = _find(document, file, diagnostics, include, limit=limit, most=most)
-    return found
-
-
-def _find(
-    document: Document | None,
-    file: Path,
-    diagnostics: Diagnostics,
-    include: Sequence[Path],
-    *,
-    limit: int | None,
-    most: int | None = _MOST_PROBLEMS,
 ) -> Iterator[Findings]:
-    """Yield what is found in each piece of code, what follows from all of them, and all; see `check`."""
+    """Yield what is found in each piece of code, what follows from all of them together, and all.
+
+    `diagnostics` has what was found when the document was read from a text that its places refer to. The
+    first `most` problems are listed, and the worst of each piece. The model checker explores up to `limit`
+    configurations, by default as many as `check_document`: `CheckProcess` does so in another process.
+    """
     checked = None
     if document is not None and not diagnostics.has_errors:
         checked = check_pieces(file, None, diagnostics, include, document=document)
@@ -308,7 +292,7 @@ def _where(location: Location, file: Path, locator: Locator, imports: ImportedPl
 
 
 class Question(msgspec.Struct, frozen=True):
-    """The parts of a document to check, and the other parameters of `check`, which `Answer`s answer.
+    """The parts of a document to check, and the other parameters of `find`, which `Answer`s answer.
 
     On GIVE_UP, the last of them says what was found until then.
     """
@@ -341,7 +325,7 @@ def _answers(parts: Parts, line: bytes) -> Iterator[bytes]:
     except EditError as error:
         yield _encoded(Answer(is_last=True, refused=(error.what, error.why, error.hint)))
         return
-    findings = _find(document, path, diagnostics, include, limit=question.limit)
+    findings = find(document, path, diagnostics, include, limit=question.limit)
     found = next(findings)
     try:
         while not found.complete:

@@ -787,7 +787,7 @@ class Problems(Push):
     """The problems of a revision of a document; of very many not all `items`, but the `counts` of all.
 
     `imports` counts the changes of imported files. Until they are `complete`, the verdicts of the model
-    checker are those of an earlier revision.
+    checker, and what is said of events, are those of an earlier revision.
     """
 
     tab: int

@@ -167,7 +167,7 @@ class DatedTests(Dated[TestsPush]):
 class Tab:
     """An open document, on which requests work in order in threads, and its state as windows show it.
 
-    It is made and used on the event loop, where `changed` is called whenever `shown` is new, and `told` with
+    It is made and used on the event loop, where `changed` is called whenever `shown` is new, and `found` with
     what else is found out. `recording` is the file of the recording that contains the document, which is not
     changed then.
     """
@@ -179,7 +179,7 @@ class Tab:
         threads: Threads,
         *,
         changed: Callable[[Tab], None],
-        told: Callable[[Tab, Problems | Outside], None] = lambda *_: None,
+        found: Callable[[Tab, Problems | Outside], None] = lambda *_: None,
         output: RecentLines,
         recording: Path | None = None,
     ) -> None:
@@ -202,7 +202,7 @@ class Tab:
         self._from_loaded = _Difference()
         self._imports = Imports()
         self._threads = threads
-        self._changed, self._told = changed, told
+        self._changed, self._found = changed, found
         self._lock = asyncio.Lock()
         self._loop = asyncio.get_running_loop()
         document.subscribe(self._take_event)
@@ -315,11 +315,11 @@ class Tab:
             case Checked(version=version, findings=findings):
                 self.take_findings(version, findings)
                 if (problems := self.problems) is not None:
-                    self._told(self, problems)
+                    self._found(self, problems)
             case FileChanged(state=state, message=message):
                 outside = Outside(tab=self.id, state=state, message=message)
                 self.outside = outside if state in {"changed", "deleted"} else None
-                self._told(self, outside)
+                self._found(self, outside)
 
 
 def _problem(failed: Failed) -> Problem:

@@ -132,7 +132,7 @@ class Workspace:
             document,
             self.threads,
             changed=self._show,
-            told=self._tell,
+            found=self._report,
             output=self.limits.room_for_output(),
             recording=recording,
         )
@@ -153,7 +153,7 @@ class Workspace:
                 self.windows.push(report)
         self._checks.check(tab)
 
-    def _tell(self, tab: Tab, news: Problems | Outside) -> None:
+    def _report(self, tab: Tab, news: Problems | Outside) -> None:
         """Send all windows what was found out about a tab's document."""
         if tab.id not in self.tabs:
             return

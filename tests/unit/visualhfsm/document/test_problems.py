@@ -27,13 +27,13 @@ from codegen.hfsm.document import (
     Transition,
 )
 from codegen.messages import Message
-from tests.support.editing import find_problems, large_document, tree
+from tests.support.editing import check, find_problems, large_document, tree
 from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT
 from visualhfsm._base.errors import EditError
 from visualhfsm._document.commands.automata import AddAutomaton
 from visualhfsm._document.commands.text import SetText
 from visualhfsm._document.places import Located, Locator, Place, texts_at, texts_in
-from visualhfsm._document.problems import Findings, Problem, check
+from visualhfsm._document.problems import Findings, Problem
 from visualhfsm._document.serialization import parse, written
 from visualhfsm.project._check_process import CheckProcess
 
