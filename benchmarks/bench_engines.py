@@ -3,7 +3,7 @@
 The scenarios are those of https://github.com/basiltt/xstate-statemachine/issues/64. An event is sent and
 handled before the next one is sent; `queued` sends fifty at a time. `guard` has a guard and an action,
 `nested` two states with two levels below each, `parallel` two regions that take turns, `timer` two timers of
-1 ms, and `built` makes the machine of `nested`. Each engine runs in processes of its own, all in turn, and
+1 ms, and `built` makes the machine of `nested`. Each engine runs in separate processes, all in turn, and
 the best of many short measurements counts, in processor time: other programs slow all of them down.
 
     pip install -e '.[bench]'

@@ -77,7 +77,6 @@ class _Cycles(Coroutine):
         super().__init__(actor.automaton.name, partial(_run_cycles, ref(self)), contextvars.copy_context())
         self._virtual: Final = virtual
         self._at = 0
-        self._rests = True
         self.actor: Actor = actor
         self.asleep = False
         """True in `self.sleep`, which ends when the cycle has to."""
@@ -86,7 +85,7 @@ class _Cycles(Coroutine):
 
     def begin(self, at: int) -> None:
         """Let a cycle run, which belongs to a component time in ns, until it sleeps or ends."""
-        self._at, self._rests, self.reports = at, False, 0
+        self._at, self.reports = at, 0
         self._virtual.cycles[self.actor] = self
         self.go()
 
@@ -94,11 +93,7 @@ class _Cycles(Coroutine):
         """Let the cycle run; while it does, and when it has failed, it is the running one."""
         virtual = self._virtual
         before, virtual.running = virtual.running, self.actor
-        try:
-            super().go(answer)
-        finally:
-            if self._rests or self.ended:
-                virtual.cycles.pop(self.actor, None)
+        super().go(answer)
         virtual.running = before
 
     def close(self, error: type[BaseException]) -> None:
@@ -108,8 +103,10 @@ class _Cycles(Coroutine):
 
     def run_one(self) -> None:
         """Run the cycle that has begun."""
-        self._virtual.run_cycle(self.actor, self._at)
-        self._rests = True
+        try:
+            self._virtual.run_cycle(self.actor, self._at)
+        finally:
+            self._virtual.cycles.pop(self.actor, None)
 
 
 def _run_cycles(reference: Callable[[], _Cycles | None]) -> None:
@@ -349,8 +346,9 @@ class VirtualRun(ComponentRun):
             heapq.heapreplace(schedule, (at + interval, index, actor))
         due, index, actor = heapq.heappop(schedule)
         self._followers.discard(actor)
-        turn: int | Actor = slot_at(now, actor.automaton.interval)
-        following = slot_after(now, actor.automaton.interval)
+        slot = slot_at(now, actor.automaton.interval)
+        turn: int | Actor = slot
+        following = slot + actor.automaton.interval
         try:
             if actor in self.cycles:
                 return
