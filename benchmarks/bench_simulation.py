@@ -19,6 +19,7 @@ import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from unittest.mock import patch
 
 import gymnasium
 import mujoco
@@ -49,6 +50,10 @@ SETTLING = 1.5
 ROUNDS = 7
 TICKS = 200
 """Control ticks of 10 ms, with 4 steps each, in a round."""
+TURNS = 41
+"""Rounds in which a body's robot and bare steps take turns."""
+SHORT = TICKS // 4
+"""Control ticks of such a round."""
 
 
 def served(seconds: float, options: list[str], cameras: tuple[str, ...]) -> list[str]:
@@ -156,84 +161,108 @@ def stepping() -> dict[str, list[float]]:
     return figures
 
 
-def learning(name: str) -> list[float]:
-    """Return the pace of a Gymnasium environment whose robot does not move."""
+def bare_steps(body: Body) -> Callable[[], float]:
+    """Return a round of steps of a body's model alone, in which the robot stands."""
+    model = build_model(skin=False, body=body)
+    data = standing(model, body.postures["StandInit"].angles)
+
+    def work() -> float:
+        mujoco.mj_step(model.mj, data, nstep=4 * SHORT)
+        return SHORT * 0.01
+
+    return work
+
+
+def beside(bare: Callable[[], float], work: Callable[[], float]) -> tuple[float, float]:
+    """Return the pace of some work beside that of bare steps, and the part of it that is steps.
+
+    They take turns, because others may use the processor: both are medians over the rounds.
+    """
+    step, spent = mujoco.mj_step, 0.0
+
+    def timed(*arguments: object, **named: object) -> None:
+        nonlocal spent
+        begin = time.thread_time()
+        step(*arguments, **named)
+        spent += time.thread_time() - begin
+
+    ratios, parts = [], []
+    for _ in range(TURNS):
+        (alone,), (own,) = paces(bare, 1), paces(work, 1)
+        ratios.append(own / alone)
+        begin, spent = time.thread_time(), 0.0
+        with patch.object(mujoco, "mj_step", timed):
+            work()
+        parts.append(spent / (time.thread_time() - begin))
+    return statistics.median(ratios), statistics.median(parts)
+
+
+def learning(name: str) -> float:
+    """Return the pace of a Gymnasium environment whose robot does not move, beside bare steps."""
     environment = gymnasium.make(f"visualhfsm_learning:{name}", disable_env_checker=True)
     environment.reset(seed=1)
     still = np.zeros(environment.action_space.shape or (), np.float32)
 
     def step() -> float:
-        for _ in range(TICKS // 2):
+        for _ in range(SHORT // 2):
             environment.step(still)
-        return TICKS * 0.01
+        return SHORT * 0.01
 
-    measured = paces(step)
+    ratio, _ = beside(bare_steps(H25), step)
     environment.close()
-    return measured
+    return ratio
 
 
 def print_physics() -> None:
     table = Table("one core", "times real time", "steps per second", "median")
-    figures = stepping() | {name: learning(name) for name in ENVIRONMENTS}
-    for name, measured in figures.items():
+    for name, measured in stepping().items():
         best = max(measured)
         table.add_row(name, f"{best:.0f}", f"{best * 400:.0f}", f"{statistics.median(measured):.0f}")
     CONSOLE.print(
         "physics steps of 2.5 ms, by processor time (required: 30 times real time while walking)", table
     )
+    table = Table("environment of Gymnasium", "pace beside bare steps")
+    for name in ENVIRONMENTS:
+        table.add_row(name, f"{learning(name):.2f}")
+    CONSOLE.print(table)
 
 
 def read_for(clock: VirtualClock, robot: SimulatedRobot) -> Callable[[], float]:
     """Return a round of work: a robot goes on, and its joints are read at 50 Hz."""
 
     def work() -> float:
-        for _ in range(TICKS // 2):
+        for _ in range(SHORT // 2):
             clock.advance(0.02)
             robot.read()
-        return TICKS * 0.01
+        return SHORT * 0.01
 
     return work
 
 
 def beside_bare_steps(body: Body) -> list[str]:
-    """Return how fast a body stands and walks with noise, beside steps of its model alone.
-
-    They take turns, because others may use the processor, and the best round of each counts.
-    """
-    model = build_model(skin=False, body=body)
-    data = standing(model, body.postures["StandInit"].angles)
-
-    def bare() -> float:
-        mujoco.mj_step(model.mj, data, nstep=4 * TICKS)
-        return TICKS * 0.01
-
-    works, robots = [bare], []
+    """Return how fast a body's model steps alone, and a robot that stands and walks with noise beside it."""
+    bare = bare_steps(body)
+    row = [f"{400 * max(paces(bare, TURNS)):,.0f}"]
     for velocity in (STILL, WalkVelocity(0.2)):
         clock = VirtualClock()
         robot = SimulatedRobot(clock=clock, skin=False, noise=True, seed=1, body=body)
         clock.advance(1.0)
         present(robot.walker).command(velocity)
         clock.advance(1.0)
-        works.append(read_for(clock, robot))
-        robots.append(robot)
-    rounds = [[paces(work, 1)[0] for work in works] for _ in range(ROUNDS)]
-    for robot in robots:
+        ratio, part = beside(bare, read_for(clock, robot))
         robot.close()
-    alone, still, walking = (max(rates) for rates in zip(*rounds, strict=True))
-    return [
-        *(f"{rate:.0f}" for rate in (alone, still, walking)),
-        f"{still / alone:.2f}",
-        f"{walking / alone:.2f}",
-    ]
+        row += [f"{ratio:.2f}", f"{ratio / part:.2f}"]
+    return row
 
 
 def print_bodies() -> None:
-    table = Table("body", "physics alone", "standing", "walking", "standing / alone", "walking / alone")
+    table = Table("body", "bare steps a second", "standing", "its steps alone", "walking", "its steps alone")
     for name in ("H25", "T1", "G1"):
         table.add_row(name, *beside_bare_steps(find_body(name)))
     CONSOLE.print(
-        "times real time by processor time, with noise, joints read at 50 Hz (required while standing:"
-        " 0.60, 0.45 and 0.45 of the physics alone)",
+        "processor time of bare steps of a standing model beside that of a robot with noise whose joints are"
+        " read at 50 Hz, and beside that of its own steps alone, which are dearer than those of a robot at"
+        " rest",
         table,
     )
 

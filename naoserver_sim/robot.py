@@ -27,7 +27,7 @@ from naoserver_sim._footsteps.limbs import limbs_of
 from naoserver_sim._footsteps.walker import FootstepWalker
 from naoserver_sim._image_sensor import ImageSensor, PictureNoise
 from naoserver_sim._locomotion import Locomotion
-from naoserver_sim._motors import AMBIENT, PLAY, Array, Gears, SetpointController
+from naoserver_sim._motors import AMBIENT, PLAY, Gears, SetpointController
 from naoserver_sim._senses.record import SenseNoise, SensorRecord
 from naoserver_sim._senses.simulated import SimulatedSenses
 from naoserver_sim._simulator import Pacer, SimulationClock, Simulator, Snapshot
@@ -62,7 +62,6 @@ class SimulatedDevice:
         self._movable = {joint.name: self._places[joint.name] for joint in index.joints if not joint.passive}
         self._leading = frozenset(index.leading.tolist())
         self._newest: tuple[Snapshot, JointReading] | None = None
-        self._converted: dict[str, tuple[Array, tuple[float, ...]]] = {}
 
     def read(self) -> JointReading:
         snapshot, newest = self._simulator.newest(), self._newest
@@ -80,16 +79,9 @@ class SimulatedDevice:
             velocities=tuple(snapshot.qvel[index.dofs].tolist()),
             commands=tuple(index.commanded(snapshot.setpoints, snapshot.qpos).tolist()),
             torques=tuple(index.of_motors(snapshot.forces, 0.0).tolist()),
-            stiffnesses=self._of_motors("stiffnesses", snapshot.stiffnesses, 0.0),
-            temperatures=self._of_motors("temperatures", snapshot.temperatures, AMBIENT),
+            stiffnesses=tuple(index.of_motors(snapshot.stiffnesses, 0.0).tolist()),
+            temperatures=tuple(index.of_motors(snapshot.temperatures, AMBIENT).tolist()),
         )
-
-    def _of_motors(self, name: str, values: Array, passive: float) -> tuple[float, ...]:
-        """Return the value of each joint, converted only when the array is another one."""
-        known = self._converted.get(name)
-        if known is None or known[0] is not values:
-            known = self._converted[name] = values, tuple(self._index.of_motors(values, passive).tolist())
-        return known[1]
 
     def _angles(self, snapshot: Snapshot) -> NDArray[np.float64]:
         """Return the angles of the joints as they are measured, in rad or m."""
@@ -98,7 +90,7 @@ class SimulatedDevice:
     def command_positions(self, targets: Mapping[str, float], max_speeds: Mapping[str, float]) -> None:
         index = self._index
         places, values = self._given(targets)
-        _, speeds = self._given({name: max_speeds[name] for name in targets})
+        speeds = np.array([max_speeds[self.joints[place].name] for place in places])
         values = (values - index.offsets[places]) / index.ratios[places]
         speeds = np.abs(speeds / index.ratios[places])
         self._order(self._simulator.move, places, values, speeds)

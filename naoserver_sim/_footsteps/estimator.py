@@ -92,11 +92,21 @@ class Estimator:
         self.data.qpos[limbs.base_qpos : limbs.base_qpos + 3] = 0.0
         self.origin: Final[Array] = np.zeros(3)
         """Place of the base in m."""
-        self.soles: Array = np.zeros((2, 3))
-        """The middles of the soles in m, left and right."""
+        self.places = [0j, 0j]
+        """Where the middles of the soles are, left and right."""
         self.levers: Final[Array] = np.zeros((12, mj.nv))
         """The motion of the left sole by each degree of freedom, then of the right one: 6 rows each."""
         self._levers = [(self.levers[row : row + 3], self.levers[row + 3 : row + 6]) for row in (0, 6)]
+        # Views of what is measured.
+        self._qpos, self._qvel = self.data.qpos, self.data.qvel
+        self._turned = self._qpos[limbs.base_qpos + 3 : limbs.base_qpos + 7]
+        self._turning = self._qvel[limbs.base_dof + 3 : limbs.base_dof + 6]
+        self._com, self._com_velocity = (
+            self.data.subtree_com[limbs.base],
+            self.data.subtree_linvel[limbs.base],
+        )
+        self._momentum = self.data.subtree_angmom[limbs.base]
+        self._axes = [self.data.xmat[link] for link in limbs.feet]
         self.center = 0j
         """Place of the center of mass on the floor."""
         self.height = 0.0
@@ -120,13 +130,13 @@ class Estimator:
 
     def heading_of(self, foot: int) -> float:
         """Return the heading of a foot in rad, within half a turn of that of the base."""
-        axes = self.data.xmat[self._limbs.feet[foot]]
+        axes = self._axes[foot]
         heading = math.atan2(axes[3], axes[0])
         return self.heading + math.remainder(heading - self.heading, math.tau)
 
     def place_of(self, foot: int) -> complex:
         """Return where the middle of a sole is."""
-        return complex(self.soles[foot, 0], self.soles[foot, 1])
+        return self.places[foot]
 
     def plant(self, foot: int, place: complex) -> None:
         """Let a foot rest at a place from now on."""
@@ -181,17 +191,16 @@ class Estimator:
         self._put(inertial, angles, speeds)
         if self._resting:
             self._level(shares)
-        mj, data, base = self._mj, self.data, self._limbs.base
-        self.soles = self._limbs.soles(data)
-        for link, sole, levers in zip(self._limbs.feet, self.soles, self._levers, strict=True):
-            mujoco.mj_jac(mj, data, *levers, sole, link)
-        moved = (self.levers @ data.qvel).tolist()  # how fast the soles move, as if the base rested
+        soles = self._limbs.soles(self.data)
+        for link, sole, levers in zip(self._limbs.feet, soles, self._levers, strict=True):
+            mujoco.mj_jac(self._mj, self.data, *levers, sole, link)
+        moved = (self.levers @ self._qvel).tolist()  # how fast the soles move, as if the base rested
         drift = shares[LEFT] * complex(*moved[:2]) + shares[RIGHT] * complex(*moved[6:8])
-        self._stand_on(shares, sliding=sliding)
-        x, y, z = (self.origin + data.subtree_com[base]).tolist()
-        self.center, self.height = complex(x, y), z
-        along_x, along_y, _ = data.subtree_linvel[base].tolist()
-        about_x, about_y, _ = data.subtree_angmom[base].tolist()
+        ahead, aside, above = self._stand_on(soles.tolist(), shares, sliding=sliding)
+        x, y, z = self._com.tolist()
+        self.center, self.height = complex(ahead + x, aside + y), above + z
+        along_x, along_y, _ = self._com_velocity.tolist()
+        about_x, about_y, _ = self._momentum.tolist()
         velocity = complex(along_x, along_y) + complex(about_y, -about_x) / self._lever - drift
         self._velocity = velocity + 0.5 ** (seconds / _HALF_LIFE) * (self._velocity - velocity)
         self.velocity = self._velocity
@@ -199,12 +208,11 @@ class Estimator:
     def _put(self, inertial: InertialReading, angles: Array, speeds: Array) -> None:
         """Compute where all links are, relative to the base, and how they move."""
         mj, data, limbs = self._mj, self.data, self._limbs
-        at, dof = limbs.base_qpos + 3, limbs.base_dof + 3
         roll, pitch = self._roll - self._mounting[0], self._pitch - self._mounting[1]
-        data.qpos[at : at + 4] = quaternion(self.heading, roll, pitch)
-        data.qpos[limbs.qpos] = angles
-        data.qvel[dof : dof + 3] = inertial.angular_velocity
-        data.qvel[limbs.dofs] = speeds
+        self._turned[:] = quaternion(self.heading, roll, pitch)
+        self._qpos[limbs.qpos] = angles
+        self._turning[:] = inertial.angular_velocity
+        self._qvel[limbs.dofs] = speeds
         mujoco.mj_kinematics(mj, data)
         mujoco.mj_comPos(mj, data)
         mujoco.mj_comVel(mj, data)
@@ -212,25 +220,28 @@ class Estimator:
 
     def _level(self, shares: Sequence[float]) -> None:
         """Learn by how much the unit is mounted askew: the soles that seem to be tilted are level."""
-        left, right = (complex(*self.data.xmat[link, 2:6:3].tolist()) for link in self._limbs.feet)
+        left, right = (complex(*axes[2:6:3].tolist()) for axes in self._axes)
         seen = (shares[LEFT] * left + shares[RIGHT] * right) * cmath.rect(1.0, -self.heading)
         for axis, error in enumerate((-seen.imag, seen.real)):
             found = self._mounting[axis] + error / self._still
             self._mounting[axis] = max(-_LARGEST_MOUNTING, min(_LARGEST_MOUNTING, found))
 
-    def _stand_on(self, shares: Sequence[float], *, sliding: bool) -> None:
-        """Move the base to where the bearing feet rest at their anchors."""
-        relative = [self.place_of(foot) for foot in FEET]
+    def _stand_on(
+        self, soles: list[list[float]], shares: Sequence[float], *, sliding: bool
+    ) -> tuple[float, float, float]:
+        """Move the base to where the bearing feet rest at their anchors; return its place in m."""
+        left, right = (complex(x, y) for x, y, _ in soles)
         if cmath.isnan(self._anchors[LEFT]):
             here = complex(self.origin[0], self.origin[1])
-            self._anchors = [here + place for place in relative]
-        place = sum(shares[foot] * (self._anchors[foot] - relative[foot]) for foot in FEET)
-        height = -shares[LEFT] * self.soles[LEFT, 2] - shares[RIGHT] * self.soles[RIGHT, 2]
-        self.origin[:] = place.real, place.imag, height
-        np.add(self.soles, self.origin, out=self.soles)
+            self._anchors = [here + left, here + right]
+        place = shares[LEFT] * (self._anchors[LEFT] - left) + shares[RIGHT] * (self._anchors[RIGHT] - right)
+        height = -shares[LEFT] * soles[LEFT][2] - shares[RIGHT] * soles[RIGHT][2]
+        self.origin[:] = origin = place.real, place.imag, height
+        self.places = [place + left, place + right]
         if sliding:
             for foot in FEET:
-                self._anchors[foot] += (1.0 - shares[foot]) * (self.place_of(foot) - self._anchors[foot])
+                self._anchors[foot] += (1.0 - shares[foot]) * (self.places[foot] - self._anchors[foot])
+        return origin
 
 
 def _pulled(angle: float, measured: float) -> float:
@@ -276,7 +287,7 @@ class Loads:
     @property
     def shares(self) -> tuple[float, float]:
         """Parts of the load that the left and the right foot bear, 1 together."""
-        left, right = np.maximum(self.feet, 1.0).tolist()
+        left, right = (max(load, 1.0) for load in self.feet.tolist())
         return left / (left + right), right / (left + right)
 
     def tick(self, seconds: float, torques: Array) -> None:

@@ -157,6 +157,18 @@ def quaternion(heading: float, roll: float = 0.0, pitch: float = 0.0) -> tuple[f
     )
 
 
+def rotation(heading: float, roll: float = 0.0, pitch: float = 0.0) -> tuple[float, ...]:
+    """Return the same turn as a matrix, row by row."""
+    cr, sr = math.cos(roll), math.sin(roll)
+    cp, sp = math.cos(pitch), math.sin(pitch)
+    cy, sy = math.cos(heading), math.sin(heading)
+    return (
+        *(cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
+        *(sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
+        *(-sp, cp * sr, cp * cr),
+    )
+
+
 def inclination(turned: Array) -> tuple[float, float]:
     """Return roll and pitch in rad of axes as columns."""
     return math.atan2(turned[2, 1], turned[2, 2]), -math.asin(max(-1.0, min(1.0, turned[2, 0])))

@@ -15,8 +15,8 @@ import mujoco
 import numpy as np
 
 from naoserver.bodies.footsteps import Footsteps
-from naoserver_sim._footsteps.estimator import FEET, Estimator
-from naoserver_sim._footsteps.limbs import LEFT, RIGHT, Array, Limbs, inclination, quaternion
+from naoserver_sim._footsteps.estimator import Estimator
+from naoserver_sim._footsteps.limbs import LEFT, RIGHT, Array, Limbs, inclination, rotation
 from naoserver_sim._footsteps.posture import Posture, Target
 from naoserver_sim._footsteps.steps import Steps
 
@@ -62,8 +62,6 @@ class PlannedMotion:
         self._bend = _Bend(0.0, (0.0, 0.0), 3 * ((0.0, 0.0),))
         self._return_time = 0.0
         self._time = 0.0
-        self._last = self._posture.data.qpos.copy()
-        self._change = np.zeros(mj.nv)
         self.speeds: Array = np.zeros(mj.nv)
         """Of all degrees of freedom in rad/s and m/s; 0 for what is not planned here."""
         self.accelerations: Array = np.zeros(mj.nv)
@@ -97,7 +95,6 @@ class PlannedMotion:
         # The eased way is at its middle 1.5 times as fast as on average.
         self._return_time = largest / _PACE if largest > _NEAR else 0.0
         self._time = 0.0
-        self._last[:] = posture.data.qpos
         self.speeds = np.zeros(self._mj.nv)
         self.accelerations = np.zeros(self._mj.nv)
 
@@ -110,12 +107,10 @@ class PlannedMotion:
         self._time += seconds
         self._fall(seconds, steps.zmp)
         self._posture.solve(self._target(steps), angles)
-        mujoco.mj_differentiatePos(self._mj, self._change, seconds, self._last, self._posture.data.qpos)
-        self._last[:] = self._posture.data.qpos
         speeds = self.speeds
         if not landed:  # the plan jumps to where the foot has really come down
             kept = 0.5 ** (seconds / _TICK)
-            speeds = kept * speeds + (1.0 - kept) * self._planned * self._change
+            speeds = kept * speeds + ((1.0 - kept) / seconds) * self._planned * self._posture.moved
         self.accelerations = (speeds - self.speeds) / seconds
         self.speeds = speeds
 
@@ -138,11 +133,15 @@ class PlannedMotion:
         ]
         headings = left.heading, right.heading, steps.heading
         turned = [
-            quaternion(heading, part * roll, part * pitch)
+            rotation(heading, part * roll, part * pitch)
             for heading, (roll, pitch) in zip(headings, bend.turns, strict=True)
         ]
         height = self._footsteps.com_height + part * bend.height
-        return Target(np.array([center.real, center.imag, height]), np.array(soles), np.array(turned))
+        return Target(
+            np.array([center.real, center.imag, height]),
+            np.array(soles),
+            np.array(turned).reshape(3, 3, 3),
+        )
 
     @property
     def _left(self) -> float:
@@ -180,6 +179,8 @@ class SupportTorques:
         self._stiffness = footsteps.frequency**2 * float(mj.body_subtreemass[limbs.base])
         self._most_pressed = tuple(_WITHIN_SOLE * half for half in footsteps.sole_half)
         self._torques = np.zeros(mj.nv)
+        self._from_floor = self._torques[limbs.base_dof : limbs.base_dof + 6]
+        self._axes = estimator.data.xmat[limbs.base].reshape(3, 3)
 
     def at(self, accelerations: Array, zmp: complex, heading: float, bearing: int | None) -> Array:
         """Return the torques in N m of the legs' joints, in the order of `Limbs.legs`.
@@ -192,16 +193,16 @@ class SupportTorques:
         np.multiply(planned, self._share, out=estimator.data.qacc)
         mujoco.mj_rne(self._mj, estimator.data, 1, torques)
         right = self._share_of_right(zmp, bearing)
-        held = np.array(self._floor(right, zmp, heading))
-        held = np.concatenate([(1.0 - right) * held, right * held])
-        found: Array = (torques - held @ estimator.levers)[self._limbs.leg_dofs]
+        held = self._floor(right, zmp, heading)
+        both = np.array([[(1.0 - right) * part for part in held], [right * part for part in held]])
+        found: Array = (torques - both.ravel() @ estimator.levers)[self._limbs.leg_dofs]
         return found
 
     def _share_of_right(self, zmp: complex, bearing: int | None) -> float:
         """Return the part of the weight that the right foot bears: by the place between them."""
         if bearing is not None:
             return float(bearing == RIGHT)
-        left, right = (self._estimator.place_of(foot) for foot in FEET)
+        left, right = self._estimator.places
         between = right - left
         share = ((zmp - left) * between.conjugate()).real / max(abs(between) ** 2, 1e-6)
         return min(max(share, 0.0), 1.0)
@@ -212,11 +213,10 @@ class SupportTorques:
         The pendulum decides how hard the body is pushed, and with that where the soles are pressed: all at
         the same place from their middles.
         """
-        estimator, dof, base = self._estimator, self._limbs.base_dof, self._limbs.base
-        x, y, z, *about_base = self._torques[dof : dof + 6].tolist()
+        estimator, soles = self._estimator, self._estimator.places
+        x, y, z, *_ = self._from_floor.tolist()
         z = max(z, _LEAST_FORCE)
-        about_x, about_y, about_z = (estimator.data.xmat[base].reshape(3, 3) @ about_base).tolist()
-        soles = [estimator.place_of(foot) for foot in FEET]
+        about_x, about_y, about_z = (self._axes @ self._from_floor[3:]).tolist()
         # The moment about the place between the soles on the floor.
         ahead, aside, above = estimator.origin.tolist()
         away = (1.0 - right) * soles[LEFT] + right * soles[RIGHT] - complex(ahead, aside)

@@ -2,8 +2,8 @@
 
 Eighteen equations (position and attitude of both soles, attitude of the pelvis, center of mass) for as many
 unknowns (the free base and the twelve joints of the legs), solved by damped least squares (Wampler, IEEE
-Trans. SMC 16, 1986) from the last solution, which is near. As long as the errors are small, as those of a
-robot that stands, the matrix of an earlier round is good enough.
+Trans. SMC 16, 1986). Hips whose axes do not meet have no closed form. A solution begins with the last one,
+moved on as it moved before, which is so near that the matrix of an earlier round is good enough.
 """
 
 from __future__ import annotations
@@ -17,15 +17,22 @@ import numpy as np
 
 from naoserver.bodies.footsteps import Footsteps
 from naoserver_sim._footsteps.estimator import Estimator
-from naoserver_sim._footsteps.limbs import Array, Limbs, quaternion
+from naoserver_sim._footsteps.limbs import Array, Limbs
 
 _ROWS: Final = 18
 _DAMPING: Final = 1e-5
 _STANCE_ROUNDS: Final = 50
 _LARGEST_ERROR: Final = 0.1
 """Error in m or rad that one round makes up for."""
-_SMALL_ERROR: Final = 0.001
+_SMALL_ERROR: Final = 0.008
 """Error in m or rad up to which a round needs no new matrix."""
+_BELOW: Final = np.array((7, 2, 3))
+_ABOVE: Final = np.array((5, 6, 1))
+"""Of a matrix row by row: their difference is the axis of its turn times twice the sine of its angle."""
+_MOST_ROUNDS: Final = 5
+"""Rounds with a matrix while errors are larger than those of a robot that stands."""
+_STILL_ERROR: Final = 0.001
+"""Error in m or rad up to which it stands."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +43,7 @@ class Target:
     soles: Array
     """Their middles: left and right."""
     turned: Array
-    """Quaternions w, x, y, z of left foot, right foot and pelvis."""
+    """Axes of left foot, right foot and pelvis as columns, shape (3, 3, 3)."""
 
 
 def walking_stance(mj: mujoco.MjModel, limbs: Limbs, footsteps: Footsteps, angles: Array) -> Array:
@@ -53,7 +60,7 @@ def walking_stance(mj: mujoco.MjModel, limbs: Limbs, footsteps: Footsteps, angle
     target = Target(
         center=np.array([0.0, 0.0, footsteps.com_height]),
         soles=np.array([[0.0, half, 0.0], [0.0, -half, 0.0]]),
-        turned=np.array(3 * [quaternion(0.0)]),
+        turned=np.array(3 * [np.eye(3)]),
     )
     posture.solve(target, angles, _STANCE_ROUNDS)
     found: Array = posture.data.qpos[limbs.qpos]
@@ -76,14 +83,19 @@ class Posture:
         lower, upper = mj.jnt_range[joints].T
         self._lower, self._upper = np.where(limited, lower, -np.inf), np.where(limited, upper, np.inf)
         self._matrix = np.zeros((_ROWS, mj.nv))
+        self._moves, self._turns = self._matrix[:6].reshape(2, 3, -1), self._matrix[9:15].reshape(2, 3, -1)
         self._used = np.zeros((_ROWS, _ROWS))
         self._factor = np.zeros((_ROWS, _ROWS))
         self._stale = True
+        self._age = 0  # rounds since the matrix is known
         self._errors = np.zeros(_ROWS)
-        self._turn = np.zeros(3)
         self._change = np.zeros(mj.nv)
         self._found = np.zeros(_ROWS)
         self._damping = _DAMPING * np.eye(_ROWS)
+        self._links = np.array([*limbs.feet, limbs.pelvis])
+        self._before = self.data.qpos.copy()
+        self.moved: Final[Array] = np.zeros(mj.nv)
+        """How all degrees of freedom moved with the last solution, in rad and m."""
 
     @property
     def legs(self) -> Array:
@@ -97,6 +109,7 @@ class Posture:
         self.data.qpos[:] = qpos
         self.data.qpos[at : at + 3] = origin
         self._stale = True
+        self.moved[:] = 0.0
 
     def update(self) -> None:
         """Compute where all links are."""
@@ -114,19 +127,26 @@ class Posture:
         `angles` are those of all joints of the body in rad. A target out of reach comes as near as possible.
         One round from the posture of the tick before comes within half a millimeter in a fast walk.
         """
-        legs = self.legs
-        self.data.qpos[self._limbs.qpos] = angles
-        self.data.qpos[self._legs] = legs
+        qpos, legs = self.data.qpos, self._legs
+        self._before[:] = qpos
+        self._change[self._unknowns] = self.moved[self._unknowns]
+        mujoco.mj_integratePos(self._mj, qpos, self._change, 1.0)
+        there = qpos[legs]
+        qpos[self._limbs.qpos] = angles
+        qpos[legs] = there
         for _ in range(rounds):
             self._improve(target)
+        mujoco.mj_differentiatePos(self._mj, self.moved, 1.0, self._before, qpos)
 
     def _improve(self, target: Target) -> None:
         self.update()
         errors = self._differences(target)
-        if self._stale or np.abs(errors).max() > _SMALL_ERROR:
+        largest = np.abs(errors).max()
+        if self._stale or largest > (_SMALL_ERROR if self._age < _MOST_ROUNDS else _STILL_ERROR):
             self._linearize()
-            errors = np.clip(errors, -_LARGEST_ERROR, _LARGEST_ERROR)
-        mujoco.mju_cholSolve(self._found, self._factor, self._used.T @ errors)
+            errors = np.minimum(np.maximum(errors, -_LARGEST_ERROR), _LARGEST_ERROR)
+        self._age += 1
+        mujoco.mju_cholSolve(self._found, self._factor, errors @ self._used)
         self._change[self._unknowns] = self._found
         mujoco.mj_integratePos(self._mj, self.data.qpos, self._change, 1.0)
         self.data.qpos[self._legs] = np.minimum(np.maximum(self.legs, self._lower), self._upper)
@@ -136,24 +156,23 @@ class Posture:
         data, limbs, errors = self.data, self._limbs, self._errors
         errors[:6] = (target.soles - limbs.soles(data)).ravel()
         errors[6:9] = target.center - data.subtree_com[limbs.base]
-        links, turns = (*limbs.feet, limbs.pelvis), errors[9:].reshape(3, 3)
-        for link, wanted, turn in zip(links, target.turned, turns, strict=True):
-            mujoco.mju_subQuat(self._turn, wanted, data.xquat[link])
-            mujoco.mju_rotVecQuat(turn, self._turn, data.xquat[link])
+        turns = target.turned @ data.xmat.take(self._links, axis=0).reshape(3, 3, 3).transpose(0, 2, 1)
+        turns = turns.reshape(3, 9)
+        errors[9:] = 0.5 * (turns.take(_BELOW, axis=1) - turns.take(_ABOVE, axis=1)).ravel()
         return errors
 
     def _linearize(self) -> None:
         """Compute how the unknowns change what `_differences` returns."""
         mj, data, limbs, matrix = self._mj, self.data, self._limbs, self._matrix
-        moves, turns = matrix[:6].reshape(2, 3, -1), matrix[9:15].reshape(2, 3, -1)
         for foot, sole in enumerate(limbs.soles(data)):
-            mujoco.mj_jac(mj, data, moves[foot], turns[foot], sole, limbs.feet[foot])
+            mujoco.mj_jac(mj, data, self._moves[foot], self._turns[foot], sole, limbs.feet[foot])
         mujoco.mj_jacSubtreeCom(mj, data, matrix[6:9], limbs.base)
         mujoco.mj_jacBody(mj, data, None, matrix[15:], limbs.pelvis)
         self._used = matrix.take(self._unknowns, axis=1)
         self._factor = self._used.T @ self._used + self._damping
         mujoco.mju_cholFactor(self._factor, 0.0)
         self._stale = False
+        self._age = 0
 
 
 _LEVEL: Final = 0.998

@@ -84,24 +84,26 @@ _LONGEST_SHIFT: Final = 0.5
 """Seconds after which the first step begins in any case."""
 _WITHIN_SOLE: Final = 0.7
 """Part of half a sole within which the zero moment point moves in a step."""
+_STEADY: Final = 0.3
+"""Part of that within which it moves in a steady walk."""
 _DECIDED: Final = 0.06
 """Seconds before the end of a step from which the foot's place is fixed."""
-_SWIFTNESS: Final = 0.3
-"""Part of the way to a new place for the foot by which its target moves in a tick."""
+_TARGET_LIFE: Final = 0.0194
+"""Seconds in which the target of a foot makes half of its way to a new place."""
 _LANDING: Final = 0.03
 """Seconds before the end of a step at which the foot reaches the floor."""
 _FAR: Final = 0.8
 """Part of the reach beyond which a step is made earlier."""
 _WIDE: Final = 0.85
 """The same for the largest width."""
-_SOONER: Final = 0.015
-"""Seconds by which a step becomes shorter at a tick."""
+_SOONER: Final = 1.5
+"""Seconds by which a step becomes shorter in a second."""
 _LEAST_REST: Final = 0.08
 """Seconds that it still takes then."""
 _NARROW: Final = 0.06
 """Range of widths in m below the narrowest one in which a step is made later."""
-_LATER: Final = 0.01
-"""Seconds by which a step becomes longer at a tick."""
+_LATER: Final = 1.0
+"""Seconds by which a step becomes longer in a second."""
 _LONGEST_STEP: Final = 1.25
 """Longest step as a multiple of the usual one."""
 _BLOCKED: Final = 0.045
@@ -184,6 +186,8 @@ class Steps:
         """True if something kept the last step from its way."""
         self.feet = [Foot(0.5j * footsteps.width, 0.0), Foot(-0.5j * footsteps.width, 0.0)]
         """Left and right foot."""
+        self.steady = False
+        """Whether the capture point in the present step is about where it is planned to be."""
         self._step: _Step | None = None
         self._shifted = 0.0  # seconds
         self._tipping = False
@@ -206,6 +210,11 @@ class Steps:
     def on_one_foot(self) -> bool:
         """Whether the foot of support bears everything."""
         return self._step is not None and self._step.time >= self._footsteps.double_support
+
+    @property
+    def left(self) -> float:
+        """Seconds until the present step ends; 0 between steps."""
+        return 0.0 if self._step is None else self._step.pendulum.step_time - self._step.time
 
     @property
     def heading(self) -> float:
@@ -245,7 +254,7 @@ class Steps:
                 self._land(step, velocity)
                 step = self._step
         if step is not None:
-            self._swing(step, point)
+            self._swing(seconds, step, point)
         elif self.phase is Phase.STANDING:
             self._balance(point)
 
@@ -333,15 +342,16 @@ class Steps:
         self._calm = self._calm + 1 if calm else 0
         apart = (self.feet[LEFT].place - self.feet[RIGHT].place) * cmath.rect(1.0, -self.heading)
         even = abs(apart - 1j * self._footsteps.width) < 0.5 * _BESIDE
-        if (even and self._calm >= _CALM_STEPS) or self._stopping == _MOST_STEPS:
+        settled = even and self._calm >= _CALM_STEPS
+        if settled or self._stopping == _MOST_STEPS:
             self._step = None
             self._velocity = STILL
-            self._rest = 0.0 if calm else _REST
+            self._rest = 0.0 if settled else _REST
             self.phase = Phase.STANDING
         else:
             self._begin(landed, velocity)
 
-    def _swing(self, step: _Step, point: complex) -> None:
+    def _swing(self, seconds: float, step: _Step, point: complex) -> None:
         """Choose zero moment point and target, and move the swinging foot."""
         support = self.feet[self.support]
         swing = 1 - self.support
@@ -354,22 +364,24 @@ class Steps:
         error = self._footsteps.walking_gain * (point - planned) / ahead
         length, width = (_WITHIN_SOLE * half for half in self._footsteps.sole_half)
         moved = complex(_limited(error.real, length), _limited(error.imag, width))
+        self.steady = abs(error.real) < _STEADY * length and abs(error.imag) < _STEADY * width
         loaded = min(step.time / self._footsteps.double_support, 1.0)
         self.zmp = old + loaded * (support.place - old) + moved * ahead
         if step.time < step.pendulum.step_time - _DECIDED:
             # The zero moment point can stay where it is once the support foot bears everything.
             center = self.zmp if loaded == 1.0 else support.place
             end = step.pendulum.end(point, step.time, old, center)
-            self._aim(step, (end - offset - support.place) / ahead, (usual - support.place) / ahead, ahead)
+            wanted, middle = (end - offset - support.place) / ahead, (usual - support.place) / ahead
+            self._aim(seconds, step, wanted, middle, ahead)
         self._move(step)
 
-    def _aim(self, step: _Step, wanted: complex, usual: complex, ahead: complex) -> None:
+    def _aim(self, seconds: float, step: _Step, wanted: complex, usual: complex, ahead: complex) -> None:
         """Take a target for the swinging foot, in the support foot's frame, as far as it can reach it."""
         footsteps = self._footsteps
         outwards = self._outwards(1 - self.support)
         aside = outwards * wanted.imag
         if step.time > footsteps.double_support:
-            self._hurry(step, abs(wanted.real), aside)
+            self._hurry(seconds, step, abs(wanted.real), aside)
         aside = min(max(aside, footsteps.narrowest), footsteps.widest)
         target = complex(_limited(wanted.real, footsteps.reach), outwards * aside)
         step.deviation = abs(target - usual)
@@ -377,16 +389,17 @@ class Steps:
         if self._calm >= _CALM_STEPS - 1 and abs(target - beside) < _BESIDE:
             target = beside
         place = self.feet[self.support].place + target * ahead
-        step.target = place if step.target is None else step.target + _SWIFTNESS * (place - step.target)
+        left = 0.5 ** (seconds / _TARGET_LIFE)
+        step.target = place if step.target is None else place + left * (step.target - place)
 
-    def _hurry(self, step: _Step, forward: float, aside: float) -> None:
+    def _hurry(self, seconds: float, step: _Step, forward: float, aside: float) -> None:
         """Make a step that would become too long sooner, one that would become too narrow later."""
         footsteps, pendulum = self._footsteps, step.pendulum
         time = pendulum.step_time
         if forward > _FAR * footsteps.reach or aside > _WIDE * footsteps.widest:
-            time = min(time, max(time - _SOONER, footsteps.shortest_step, step.time + _LEAST_REST))
+            time = min(time, max(time - seconds * _SOONER, footsteps.shortest_step, step.time + _LEAST_REST))
         elif footsteps.narrowest - _NARROW < aside < footsteps.narrowest:
-            time = min(time + _LATER, _LONGEST_STEP * footsteps.step_time)
+            time = min(time + seconds * _LATER, _LONGEST_STEP * footsteps.step_time)
         if time != pendulum.step_time:
             step.pendulum = replace(pendulum, step_time=time)
 

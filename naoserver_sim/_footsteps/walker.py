@@ -35,11 +35,16 @@ _BORNE: Final = 0.3
 """Least part of its weight that the feet of a standing robot bear."""
 _CARRIES: Final = 0.1
 """Least share of the load with which a foot carries a robot whose legs are held."""
-_CALM: Final = 0.01
+_CALM: Final = 0.02
 """Distance in m of the capture point from the middle between the feet within which a robot stands calmly."""
-_CALM_PERIOD: Final = 0.015
-"""Least seconds between two corrections of a robot that stands calmly: every second tick has one."""
+_CALM_PERIOD: Final = 0.02
+"""Seconds between two corrections of a robot that stands calmly."""
+_ROUNDING: Final = 1e-6  # s
+_STEADY_PERIOD: Final = 0.02
+"""Seconds between two plans of the legs of a robot that walks steadily: between them they go on as before."""
 _FOLLOWING: Final = "its legs follow commands with gains"
+_LOADS_PERIOD: Final = 0.1
+"""Seconds between two estimates of the loads of the feet while it balances: they are smoothed more slowly."""
 _RESTING: Final = 0.5
 """Seconds of rest after which legs that are held near the stance balance again."""
 
@@ -96,10 +101,12 @@ class FootstepWalker(Locomotion):
         self._still = np.zeros(mj.nv)
         self._stage = _Stage.LOST
         self._rested = 0.0  # seconds for which commanded legs have not moved
+        self._unloaded = 0.0  # seconds since the loads of the feet were estimated
         self._since = 0.0  # seconds since it was balanced
         self._zmp = 0j  # from then on
-        self._calm = False  # from then on
-        self._given = self._legs  # commands to the motors of the legs, from then on
+        self._pause = 0.0  # seconds until it is balanced again
+        self._given = self._legs  # commands to the motors of the legs then
+        self._drift = np.zeros_like(self._legs)  # how they change from then on, in rad/s
         self._restart()
 
     # -- from any thread ---------------------------------------------------------------------------------
@@ -120,14 +127,13 @@ class FootstepWalker(Locomotion):
         resting = self._steps.phase is Phase.STANDING and self._stage is not _Stage.LOST
         self._estimator.turn(seconds, self._sensors.inertial(), resting=resting)
         self._since += seconds
-        if self._calm and self._velocity == STILL and self._since < _CALM_PERIOD:
-            self._simulator.commands[self._limbs.leg_motors] = self._given
+        if self._since < self._pause - _ROUNDING and not (resting and self._velocity != STILL):
+            self._simulator.commands[self._limbs.leg_motors] = self._given + self._since * self._drift
             return
-        self._move(self._since)
-        self._since = 0.0
+        since, self._since, self._pause = self._since, 0.0, 0.0
+        self._move(since)
 
     def _move(self, seconds: float) -> None:
-        self._calm = False
         self._measure(seconds)
         hindrance = self._hindrance(self._simulator.motors.stiffnesses)
         if hindrance:
@@ -158,7 +164,7 @@ class FootstepWalker(Locomotion):
     def _restart(self) -> None:
         """Let the robot have stood here for a while."""
         self._stage = _Stage.LOST
-        self._calm = False
+        self._pause = 0.0
         self._rested = _RESTING
         self._loads.reset()
         self._estimator.lose_footing()
@@ -180,13 +186,18 @@ class FootstepWalker(Locomotion):
             sliding=not balanced,
         )
         if self._stage is not _Stage.LOST:
-            estimator.look_ahead(self._late, self._zmp)
-        if self._steps.phase is Phase.STANDING:
-            self._loads.tick(seconds, sensors.torques)
+            held = 0.5 * (seconds - self._simulator.tick_period)  # what is decided now holds as long again
+            estimator.look_ahead(self._late + held, self._zmp)
+        self._unloaded += seconds
+        rises = not balanced or self._motion.returning
+        if self._steps.phase is Phase.STANDING and (rises or self._unloaded >= _LOADS_PERIOD):
+            self._loads.tick(self._unloaded, sensors.torques)
+            self._unloaded = 0.0
 
     def _hindrance(self, stiffnesses: Array) -> str:
         """Return why it can neither walk nor balance; empty when it can."""
-        if self._simulator.motors.follows[self._limbs.leg_motors].any():
+        motors = self._simulator.motors
+        if motors.following.size and motors.follows[self._limbs.leg_motors].any():
             return _FOLLOWING
         inertial = self._sensors.inertial()
         weak = limp(stiffnesses[self._limbs.leg_motors], sentence("its legs are limp"))
@@ -264,10 +275,16 @@ class FootstepWalker(Locomotion):
         bearing = steps.support if steps.on_one_foot else None
         torques = self._torques.at(motion.accelerations, steps.zmp, heading, bearing)
         self._setpoints.place(limbs.leg_motors, motion.legs, commands)
-        commands[limbs.leg_motors] += self._offsets(torques, motion.speeds[limbs.leg_dofs])
+        given = commands[limbs.leg_motors] + self._offsets(torques, motion.speeds[limbs.leg_dofs])
+        commands[limbs.leg_motors] = given
+        self._drift = 0.0 * given
         if steps.phase is Phase.STANDING and not motion.returning:
-            self._calm = abs(point - steps.middle) < _CALM
-            self._given = commands[limbs.leg_motors]
+            if abs(point - steps.middle) < _CALM:
+                self._pause = _CALM_PERIOD
+        elif steps.steady and not landed:
+            self._pause = min(_STEADY_PERIOD, steps.left)
+            self._drift = (given - self._given) / seconds
+        self._given = given
 
     def _hanging(self) -> NDArray[np.bool_]:
         """Return which arms hang."""

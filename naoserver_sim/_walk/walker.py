@@ -270,8 +270,9 @@ class SimulatedWalker(Locomotion):
             self.abandon(hindrance)
             return
         stepping = self._stage is _Stage.STEPPING
-        self._check_headway(seconds, self._commanded if stepping else STILL, self.odometry())
-        if self._is_turned_back(seconds):
+        now = self.odometry()
+        self._check_headway(seconds, self._commanded if stepping else STILL, now)
+        if self._is_turned_back(seconds, now):
             self._end(STUCK)
             self._controller.gait.come_down()
         self._trim.tick(seconds)
@@ -304,13 +305,13 @@ class SimulatedWalker(Locomotion):
             return OFF_ITS_FEET
         return limp(stiffnesses[self._motors], sentence("its legs are limp"))
 
-    def _is_turned_back(self, seconds: float) -> bool:
+    def _is_turned_back(self, seconds: float, now: Odometry) -> bool:
         """Return whether something before it is about to make it fall on its back."""
         velocity = self._commanded
         if self._stage is not _Stage.STEPPING or not abs(velocity.left) < _STRAIGHT * velocity.forward:
             self._briefly.begin()
             return False
-        gets_on = self._briefly.tick(seconds, velocity, self.odometry())
+        gets_on = self._briefly.tick(seconds, velocity, now)
         back = _LEAN - self._inertial.pitch
         return back > _TURNED or (back > _LEANT and not gets_on)
 

@@ -12,7 +12,7 @@ from gymnasium.spaces import Box
 from numpy.typing import NDArray
 
 from naoserver.bodies import DEFAULT_BODY, find_body
-from naoserver.bodies.capabilities import SenseReading, Truth
+from naoserver.bodies.capabilities import FootReading, InertialReading, Truth
 from naoserver.body import Body
 from naoserver.robot import JointReading
 from naoserver_sim.robot import SimulatedRobot
@@ -85,7 +85,8 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
         self._clock = VirtualClock()
         self._robot: SimulatedRobot | None = None
         self._joints: JointReading
-        self._senses: SenseReading
+        self._inertial: InertialReading
+        self._feet: tuple[FootReading, FootReading]
         self._truth: Truth
 
     @staticmethod
@@ -201,7 +202,7 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
     def _look(self) -> None:
         robot = self.robot
         self._joints = robot.read()
-        self._senses = robot.senses.read()
+        self._inertial, self._feet = robot.senses.inertial(), robot.senses.record.feet()  # not its sonar
         self._truth = robot.stage.truth()
 
     def _observe(self) -> Array:
@@ -212,15 +213,8 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
 
         Loads are parts of the weight, and 0 for soles without sensors.
         """
-        inertial = self._senses.inertial
-        left = self._senses.left_foot
-        right = self._senses.right_foot
-        return [
-            *inertial.up,
-            *inertial.angular_velocity,
-            left.total / self._weight,
-            right.total / self._weight,
-        ]
+        loads = [foot.total / self._weight for foot in self._feet]
+        return [*self._inertial.up, *self._inertial.angular_velocity, *loads]
 
 
 def three_numbers(value: Any, what: str) -> NDArray[np.float64]:  # noqa: ANN401

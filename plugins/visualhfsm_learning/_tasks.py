@@ -78,6 +78,7 @@ class WalkEnvironment(NaoEnvironment):
         self._last = np.zeros(len(self._moved))
         self._jerk = 0.0
         self._moves: deque[Array] = deque(maxlen=round(_STRIDE / PERIOD))
+        self._velocity = np.zeros(3)  # the mean of these
         drawn = self.np_random.uniform(-1.0, 1.0, 3) * _HIGHEST_VELOCITY
         self._wanted = three_numbers(options.get("velocity", drawn), "velocity")
 
@@ -91,7 +92,8 @@ class WalkEnvironment(NaoEnvironment):
         if self.fallen or self._truth.torso.position[2] < self._lowest:
             return _FALL, True
         self._moves.append(velocity_of(self._truth))
-        forward, left, turn = self._velocity() - self._wanted
+        self._velocity = np.array(self._moves).mean(axis=0)
+        forward, left, turn = self._velocity - self._wanted
         error = math.hypot(forward, left, turn / 4.0)
         return _ON_FEET + math.exp(-((error / _TOLERANCE) ** 2)) - _JERK * self._jerk, False
 
@@ -106,12 +108,8 @@ class WalkEnvironment(NaoEnvironment):
             *(math.sin(phase), math.cos(phase)),
         ]
 
-    def _velocity(self) -> Array:
-        """Return the mean of the velocities in the last half second."""
-        return np.mean(self._moves, axis=0) if self._moves else np.zeros(3)
-
     def _info(self) -> dict[str, Any]:
-        moved, wanted = tuple(self._velocity().tolist()), tuple(self._wanted.tolist())
+        moved, wanted = tuple(self._velocity.tolist()), tuple(self._wanted.tolist())
         return super()._info() | {"velocity": moved, "wanted": wanted}
 
 
@@ -269,4 +267,4 @@ class StandUpEnvironment(NaoEnvironment):
         return [*self._angles(), *self._speeds(0.1), *self._balance()]
 
     def _info(self) -> dict[str, Any]:
-        return super()._info() | {"up": self._senses.inertial.up, "is_success": self._stood >= _HELD}
+        return super()._info() | {"up": self._inertial.up, "is_success": self._stood >= _HELD}
