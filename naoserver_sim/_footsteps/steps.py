@@ -84,7 +84,7 @@ _LONGEST_SHIFT: Final = 0.5
 """Seconds after which the first step begins in any case."""
 _WITHIN_SOLE: Final = 0.7
 """Part of half a sole within which the zero moment point moves in a step."""
-_STEADY: Final = 0.3
+_STEADY: Final = 0.15
 """Part of that within which it moves in a steady walk."""
 _DECIDED: Final = 0.06
 """Seconds before the end of a step from which the foot's place is fixed."""
