@@ -5,10 +5,10 @@
 # and does so again with the next shape, some times a second.
 # Guess: each model has the mesh that its file holds when it is loaded; file systems keep times in nanoseconds, and a
 # cache that decides by contents or by these times sees the change.
-# Seen, with mujoco 4.0.0 from the Python Package Index: a cache of compiled meshes, shared by the whole process, goes by
-# the path and by the time of the file in whole seconds. A cube of twice the size that is written half a second after the
-# first one is compiled as the first one, with an eighth of its mass and no warning; with a time one second later it has
-# its own. After mj_clearCache it has its own, too. Meshes that are given as bytes (assets) always have their own.
+# Seen, with mujoco 4.0.0 from the Python Package Index: a cache of compiled meshes, shared by the whole process, goes
+# by the path and by the time of the file in whole seconds. A cube of twice the size that is written half a second after
+# the first one is compiled as the first one, with an eighth of its mass and no warning; with a time one second later it
+# has its own. After mj_clearCache it has its own, too. Meshes that are given as bytes (assets) always have their own.
 # Fails if one of these changes. Needs Python 3.11 and some 20 s.
 set -eu
 folder=$(mktemp -d)
