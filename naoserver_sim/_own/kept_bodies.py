@@ -7,6 +7,7 @@ import hashlib
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from functools import cache
+from importlib.metadata import version
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -72,7 +73,7 @@ def _code() -> bytes:
     """Return a hash of the code that reads models, which may make something else of one."""
     folders = Path(__file__).parents[1], *map(Path, naoserver.bodies.__path__)
     files = sorted(file for folder in folders for file in folder.rglob("*.py"))
-    code = hashlib.sha256(f"{mujoco.__version__} {np.__version__}".encode())
+    code = hashlib.sha256(f"{mujoco.mj_versionString()} {version('numpy')}".encode())
     for file in files:
         code.update(file.read_bytes())
     return code.digest()

@@ -86,7 +86,7 @@ def test_the_ball_keeps_to_the_line_on_its_way(robot: str, tmp_path: Path) -> No
     file = write(tmp_path / "path.csv", "0.8,0.4,0.5", "0.8,-0.4,0.7")
     with initialize(connect=[robot], lease=CALL_LIMIT) as communicator:
         encoders = Pose3DEncodersPrx.checkedCast(communicator.stringToProxy("BallGreenEncoders"))
-        command = module("ballmover", "green", file, "--once", "--speed", "0.9", "--connect", robot, *DEBUG)
+        command = module("ballmover", "green", file, "--once", "--speed", "0.4", "--connect", robot, *DEBUG)
         places: list[tuple[float, float, float]] = []
         # From before it starts: on the way it may be too late to begin.
         with (

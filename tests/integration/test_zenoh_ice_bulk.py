@@ -7,10 +7,10 @@ import gc
 import os
 import sys
 import threading
-import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
+from threading import Semaphore
 
 import pytest
 
@@ -384,10 +384,11 @@ def test_many_images_may_be_in_flight(calculator: CalculatorPrx) -> None:
 def test_answers_of_a_server_that_ends_then_are_received(
     pair: Pair, servant: ImageI, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    read = ArenaView.read
+    read, reading, gone = ArenaView.read, Semaphore(0), threading.Event()
 
     def read_late(view: ArenaView, extent: Extent, limit: int, what: str) -> list[bytes]:
-        time.sleep(0.02)  # until the link to the server is lost
+        reading.release()
+        assert gone.wait(EVENT_LIMIT)  # until the link to the server is lost
         return read(view, extent, limit, what)
 
     proxy = camera(pair.client)
@@ -395,7 +396,8 @@ def test_answers_of_a_server_that_ends_then_are_received(
     monkeypatch.setattr(ArenaView, "read", read_late)
     with ThreadPoolExecutor(4) as threads:
         answers = [threads.submit(proxy.getImageData, "GRAY8") for _ in range(4)]
-        until(lambda: answers[0].done())
-        pair.adapter.removeAll(["Camera"])  # waits for the calls that run
+        for _ in answers:
+            assert reading.acquire(timeout=EVENT_LIMIT)
         pair.server.destroy()
+        gone.set()
         assert all(answer.result(CALL_LIMIT) == image() for answer in answers)

@@ -97,7 +97,7 @@ def test_it_walks_as_fast_as_commanded_and_ends_on_both_feet(robot, velocity):
     assert robot.tilt < math.radians(5)
 
 
-@pytest.mark.parametrize(("body", "force"), cases([(G1, 50.0)], [pytest.param(T1, 35.0)]))
+@pytest.mark.parametrize(("body", "force"), cases([(G1, 47.0)], [pytest.param(T1, 35.0)]))
 def test_the_walk_ends_also_while_the_robot_is_pushed_again_and_again(robot, force):
     robot.walk(WalkVelocity(forward=0.2), 2.0)
     robot.walker.command(STILL)
