@@ -53,8 +53,8 @@ _logger = logging.getLogger(__name__)
 
 _live: Final[set[Communicator]] = set()
 _zenoh_processes: Final[set[int]] = set()
-_DEFAULTS: Final = Settings()
 """Processes that opened a session, this one or one that it was forked from: Zenoh does not run in a fork."""
+_DEFAULTS: Final = Settings()
 
 
 def initialize(

@@ -165,6 +165,15 @@ def _refusal(what: Message, why: Message) -> EditError:
     return EditError(what, why, "change something first")
 
 
+def _bound(document: Document, before: int, size: int) -> int:
+    """Return a bound of the size of a document after a command of `size` bytes; `before` is the former one.
+
+    Raises EditError when the document is too large.
+    """
+    bound = before + _GROWTH + _ESCAPED * size
+    return bound if bound <= MAX_SIZE else len(written(document).encode())
+
+
 def _merged_with_others(command: Command, base: str, document: Document) -> tuple[Command, bool]:
     """Return a command with its typed text merged with that of the document, and whether they conflict."""
     match diff_documents(command.with_text(base).apply(document), document):
@@ -321,8 +330,7 @@ class EditedDocument:
         for command in commands:
             after = command.apply(document)
             if after != document:
-                bound += _GROWTH + _ESCAPED * len(msgspec.json.encode(command))
-                bound = bound if bound <= MAX_SIZE else len(written(after).encode())
+                bound = _bound(after, bound, len(msgspec.json.encode(command)))
             document = after
 
     def undo(self) -> Change:
@@ -477,8 +485,7 @@ class EditedDocument:
         """Keep the result of a command of `size` bytes; raises EditError when it is too large."""
         if document == self.document:  # cheap: what they share is identical
             return
-        bound = self._size_bound + _GROWTH + _ESCAPED * size
-        self._size_bound = bound if bound <= MAX_SIZE else len(written(document).encode())
+        self._size_bound = _bound(document, self._size_bound, size)
         self.revision += 1
         self.steps.add(name, document, self.revision, key, merge=merge)
 
