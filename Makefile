@@ -31,8 +31,8 @@ LATER := nice -n 12
 # NumPy's other threads wait for work at full speed when they start, in each of those processes.
 quick-tests unit-tests other-tests coverage soak: export OPENBLAS_NUM_THREADS = 1
 # A worker takes neighboring tests, which share fixtures, and at the end those of others. There is one for each processor
-# (logical), or three for two of them (auto) for tests that wait half of their time: for processes, browsers and robots.
-# Those notice when the processor is late, so that the others run after them.
+# (logical). Beside those that wait half of their time, for processes, browsers and robots, and that notice when the
+# processor is late, unit tests have half as many (auto), which take what is left.
 PYTEST := $(BIN)/python -m pytest -q --dist worksteal
 UNITS := $(wildcard tests/unit tests/plugins/*/unit)
 
@@ -57,10 +57,10 @@ all-tests:
 	@$(MAKE) --no-print-directory --jobs=2 --keep-going unit-tests other-tests
 
 unit-tests: $(VENV)/dev.stamp packages node-modules
-	@nice -n 4 $(PYTEST) -n logical $(UNITS)
+	@$(LATER) $(PYTEST) -n auto $(UNITS)
 
 other-tests: $(VENV)/dev.stamp packages node-modules
-	@$(PYTEST) -n auto --ignore-glob='*/unit' tests
+	@$(PYTEST) -n logical --ignore-glob='*/unit' tests
 
 soak: $(VENV)/dev.stamp packages node-modules ## Repeat what only repetition finds; PARTS="a b" runs these parts alone
 	@$(BIN)/python tools/runs/soak.py $(PARTS)

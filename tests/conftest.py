@@ -87,8 +87,8 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int | None:
-    """Return three workers for two processors for `-n auto`, which `make` gives tests that wait half of their time."""
-    return (3 * (os.cpu_count() or 1) + 1) // 2 if config.option.numprocesses == "auto" else None
+    """Return a worker for two processors for `-n auto`, which `make` gives tests beside those that wait."""
+    return ((os.cpu_count() or 1) + 1) // 2 if config.option.numprocesses == "auto" else None
 
 
 def pytest_sessionfinish() -> None:
