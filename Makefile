@@ -31,8 +31,8 @@ LATER := nice -n 12
 # NumPy's other threads wait for work at full speed when they start, in each of those processes.
 quick-tests unit-tests other-tests coverage soak: export OPENBLAS_NUM_THREADS = 1
 # A worker takes neighboring tests, which share fixtures, and at the end those of others. There is one for each processor
-# (logical). Beside those that wait half of their time, for processes, browsers and robots, and that notice when the
-# processor is late, unit tests have half as many (auto), which take what is left.
+# (logical). Beside those that wait half of their time, for processes, browsers and robots, unit tests have half as many
+# (auto). All notice when they get no processor for seconds, so only linters give way.
 PYTEST := $(BIN)/python -m pytest -q --dist worksteal
 UNITS := $(wildcard tests/unit tests/plugins/*/unit)
 
@@ -57,7 +57,7 @@ all-tests:
 	@$(MAKE) --no-print-directory --jobs=2 --keep-going unit-tests other-tests
 
 unit-tests: $(VENV)/dev.stamp packages node-modules
-	@$(LATER) $(PYTEST) -n auto $(UNITS)
+	@$(PYTEST) -n auto $(UNITS)
 
 other-tests: $(VENV)/dev.stamp packages node-modules
 	@$(PYTEST) -n logical --ignore-glob='*/unit' tests

@@ -58,14 +58,9 @@ class LivePlayer(ScriptedDocument):
         return self._all("transition")
 
     @property
-    def missed(self) -> bool:
-        """Whether a cycle was missed."""
-        return self._length is not None
-
-    @property
-    def cycles(self) -> int:
-        """The number of cycles."""
-        return sum(run.cycle.count for run in self._tree.actors)
+    def events(self) -> int:
+        """How much happened until a cycle was missed: states in cycles, and transitions."""
+        return len(self._happened[: self._length])
 
     def cycle_began(self, run: Actor, at: int) -> None:
         super().cycle_began(run, at)

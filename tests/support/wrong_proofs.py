@@ -98,8 +98,8 @@ def _hides(state: str, more: str = "") -> Wrong:
     return _sends(_state(1, "ask", initial=True, code=state), more=more)
 
 
-def _in_child(**code: Any) -> str:
-    """Return a document that owns an automaton with a state `child`, and leaves its owner after 60 ms."""
+def _in_child(leaves: int, **code: Any) -> str:
+    """Return a document that owns an automaton with a state `child`, and leaves its owner after these ms."""
     return _document(
         _sub(
             1,
@@ -107,7 +107,7 @@ def _in_child(**code: Any) -> str:
             _state(1, "ask", initial=True, inside=_owns(2) + "<history>restart</history>"),
             _WAITING,
             _state(3, "left"),
-            _on(2, 1, 3, "time", "60"),
+            _on(2, 1, 3, "time", str(leaves)),
             _on(3, 3, 2, "event", "go"),
         ),
         _sub(2, 1, _state(1, "child", initial=True, **code)),
@@ -166,7 +166,9 @@ def _states(kind: str, expression: str, within: str = "") -> Wrong:
     parts = _sub(1, 0, states, _on(1, 1, 2, "time", "60")), _sub(2, 1, below)
     text = _document(*parts, stated=(kind, expression, within))
     return Wrong(
-        text, _holds, r"the proof of `stated` is wrong here: `stated` does not hold at 0\.\d+ s, in (ask|run)"
+        text,
+        _holds,
+        r"the proof of `stated` is wrong here: `stated` does not hold at \d+\.\d+ s, in (ask|run)",
     )
 
 
@@ -191,8 +193,8 @@ ALL = {
         _NO_EVENTS,
         _ASKS,
     ),
-    "child": Wrong(_in_child(code=_GO), _NO_EVENTS, "the state `child` sent `go`"),
-    "exit of a child": Wrong(_in_child(exit=_GO), _NO_EVENTS, _ASKS),
+    "child": Wrong(_in_child(60_000, code=_GO), _NO_EVENTS, "the state `child` sent `go`"),
+    "exit of a child": Wrong(_in_child(2000, exit=_GO), _NO_EVENTS, _ASKS),
     "function": _hides("self.asks()", f"<functions>def asks(self):\n    {_GO}\n</functions>"),
     "text that is put together": _hides('getattr(self, "se" + "nd")("g" + "o")'),
     "list of functions": _hides('[self.send][0]("go")'),
@@ -237,7 +239,7 @@ ALL = {
     ),
     "never": _states("never", "run"),
     "always": _states("always", "ask or run/begin"),
-    "never, in time": _states("never", "active(run)", "500"),
+    "never, in time": _states("never", "active(run)", "10000"),
     "eventually, in time": _states("eventually", "run/end", "70"),
     "finished": _states("always", "not finished(#2)"),
 }
