@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from visualhfsm.simulation._behavior import Behavior
 
     from ._project import Project
+    from ._verdict import Verdict
 
 
 class Analyses:
@@ -100,6 +101,24 @@ class Analyses:
                 what, why, Message("fix the errors first") if errors else Message("make the document smaller")
             )
         return [*findings.proofs]
+
+    def verdict(self, *, seconds: float = 10.0) -> Verdict:
+        """Return whether the document is ready to drive a robot, or what is not; see `Verdict`.
+
+        Beside `check`, it runs for some seconds of virtual time, with the robot without physics, and its
+        tests are run: both in other processes. Raises EditError for a document without a file.
+        """
+        version = self.version
+        if version.path is None:
+            raise EditError("Cannot judge the document", "it has no file yet", "save it first")
+        findings = self.check(again=True)
+        file, content = self._source(version)
+        text = read_file(file)[0] if content is None else written(version.document).encode()
+        document = parse_file(text, file) if content is None else content
+        verdict = self._project.judge.judge(file, text, document, findings, seconds=seconds)
+        if self.version.document is not version.document:
+            raise EditError("Cannot judge the document", "it was changed meanwhile", "ask again")
+        return verdict
 
     # -- code ----------------------------------------------------------------------------------------------
 

@@ -11,7 +11,7 @@ import pytest
 
 from visualhfsm._base.languages import encode_message
 from visualhfsm._document.places import Place
-from visualhfsm._processes.test_results import CodeRun, Hit, TestResult
+from visualhfsm._processes.document_tests import CodeRun, Hit, TestResult
 from visualhfsm.simulation import Behavior
 
 from ._coverage import Hits
