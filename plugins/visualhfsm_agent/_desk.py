@@ -13,7 +13,9 @@ from typing import Any, Final, Literal
 import msgspec
 
 import interfaces
+from codegen.diagnostics import Severity
 from interfaces.hfsm import HfsmMonitorPrx
+from interfaces.jderobot import CameraPrx
 from interfaces.nao import SafetyPrx
 from visualhfsm import OpenDocument, Project, Verdict, decode_command
 from visualhfsm.plugins import MONITOR_PREFIX, digest_of, find_documents
@@ -22,15 +24,19 @@ from zenoh_ice import Communicator, Settings, initialize
 from zenoh_ice.data import typed
 
 from . import _simulation
-from ._approval import Approvals
+from ._approval import FOLDER, Approvals
 from ._limits import AgentError, read_limits
 from ._run import Prepared, Run
+from ._simulation import png_of
 
 _PAGE: Final = 20_000
 """Characters of a document that are returned at a time."""
 _MOST_COMMANDS: Final = 500
 _LARGEST: Final = 1 << 20
 """Most characters of the commands of a step."""
+
+PNG: Final = "png"
+"""The field of an answer that has a picture, in base 64."""
 
 Answer = dict[str, Any]
 
@@ -41,7 +47,7 @@ class Desk:
     def __init__(self, root: Path, settings: Settings) -> None:
         self._root = root.resolve()
         self._settings = settings
-        self._project = Project(self._root)
+        self._project = Project(self._root, journals=self._root / FOLDER / "journals")
         self._lock = threading.RLock()
         self._verdicts: dict[Path, Verdict] = {}
         self._steps: dict[Path, list[int]] = {}
@@ -116,6 +122,12 @@ class Desk:
         with self._lock:
             return {"data": {"svg": self._open(path).svg(automaton or None)}}
 
+    def camera(self, identity: str = "Camera") -> Answer:
+        """Return the picture of a camera of the robot, in RGB."""
+        image = CameraPrx.uncheckedCast(self._realm().stringToProxy(identity)).getImageData("RGB8")
+        size = image.description.width, image.description.height
+        return {"time": image.timeStamp.seconds, PNG: png_of(bytes(image.pixelData), size)}
+
     # -- edit ----------------------------------------------------------------------------------------------
 
     def edit(self, path: str, commands: list[dict[str, Any]]) -> Answer:
@@ -160,8 +172,13 @@ class Desk:
         with self._lock:
             document, file = self._open(path), self._file(path)
             self._verdicts.pop(file, None)
-            self._require_tame(document, file)
-            found = document.verdict(seconds=min(max(seconds, 0.1), 600.0))
+            if document.check(again=True).counts.get(Severity.ERROR):
+                found = document.verdict()  # which runs nothing
+            else:
+                with Prepared(make_archive(file)) as prepared:
+                    found = document.verdict(seconds=min(max(seconds, 0.1), 600.0))
+                if found.digest != prepared.digest:
+                    raise AgentError.because("files changed meanwhile: ask again")
             self._verdicts[file] = found
         return {"ready": found.ready, "tests": found.tests, "data": msgspec.to_builtins(found)}
 
@@ -177,17 +194,21 @@ class Desk:
         The answer has the timeline, calls, variables, joints, and a picture of the robot's camera as PNG.
         """
         with self._lock:
-            document, file = self._open(path), self._file(path)
-            self._require_tame(document, file)
-            asked = _simulation.Question(str(file), min(max(seconds, 0.01), 600.0), robot, picture)
-            found = self._simulations.ask(asked, _simulation.PATIENCE)
-        return {"time": found.time, "failed": bool(found.error), "data": msgspec.to_builtins(found)}
+            self._open(path)
+            with Prepared(make_archive(self._file(path))) as prepared:
+                document = str(prepared.document)
+                asked = _simulation.Question(document, min(max(seconds, 0.01), 600.0), robot, picture)
+                found = self._simulations.ask(asked, _simulation.PATIENCE)
+        data = msgspec.to_builtins(found)
+        png = data.pop("picture", "")
+        return {"time": found.time, "failed": bool(found.error), "data": data, PNG: png}
 
     def trials(self, path: str, runs: int = 20, seconds: float = 30.0, success: str = "") -> Answer:
         """Run a document many times in simulation, by its plan if it has one; say how often it succeeds."""
         with self._lock:
-            document, file = self._open(path), self._file(path)
-            self._require_tame(document, file)
+            self._open(path)
+            file = self._file(path)
+            Prepared(make_archive(file)).close()
             limits = {"runs": min(max(runs, 1), 1000), "limit": min(max(seconds, 0.1), 600.0)}
             outcomes: list[Outcome] = []
             run_trials(plan_of(file, success or None, **limits), ended=outcomes.append)
@@ -209,9 +230,10 @@ class Desk:
             if self._run is not None and self._run.runs:
                 raise AgentError.because("a behavior runs already: stop it first")
             file, limits = self._file(path), read_limits(self._root)
-            found, archive = self._verdicts.get(file), make_archive(file)
+            found = self._verdicts.get(file)
             if found is None or not found.ready:
                 raise AgentError.because("it has no verdict that says ready: ask for one")
+            archive = make_archive(file)
             if found.digest != digest_of(archive):
                 del self._verdicts[file]
                 raise AgentError.because("a file has changed since the verdict: ask for another one")
@@ -267,12 +289,6 @@ class Desk:
         document = self._project.open(path)
         document.refresh()
         return document
-
-    def _require_tame(self, document: OpenDocument, file: Path) -> None:
-        """Raise AgentError before code runs that an agent may not run; code with errors is not run."""
-        if any(each.severity == "error" for each in document.check(again=True).problems):
-            return
-        Prepared(make_archive(file)).close()
 
     def _realm(self) -> Communicator:
         with self._connecting:

@@ -13,14 +13,14 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, Final, TypeVar
+from typing import Any, Final, Self, TypeVar
 
 import msgspec
 
 from interfaces.hfsm import ComponentSnapshot, HfsmMonitorPrx
 from interfaces.nao import GroundTruthPrx, HealthPrx, SafetyPrx
 from visualhfsm import Project
-from visualhfsm.plugins import MONITOR_PREFIX, Automata, child_environment, kill_group
+from visualhfsm.plugins import MONITOR_PREFIX, Automata, child_environment, digest_of, kill_group
 from visualhfsm.trials import Archive, unpack
 from zenoh_ice import Communicator, ObjectPrx, ZenohIceError
 from zenoh_ice.application import tether_command
@@ -46,14 +46,21 @@ class Prepared:
         try:
             top = Path(self._folder.name)
             unpack(archive.content, top)
-            document = top / archive.document
+            self.document: Final = top / archive.document
+            self.digest: Final = digest_of(archive)
             with Project(top, journals=top / ".journals") as project:
-                self.component = project.open(document).generate()
-            require_tame(document.parent)
+                self.component: Final = project.open(self.document).generate()
+            require_tame(self.document.parent)
             self.identities: Final = identities_of(self.component)
         except BaseException:
             self.close()
             raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
 
     def close(self) -> None:
         """Delete the copy."""

@@ -11,13 +11,13 @@ from typing import Any, Final
 
 import msgspec
 from mcp.server import MCPServer
-from mcp_types import CallToolResult, TextContent
+from mcp_types import CallToolResult, ContentBlock, ImageContent, TextContent
 
 from codegen.messages import Message, MessageError
 from visualhfsm import AnyCommand
 from zenoh_ice import ZenohIceError
 
-from ._desk import Desk
+from ._desk import PNG, Desk
 
 _INSTRUCTIONS: Final = """\
 Behaviors of robots are hierarchical state machines with a few lines of Python in each state. Draw with
@@ -41,7 +41,7 @@ and line first.
 def make_server(desk: Desk, documentation: Path | None) -> MCPServer:
     """Return the server of a desk; `documentation` is the folder with pages, where they are installed."""
     server: MCPServer = MCPServer("visualhfsm", instructions=_INSTRUCTIONS, log_level="ERROR")
-    reads = (desk.project, desk.document, desk.interface, desk.robot, desk.picture)
+    reads = (desk.project, desk.document, desk.interface, desk.robot, desk.picture, desk.camera)
     for tool in (
         *reads,
         *(desk.edit, desk.undo, desk.verdict, desk.simulate, desk.trials, desk.run, desk.watch, desk.why_not),
@@ -121,9 +121,13 @@ def _answering(tool: Callable[..., dict[str, Any]]) -> Callable[..., CallToolRes
                 True,
                 {"refused": f"{type(error).__name__}: see data", "data": {"reason": str(error)[:2000]}},
             )
+        png = found.pop(PNG, "")
         text = msgspec.json.encode(found, enc_hook=str).decode()
+        content: list[ContentBlock] = [TextContent(type="text", text=text)]
+        if png:
+            content.append(ImageContent(type="image", data=png, mime_type="image/png"))
         return CallToolResult(
-            content=[TextContent(type="text", text=text)],
+            content=content,
             structured_content=msgspec.to_builtins(found, enc_hook=str),
             is_error=refused,
         )

@@ -71,15 +71,21 @@ def _run(question: Question) -> Simulated:
             calls=calls[-_MOST:],
             variables={name: repr(value)[:_LONGEST] for name, value in found.items()},
             joints=run.robot.joints,
-            picture=_png(run.robot.look()) if question.picture else "",
+            picture=_look(run.robot) if question.picture else "",
         )
 
 
-def _png(frame: Any) -> str:  # noqa: ANN401 - a Frame of a robot
-    from PIL import Image
+def _look(robot: Any) -> str:  # noqa: ANN401 - a RobotUnderTest
+    frame = robot.look()
+    return png_of(frame.pixels.tobytes(), (frame.width, frame.height))
+
+
+def png_of(pixels: bytes, size: tuple[int, int]) -> str:
+    """Return a picture, in RGB, as PNG in base 64."""
+    from PIL import Image  # not for those who look at nothing
 
     file = io.BytesIO()
-    Image.fromarray(frame.pixels).save(file, "PNG")
+    Image.frombytes("RGB", size, pixels).save(file, "PNG")
     return base64.b64encode(file.getvalue()).decode()
 
 
