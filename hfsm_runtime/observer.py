@@ -39,6 +39,9 @@ class Observer:
     def changed(self, now: int, actor: Actor, kind: ChangeKind) -> None:
         """An automaton entered a state, became a ghost, resumed or finished; called under the tree's lock."""
 
+    def finished(self, actor: Actor) -> None:
+        """An automaton has finished, as `changed` says, too; called under the tree's lock."""
+
     def event_sent(self, event: Event, now: int) -> None:
         """An event was sent; called under the tree's lock."""
 

@@ -56,19 +56,22 @@ class TaskClock(VirtualClock):
 
         Code whose sleep ends before that goes on, too.
         """
-        if seconds < 0:
-            raise ValueError(f"a clock does not run backwards: advance({seconds})")
-        end = self.moment + round(seconds * _NANOSECONDS)
-        if current_coroutine() is not None:
-            while self.moment < end:
-                self.rest_until(end)
+        if seconds < 0 or current_coroutine() is None:
+            super().advance(seconds)
             return
+        end = self.moment + round(seconds * _NANOSECONDS)
+        while self.moment < end:
+            self.rest_until(end)
+
+    def move_to(self, end: int) -> None:
+        """Do so up to a time in ns; called by who drives the clock."""
         while True:
             due = self._agenda[0][0] if self._agenda else NEVER
-            if due <= min(end, self.next_wake):
+            wake = self._asleep[0][0] if self._asleep else NEVER
+            if due <= end and due <= wake:
                 self._call_next()  # which may advance the time, even beyond the end
-            elif self.next_wake < end:
-                self._pass(self.next_wake)
+            elif wake < end:
+                self._pass(wake)
                 self.wake_due()
             else:
                 break

@@ -198,7 +198,7 @@ class Execution(VirtualRun):
     @property
     def fired(self) -> list[Fired]:
         """Every transition that fired."""
-        return list(self._journal.fired_transitions)
+        return self._journal.fired_transitions
 
     def changes(self, automaton: str) -> list[tuple[float, str]]:
         """Return the states that an automaton has entered, the initial one included, each with its time."""
