@@ -20,9 +20,11 @@ from ._phases import (
     IDLE,
     OUTLIVED,
     PAUSED,
+    PAUSED_AT_CODE,
     RUNNING,
     SETTLED,
     STEPPING,
+    UNUSED,
     Phase,
     first_phase,
 )
@@ -356,11 +358,11 @@ class Tree:
 
     def _begin(self, actor: Actor, now: int) -> None:
         """Activate an automaton below a state that was entered."""
-        if actor.active:
+        if actor.active_since is not None:
             return
-        if actor.phase is Phase.UNUSED:
+        if actor.phase is UNUSED:
             first: State | None = actor.current
-        elif actor.finished or (actor.owner is not None and actor.owner.restart):
+        elif actor.phase is FINISHED or (actor.owner is not None and actor.owner.restart):
             first = actor.automaton.initial
         else:
             first = None
@@ -371,9 +373,10 @@ class Tree:
     def _activate(self, actor: Actor, now: int, first: State | None = None) -> None:
         """Let an automaton start in a `first` state, or go on where it was."""
         actor.active_since = now
-        if actor.in_cycle:
-            actor.cycle.status = OUTLIVED
-        actor.cycle.next_slot = max(actor.cycle.next_slot, slot_from(now, actor.automaton.interval))
+        cycle = actor.cycle
+        if cycle.status is not IDLE:
+            cycle.status = OUTLIVED
+        cycle.next_slot = max(cycle.next_slot, slot_from(now, actor.automaton.interval))
         if first is None:
             self._changed(now, actor, ChangeKind.RESUMED)
         else:
@@ -392,8 +395,8 @@ class Tree:
         begins = actor.phase is ENTERED
         if begins:
             actor.phase = BEGUN
-        elif actor.phase in (PAUSED, Phase.PAUSED_AT_CODE):
-            actor.phase = Phase.SETTLED
+        elif actor.phase is PAUSED or actor.phase is PAUSED_AT_CODE:
+            actor.phase = SETTLED
         if actor.current.final:
             return
         for child in actor.below:
@@ -401,10 +404,10 @@ class Tree:
                 self._begin(child, now)
             elif not child.active:
                 # A reload may have added it, or taken its state away, while this one was a ghost.
-                self._activate(child, now, child.current if child.phase is Phase.UNUSED else None)
+                self._activate(child, now, child.current if child.phase is UNUSED else None)
 
     def _deactivate(self, actor: Actor, now: int) -> None:
-        if not actor.active:
+        if actor.active_since is None:
             return
         for child in actor.below:
             self._deactivate(child, now)
@@ -415,7 +418,8 @@ class Tree:
         if actor.cycle.followers:
             actor.cycle.release_followers()
         self._changed(now, actor, ChangeKind.GHOST)
-        self._drop_all(actor, DropReason.GHOST, now)
+        if actor.events.waiting:
+            self._drop_all(actor, DropReason.GHOST, now)
 
     def _drop_all(self, actor: Actor, reason: DropReason, now: int) -> None:
         while actor.events.waiting:
@@ -465,14 +469,14 @@ class Tree:
         if actor.last_transition not in known:
             actor.last_transition = 0
         actor.guards = {}
-        unused = actor.phase is Phase.UNUSED
+        unused = actor.phase is UNUSED
         found = None if unused and left is former.initial else _counterpart(left, automaton)
         actor.turn_to(found or automaton.initial)
         if found is not None and not unused:
             if actor.phase is FINISHED and not found.final:
-                actor.phase = Phase.SETTLED
+                actor.phase = SETTLED
             return None
-        actor.phase = Phase.UNUSED
+        actor.phase = UNUSED
         actor.last_transition = 0
         actor.waited = 0
         actor.forced = None

@@ -111,10 +111,11 @@ class _Cycles(Coroutine):
 
     def run_one(self) -> None:
         """Run the cycle that has begun."""
+        virtual, actor = self._virtual, self.actor
         try:
-            self._virtual.run_cycle(self.actor, self._at)
+            virtual.run_cycle(actor, self._at)
         finally:
-            self._virtual.cycles.pop(self.actor, None)
+            virtual.cycles.pop(actor, None)
 
 
 def _run_cycles(reference: Callable[[], _Cycles | None]) -> None:
@@ -266,29 +267,30 @@ class VirtualRun(ComponentRun):
         """
         self._driver = threading.get_ident()
         end = self.component_time.now() + round(seconds * SECOND)
-        had_ended = self.ended.is_set()
-        while not self.ended.is_set():
+        ended, clock = self.ended, self._task_clock
+        had_ended = ended.is_set()
+        while not ended.is_set():
             if self._woken:
                 self.end_sleeps()
             if self.refusal is not None:
                 end -= self._sit_out(end - self.component_time.now())
-                self._task_clock.wake_due()
+                clock.wake_due()
                 if self.refusal is not None:
                     return
             elif self.component_time.paused:
                 return
             due = self._due[0][0] if self._due else NEVER
-            wake = self._next_wake()
+            wake = self._next_wake() if clock.asleep else NEVER
             if due > end and wake > end:
                 break
             if due <= wake:
                 self._run_next(self._move_to(due))
             else:
                 self._move_to(wake)
-                self._task_clock.advance(0.0)
-                self._task_clock.wake_due()
+                clock.advance(0.0)
+                clock.wake_due()
                 self._let_late_ones_begin()
-        if self.ended.is_set():
+        if ended.is_set():
             self.end_cycles()
             if not had_ended:
                 self._on_end()
@@ -340,12 +342,13 @@ class VirtualRun(ComponentRun):
     def _next_wake(self) -> int:
         """Return the component time in ns at which code that sleeps goes on; `NEVER` if none does."""
         clock = self._task_clock
-        wake = clock.next_wake
-        return wake if wake == NEVER else self.component_time.now() + max(0, wake - clock.moment)
+        if not clock.asleep:
+            return NEVER
+        return self.component_time.now() + max(0, clock.asleep[0][0] - clock.moment)
 
     def _run_next(self, now: int) -> None:
         """Run the next cycle that is due and does anything, unless the automaton has to wait."""
-        schedule = self._due
+        schedule, tree = self._due, self.tree
         alone = not (self.cycles or self._followers)
         while True:
             due, index, actor = schedule[0]
@@ -353,18 +356,20 @@ class VirtualRun(ComponentRun):
                 return
             interval = actor.automaton.interval
             slot = slot_at(now, interval)
-            if not (alone and skip_cycle(self.tree, actor, slot, self._supervision)):
+            if not (alone and skip_cycle(tree, actor, slot, self._supervision)):
                 break
             heapq.heapreplace(schedule, (slot + interval, index, actor))
         heapq.heappop(schedule)
-        self._followers.discard(actor)
+        if self._followers:
+            self._followers.discard(actor)
         turn: int | Actor = slot
         following = slot + interval
         try:
-            if actor in self.cycles:
-                return
-            if self.cycles and actor.active and not actor.finished and actor.cycle.next_slot <= now:
-                turn = turn_of(actor, now, now)
+            if self.cycles:
+                if actor in self.cycles:
+                    return
+                if actor.active and not actor.finished and actor.cycle.next_slot <= now:
+                    turn = turn_of(actor, now, now)
             if isinstance(turn, int):
                 try:
                     self._begin(actor, turn)
