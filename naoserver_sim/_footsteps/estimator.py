@@ -192,8 +192,8 @@ class Estimator:
         if self._resting:
             self._level(shares)
         soles = self._limbs.soles(self.data)
-        for link, sole, levers in zip(self._limbs.feet, soles, self._levers, strict=True):
-            mujoco.mj_jac(self._mj, self.data, *levers, sole, link)
+        for site, (moves, turns) in zip(self._limbs.middles, self._levers, strict=True):
+            mujoco.mj_jacSite(self._mj, self.data, moves, turns, site)
         moved = (self.levers @ self._qvel).tolist()  # how fast the soles move, as if the base rested
         drift = shares[LEFT] * complex(*moved[:2]) + shares[RIGHT] * complex(*moved[6:8])
         ahead, aside, above = self._stand_on(soles.tolist(), shares, sliding=sliding)

@@ -16,7 +16,7 @@ import numpy as np
 
 from naoserver.bodies.footsteps import Footsteps
 from naoserver_sim._footsteps.estimator import Estimator
-from naoserver_sim._footsteps.limbs import LEFT, RIGHT, Array, Limbs, inclination, rotation
+from naoserver_sim._footsteps.limbs import LEFT, RIGHT, Array, Limbs, inclination, quaternion
 from naoserver_sim._footsteps.posture import Posture, Target
 from naoserver_sim._footsteps.steps import Steps
 
@@ -34,7 +34,7 @@ class _Bend:
     """How a body differs from its stance on flat soles: in m, and in roll and pitch in rad."""
 
     height: float
-    soles: tuple[float, ...]
+    soles: tuple[float, float]
     """Their heights."""
     turns: tuple[tuple[float, float], ...]
     """Of left foot, right foot and pelvis."""
@@ -86,9 +86,10 @@ class PlannedMotion:
         center = posture.data.subtree_com[limbs.base]
         self._center = complex(center[0], center[1])
         self._velocity = estimator.velocity
+        left, right = limbs.soles(posture.data)[:, 2].tolist()
         self._bend = _Bend(
             center[2] - self._footsteps.com_height,
-            tuple(limbs.soles(posture.data)[:, 2].tolist()),
+            (left, right),
             tuple(inclination(posture.axes(link)) for link in (*limbs.feet, limbs.pelvis)),
         )
         largest = self._bend.largest
@@ -127,20 +128,18 @@ class PlannedMotion:
     def _target(self, steps: Steps) -> Target:
         left, right = steps.feet
         bend, part, center = self._bend, self._left, self._center
-        soles = [
-            (foot.place.real, foot.place.imag, foot.height + part * height)
-            for foot, height in zip(steps.feet, bend.soles, strict=True)
-        ]
-        headings = left.heading, right.heading, steps.heading
-        turned = [
-            rotation(heading, part * roll, part * pitch)
-            for heading, (roll, pitch) in zip(headings, bend.turns, strict=True)
-        ]
-        height = self._footsteps.com_height + part * bend.height
+        (of_left, of_right), turns = bend.soles, bend.turns
         return Target(
-            np.array([center.real, center.imag, height]),
-            np.array(soles),
-            np.array(turned).reshape(3, 3, 3),
+            (
+                (left.place.real, left.place.imag, left.height + part * of_left),
+                (right.place.real, right.place.imag, right.height + part * of_right),
+                (center.real, center.imag, self._footsteps.com_height + part * bend.height),
+            ),
+            (
+                quaternion(left.heading, part * turns[LEFT][0], part * turns[LEFT][1]),
+                quaternion(right.heading, part * turns[RIGHT][0], part * turns[RIGHT][1]),
+                quaternion(steps.heading, part * turns[2][0], part * turns[2][1]),
+            ),
         )
 
     @property
