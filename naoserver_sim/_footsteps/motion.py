@@ -174,12 +174,15 @@ class SupportTorques:
         self._mj = mj
         self._limbs = limbs
         self._estimator = estimator
-        self._share = footsteps.acceleration_share
         self._stiffness = footsteps.frequency**2 * float(mj.body_subtreemass[limbs.base])
         self._most_pressed = tuple(_WITHIN_SOLE * half for half in footsteps.sole_half)
         self._torques = np.zeros(mj.nv)
+        # Arrays, because those are faster than numbers.
+        self._shares = np.full(mj.nv, footsteps.acceleration_share)
+        self._largest = np.full(mj.nv, _LARGEST_ACCELERATION)
+        self._planned = np.zeros(mj.nv)
         self._from_floor = self._torques[limbs.base_dof : limbs.base_dof + 6]
-        self._axes = estimator.data.xmat[limbs.base].reshape(3, 3)
+        self._axes = estimator.data.xmat[limbs.base]
 
     def at(self, accelerations: Array, zmp: complex, heading: float, bearing: int | None) -> Array:
         """Return the torques in N m of the legs' joints, in the order of `Limbs.legs`.
@@ -188,13 +191,19 @@ class SupportTorques:
         has to be, `heading` that of the soles, `bearing` the foot that bears everything, None for both.
         """
         estimator, torques = self._estimator, self._torques
-        planned = np.minimum(np.maximum(accelerations, -_LARGEST_ACCELERATION), _LARGEST_ACCELERATION)
-        np.multiply(planned, self._share, out=estimator.data.qacc)
+        planned, largest = self._planned, self._largest
+        np.minimum(np.maximum(accelerations, -largest, out=planned), largest, out=planned)
+        np.multiply(planned, self._shares, out=estimator.data.qacc)
         mujoco.mj_rne(self._mj, estimator.data, 1, torques)
         right = self._share_of_right(zmp, bearing)
-        held = self._floor(right, zmp, heading)
-        both = np.array([[(1.0 - right) * part for part in held], [right * part for part in held]])
-        found: Array = (torques - both.ravel() @ estimator.levers)[self._limbs.leg_dofs]
+        held = np.array(self._floor(right, zmp, heading))
+        left_levers, right_levers = estimator.levers[:6], estimator.levers[6:]
+        if bearing is not None:
+            borne = np.dot(held, right_levers if bearing == RIGHT else left_levers)
+        else:
+            borne = np.dot((1.0 - right) * held, left_levers) + np.dot(right * held, right_levers)
+        legs = self._limbs.leg_dofs
+        found: Array = torques[legs] - borne[legs]
         return found
 
     def _share_of_right(self, zmp: complex, bearing: int | None) -> float:
@@ -213,9 +222,12 @@ class SupportTorques:
         the same place from their middles.
         """
         estimator, soles = self._estimator, self._estimator.places
-        x, y, z, *_ = self._from_floor.tolist()
+        x, y, z, own_x, own_y, own_z = self._from_floor.tolist()
         z = max(z, _LEAST_FORCE)
-        about_x, about_y, about_z = (self._axes @ self._from_floor[3:]).tolist()
+        xx, xy, xz, yx, yy, yz, zx, zy, zz = self._axes.tolist()
+        about_x = xx * own_x + xy * own_y + xz * own_z
+        about_y = yx * own_x + yy * own_y + yz * own_z
+        about_z = zx * own_x + zy * own_y + zz * own_z
         # The moment about the place between the soles on the floor.
         ahead, aside, above = estimator.origin.tolist()
         away = (1.0 - right) * soles[LEFT] + right * soles[RIGHT] - complex(ahead, aside)

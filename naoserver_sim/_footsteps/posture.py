@@ -147,7 +147,7 @@ class Posture:
             self._linearize()
             errors = np.minimum(np.maximum(errors, -_LARGEST_ERROR), _LARGEST_ERROR)
         self._age += 1
-        mujoco.mju_cholSolve(self._found, self._factor, errors @ self._used)
+        mujoco.mju_cholSolve(self._found, self._factor, np.dot(errors, self._used))
         self._change[self._unknowns] = self._found
         mujoco.mj_integratePos(self._mj, self.data.qpos, self._change, 1.0)
         self.data.qpos[self._legs] = np.minimum(np.maximum(self.legs, self._lower), self._upper)
