@@ -21,7 +21,7 @@ from rich.table import Table
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from naoserver.bodies.capabilities import WalkVelocity
-from naoserver_sim._simulator import STEPS_PER_TICK
+from naoserver_sim._stepper import STEPS_PER_TICK
 from naoserver_sim.robot import SimulatedRobot
 from tests.support.present import present
 from zenoh_ice import VirtualClock

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from naoserver_sim._footsteps.limbs import quaternion, rotation
+from naoserver_sim._footsteps.limbs import quaternion
 from naoserver_sim._footsteps.posture import Posture, Target, walking_stance
 from tests.support.humanoids import BODIES, Humanoid
 
@@ -38,7 +38,8 @@ def test_a_foot_goes_where_it_is_wanted_and_the_body_stays(robot):
     posture.update()
     center = posture.data.subtree_com[limbs.base].copy()
     wanted = limbs.soles(posture.data) + np.array([[0.1, 0.02, 0.05], [0.0, 0.0, 0.0]])
-    target = Target(center, wanted, np.array([rotation(0.2), rotation(0.0), rotation(0.1)]).reshape(3, 3, 3))
+    turns = quaternion(0.2), quaternion(0.0), quaternion(0.1)
+    target = Target((*map(tuple, wanted), tuple(center)), turns)
     posture.solve(target, angles, 20)
     posture.update()
     assert limbs.soles(posture.data) == pytest.approx(wanted, abs=1e-4)
@@ -54,7 +55,7 @@ def test_angles_stay_within_the_ranges_of_the_joints(robot):
     posture.update()
     soles = limbs.soles(posture.data)
     center = posture.data.subtree_com[limbs.base] + np.array([0.0, 0.0, 1.0])
-    target = Target(center, soles, np.array(3 * [np.eye(3)]))
+    target = Target((*map(tuple, soles), tuple(center)), 3 * (quaternion(0.0),))
     posture.solve(target, robot.data.qpos[limbs.qpos], 50)
     lower, upper = robot.mj.jnt_range[robot.mj.dof_jntid[limbs.leg_dofs]].T
     assert (posture.legs >= lower).all()
