@@ -116,7 +116,7 @@ class Project:
         self.checks.close()
         self.code_help.close()
         if "judge" in vars(self):
-            self.judge.processes.close()
+            self.judge.close()
 
     @cached_property
     def judge(self) -> Judge:

@@ -12,7 +12,9 @@ import os
 import re
 import subprocess
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory, TemporaryFile
@@ -88,7 +90,14 @@ class Judge:
 
     root: Path
     include: Sequence[Path] = ()
-    processes: Processes = field(default_factory=Processes)
+    _processes: Processes = field(default_factory=Processes)
+    _thread: ThreadPoolExecutor = field(default_factory=partial(ThreadPoolExecutor, 1, "verdict"))
+    """Each thread has a process of its own: one is enough for all who ask."""
+
+    def close(self) -> None:
+        """End the processes."""
+        self._processes.close()
+        self._thread.shutdown()
 
     def judge(
         self, file: Path, check: Callable[[], tuple[Document, Findings]], *, seconds: float, patience: float
@@ -126,7 +135,7 @@ class Judge:
         plan = Plan(robot="fake", limit=seconds, patience=patience, memory=_MEMORY, stand_ins=True)
         hints = (f"see it in a dry run: visualhfsm edit {file.name}",)
         try:
-            outcome = self.processes.run(Task(plan, 1, archive))
+            outcome = self._thread.submit(self._processes.run, Task(plan, 1, archive)).result()
         except VisualHfsmError as error:
             yield Reason(found="run", message=str(error), hints=hints)
             return
@@ -197,6 +206,8 @@ def _reasons(document: Document, file: Path, problems: Iterable[Problem], severi
         if place is not None and place.kind == "state":
             state = states.get((place.automaton, place.id), "").strip()
         steps = problem.counterexample.steps[:_MOST] if problem.counterexample else ()
+        if steps:
+            state = states.get((steps[-1].automaton, steps[-1].state), "").strip()
         yield Reason(
             found="model checker" if problem.code in PROVED else "checks",
             message=str(problem.message),
