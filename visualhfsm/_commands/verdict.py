@@ -1,4 +1,4 @@
-"""`visualhfsm verdict FILES...`: ready to drive a robot, or what to mend first."""
+"""`visualhfsm verdict FILES...`: ready to drive a robot, or what to fix first."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from visualhfsm._commands.check import documents_of
 from zenoh_ice.application.cli import finite
 
 if TYPE_CHECKING:
-    from visualhfsm import Reason, Verdict
+    from visualhfsm import Verdict
 
 EPILOG: Final = examples(
     "verdict behaviors/follow_ball.xml",
@@ -35,10 +35,16 @@ def verdict(
         float,
         typer.Option(metavar="S", min=0.1, max=3600.0, callback=finite, help="Virtual time of the run."),
     ] = 10.0,
+    patience: Annotated[
+        float,
+        typer.Option(
+            metavar="S", min=1.0, max=86_400.0, callback=finite, help="Time of the run, and of the tests."
+        ),
+    ] = 60.0,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, by the schema of --schema.")] = False,
     schema: Annotated[bool, typer.Option("--schema", help="Print the JSON schema, and end.")] = False,
 ) -> None:
-    """Say whether documents are ready to drive a robot, or what is not, in the order of what to mend first.
+    """Say whether documents are ready to drive a robot, or what is not, in the order of what to fix first.
 
     Checks and the model checker look at them, they run in virtual time with a robot without physics, and
     their tests are run. No code of a document with errors is run. What the model checker cannot decide is
@@ -57,7 +63,7 @@ def verdict(
     verdicts = []
     with Project(include=require_directories(include), granted=paths) as project:
         for path in paths:
-            verdicts.append(project.open(path).verdict(seconds=seconds))
+            verdicts.append(project.open(path).verdict(seconds=seconds, patience=patience))
             if not as_json:
                 typer.echo(_text(path, verdicts[-1]))
     if as_json:
@@ -67,21 +73,13 @@ def verdict(
 
 
 def _text(path: Path, verdict: Verdict) -> str:
-    done = [f"ran {verdict.seconds:g} s", f"{len(verdict.proved)} proved", f"{verdict.tests} tests"]
-    lines = [f"{path}: {'ready: ' + ', '.join(done) if verdict.ready else 'not ready'}"]
-    for number, each in enumerate(verdict.reasons, 1):
-        lines += _reason(f"  {number}. ", each)
-    for each in verdict.warnings:
-        lines += _reason("  warning: ", each)
-    lines += [f"  undecided: `{name}`: too many configurations to explore" for name in verdict.undecided]
-    return "\n".join(lines)
-
-
-def _reason(head: str, reason: Reason) -> list[str]:
-    at = f"{reason.file}:{reason.line}: " if reason.file and reason.line else ""
-    where = f" ({reason.where or reason.state})" if reason.where or reason.state else ""
-    return [
-        f"{head}{at}{reason.message}{where}",
-        *(f"       {step}" for step in reason.steps),
-        *(f"     > {hint}" for hint in reason.hints),
-    ]
+    done = f"ran {verdict.seconds:g} s, {len(verdict.proved)} proved, {verdict.tests} tests"
+    lines = [f"{path}: {f'ready: {done}' if verdict.ready else 'not ready'}"]
+    for number, each in enumerate((*verdict.reasons, *verdict.warnings), 1):
+        head = f"{number}." if number <= len(verdict.reasons) else "warning:"
+        at = f"{each.file}:{each.line}: " if each.file and each.line else ""
+        where = f" ({each.where or each.state})" if each.where or each.state else ""
+        message = each.message.removeprefix(at).replace("\n", "\n       ")
+        lines += [f"  {head} {at}{message}{where}", *(f"       {step}" for step in each.steps)]
+        lines += [f"     > {hint}" for hint in each.hints]
+    return "\n".join((*lines, *(f"  undecided by the model checker: `{name}`" for name in verdict.undecided)))

@@ -22,6 +22,8 @@ Files = dict[Path, tuple[int, int]]
 
 FOLDER: Final = "tests"
 PATTERN: Final = "test_*.py"
+END_OF_RESULTS: Final = b"\n\n"
+"""How the results of tests end once all have run: with a blank line."""
 MOST_FILES: Final = 200
 MOST_TESTS: Final = 300
 _CONFIGURATIONS: Final = ("pyproject.toml", "pytest.ini", "tox.ini", "setup.cfg")
@@ -94,22 +96,23 @@ def find_tests(files: Files, path: Path, root: Path) -> list[str]:
     top = top_of(path, root)
     found: list[str] = []
     for file in files:
-        found += (f"{file.relative_to(top).as_posix()}::{name}" for name in test_functions(file, path.name))
+        name = file.relative_to(top).as_posix()
+        try:
+            found += (f"{name}::{each}" for each in test_functions(file, path.name))
+        except (SyntaxError, ValueError, RecursionError):
+            found.append(name)  # pytest says what is wrong with it
     return found[:MOST_TESTS]
 
 
 def test_functions(file: Path, document: str) -> Iterator[str]:
-    """Yield the tests of a file that names a document."""
+    """Yield the tests of a file that names a document; raise what Python raises if it cannot be read."""
     try:
         if not file.is_file() or file.stat().st_size > _LARGEST_FILE:
             return
-        text = file.read_text("utf-8")
-        if document not in text:
-            return
-        tree = parse_python(text)
-    except (OSError, SyntaxError, ValueError, RecursionError):  # pytest says what is wrong with it
+        text = file.read_text("utf-8", "replace")
+    except OSError:
         return
-    for node in tree.body:
+    for node in parse_python(text).body if document in text else ():
         if isinstance(node, ast.FunctionDef) and node.name.startswith("test"):
             yield node.name
         elif isinstance(node, ast.ClassDef) and node.name.startswith("Test"):

@@ -102,23 +102,28 @@ class Analyses:
             )
         return [*findings.proofs]
 
-    def verdict(self, *, seconds: float = 10.0) -> Verdict:
+    def verdict(self, *, seconds: float = 10.0, patience: float = 60.0) -> Verdict:
         """Return whether the document is ready to drive a robot, or what is not; see `Verdict`.
 
         Beside `check`, it runs for some seconds of virtual time, with the robot without physics, and its
-        tests are run: both in other processes. Raises EditError for a document without a file.
+        tests are run: both in other processes, with a limit of `patience` s each. Raises EditError for a
+        document with changes that are not saved.
         """
-        version = self.version
+        version, what = self.version, "Cannot judge the document"
         if version.path is None:
-            raise EditError("Cannot judge the document", "it has no file yet", "save it first")
-        findings = self.check(again=True)
-        file, content = self._source(version)
-        text = read_file(file)[0] if content is None else written(version.document).encode()
-        document = parse_file(text, file) if content is None else content
-        verdict = self._project.judge.judge(file, text, document, findings, seconds=seconds)
-        if self.version.document is not version.document:
-            raise EditError("Cannot judge the document", "it was changed meanwhile", "ask again")
-        return verdict
+            raise EditError(what, "it has no file yet", "save it first")
+
+        def check() -> tuple[Document, Findings]:
+            assert version.path is not None
+            document = parse_file(read_file(version.path)[0], version.path)
+            if document != version.document:
+                raise EditError(what, "it has changes that are not saved", "save it first")
+            findings = self.check(again=True)
+            if self.version.document is not version.document:
+                raise EditError(what, "it was changed meanwhile", "ask again")
+            return document, findings
+
+        return self._project.judge.judge(version.path, check, seconds=seconds, patience=patience)
 
     # -- code ----------------------------------------------------------------------------------------------
 
