@@ -84,6 +84,11 @@ class Verdict(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
     digest: str = ""
 
 
+def digest_of(archive: Archive) -> str:
+    """Return the digest of files and of the versions of what runs them, as a verdict has it."""
+    return hashlib.sha256(archive.digest.encode() + msgspec.json.encode(versions())).hexdigest()
+
+
 @dataclass(frozen=True)
 class Judge:
     """Runs what verdicts need in processes, which last from verdict to verdict until they are closed."""
@@ -92,7 +97,7 @@ class Judge:
     include: Sequence[Path] = ()
     _processes: Processes = field(default_factory=Processes)
     _thread: ThreadPoolExecutor = field(default_factory=partial(ThreadPoolExecutor, 1, "verdict"))
-    """Each thread has a process of its own: one is enough for all who ask."""
+    """Each thread has its own process: one is enough for all who ask."""
 
     def close(self) -> None:
         """End the processes."""
@@ -127,7 +132,7 @@ class Judge:
             undecided=tuple(name for name, proof in zip(names, proofs, strict=True) if proof == "undecided"),
             tests=passed,
             seconds=seconds,
-            digest=hashlib.sha256(archive.digest.encode() + msgspec.json.encode(versions())).hexdigest(),
+            digest=digest_of(archive),
         )
 
     def _run(self, archive: Archive, file: Path, seconds: float, patience: float) -> Iterator[Reason]:
