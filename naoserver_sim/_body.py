@@ -16,6 +16,7 @@ from typing import Any, Final
 import mujoco
 
 from naoserver.bodies import parts
+from naoserver.bodies.footsteps import Footsteps
 from naoserver.body import Body
 from naoserver.errors import RobotError
 
@@ -219,6 +220,11 @@ def sole(side: str) -> str:
     return f"{side}_sole"
 
 
+def middle_of(side: str) -> str:
+    """Return the name of the site in the middle of the sole of a side, of a body that walks by footsteps."""
+    return f"{side} middle"
+
+
 def passing_pairs(body: Body) -> Iterator[tuple[str, str]]:
     """Yield the pairs of links that may pass through each other."""
     are_neighbors = neighbors_of(body)
@@ -281,6 +287,8 @@ def add_sensors(spec: mujoco.MjSpec, body: Body, links: Links) -> None:
     for side, facts in zip(SIDES, body.soles, strict=False):
         foot, under = links[facts.link], f"{side} sole"
         foot.add_site(name=under, pos=[0, 0, -facts.height])
+        if isinstance(body.walk, Footsteps):
+            foot.add_site(name=middle_of(side), pos=body.walk.sole_middle)
         wrench = spec.add_sensor(
             name=f"{side} wrench", type=sensor.mjSENS_CONTACT, objtype=kind.mjOBJ_BODY, objname=foot.name
         )

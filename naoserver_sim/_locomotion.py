@@ -202,12 +202,12 @@ class ArmSwing:
 
     def begin(self, hanging: NDArray[np.bool_]) -> None:
         """Swing the arms that are `hanging` from now on."""
-        self._rests = self.shoulders()
+        self._rests: list[float] = self.shoulders().tolist()
         self._seen = self._setpoints.commands
         self._begun = self._commands()
         self._swing(hanging)
 
-    def tick(self, swings: Array, out: Array, reach: float = math.inf) -> None:
+    def tick(self, swings: Sequence[float], out: Array, reach: float = math.inf) -> None:
         """Fill the setpoints of the shoulders in `out`: `swings` from where they hung, in rad.
 
         None moves by more than `reach` rad.
@@ -218,13 +218,14 @@ class ArmSwing:
         moved = self._moved
         if not moved.size:
             return
-        present = self._setpoints.setpoints[moved]
-        angles = (self._rests + swings)[self._swinging]
-        angles = np.minimum(np.maximum(angles, present - reach), present + reach)
-        self._setpoints.place(moved, angles, out)
+        present = self._setpoints.setpoints[moved].tolist()
+        angles = [self._rests[arm] + swings[arm] for arm in self._swung]
+        near = [max(now - reach, min(now + reach, angle)) for now, angle in zip(present, angles, strict=True)]
+        self._setpoints.place(moved, np.array(near), out)
 
     def _swing(self, swinging: NDArray[np.bool_]) -> None:
         self._swinging, self._moved = swinging, self._shoulders[swinging]
+        self._swung = np.flatnonzero(swinging).tolist()
 
     def _commands(self) -> NDArray[np.int64]:
         """Return the numbers of commands to the joints of each arm."""

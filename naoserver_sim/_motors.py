@@ -102,7 +102,9 @@ class Motors:
         self._heating = np.zeros(mj.nu)
         if heat is not None:
             self._heating += (heat.hot - AMBIENT) / np.maximum(mj.actuator_user[:, 0], 1e-9) ** 2
-        self._squares = np.zeros(mj.nu)  # of the torques, times seconds, since the temperatures changed
+        self._squares = np.zeros(mj.nu)  # of the torques, added since the temperatures changed
+        self._square = np.zeros(mj.nu)
+        self._ticks = 0  # since then
         self._warmed = 0.0  # seconds since then
         self.stiffnesses: Array = np.ones(mj.nu)
         """From 0 to 1: an array that is replaced, never modified, as are the temperatures."""
@@ -188,13 +190,17 @@ class Motors:
             self._apply()
 
     def _warm(self, seconds: float, torques: Array, heat: MotorHeat) -> None:
-        self._squares += seconds * torques * torques
+        np.multiply(torques, torques, out=self._square)
+        self._squares += self._square
+        self._ticks += 1
         self._warmed += seconds
         if self._warmed < _WARMING:
             return
-        warmer = self._heating * self._squares + self._warmed * (AMBIENT - self.temperatures)
+        warmer = self._heating * self._squares * (self._warmed / self._ticks) + self._warmed * (
+            AMBIENT - self.temperatures
+        )
         self.temperatures = self.temperatures + warmer / _TIME_CONSTANT
-        self._squares[:] = self._warmed = 0.0
+        self._squares[:] = self._warmed = self._ticks = 0
         if self._derated or np.count_nonzero(self.temperatures > heat.hot):
             self._apply()
 

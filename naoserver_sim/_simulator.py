@@ -17,18 +17,16 @@ from numpy.typing import NDArray
 from naoserver.bodies.parts import MotorHeat
 from naoserver.errors import RobotError
 from naoserver_sim._motors import Array, Gears, Motors, SetpointController
+from naoserver_sim._stepper import STEPS_PER_TICK, Stepper
 
 _log = logging.getLogger(__name__)
 
-STEPS_PER_TICK = 4
-"""Physics steps in a control tick: 2.5 ms each, 10 ms in all, the cycle of the robot's motor boards."""
 _MOST_TICKS_AT_ONCE = 10
 _JOIN_TIMEOUT = 5.0  # s
 _ROUNDING = 1e-6
 _REMEMBERED: Final = 16
 """Snapshots that are kept: those of 0.15 s."""
 _DIVERGED: Final = slice(int(mujoco.mjtWarning.mjWARN_BADQPOS), int(mujoco.mjtWarning.mjWARN_BADCTRL) + 1)
-_SENSORS = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
 
 
 class Snapshot(NamedTuple):
@@ -84,8 +82,7 @@ class Simulator:
         self._ticks = 0
         self._time = 0.0
         self.tick_period: Final = float(mj.opt.timestep) * STEPS_PER_TICK
-        self._option = mj.opt
-        self._sensing = mj.opt.disableflags & ~_SENSORS
+        self._stepper = Stepper(mj, data, self.motors)
         # Views.
         self._diverged: NDArray[np.int32] = data.warning.number[_DIVERGED]
         self._qpos, self._qvel, self._ctrl = data.qpos, data.qvel, data.ctrl
@@ -156,7 +153,7 @@ class Simulator:
                 self.commands[motors.following] = motors.targets[motors.following]
             if self._gears is not None:
                 self._gears.tick(self.commands, self._lengths, self._ctrl)
-            self._step()
+            self._stepper.tick()
             self._ticks += 1
             # As exact as that of a virtual clock: both give the same paths.
             self._time = round(self._ticks * period, 9)
@@ -166,20 +163,6 @@ class Simulator:
                 raise RobotError(f"the simulation became unstable before {self._time:.2f} s")
             self._snapshots.append(self._take_snapshot())
             self.on_tick()
-
-    def _step(self) -> None:
-        """Step the physics for a tick. Sensors measure only in its last step: nobody reads them before."""
-        mj, data, motors = self.mj, self.data, self.motors
-        self._option.disableflags = self._sensing | _SENSORS
-        if motors.following.size:
-            for _ in range(STEPS_PER_TICK - 1):
-                motors.limit(data)
-                mujoco.mj_step(mj, data)
-            motors.limit(data)
-        else:
-            mujoco.mj_step(mj, data, STEPS_PER_TICK - 1)
-        self._option.disableflags = self._sensing
-        mujoco.mj_step(mj, data)
 
     def _take_snapshot(self) -> Snapshot:
         return Snapshot(

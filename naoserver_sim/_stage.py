@@ -86,12 +86,9 @@ class SimulatedStage:
         objects = {name: Pose(self._carried_at(snapshot, name), NO_TURN) for name in model.balls}
         objects |= {name: _pose(snapshot.qpos, index) for name, index in model.loose.items()}
         torso = _pose(snapshot.qpos, model.base)
-        velocity = snapshot.qvel[model.base.dof : model.base.dof + 3]
-        turning = np.zeros(3)
-        mujoco.mju_rotVecQuat(
-            turning, snapshot.qvel[model.base.dof + 3 : model.base.dof + 6], np.array(torso.orientation)
-        )
-        return Truth(snapshot.time, torso, _vector(velocity), _vector(turning), objects)
+        along_x, along_y, along_z, *own = snapshot.qvel[model.base.dof : model.base.dof + 6].tolist()
+        turning = _turned(torso.orientation, *own)
+        return Truth(snapshot.time, torso, (along_x, along_y, along_z), turning, objects)
 
     def reset(self) -> None:
         """Put the robot and everything else back to their start, motors stiff and cool; time continues."""
@@ -251,9 +248,15 @@ def _pose(qpos: Array, index: FreeIndex) -> Pose:
     return Pose((x, y, z), (w, i, j, k))
 
 
-def _vector(values: Array) -> Vector:
-    x, y, z = values.tolist()
-    return x, y, z
+def _turned(orientation: tuple[float, float, float, float], x: float, y: float, z: float) -> Vector:
+    """Return a vector of a frame in the world, by the frame's orientation there."""
+    w, i, j, k = orientation
+    twice_x, twice_y, twice_z = 2.0 * (j * z - k * y), 2.0 * (k * x - i * z), 2.0 * (i * y - j * x)
+    return (
+        x + w * twice_x + j * twice_z - k * twice_y,
+        y + w * twice_y + k * twice_x - i * twice_z,
+        z + w * twice_z + i * twice_y - j * twice_x,
+    )
 
 
 _LIFT: Final = 0.001

@@ -62,6 +62,8 @@ class SimulatedDevice:
         self._movable = {joint.name: self._places[joint.name] for joint in index.joints if not joint.passive}
         self._leading = frozenset(index.leading.tolist())
         self._newest: tuple[Snapshot, JointReading] | None = None
+        # The arrays that stay the same for many ticks, and what was read from them.
+        self._last: dict[str, tuple[NDArray[np.float64], tuple[float, ...]]] = {}
 
     def read(self) -> JointReading:
         snapshot, newest = self._simulator.newest(), self._newest
@@ -79,9 +81,16 @@ class SimulatedDevice:
             velocities=tuple(snapshot.qvel[index.dofs].tolist()),
             commands=tuple(index.commanded(snapshot.setpoints, snapshot.qpos).tolist()),
             torques=tuple(index.of_motors(snapshot.forces, 0.0).tolist()),
-            stiffnesses=tuple(index.of_motors(snapshot.stiffnesses, 0.0).tolist()),
-            temperatures=tuple(index.of_motors(snapshot.temperatures, AMBIENT).tolist()),
+            stiffnesses=self._kept("stiffnesses", snapshot.stiffnesses, 0.0),
+            temperatures=self._kept("temperatures", snapshot.temperatures, AMBIENT),
         )
+
+    def _kept(self, what: str, values: NDArray[np.float64], passive: float) -> tuple[float, ...]:
+        """Return the values of all joints, of an array that is replaced when they change."""
+        last = self._last.get(what)
+        if last is None or last[0] is not values:
+            last = self._last[what] = values, tuple(self._index.of_motors(values, passive).tolist())
+        return last[1]
 
     def _angles(self, snapshot: Snapshot) -> NDArray[np.float64]:
         """Return the angles of the joints as they are measured, in rad or m."""

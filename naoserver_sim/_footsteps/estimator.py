@@ -107,6 +107,7 @@ class Estimator:
         )
         self._momentum = self.data.subtree_angmom[limbs.base]
         self._axes = [self.data.xmat[link] for link in limbs.feet]
+        self._soles = [self.data.site_xpos[site] for site in limbs.middles]
         self.center = 0j
         """Place of the center of mass on the floor."""
         self.height = 0.0
@@ -191,12 +192,11 @@ class Estimator:
         self._put(inertial, angles, speeds)
         if self._resting:
             self._level(shares)
-        soles = self._limbs.soles(self.data)
-        for link, sole, levers in zip(self._limbs.feet, soles, self._levers, strict=True):
-            mujoco.mj_jac(self._mj, self.data, *levers, sole, link)
-        moved = (self.levers @ self._qvel).tolist()  # how fast the soles move, as if the base rested
+        for site, (moves, turns) in zip(self._limbs.middles, self._levers, strict=True):
+            mujoco.mj_jacSite(self._mj, self.data, moves, turns, site)
+        moved = np.dot(self.levers, self._qvel).tolist()  # how fast the soles move, as if the base rested
         drift = shares[LEFT] * complex(*moved[:2]) + shares[RIGHT] * complex(*moved[6:8])
-        ahead, aside, above = self._stand_on(soles.tolist(), shares, sliding=sliding)
+        ahead, aside, above = self._stand_on(shares, sliding=sliding)
         x, y, z = self._com.tolist()
         self.center, self.height = complex(ahead + x, aside + y), above + z
         along_x, along_y, _ = self._com_velocity.tolist()
@@ -226,16 +226,16 @@ class Estimator:
             found = self._mounting[axis] + error / self._still
             self._mounting[axis] = max(-_LARGEST_MOUNTING, min(_LARGEST_MOUNTING, found))
 
-    def _stand_on(
-        self, soles: list[list[float]], shares: Sequence[float], *, sliding: bool
-    ) -> tuple[float, float, float]:
+    def _stand_on(self, shares: Sequence[float], *, sliding: bool) -> tuple[float, float, float]:
         """Move the base to where the bearing feet rest at their anchors; return its place in m."""
-        left, right = (complex(x, y) for x, y, _ in soles)
+        left_x, left_y, left_z = self._soles[LEFT].tolist()
+        right_x, right_y, right_z = self._soles[RIGHT].tolist()
+        left, right = complex(left_x, left_y), complex(right_x, right_y)
         if cmath.isnan(self._anchors[LEFT]):
             here = complex(self.origin[0], self.origin[1])
             self._anchors = [here + left, here + right]
         place = shares[LEFT] * (self._anchors[LEFT] - left) + shares[RIGHT] * (self._anchors[RIGHT] - right)
-        height = -shares[LEFT] * soles[LEFT][2] - shares[RIGHT] * soles[RIGHT][2]
+        height = -shares[LEFT] * left_z - shares[RIGHT] * right_z
         self.origin[:] = origin = place.real, place.imag, height
         self.places = [place + left, place + right]
         if sliding:

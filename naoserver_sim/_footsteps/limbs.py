@@ -16,9 +16,12 @@ from naoserver.bodies.footsteps import Footsteps
 from naoserver.bodies.parts import Axis
 from naoserver.body import Body
 from naoserver.errors import RobotError
+from naoserver_sim._body import SIDES, middle_of
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
+Quaternion = tuple[float, float, float, float]
+"""A turn: w, x, y, z."""
 
 LEFT: Final = 0
 RIGHT: Final = 1
@@ -48,8 +51,8 @@ class Limbs:
     """The link that both legs begin at."""
     feet: tuple[int, int]
     """Links, left and right."""
-    sole: Array
-    """The middle of a sole in the frame of its foot in m."""
+    middles: tuple[int, int]
+    """Sites in the middles of the soles, left and right."""
     qpos: Indices
     dofs: Indices
     motors: Indices
@@ -72,13 +75,14 @@ class Limbs:
 
     def soles(self, data: mujoco.MjData) -> Array:
         """Return the middles of the soles in m, left and right, by where the links are in `data`."""
-        turned = data.xmat.take(self.feet, axis=0).reshape(2, 3, 3)
-        places: Array = data.xpos.take(self.feet, axis=0) + turned @ self.sole
+        places: Array = data.site_xpos.take(self.middles, axis=0)
         return places
 
     def commanded(self, setpoints: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the setpoint of each joint, 0 of one without a separate motor."""
-        return np.append(setpoints, 0.0)[self.motors]
+        found = setpoints.take(self.motors, mode="clip")
+        found[self.motors == len(setpoints)] = 0.0
+        return found
 
 
 def limbs_of(mj: mujoco.MjModel, body: Body) -> Limbs:
@@ -103,6 +107,7 @@ def limbs_of(mj: mujoco.MjModel, body: Body) -> Limbs:
         raise RobotError(
             f"walk: footsteps need a separate motor for each joint of a leg, not as {without[0]}"
         )
+    left_middle, right_middle = (int(mj.site(middle_of(side)).id) for side in SIDES)
     root = mj.body(body.root.name).id
     free = mj.body_jntadr[root]
     shoulders = (body.hinges.get(f"{side}Shoulder", {}) for side in ("Left", "Right"))
@@ -113,7 +118,7 @@ def limbs_of(mj: mujoco.MjModel, body: Body) -> Limbs:
         base_dof=int(mj.jnt_dofadr[free]),
         pelvis=pelvis,
         feet=(left_foot, right_foot),
-        sole=np.array(body.walk.sole_middle),
+        middles=(left_middle, right_middle),
         qpos=np.array([mj.joint(name).qposadr[0] for name in joints], dtype=np.intp),
         dofs=np.array([mj.joint(name).dofadr[0] for name in joints], dtype=np.intp),
         motors=np.array(
@@ -144,7 +149,7 @@ def _upwards(mj: mujoco.MjModel, link: int) -> Iterator[int]:
         link = mj.body_parentid[link]
 
 
-def quaternion(heading: float, roll: float = 0.0, pitch: float = 0.0) -> tuple[float, float, float, float]:
+def quaternion(heading: float, roll: float = 0.0, pitch: float = 0.0) -> Quaternion:
     """Return the turn about x by roll, then y by pitch, then z by heading as a quaternion w, x, y, z."""
     cr, sr = math.cos(roll / 2), math.sin(roll / 2)
     cp, sp = math.cos(pitch / 2), math.sin(pitch / 2)
@@ -154,18 +159,6 @@ def quaternion(heading: float, roll: float = 0.0, pitch: float = 0.0) -> tuple[f
         sr * cp * cy - cr * sp * sy,
         cr * sp * cy + sr * cp * sy,
         cr * cp * sy - sr * sp * cy,
-    )
-
-
-def rotation(heading: float, roll: float = 0.0, pitch: float = 0.0) -> tuple[float, ...]:
-    """Return the same turn as a matrix, row by row."""
-    cr, sr = math.cos(roll), math.sin(roll)
-    cp, sp = math.cos(pitch), math.sin(pitch)
-    cy, sy = math.cos(heading), math.sin(heading)
-    return (
-        *(cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
-        *(sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
-        *(-sp, cp * sr, cp * cr),
     )
 
 

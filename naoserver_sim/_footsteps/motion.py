@@ -16,7 +16,7 @@ import numpy as np
 
 from naoserver.bodies.footsteps import Footsteps
 from naoserver_sim._footsteps.estimator import Estimator
-from naoserver_sim._footsteps.limbs import LEFT, RIGHT, Array, Limbs, inclination, rotation
+from naoserver_sim._footsteps.limbs import LEFT, RIGHT, Array, Limbs, inclination, quaternion
 from naoserver_sim._footsteps.posture import Posture, Target
 from naoserver_sim._footsteps.steps import Steps
 
@@ -34,7 +34,7 @@ class _Bend:
     """How a body differs from its stance on flat soles: in m, and in roll and pitch in rad."""
 
     height: float
-    soles: tuple[float, ...]
+    soles: tuple[float, float]
     """Their heights."""
     turns: tuple[tuple[float, float], ...]
     """Of left foot, right foot and pelvis."""
@@ -86,9 +86,10 @@ class PlannedMotion:
         center = posture.data.subtree_com[limbs.base]
         self._center = complex(center[0], center[1])
         self._velocity = estimator.velocity
+        left, right = limbs.soles(posture.data)[:, 2].tolist()
         self._bend = _Bend(
             center[2] - self._footsteps.com_height,
-            tuple(limbs.soles(posture.data)[:, 2].tolist()),
+            (left, right),
             tuple(inclination(posture.axes(link)) for link in (*limbs.feet, limbs.pelvis)),
         )
         largest = self._bend.largest
@@ -127,20 +128,18 @@ class PlannedMotion:
     def _target(self, steps: Steps) -> Target:
         left, right = steps.feet
         bend, part, center = self._bend, self._left, self._center
-        soles = [
-            (foot.place.real, foot.place.imag, foot.height + part * height)
-            for foot, height in zip(steps.feet, bend.soles, strict=True)
-        ]
-        headings = left.heading, right.heading, steps.heading
-        turned = [
-            rotation(heading, part * roll, part * pitch)
-            for heading, (roll, pitch) in zip(headings, bend.turns, strict=True)
-        ]
-        height = self._footsteps.com_height + part * bend.height
+        (of_left, of_right), turns = bend.soles, bend.turns
         return Target(
-            np.array([center.real, center.imag, height]),
-            np.array(soles),
-            np.array(turned).reshape(3, 3, 3),
+            (
+                (left.place.real, left.place.imag, left.height + part * of_left),
+                (right.place.real, right.place.imag, right.height + part * of_right),
+                (center.real, center.imag, self._footsteps.com_height + part * bend.height),
+            ),
+            (
+                quaternion(left.heading, part * turns[LEFT][0], part * turns[LEFT][1]),
+                quaternion(right.heading, part * turns[RIGHT][0], part * turns[RIGHT][1]),
+                quaternion(steps.heading, part * turns[2][0], part * turns[2][1]),
+            ),
         )
 
     @property
@@ -175,12 +174,15 @@ class SupportTorques:
         self._mj = mj
         self._limbs = limbs
         self._estimator = estimator
-        self._share = footsteps.acceleration_share
         self._stiffness = footsteps.frequency**2 * float(mj.body_subtreemass[limbs.base])
         self._most_pressed = tuple(_WITHIN_SOLE * half for half in footsteps.sole_half)
         self._torques = np.zeros(mj.nv)
+        # Arrays, because those are faster than numbers.
+        self._shares = np.full(mj.nv, footsteps.acceleration_share)
+        self._largest = np.full(mj.nv, _LARGEST_ACCELERATION)
+        self._planned = np.zeros(mj.nv)
         self._from_floor = self._torques[limbs.base_dof : limbs.base_dof + 6]
-        self._axes = estimator.data.xmat[limbs.base].reshape(3, 3)
+        self._axes = estimator.data.xmat[limbs.base]
 
     def at(self, accelerations: Array, zmp: complex, heading: float, bearing: int | None) -> Array:
         """Return the torques in N m of the legs' joints, in the order of `Limbs.legs`.
@@ -189,13 +191,19 @@ class SupportTorques:
         has to be, `heading` that of the soles, `bearing` the foot that bears everything, None for both.
         """
         estimator, torques = self._estimator, self._torques
-        planned = np.minimum(np.maximum(accelerations, -_LARGEST_ACCELERATION), _LARGEST_ACCELERATION)
-        np.multiply(planned, self._share, out=estimator.data.qacc)
+        planned, largest = self._planned, self._largest
+        np.minimum(np.maximum(accelerations, -largest, out=planned), largest, out=planned)
+        np.multiply(planned, self._shares, out=estimator.data.qacc)
         mujoco.mj_rne(self._mj, estimator.data, 1, torques)
         right = self._share_of_right(zmp, bearing)
-        held = self._floor(right, zmp, heading)
-        both = np.array([[(1.0 - right) * part for part in held], [right * part for part in held]])
-        found: Array = (torques - both.ravel() @ estimator.levers)[self._limbs.leg_dofs]
+        held = np.array(self._floor(right, zmp, heading))
+        left_levers, right_levers = estimator.levers[:6], estimator.levers[6:]
+        if bearing is not None:
+            borne = np.dot(held, right_levers if bearing == RIGHT else left_levers)
+        else:
+            borne = np.dot((1.0 - right) * held, left_levers) + np.dot(right * held, right_levers)
+        legs = self._limbs.leg_dofs
+        found: Array = torques[legs] - borne[legs]
         return found
 
     def _share_of_right(self, zmp: complex, bearing: int | None) -> float:
@@ -214,9 +222,12 @@ class SupportTorques:
         the same place from their middles.
         """
         estimator, soles = self._estimator, self._estimator.places
-        x, y, z, *_ = self._from_floor.tolist()
+        x, y, z, own_x, own_y, own_z = self._from_floor.tolist()
         z = max(z, _LEAST_FORCE)
-        about_x, about_y, about_z = (self._axes @ self._from_floor[3:]).tolist()
+        xx, xy, xz, yx, yy, yz, zx, zy, zz = self._axes.tolist()
+        about_x = xx * own_x + xy * own_y + xz * own_z
+        about_y = yx * own_x + yy * own_y + yz * own_z
+        about_z = zx * own_x + zy * own_y + zz * own_z
         # The moment about the place between the soles on the floor.
         ahead, aside, above = estimator.origin.tolist()
         away = (1.0 - right) * soles[LEFT] + right * soles[RIGHT] - complex(ahead, aside)

@@ -15,9 +15,10 @@ from typing import Final
 import mujoco
 import numpy as np
 
+from naoserver.bodies.capabilities import Vector
 from naoserver.bodies.footsteps import Footsteps
 from naoserver_sim._footsteps.estimator import Estimator
-from naoserver_sim._footsteps.limbs import Array, Limbs
+from naoserver_sim._footsteps.limbs import Array, Limbs, Quaternion, quaternion
 
 _ROWS: Final = 18
 _DAMPING: Final = 1e-5
@@ -26,9 +27,6 @@ _LARGEST_ERROR: Final = 0.1
 """Error in m or rad that one round makes up for."""
 _SMALL_ERROR: Final = 0.008
 """Error in m or rad up to which a round needs no new matrix."""
-_BELOW: Final = np.array((7, 2, 3))
-_ABOVE: Final = np.array((5, 6, 1))
-"""Of a matrix row by row: their difference is the axis of its turn times twice the sine of its angle."""
 _MOST_ROUNDS: Final = 5
 """Rounds with a matrix while errors are larger than those of a robot that stands."""
 _STILL_ERROR: Final = 0.001
@@ -39,11 +37,10 @@ _STILL_ERROR: Final = 0.001
 class Target:
     """Where soles, pelvis and center of mass are to be, in m and rad."""
 
-    center: Array
-    soles: Array
-    """Their middles: left and right."""
-    turned: Array
-    """Axes of left foot, right foot and pelvis as columns, shape (3, 3, 3)."""
+    places: tuple[Vector, Vector, Vector]
+    """Of the middles of left and right sole, and of the center of mass."""
+    turns: tuple[Quaternion, Quaternion, Quaternion]
+    """Of left foot, right foot and pelvis."""
 
 
 def walking_stance(mj: mujoco.MjModel, limbs: Limbs, footsteps: Footsteps, angles: Array) -> Array:
@@ -58,9 +55,8 @@ def walking_stance(mj: mujoco.MjModel, limbs: Limbs, footsteps: Footsteps, angle
     posture.put(np.array([0.0, 0.0, footsteps.com_height]), upright)
     half = 0.5 * footsteps.width
     target = Target(
-        center=np.array([0.0, 0.0, footsteps.com_height]),
-        soles=np.array([[0.0, half, 0.0], [0.0, -half, 0.0]]),
-        turned=np.array(3 * [np.eye(3)]),
+        places=((0.0, half, 0.0), (0.0, -half, 0.0), (0.0, 0.0, footsteps.com_height)),
+        turns=(quaternion(0.0), quaternion(0.0), quaternion(0.0)),
     )
     posture.solve(target, angles, _STANCE_ROUNDS)
     found: Array = posture.data.qpos[limbs.qpos]
@@ -83,7 +79,7 @@ class Posture:
         lower, upper = mj.jnt_range[joints].T
         self._lower, self._upper = np.where(limited, lower, -np.inf), np.where(limited, upper, np.inf)
         self._matrix = np.zeros((_ROWS, mj.nv))
-        self._moves, self._turns = self._matrix[:6].reshape(2, 3, -1), self._matrix[9:15].reshape(2, 3, -1)
+        self._moved, self._turned = self._matrix[:6].reshape(2, 3, -1), self._matrix[9:15].reshape(2, 3, -1)
         self._used = np.zeros((_ROWS, _ROWS))
         self._factor = np.zeros((_ROWS, _ROWS))
         self._stale = True
@@ -92,7 +88,10 @@ class Posture:
         self._change = np.zeros(mj.nv)
         self._found = np.zeros(_ROWS)
         self._damping = _DAMPING * np.eye(_ROWS)
-        self._links = np.array([*limbs.feet, limbs.pelvis])
+        # Views of what `_differences` compares.
+        data = self.data
+        self._places = [data.site_xpos[site] for site in limbs.middles] + [data.subtree_com[limbs.base]]
+        self._turns = [data.xquat[link] for link in (*limbs.feet, limbs.pelvis)]
         self._before = self.data.qpos.copy()
         self.moved: Final[Array] = np.zeros(mj.nv)
         """How all degrees of freedom moved with the last solution, in rad and m."""
@@ -140,32 +139,41 @@ class Posture:
 
     def _improve(self, target: Target) -> None:
         self.update()
-        errors = self._differences(target)
-        largest = np.abs(errors).max()
+        differences = self._differences(target)
+        largest = max(map(abs, differences))
+        errors = self._errors
+        errors[:] = differences
         if self._stale or largest > (_SMALL_ERROR if self._age < _MOST_ROUNDS else _STILL_ERROR):
             self._linearize()
             errors = np.minimum(np.maximum(errors, -_LARGEST_ERROR), _LARGEST_ERROR)
         self._age += 1
-        mujoco.mju_cholSolve(self._found, self._factor, errors @ self._used)
+        mujoco.mju_cholSolve(self._found, self._factor, np.dot(errors, self._used))
         self._change[self._unknowns] = self._found
         mujoco.mj_integratePos(self._mj, self.data.qpos, self._change, 1.0)
         self.data.qpos[self._legs] = np.minimum(np.maximum(self.legs, self._lower), self._upper)
 
-    def _differences(self, target: Target) -> Array:
-        """Return by how much soles, feet, pelvis and center of mass have to move and to turn."""
-        data, limbs, errors = self.data, self._limbs, self._errors
-        errors[:6] = (target.soles - limbs.soles(data)).ravel()
-        errors[6:9] = target.center - data.subtree_com[limbs.base]
-        turns = target.turned @ data.xmat.take(self._links, axis=0).reshape(3, 3, 3).transpose(0, 2, 1)
-        turns = turns.reshape(3, 9)
-        errors[9:] = 0.5 * (turns.take(_BELOW, axis=1) - turns.take(_ABOVE, axis=1)).ravel()
+    def _differences(self, target: Target) -> list[float]:
+        """Return by how much soles and center of mass have to move, and feet and pelvis to turn."""
+        errors: list[float] = []
+        for (x, y, z), place in zip(target.places, self._places, strict=True):
+            at_x, at_y, at_z = place.tolist()
+            errors += x - at_x, y - at_y, z - at_z
+        for (w, x, y, z), turn in zip(target.turns, self._turns, strict=True):
+            # Twice the vector of the quaternion of the turn between both.
+            at_w, at_x, at_y, at_z = turn.tolist()
+            twice = 2.0 if w * at_w + x * at_x + y * at_y + z * at_z > 0.0 else -2.0
+            errors += (
+                twice * (at_w * x - w * at_x + z * at_y - y * at_z),
+                twice * (at_w * y - w * at_y + x * at_z - z * at_x),
+                twice * (at_w * z - w * at_z + y * at_x - x * at_y),
+            )
         return errors
 
     def _linearize(self) -> None:
         """Compute how the unknowns change what `_differences` returns."""
         mj, data, limbs, matrix = self._mj, self.data, self._limbs, self._matrix
-        for foot, sole in enumerate(limbs.soles(data)):
-            mujoco.mj_jac(mj, data, self._moves[foot], self._turns[foot], sole, limbs.feet[foot])
+        for site, moves, turns in zip(limbs.middles, self._moved, self._turned, strict=True):
+            mujoco.mj_jacSite(mj, data, moves, turns, site)
         mujoco.mj_jacSubtreeCom(mj, data, matrix[6:9], limbs.base)
         mujoco.mj_jacBody(mj, data, None, matrix[15:], limbs.pelvis)
         self._used = matrix.take(self._unknowns, axis=1)

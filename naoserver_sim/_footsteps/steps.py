@@ -157,9 +157,13 @@ class _Step:
     """Heading of the foot at the end."""
     begin: Foot
     """The swinging foot at the beginning."""
-    time: float = 0.0
-    usual: complex = 0j
+    ahead: complex
+    """Direction of the foot of support."""
+    usual: complex
     """Where the foot would end in an undisturbed walk."""
+    offset: complex
+    """Capture point less foot at the end of such a walk's step."""
+    time: float = 0.0
     target: complex | None = None
     deviation: float = 0.0
     """Distance in m of the target from its usual place."""
@@ -174,6 +178,7 @@ class Steps:
     def __init__(self, footsteps: Footsteps, locate: Callable[[int], tuple[complex, float]]) -> None:
         self._footsteps = footsteps
         self._locate = locate
+        self._within = tuple(_WITHIN_SOLE * half for half in footsteps.sole_half)
         self._usual = Pendulum(footsteps.frequency, footsteps.double_support, footsteps.step_time)
         self.phase = Phase.STANDING
         self.support = LEFT
@@ -321,7 +326,12 @@ class Steps:
         stride = complex(velocity.forward, velocity.left) * footsteps.step_time
         self._path = Foot(middle + missed * ahead + stride * cmath.rect(1.0, heading), heading)
         stride += missed * footsteps.place_gain * footsteps.step_time
-        self._step = _Step(self._usual, stride, heading, replace(self.feet[1 - support]))
+        swing, then = 1 - support, cmath.rect(1.0, heading)
+        half_width = 0.5j * self._outwards(swing) * footsteps.width
+        usual = foot.place + (half_width + stride) * ahead + half_width * then
+        offset = self._offset(swing, stride) * then
+        begin = replace(self.feet[swing])
+        self._step = _Step(self._usual, stride, heading, begin, ahead, usual, offset)
         self.support = support
         self.phase = Phase.STEPPING
 
@@ -353,16 +363,10 @@ class Steps:
 
     def _swing(self, seconds: float, step: _Step, point: complex) -> None:
         """Choose zero moment point and target, and move the swinging foot."""
-        support = self.feet[self.support]
-        swing = 1 - self.support
-        ahead, then = cmath.rect(1.0, support.heading), cmath.rect(1.0, step.heading)
-        half_width = 0.5j * self._outwards(swing) * self._footsteps.width
-        usual = step.usual = support.place + (half_width + step.stride) * ahead + half_width * then
-        offset = self._offset(swing, step.stride) * then
-        old = step.begin.place
-        planned = step.pendulum.start(usual + offset, step.time, old, support.place)
+        support, ahead, old = self.feet[self.support], step.ahead, step.begin.place
+        planned = step.pendulum.start(step.usual + step.offset, step.time, old, support.place)
         error = self._footsteps.walking_gain * (point - planned) / ahead
-        length, width = (_WITHIN_SOLE * half for half in self._footsteps.sole_half)
+        length, width = self._within
         moved = complex(_limited(error.real, length), _limited(error.imag, width))
         self.steady = abs(error.real) < _STEADY * length and abs(error.imag) < _STEADY * width
         loaded = min(step.time / self._footsteps.double_support, 1.0)
@@ -371,7 +375,8 @@ class Steps:
             # The zero moment point can stay where it is once the support foot bears everything.
             center = self.zmp if loaded == 1.0 else support.place
             end = step.pendulum.end(point, step.time, old, center)
-            wanted, middle = (end - offset - support.place) / ahead, (usual - support.place) / ahead
+            wanted = (end - step.offset - support.place) / ahead
+            middle = (step.usual - support.place) / ahead
             self._aim(seconds, step, wanted, middle, ahead)
         self._move(step)
 

@@ -43,6 +43,8 @@ _ROUNDING: Final = 1e-6  # s
 _STEADY_PERIOD: Final = 0.02
 """Seconds between two plans of the legs of a robot that walks steadily: between them they go on as before."""
 _FOLLOWING: Final = "its legs follow commands with gains"
+_HEADWAY_PERIOD: Final = 0.05 - _ROUNDING
+"""Seconds between two looks at whether it gets on, which takes more than a second."""
 _LOADS_PERIOD: Final = 0.1
 """Seconds between two estimates of the loads of the feet while it balances: they are smoothed more slowly."""
 _RESTING: Final = 0.5
@@ -97,7 +99,9 @@ class FootstepWalker(Locomotion):
         self._arms = ArmSwing(self._setpoints, [limbs.motors[list(arm.joints)] for arm in limbs.arms])
         self._damping = mj.dof_damping[limbs.leg_dofs]
         self._gains, self._biases = mj.actuator_gainprm[:, 0], mj.actuator_biasprm[:, 2]  # with the stiffness
-        self._legs = self._setpoints.setpoints[limbs.leg_motors]  # setpoints of the last tick
+        self._stiff: tuple[Array, str] | None = None  # stiffnesses, and why the legs do not move with them
+        self._seen = self._setpoints.setpoints  # of the last tick
+        self._legs = self._seen[limbs.leg_motors]
         self._still = np.zeros(mj.nv)
         self._stage = _Stage.LOST
         self._rested = 0.0  # seconds for which commanded legs have not moved
@@ -106,7 +110,8 @@ class FootstepWalker(Locomotion):
         self._zmp = 0j  # from then on
         self._pause = 0.0  # seconds until it is balanced again
         self._given = self._legs  # commands to the motors of the legs then
-        self._drift = np.zeros_like(self._legs)  # how they change from then on, in rad/s
+        self._drift = self._no_drift = np.zeros_like(self._legs)  # how they change from then on, in rad/s
+        self._unchecked = 0.0  # seconds since its headway was looked at
         self._restart()
 
     # -- from any thread ---------------------------------------------------------------------------------
@@ -139,22 +144,27 @@ class FootstepWalker(Locomotion):
         if hindrance:
             self._lose(hindrance)
             return
-        stepping = self._steps.phase is Phase.STEPPING
-        velocity = self._footsteps.possible(self._commanded) if stepping else STILL
-        self._check_headway(seconds, velocity, self.odometry())
+        self._unchecked += seconds
+        if self._unchecked >= _HEADWAY_PERIOD:
+            stepping = self._steps.phase is Phase.STEPPING
+            velocity = self._footsteps.possible(self._commanded) if stepping else STILL
+            self._check_headway(self._unchecked, velocity, self.odometry())
+            self._unchecked = 0.0
         if self._stage is _Stage.LOST:
             self._stage = _Stage.HELD
             self.balances = True
             self._zmp = self._estimator.capture_point
-        legs = self._setpoints.setpoints[self._limbs.leg_motors]
-        moved = bool((legs != self._legs).any())
+        setpoints = self._setpoints.setpoints
+        legs = setpoints[self._limbs.leg_motors]
+        moved = setpoints is not self._seen and legs.tolist() != self._legs.tolist()
         if self._stage is _Stage.BALANCED and moved and not self.walking:
             self._stage = _Stage.HELD
         if self._stage is _Stage.HELD:
             self._hold(seconds, legs, moved=moved)
         if self._stage is _Stage.BALANCED:
             self._balance(seconds)
-        self._legs = self._setpoints.setpoints[self._limbs.leg_motors]
+        self._seen = self._setpoints.setpoints
+        self._legs = self._seen[self._limbs.leg_motors]
 
     def abandon(self, why: str = MOVED) -> None:
         """End the walk at once, the legs where they are: the robot fell, or was placed elsewhere."""
@@ -200,13 +210,16 @@ class FootstepWalker(Locomotion):
         if motors.following.size and motors.follows[self._limbs.leg_motors].any():
             return _FOLLOWING
         inertial = self._sensors.inertial()
-        weak = limp(stiffnesses[self._limbs.leg_motors], sentence("its legs are limp"))
+        if self._stiff is None or self._stiff[0] is not stiffnesses:
+            legs = stiffnesses[self._limbs.leg_motors]
+            self._stiff = stiffnesses, limp(legs, sentence("its legs are limp"))
+        _, weak = self._stiff
         if max(abs(inertial.roll), abs(inertial.pitch)) > (_LEANING if weak else TILT):
             return LYING
         if weak:
             return weak
         standing = self._steps.phase is Phase.STANDING
-        if standing and float(self._loads.feet.sum()) < _BORNE * self._loads.weight:
+        if standing and sum(self._loads.feet.tolist()) < _BORNE * self._loads.weight:
             return OFF_ITS_FEET
         return ""
 
@@ -220,7 +233,8 @@ class FootstepWalker(Locomotion):
         self._rested = 0.0
         self._steps.stand()
         motors = self._limbs.leg_motors
-        self._legs = self._setpoints.setpoints[motors]
+        self._seen = self._setpoints.setpoints
+        self._legs = self._seen[motors]
         self._simulator.commands[motors] = self._legs
 
     def _hold(self, seconds: float, legs: Array, *, moved: bool) -> None:
@@ -268,8 +282,8 @@ class FootstepWalker(Locomotion):
         if steps.phase is not Phase.STANDING:
             left, right = steps.feet
             ahead = ((left.place - right.place) * cmath.rect(1.0, -steps.heading)).real
-            swing = 0.5 * self._footsteps.arm_swing * np.array([ahead, -ahead])
-            self._arms.tick(swing, commands, _FASTEST_SWING * seconds)
+            swing = 0.5 * self._footsteps.arm_swing * ahead
+            self._arms.tick((swing, -swing), commands, _FASTEST_SWING * seconds)
         motion.tick(seconds, steps, limbs.commanded(self._setpoints.setpoints), landed=landed)
         heading = steps.feet[steps.support].heading
         bearing = steps.support if steps.on_one_foot else None
@@ -277,7 +291,7 @@ class FootstepWalker(Locomotion):
         self._setpoints.place(limbs.leg_motors, motion.legs, commands)
         given = commands[limbs.leg_motors] + self._offsets(torques, motion.speeds[limbs.leg_dofs])
         commands[limbs.leg_motors] = given
-        self._drift = 0.0 * given
+        self._drift = self._no_drift
         if steps.phase is Phase.STANDING and not motion.returning:
             if abs(point - steps.middle) < _CALM:
                 self._pause = _CALM_PERIOD

@@ -178,8 +178,7 @@ class SensorRecord:
         self._soles = [SoleSensors(sole) for sole in soles if sole.pressure]
         # A step of a heavy robot shakes its trunk within a tick: its gyroscope reports the mean of a tick.
         self._averages = isinstance(body.walk, Footsteps)
-        self._last_attitude = np.full(4, math.nan), 0.0
-        self._turned = np.zeros(3)
+        self._last_attitude: tuple[Sequence[float], float] = (math.nan,) * 4, 0.0
         self._noise = noise
         self._errors = None if noise is None else Errors(noise, random or np.random.default_rng())
         self._samples: deque[Sample] = deque(maxlen=1 + (noise.delay if noise else 0))
@@ -201,16 +200,22 @@ class SensorRecord:
         for _ in tuple(self._samples):
             self.sample(self._samples[-1].time)
 
-    def _mean_turning(self, time: float, values: Sequence[float]) -> list[float]:
+    def _mean_turning(self, time: float, values: Sequence[float]) -> Sequence[float]:
         """Return the mean turning rate in rad/s since the last reading."""
-        attitude = self._measured[self._attitude : self._attitude + 4].copy()
+        attitude = values[self._attitude : self._attitude + 4]
         before, since = self._last_attitude
         self._last_attitude = attitude, time
         if time <= since:
-            return list(values[self._turning : self._turning + 3])
-        mujoco.mju_subQuat(self._turned, attitude, before)
-        rates: list[float] = (self._turned / (time - since)).tolist()
-        return rates
+            return values[self._turning : self._turning + 3]
+        # The turn from one attitude to the other, as a quaternion.
+        (aw, ax, ay, az), (bw, bx, by, bz) = attitude, before
+        w = bw * aw + bx * ax + by * ay + bz * az
+        x = bw * ax - bx * aw - by * az + bz * ay
+        y = bw * ay + bx * az - by * aw - bz * ax
+        z = bw * az - bx * ay + by * ax - bz * aw
+        sine = math.copysign(math.hypot(x, y, z), w)
+        rate = (2.0 * math.atan2(abs(sine), abs(w)) / sine if sine else 2.0) / (time - since)
+        return rate * x, rate * y, rate * z
 
     def _inertial(self, values: Sequence[float], errors: Sequence[float] | None) -> InertialReading:
         w, x, y, z = values[self._attitude : self._attitude + 4]

@@ -344,7 +344,7 @@ class SimulatedWalker(Locomotion):
         angles = controller.tick(seconds, self._velocity, turning, self._loads, shift)
         self._place(np.array(angles))
         # An arm that swings forwards pitches up, which is negative: back when its foot is ahead.
-        swings = np.array([_ARM_SWING * foot.x for foot in controller.gait.feet])
+        swings = [_ARM_SWING * foot.x for foot in controller.gait.feet]
         self._arms.tick(swings, self._simulator.commands)
         if controller.gait.walking:
             self._stage = _Stage.STEPPING

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Final, TypedDict, Unpack
@@ -141,9 +142,9 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
         robot, values = self.robot, np.asarray(action, np.float64)
         if values.shape != self.action_space.shape:
             raise ValueError(f"the action has the shape {values.shape}, not {self.action_space.shape}")
-        if not np.isfinite(values).all():
+        if not math.isfinite(sum(values.tolist())):
             raise ValueError(f"the action {values.tolist()} has a number that is not finite")
-        self._act(robot, np.clip(values, -1.0, 1.0))
+        self._act(robot, np.minimum(np.maximum(values, -1.0), 1.0))
         self._clock.advance(PERIOD)
         self._look()
         reward, ended = self._judge()
@@ -206,7 +207,8 @@ class NaoEnvironment(gymnasium.Env[Array, Array]):
         self._truth = robot.stage.truth()
 
     def _observe(self) -> Array:
-        return np.clip(np.array(self._features(), np.float32), -_LARGEST_NUMBER, _LARGEST_NUMBER)
+        features = np.array(self._features(), np.float32)
+        return np.minimum(np.maximum(features, -_LARGEST_NUMBER), _LARGEST_NUMBER)
 
     def _balance(self) -> list[float]:
         """Return the sensed balance of the body: up (3), turning rate (3), loads of the soles (2).

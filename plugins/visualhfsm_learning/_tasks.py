@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from naoserver.bodies.capabilities import Truth
+from naoserver.bodies.capabilities import Truth, Vector
 from naoserver.bodies.kinematics import kinematics_of
 from naoserver.body import Body
 from naoserver_sim.robot import SimulatedRobot
@@ -77,10 +77,11 @@ class WalkEnvironment(NaoEnvironment):
         self._stance = np.array([commands[place] for place in self._places])
         self._last = np.zeros(len(self._moved))
         self._jerk = 0.0
-        self._moves: deque[Array] = deque(maxlen=round(_STRIDE / PERIOD))
-        self._velocity = np.zeros(3)  # the mean of these
+        self._moves: deque[Vector] = deque(maxlen=round(_STRIDE / PERIOD))
+        self._velocity: Vector = 0.0, 0.0, 0.0  # the mean of these
         drawn = self.np_random.uniform(-1.0, 1.0, 3) * _HIGHEST_VELOCITY
-        self._wanted = three_numbers(options.get("velocity", drawn), "velocity")
+        forward, left, turn = three_numbers(options.get("velocity", drawn), "velocity").tolist()
+        self._wanted: Vector = forward, left, turn
 
     def _act(self, robot: SimulatedRobot, action: NDArray[np.float64]) -> None:
         angles = self._stance + _REACH * action
@@ -92,15 +93,18 @@ class WalkEnvironment(NaoEnvironment):
         if self.fallen or self._truth.torso.position[2] < self._lowest:
             return _FALL, True
         self._moves.append(velocity_of(self._truth))
-        self._velocity = np.array(self._moves).mean(axis=0)
-        forward, left, turn = self._velocity - self._wanted
-        error = math.hypot(forward, left, turn / 4.0)
+        count = len(self._moves)
+        forward, left, turn = (sum(moves) / count for moves in zip(*self._moves, strict=True))
+        self._velocity = forward, left, turn
+        wanted = self._wanted
+        error = math.hypot(forward - wanted[0], left - wanted[1], (turn - wanted[2]) / 4.0)
         return _ON_FEET + math.exp(-((error / _TOLERANCE) ** 2)) - _JERK * self._jerk, False
 
     def _features(self) -> list[float]:
         phase = math.tau * self._joints.time / _STRIDE
+        forward, left, turn = self._wanted
         return [
-            *(self._wanted * (4.0, 10.0, 1.0)).tolist(),
+            *(4.0 * forward, 10.0 * left, turn),
             *self._balance(),
             *(np.array(self._angles()) - self._stance).tolist(),
             *self._speeds(0.1),
@@ -109,16 +113,15 @@ class WalkEnvironment(NaoEnvironment):
         ]
 
     def _info(self) -> dict[str, Any]:
-        moved, wanted = tuple(self._velocity.tolist()), tuple(self._wanted.tolist())
-        return super()._info() | {"velocity": moved, "wanted": wanted}
+        return super()._info() | {"velocity": self._velocity, "wanted": self._wanted}
 
 
-def velocity_of(truth: Truth) -> Array:
+def velocity_of(truth: Truth) -> Vector:
     """Return the velocity of the torso over the floor, in its own frame: forwards, to the left, turn."""
     heading = truth.torso.heading
     cosine, sine = math.cos(heading), math.sin(heading)
     vx, vy, _ = truth.velocity
-    return np.array([cosine * vx + sine * vy, cosine * vy - sine * vx, truth.angular_velocity[2]])
+    return cosine * vx + sine * vy, cosine * vy - sine * vx, truth.angular_velocity[2]
 
 
 def arm_of(body: Body) -> tuple[str, ...]:
@@ -170,8 +173,7 @@ class ReachEnvironment(NaoEnvironment):
     def _judge(self) -> tuple[float, bool]:
         if self.fallen:
             return _FALL, True
-        distance = self._distance()
-        return (_REWARD if distance <= _THERE else 0.0) - distance, False
+        return (_REWARD if self._distance <= _THERE else 0.0) - self._distance, False
 
     def _features(self) -> list[float]:
         hand = self._hand
@@ -184,14 +186,12 @@ class ReachEnvironment(NaoEnvironment):
         ]
 
     def _info(self) -> dict[str, Any]:
-        return super()._info() | {"distance": self._distance(), "is_success": self._distance() <= _THERE}
+        return super()._info() | {"distance": self._distance, "is_success": self._distance <= _THERE}
 
     def _look(self) -> None:
         super()._look()
         self._hand = hand_at(self._body, self._angles())
-
-    def _distance(self) -> float:
-        return float(np.linalg.norm(self._target - self._hand))
+        self._distance = math.dist(self._target.tolist(), self._hand.tolist())
 
 
 def hand_at(body: Body, angles: Sequence[float]) -> Array:

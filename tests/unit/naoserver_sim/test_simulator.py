@@ -6,7 +6,8 @@ import pytest
 
 from naoserver.errors import RobotError
 from naoserver_sim._motors import SetpointController
-from naoserver_sim._simulator import STEPS_PER_TICK, Pacer, SimulationClock, Simulator
+from naoserver_sim._simulator import Pacer, SimulationClock, Simulator
+from naoserver_sim._stepper import STEPS_PER_TICK
 from tests.support.limits import EVENT_LIMIT
 
 pytestmark = pytest.mark.sim
