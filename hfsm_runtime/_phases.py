@@ -52,13 +52,6 @@ UNUSED, OWES_ENTRY, ENTERING, OWES_ARGUMENTS, ENTERED, BEGUN, SETTLED, PAUSED, P
 IDLE, RUNNING, STEPPING, OUTLIVED = CycleStatus
 
 
-def first_phase(state: State) -> Phase:
-    """Return the phase in which an automaton enters a state."""
-    if state.entry is not None:
-        return OWES_ENTRY
-    return after_entry_code(state)
-
-
 def after_entry_code(state: State) -> Phase:
     """Return the phase of an automaton whose entry code has run to its end, or that has none."""
     return ENTERED if state.arguments is None or state.final else OWES_ARGUMENTS

@@ -19,6 +19,7 @@ from ._phases import (
     FINISHED,
     IDLE,
     OUTLIVED,
+    OWES_ENTRY,
     PAUSED,
     PAUSED_AT_CODE,
     RUNNING,
@@ -26,7 +27,7 @@ from ._phases import (
     STEPPING,
     UNUSED,
     Phase,
-    first_phase,
+    after_entry_code,
 )
 from ._timeline import slot_from
 from .errors import UnknownElementError
@@ -444,7 +445,7 @@ class Tree:
         actor.events.refusal = None  # it was for the state that is left
         actor.turn_to(state)
         actor.entered = now
-        actor.phase = first_phase(state)
+        actor.phase = after_entry_code(state) if state.entry is None else OWES_ENTRY
         actor.waited = 0
         actor.since = None
         if actor.guards:

@@ -60,7 +60,7 @@ class TaskClock(VirtualClock):
             self.rest_until(end)
 
     def move_to(self, end: int) -> None:
-        """Do so up to a time in ns; called by who drives the clock."""
+        """Move the time forward to `end` in ns, as `advance` does; called by who drives the clock."""
         while True:
             due = self._agenda[0][0] if self._agenda else NEVER
             wake = self.asleep[0][0] if self.asleep else NEVER
