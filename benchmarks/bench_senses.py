@@ -51,7 +51,7 @@ def cost_of_standing(rounds: int, *, noise: bool) -> tuple[float, float]:
     robot = SimulatedRobot(clock=VirtualClock(), skin=False, noise=noise, seed=1)
     simulator = robot._simulator
     mj, data = robot._model.mj, simulator.data
-    watchers, step = list(simulator.watchers), simulator._step
+    watchers, step = list(simulator.watchers), simulator._stepper.tick
 
     def bare_step() -> None:
         mj.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
@@ -59,12 +59,12 @@ def cost_of_standing(rounds: int, *, noise: bool) -> tuple[float, float]:
 
     def bare() -> None:
         simulator.watchers.clear()
-        simulator._step = bare_step  # type: ignore[method-assign]
+        simulator._stepper.tick = bare_step  # type: ignore[method-assign]
         simulator.advance(TICKS)
 
     def feeling() -> None:
         simulator.watchers[:] = watchers
-        simulator._step = step  # type: ignore[method-assign]
+        simulator._stepper.tick = step  # type: ignore[method-assign]
         simulator.advance(TICKS)
 
     best = least(rounds, {"bare": bare, "feeling": feeling})

@@ -129,6 +129,8 @@ class Actor:
     # The place in it.
     current: State = field(init=False)
     """The state; before it has entered any, the one that it enters first."""
+    below: tuple[Actor, ...] = ()
+    """The automata that the current state owns."""
     phase: Phase = UNUSED
     active_since: int | None = None
     """The time since which all ancestors are in the states that own the chain to here; None for a ghost."""
@@ -153,8 +155,13 @@ class Actor:
     cycle: CycleNotes = field(default_factory=CycleNotes)
 
     def __post_init__(self) -> None:
-        self.current = self.automaton.initial
+        self.turn_to(self.automaton.initial)
         self.move_below(self.parent)
+
+    def turn_to(self, state: State) -> None:
+        """Let a state be the current one."""
+        self.current = state
+        self.below = self.children.get(state.id, ())
 
     def move_below(self, parent: Actor | None) -> None:
         """Let it be below another automaton."""
@@ -190,11 +197,6 @@ class Actor:
     def awake(self) -> bool:
         """Whether the automata below the current state are active."""
         return self.active_since is not None and self.phase >= BEGUN and not self.current.final
-
-    @property
-    def below(self) -> tuple[Actor, ...]:
-        """The automata that the current state owns."""
-        return self.children.get(self.current.id, ())
 
     @property
     def takes(self) -> bool:
@@ -290,6 +292,7 @@ def _grow(automaton: Automaton, parent: Actor | None, owner: State | None) -> It
             yield from grown
         if below:
             actor.children[state.id] = tuple(below)
+    actor.turn_to(actor.current)
 
 
 def make_event(name: str, data: object = None) -> Event:

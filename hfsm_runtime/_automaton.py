@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple, Never
 
 import msgspec
 
@@ -232,30 +232,39 @@ class Automaton:
                 yield from child.tree()
 
     def _check(self) -> None:
-        label = f"automaton {self.id} ({self.name!r})"
-        if len(self._by_id) != len(self.states):
-            raise DefinitionError(f"{label} has two states with one id")
+        by_id = self._by_id
+        if len(by_id) != len(self.states):
+            self._refuse("has two states with one id")
         if sum(state.initial for state in self.states) != 1:
-            raise DefinitionError(f"{label} needs exactly one initial state")
+            self._refuse("needs exactly one initial state")
         if not _positive(self.period):
-            raise DefinitionError(f"{label} has the period {self.period}: it is a positive number of seconds")
+            self._refuse(f"has the period {self.period}: it is a positive number of seconds")
         if self.outputs and (self.get_outputs is None or self.set_outputs is None):
-            raise DefinitionError(f"{label} has outputs, and needs `get_outputs` and `set_outputs`")
+            self._refuse("has outputs, and needs `get_outputs` and `set_outputs`")
         for state in self.states:
-            required = any(given.default is REQUIRED for child in state.children for given in child.inputs)
-            if required and state.arguments is None:
-                raise DefinitionError(f"the state {state.name!r} of {label} passes no inputs to its automata")
+            below = state.children if state.arguments is None else ()
+            if below and any(given.default is REQUIRED for child in below for given in child.inputs):
+                self._refuse("passes no inputs to its automata", f"the state {state.name!r} of ")
         for transition in self.transitions:
-            what = f"transition {transition.id} ({transition.name!r}) of {label}"
-            if not {transition.origin, transition.destination} <= self._by_id.keys():
-                raise DefinitionError(f"{what} joins states that do not exist")
-            triggers = (transition.seconds is not None) + bool(transition.event) + transition.finished
-            if triggers > 1:
-                raise DefinitionError(f"{what} fires by one of a time, an event and the end of the children")
-            if not triggers and transition.guard is None:
-                raise DefinitionError(f"{what} needs a time, an event or a guard")
-            if transition.seconds is not None and not _positive(transition.seconds):
-                raise DefinitionError(f"{what} fires after {transition.seconds} s: it is a positive number")
+            if why := _misfit(transition, by_id):
+                self._refuse(why, f"transition {transition.id} ({transition.name!r}) of ")
+
+    def _refuse(self, why: str, part: str = "") -> Never:
+        raise DefinitionError(f"{part}automaton {self.id} ({self.name!r}) {why}")
+
+
+def _misfit(transition: Transition, states: Mapping[int, State]) -> str:
+    """Return why a transition cannot be one between these states, or nothing."""
+    if transition.origin not in states or transition.destination not in states:
+        return "joins states that do not exist"
+    triggers = (transition.seconds is not None) + bool(transition.event) + transition.finished
+    if triggers > 1:
+        return "fires by one of a time, an event and the end of the children"
+    if not triggers and transition.guard is None:
+        return "needs a time, an event or a guard"
+    if transition.seconds is not None and not _positive(transition.seconds):
+        return f"fires after {transition.seconds} s: it is a positive number"
+    return ""
 
 
 def _exits(leaving: list[Transition]) -> Exits:

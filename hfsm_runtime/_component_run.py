@@ -26,8 +26,9 @@ from .component import Component, equip, make_automata, parameters_of, source_of
 from .errors import OnError, OnRefused, ReloadRefusedError, UnknownElementError, ValueTypeError
 from .observer import Observer
 from .source_map import locate_frame
-from .tree import Actor, ChangeKind, Replaced, Tree
+from .tree import Actor, Replaced, Tree
 
+_NOTHING: Final = nullcontext()
 _HANGS_PERIODS: Final = 10
 """Periods after which the cycle of an automaton with a long period hangs."""
 
@@ -38,8 +39,8 @@ class _RootWatch(Observer):
     def __init__(self, component: ComponentRun) -> None:
         self._component = component
 
-    def changed(self, now: int, actor: Actor, kind: ChangeKind) -> None:  # noqa: ARG002
-        if kind is ChangeKind.FINISHED and actor is self._component.tree.root:
+    def finished(self, actor: Actor) -> None:
+        if actor is self._component.tree.root:
             self._component.request_stop()
 
 
@@ -297,7 +298,7 @@ class ComponentRun:
 
     def action(self, kind: str, **arguments: object) -> AbstractContextManager[None]:  # noqa: ARG002
         """Return the context of what a client, or user code, does to the component; a recording keeps it."""
-        return nullcontext()
+        return _NOTHING
 
     def actor(self, automaton: int) -> Actor:
         """Return an automaton by its id; raises UnknownElementError."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from functools import partial
 from typing import Final, Protocol
 
 from greenlet import GreenletExit
@@ -76,9 +75,9 @@ def run_cycle(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> Non
     """
     if not tree.begin_cycle(actor):
         return
-    cycle = actor.cycle
+    cycle, observers = actor.cycle, tree.observers
     began = cycle.began = supervisor.now()
-    for cycle_began in tree.observers.cycle_began:
+    for cycle_began in observers.cycle_began:
         cycle_began(actor, now)
     try:
         _run_steps(tree, actor, now, supervisor)
@@ -92,14 +91,15 @@ def run_cycle(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> Non
         if actor.phase is ENTERED:  # a state that is current has begun, whatever ended the cycle
             tree.enter(actor, _settled(actor, now, supervisor))
         cycle.count += 1
-        cycle.last = time.perf_counter() - cycle.began_wall
-        cycle.longest = max(cycle.longest, cycle.last)
+        cycle.last = last = time.perf_counter() - cycle.began_wall
+        cycle.longest = max(cycle.longest, last)
         lasted = supervisor.now() - began
-        cycle.overruns += lasted > actor.automaton.interval
+        if lasted > actor.automaton.interval:
+            cycle.overruns += 1
         cycle.last_slot = now
         cycle.began = None
         tree.decide(actor, now + lasted)
-        for cycle_ended in tree.observers.cycle_ended:
+        for cycle_ended in observers.cycle_ended:
             cycle_ended(actor, now)
         tree.end_cycle(actor)
 
@@ -142,9 +142,9 @@ def _run_steps(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> No
     runs_on, state = actor.on_duty, actor.current
     if runs_on and not state.final and state.code is not None:
         tree.decide(actor, now)  # nobody has to wait for the code, but who takes its outputs
-        _call(tree, actor, state.code, supervisor)
+        _call(tree, actor, supervisor, state.code)
     if actor.hands_up:
-        outputs = _call(tree, actor, lambda: outputs_of(actor.automaton, _latest_code(actor)), supervisor)
+        outputs = _call(tree, actor, supervisor, outputs_of, actor.automaton, _latest_code(actor))
         if isinstance(outputs, dict):
             tree.hand_up(actor, outputs)
     if runs_on and actor.current.final:
@@ -169,7 +169,7 @@ def _first_that_holds(tree: Tree, actor: Actor, now: int, supervisor: Supervisor
         actor.forced = actor.events.tried = None
         if forced.origin == actor.current.id:
             return forced
-    transitions = actor.automaton.outgoing(actor.current)
+    transitions = actor.automaton.exits[actor.current.id].transitions
     while True:
         event = actor.events.tried = tree.next_event(actor, now)
         for transition in transitions:
@@ -184,18 +184,19 @@ def _first_that_holds(tree: Tree, actor: Actor, now: int, supervisor: Supervisor
 
 
 def _holds(tree: Tree, actor: Actor, transition: Transition, now: int, supervisor: Supervisor) -> bool:
-    if transition.delay is not None:
+    if transition.event:
+        event = actor.events.tried
+        triggered = event is not None and transition.event == event.name
+    elif transition.delay is not None:
         triggered = actor.active_time(now) >= transition.delay
-    elif transition.event:
-        triggered = actor.events.tried is not None and transition.event == actor.events.tried.name
     elif transition.finished:
         triggered = actor.below_finished
     else:
         triggered = True
-    if not triggered or transition.guard is None:
+    guard = transition.guard
+    if not triggered or guard is None:
         return triggered
-    guard = _bound(actor, transition, transition.guard)
-    value = _call(tree, actor, lambda: bool(guard()), supervisor) is True  # bool() may fail, too
+    value = _call(tree, actor, supervisor, _is_true, guard, *_argument(actor, transition)) is True
     actor.guards[transition.id] = value, now
     for guard_evaluated in tree.observers.guard_evaluated:
         guard_evaluated(actor, transition, value, now)
@@ -225,7 +226,7 @@ def _fire(tree: Tree, actor: Actor, transition: Transition, now: int, supervisor
     if not changed:
         return False
     if transition.code is not None:
-        _call(tree, actor, _bound(actor, transition, transition.code), supervisor)
+        _call(tree, actor, supervisor, transition.code, *_argument(actor, transition))
     _enter(tree, actor, now, supervisor)
     return actor.on_duty
 
@@ -243,7 +244,7 @@ def _run_exit_code(tree: Tree, actor: Actor, supervisor: Supervisor) -> None:
             if left.owed:  # it does not run, since the entry is not complete
                 supervisor.left_early(left, state.exit)
             else:
-                _call(tree, left, partial(_exit, left, state.exit, supervisor), supervisor)
+                _call(tree, left, supervisor, _exit, left, state.exit, supervisor)
         except BaseException as end:  # noqa: BLE001 - raised below
             ends.append(end)
     if ends:
@@ -276,11 +277,11 @@ def _enter(tree: Tree, actor: Actor, now: int, supervisor: Supervisor) -> None:
     if actor.phase <= ENTERING:
         if state.entry is not None:  # a reload may have taken it away
             tree.reach(actor, ENTERING)
-            _call(tree, actor, state.entry, supervisor)
+            _call(tree, actor, supervisor, state.entry)
         tree.reach(actor, after_entry_code(state))
     arguments = state.arguments
     if arguments is not None and actor.phase is Phase.OWES_ARGUMENTS:
-        _call(tree, actor, lambda: hand_over(state, arguments()), supervisor)
+        _call(tree, actor, supervisor, lambda: hand_over(state, arguments()))
     tree.enter(actor, _settled(actor, now, supervisor))
 
 
@@ -305,20 +306,26 @@ def _left_for_good(actor: Actor) -> list[tuple[Actor, State]]:
     return left
 
 
-def _bound(actor: Actor, transition: Transition, code: Callable[..., object]) -> Callable[[], object]:
-    """Return a transition's guard or code as a function without parameters."""
+def _argument(actor: Actor, transition: Transition) -> tuple[Event, ...]:
+    """Return what the guard and the code of a transition take: the event if it has one."""
     if not transition.event:
-        return code
+        return ()
     event = actor.events.tried
     if event is None or event.name != transition.event:  # it was forced
         event = Event(transition.event)
-    return lambda: code(event)
+    return (event,)
 
 
-def _call(tree: Tree, actor: Actor, code: Callable[[], object], supervisor: Supervisor) -> object:
+def _is_true(guard: Callable[..., object], *event: Event) -> bool:
+    return bool(guard(*event))  # which may fail, too
+
+
+def _call(
+    tree: Tree, actor: Actor, supervisor: Supervisor, code: Callable[..., object], *arguments: object
+) -> object:
     """Return the result of a piece of user code, or None when it failed and the cycle continues."""
     try:
-        return code()
+        return code(*arguments)
     except Exception as error:  # noqa: BLE001 - user code may raise anything; the supervisor reports it
         if supervisor.heard(actor, error):
             return None
@@ -333,7 +340,7 @@ def _take_results(tree: Tree, actor: Actor, supervisor: Supervisor) -> None:
     results = actor.current.results
     if results is not None and actor.awake:
         outputs = tree.outputs_below(actor)
-        _call(tree, actor, lambda: results(outputs), supervisor)
+        _call(tree, actor, supervisor, results, outputs)
 
 
 def outputs_of(automaton: Automaton, code: Iterable[Callable[..., object]]) -> dict[str, object]:

@@ -236,7 +236,7 @@ def parameters_of(component: Component | type[Component]) -> dict[str, Parameter
 
 def _declared(component: Component | type[Component], kind: type[_D]) -> dict[str, _D]:
     owner = component if isinstance(component, type) else type(component)
-    bases = reversed(owner.__mro__)
+    bases = [base for base in reversed(owner.__mro__) if base not in Component.__mro__]  # which has none
     return {name: value for base in bases for name, value in vars(base).items() if isinstance(value, kind)}
 
 

@@ -40,8 +40,9 @@ class Coroutine:
     def go(self, answer: Any = None) -> None:  # noqa: ANN401 - whatever it waits for
         """Let the code run, with the answer that it waits for; raises what the code raises."""
         self.want = None
-        self._greenlet.parent = getcurrent()
-        self._greenlet.switch(answer)
+        code = self._greenlet
+        code.parent = getcurrent()
+        code.switch(answer)
 
     def wait(self, want: Any = None) -> Any:  # noqa: ANN401 - whatever it waits for
         """Wait for the answer from `go`; called by the code."""

@@ -39,6 +39,9 @@ class Observer:
     def changed(self, now: int, actor: Actor, kind: ChangeKind) -> None:
         """An automaton entered a state, became a ghost, resumed or finished; called under the tree's lock."""
 
+    def finished(self, actor: Actor) -> None:
+        """An automaton has finished, as `changed` says, too; called under the tree's lock."""
+
     def event_sent(self, event: Event, now: int) -> None:
         """An event was sent; called under the tree's lock."""
 
@@ -65,9 +68,8 @@ class Observers:
     def append(self, observer: Observer) -> None:
         """Notify an observer, too, after those so far."""
         for hook, empty in _HOOKS.items():
-            method = getattr(observer, hook)
-            if getattr(method, "__func__", None) is not empty:
-                setattr(self, hook, (*getattr(self, hook), method))
+            if getattr(type(observer), hook) is not empty:
+                setattr(self, hook, (*getattr(self, hook), getattr(observer, hook)))
 
 
 _HOOKS: Final = {name: method for name, method in vars(Observer).items() if not name.startswith("_")}

@@ -20,9 +20,11 @@ from ._phases import (
     IDLE,
     OUTLIVED,
     PAUSED,
+    PAUSED_AT_CODE,
     RUNNING,
     SETTLED,
     STEPPING,
+    UNUSED,
     Phase,
     first_phase,
 )
@@ -56,6 +58,8 @@ class Tree:
         """The number of threads that wait for the end of a cycle."""
         self.actors: tuple[Actor, ...] = grow(root)
         """All automata, each before its children."""
+        self._takers = _takers_of(self.actors)
+        """The automata that have a transition for an event, by its name."""
         self._by_id = {actor.automaton.id: actor for actor in self.actors}
 
     @property
@@ -82,10 +86,10 @@ class Tree:
             known = ", ".join(f"{each.id} ({each.name})" for each in actor.automaton.states)
             what = f"automaton {automaton} has no state {state} to begin at: there are {known}"
             raise UnknownElementError(what) from None
-        actor.current = first
+        actor.turn_to(first)
         for each in actor.chain():
             if each.parent is not None and each.owner is not None:
-                each.parent.current = each.owner
+                each.parent.turn_to(each.owner)
 
     def start(self, now: int) -> None:
         """Enter the initial states: the timers of all that is active begin to count."""
@@ -97,9 +101,8 @@ class Tree:
         with self.lock:
             for event_sent in self.observers.event_sent:
                 event_sent(event, now)
-            name = event.name
-            for actor in self.actors:
-                if name in actor.automaton.events and actor.active and not actor.finished:
+            for actor in self._takers.get(event.name, ()):
+                if actor.active_since is not None and actor.phase is not FINISHED:
                     if len(actor.events.waiting) >= CAPACITY:
                         self._drop(actor, DropReason.OVERFLOW, now)
                     actor.events.waiting.append(event)
@@ -208,6 +211,8 @@ class Tree:
 
         Returns false, and changes nothing, if the automaton itself has become a ghost in the meantime.
         """
+        if not actor.below:
+            return actor.on_duty
         with self.lock:
             if not actor.on_duty:
                 return False
@@ -262,6 +267,8 @@ class Tree:
             if actor.on_duty and not actor.finished:
                 self.reach(actor, FINISHED)
                 self._changed(now, actor, ChangeKind.FINISHED)
+                for finished in self.observers.finished:
+                    finished(actor)
                 self._drop_all(actor, DropReason.FINISHED, now)
 
     def hand_up(self, actor: Actor, outputs: Mapping[str, object]) -> None:
@@ -322,13 +329,15 @@ class Tree:
                 state: tuple(at[child.automaton.id] for child in children)
                 for state, children in new.children.items()
             }
-            if actor is not new:
+            if actor is new:
+                actor.turn_to(actor.current)
+            else:
                 if actor.automaton.interval != new.automaton.interval:
                     actor.cycle.next_slot = slot_from(now, new.automaton.interval)
                 left = self._adopt(actor, new.automaton)
                 if left is not None:
                     displaced.append((actor, left))
-        self.actors, self._by_id = actors, at
+        self.actors, self._by_id, self._takers = actors, at, _takers_of(actors)
         restarted = {actor for actor, _ in displaced}
         for actor in actors:
             above = actor.parent
@@ -349,11 +358,11 @@ class Tree:
 
     def _begin(self, actor: Actor, now: int) -> None:
         """Activate an automaton below a state that was entered."""
-        if actor.active:
+        if actor.active_since is not None:
             return
-        if actor.phase is Phase.UNUSED:
+        if actor.phase is UNUSED:
             first: State | None = actor.current
-        elif actor.finished or (actor.owner is not None and actor.owner.restart):
+        elif actor.phase is FINISHED or (actor.owner is not None and actor.owner.restart):
             first = actor.automaton.initial
         else:
             first = None
@@ -364,9 +373,10 @@ class Tree:
     def _activate(self, actor: Actor, now: int, first: State | None = None) -> None:
         """Let an automaton start in a `first` state, or go on where it was."""
         actor.active_since = now
-        if actor.in_cycle:
-            actor.cycle.status = OUTLIVED
-        actor.cycle.next_slot = max(actor.cycle.next_slot, slot_from(now, actor.automaton.interval))
+        cycle = actor.cycle
+        if cycle.status is not IDLE:
+            cycle.status = OUTLIVED
+        cycle.next_slot = max(cycle.next_slot, slot_from(now, actor.automaton.interval))
         if first is None:
             self._changed(now, actor, ChangeKind.RESUMED)
         else:
@@ -385,8 +395,8 @@ class Tree:
         begins = actor.phase is ENTERED
         if begins:
             actor.phase = BEGUN
-        elif actor.phase in (PAUSED, Phase.PAUSED_AT_CODE):
-            actor.phase = Phase.SETTLED
+        elif actor.phase is PAUSED or actor.phase is PAUSED_AT_CODE:
+            actor.phase = SETTLED
         if actor.current.final:
             return
         for child in actor.below:
@@ -394,10 +404,10 @@ class Tree:
                 self._begin(child, now)
             elif not child.active:
                 # A reload may have added it, or taken its state away, while this one was a ghost.
-                self._activate(child, now, child.current if child.phase is Phase.UNUSED else None)
+                self._activate(child, now, child.current if child.phase is UNUSED else None)
 
     def _deactivate(self, actor: Actor, now: int) -> None:
-        if not actor.active:
+        if actor.active_since is None:
             return
         for child in actor.below:
             self._deactivate(child, now)
@@ -408,7 +418,8 @@ class Tree:
         if actor.cycle.followers:
             actor.cycle.release_followers()
         self._changed(now, actor, ChangeKind.GHOST)
-        self._drop_all(actor, DropReason.GHOST, now)
+        if actor.events.waiting:
+            self._drop_all(actor, DropReason.GHOST, now)
 
     def _drop_all(self, actor: Actor, reason: DropReason, now: int) -> None:
         while actor.events.waiting:
@@ -425,18 +436,21 @@ class Tree:
     @staticmethod
     def _begin_outputs(actor: Actor) -> None:
         """Let the outputs of an automaton that starts have their defaults, which its first cycle sets."""
-        first = actor.outputs.latest = actor.automaton.first_outputs()
-        actor.outputs.unset = bool(first)
+        actor.outputs.unset = bool(actor.automaton.outputs)
+        if actor.outputs.unset:
+            actor.outputs.latest = actor.automaton.first_outputs()
 
     def _set(self, actor: Actor, state: State, now: int) -> None:
         actor.events.refusal = None  # it was for the state that is left
-        actor.current = state
+        actor.turn_to(state)
         actor.entered = now
         actor.phase = first_phase(state)
         actor.waited = 0
         actor.since = None
-        actor.guards = {}
-        self._changed(now, actor, ChangeKind.ENTERED)
+        if actor.guards:
+            actor.guards = {}
+        for changed in self.observers.changed:
+            changed(now, actor, ChangeKind.ENTERED)
 
     @staticmethod
     def _adopt(actor: Actor, automaton: Automaton) -> State | None:
@@ -455,14 +469,14 @@ class Tree:
         if actor.last_transition not in known:
             actor.last_transition = 0
         actor.guards = {}
-        unused = actor.phase is Phase.UNUSED
+        unused = actor.phase is UNUSED
         found = None if unused and left is former.initial else _counterpart(left, automaton)
-        actor.current = found or automaton.initial
+        actor.turn_to(found or automaton.initial)
         if found is not None and not unused:
             if actor.phase is FINISHED and not found.final:
-                actor.phase = Phase.SETTLED
+                actor.phase = SETTLED
             return None
-        actor.phase = Phase.UNUSED
+        actor.phase = UNUSED
         actor.last_transition = 0
         actor.waited = 0
         actor.forced = None
@@ -471,6 +485,14 @@ class Tree:
     def _changed(self, now: int, actor: Actor, kind: ChangeKind) -> None:
         for changed in self.observers.changed:
             changed(now, actor, kind)
+
+
+def _takers_of(actors: tuple[Actor, ...]) -> dict[str, list[Actor]]:
+    takers: dict[str, list[Actor]] = {}
+    for actor in actors:
+        for name in actor.automaton.events:
+            takers.setdefault(name, []).append(actor)
+    return takers
 
 
 def _waits_for_refusal(actor: Actor) -> bool:

@@ -106,7 +106,7 @@ def pytest_collection() -> Generator[None, object, object]:
     try:
         return (yield)
     finally:
-        gc.freeze()
+        _memory.keep_the_collected()
         gc.set_threshold(NEW_OBJECTS)
         gc.enable()
 

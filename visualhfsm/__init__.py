@@ -98,6 +98,8 @@ if TYPE_CHECKING:
     from .project._editing.shelf import ReadyState as ReadyState
     from .project._project import Entry as Entry
     from .project._project import Project as Project
+    from .project._verdict import Reason as Reason
+    from .project._verdict import Verdict as Verdict
     from .project._version import Version as Version
 
 # Every command begins with this package: it loads nothing that is not used.

@@ -25,6 +25,8 @@ _TIME_FUNCTIONS: Final = (
 )  # fmt: skip
 """The functions of the module `time` that are intercepted."""
 
+_NAMES: Final = {id(getattr(time, name)): name for name in _TIME_FUNCTIONS} | {id(time): ""}
+"""The names of what is intercepted, by the identity of the genuine objects; none for the module."""
 
 Genuine = list[tuple[dict[str, Any], str, object]]
 """Objects that something else replaces, each with its namespace and its name there."""
@@ -83,10 +85,9 @@ class InterceptedTime:
 
     def __init__(self, ask: Ask) -> None:
         self._ask: Final = ask
-        self._names: Final = {id(getattr(time, name)): name for name in _TIME_FUNCTIONS} | {id(time): ""}
-        """The names of what is replaced, by the identity of the genuine objects; none for the module."""
         self._component: type | None = None
-        self._modules: list[dict[str, Any]] = []
+        self._modules: list[tuple[dict[str, Any], dict[str, Any] | None]] = []
+        """The namespaces of its modules, each with its own builtins if it has any."""
 
     @cached_property
     def _module(self) -> ModuleType:
@@ -114,14 +115,13 @@ class InterceptedTime:
         genuine: Genuine = []
         if component is not self._component:
             self._component, self._modules = component, _modules(component)
-        for module in self._modules:
-            if not self._names.keys().isdisjoint(map(id, module.values())):
+        for module, own in self._modules:
+            if not _NAMES.keys().isdisjoint(map(id, module.values())):
                 for name, value in list(module.items()):
-                    if id(value) in self._names:
+                    if id(value) in _NAMES:
                         genuine.append((module, name, value))
-                        module[name] = vars(self._module).get(self._names[id(value)], self._module)
-            own = module.get("__builtins__")
-            if isinstance(own, dict) and own is not vars(builtins):
+                        module[name] = vars(self._module).get(_NAMES[id(value)], self._module)
+            if own is not None:
                 genuine.append((own, "__import__", own["__import__"]))
                 own["__import__"] = self._import
         return genuine
@@ -169,11 +169,19 @@ class TimeModule:
         return round(now * 1e9) if name.endswith("_ns") else now
 
 
-def _modules(component: type) -> list[dict[str, Any]]:
-    """Return the namespaces of the modules of a component and of its extension, which is one of its bases."""
+def _modules(component: type) -> list[tuple[dict[str, Any], dict[str, Any] | None]]:
+    """Return the namespaces of the modules of a component and of its extension, which is one of its bases.
+
+    With each come the builtins that it has for itself.
+    """
     names = {component.__module__: None}
     names.update((base.__module__, None) for base in component.__bases__ if base not in Component.__mro__)
-    return [vars(sys.modules[name]) for name in names if name in sys.modules]
+    found = [vars(sys.modules[name]) for name in names if name in sys.modules]
+    builtin = [module.get("__builtins__") for module in found]
+    return [
+        (module, own if isinstance(own, dict) and own is not vars(builtins) else None)
+        for module, own in zip(found, builtin, strict=True)
+    ]
 
 
 def _intercepted(name: str, function: Callable[..., Any], ask: Ask) -> Callable[..., Any]:

@@ -9,12 +9,14 @@ from typing import Any, Final
 
 import msgspec
 
-from .._automaton import Event, Transition
+from .._automaton import Automaton, Event, State, Transition
 from ..coroutine import current_coroutine
 from ..errors import describe
 from ..observer import Observer
 from ..tree import Actor, ChangeKind, DropReason
 
+_Firing = tuple[float, Automaton, State, Transition]
+"""A transition that fired at a time in s, and its origin; a `Fired` when somebody looks."""
 _SECOND: Final = 1_000_000_000
 _LONGEST_LINE: Final = 200  # characters
 
@@ -71,7 +73,7 @@ class Journal(Observer):
         self._now = now
         self._calls: deque[Call] = deque(maxlen=kept)
         self._firing: Actor | None = None
-        self.fired_transitions: deque[Fired] = deque(maxlen=kept)
+        self._fired: deque[_Firing] = deque(maxlen=kept)
         self._lines: deque[tuple[float, int, Callable[..., str], tuple[object, ...]]] = deque(maxlen=kept)
         """The time in s, the depth of the automaton, and a function that returns the text of these parts.
 
@@ -82,20 +84,17 @@ class Journal(Observer):
 
     def fired(self, actor: Actor, transition: Transition, at: int) -> None:
         """Write down a transition."""
-        automaton = actor.automaton
-        destination = automaton.state(transition.destination).name
-        time, origin = at / _SECOND, actor.current.name
-        fired = Fired(time, automaton.name, transition.name, transition.id, origin, destination)
-        self.fired_transitions.append(fired)
+        firing = at / _SECOND, actor.automaton, actor.current, transition
+        self._fired.append(firing)
         self._firing = actor
-        self._write(time, actor.depth, _firing, fired, transition)
+        self._write(firing[0], actor.depth, _firing, firing)
 
     def changed(self, now: int, actor: Actor, kind: ChangeKind) -> None:
         """Write down a change that no transition of the automaton itself reported."""
         if kind is ChangeKind.ENTERED and self._firing is actor:
             self._firing = None  # `fired` has written it down
         else:
-            self._write(now / _SECOND, actor.depth, _change, actor.automaton.name, kind, actor.current.name)
+            self._write(now / _SECOND, actor.depth, _change, actor.automaton, kind, actor.current)
 
     def event_sent(self, event: Event, now: int) -> None:
         """Write down an event."""
@@ -121,6 +120,12 @@ class Journal(Observer):
         actor: Actor | None = None if code is None else code.actor
         place = ("", "") if actor is None else (actor.automaton.name, actor.current.name)
         self._calls.append(Call(self._now(), target, arguments, result, error, *place))
+
+    @property
+    def fired_transitions(self) -> list[Fired]:
+        """The transitions that fired."""
+        made = tuple(self._fired)  # which a paced execution may extend meanwhile
+        return [_fired(*each) for each in made]
 
     def calls(self, target: str = "") -> list[Call]:
         """Return the calls of an operation (`Head.setPose`) or of a servant (`Head`), or all."""
@@ -163,13 +168,19 @@ _VERBS: Final = {
 }
 
 
-def _firing(fired: Fired, transition: Transition) -> str:
+def _fired(time: float, automaton: Automaton, origin: State, transition: Transition) -> Fired:
+    destination = automaton.state(transition.destination).name
+    return Fired(time, automaton.name, transition.name, transition.id, origin.name, destination)
+
+
+def _firing(firing: _Firing) -> str:
+    fired, transition = _fired(*firing), firing[-1]
     name = fired.transition or f"transition {fired.id}"
     return f"{fired.automaton}: {fired.origin} -> {fired.destination}  by {name}{_why(transition)}"
 
 
-def _change(automaton: str, kind: ChangeKind, state: str) -> str:
-    return f"{automaton}: {_VERBS[kind]} {state}"
+def _change(automaton: Automaton, kind: ChangeKind, state: State) -> str:
+    return f"{automaton.name}: {_VERBS[kind]} {state.name}"
 
 
 def _why(transition: Transition) -> str:

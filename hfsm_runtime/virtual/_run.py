@@ -12,14 +12,14 @@ import heapq
 import logging
 import threading
 from collections import deque
-from collections.abc import Callable, Iterable, MutableSequence
+from collections.abc import Callable, Iterable
 from functools import partial
 from typing import Any, Final, NamedTuple, Protocol, cast
 from weakref import ref
 
 from zenoh_ice.threads.clock import Clock
 
-from .._automaton import Automaton
+from .._automaton import Automaton, State
 from .._component_run import ComponentRun
 from .._cycle import run_cycle, skip_cycle
 from .._limits import LIMITS, RuntimeLimits
@@ -61,10 +61,16 @@ class AdvancedClock(Clock, Protocol):
 
 class _Tracer(Observer):
     def __init__(self, kept: int | None) -> None:
-        self.changes: MutableSequence[Change] = [] if kept is None else deque(maxlen=kept)
+        self._changes = deque[tuple[int, Automaton, State, ChangeKind]](maxlen=kept)
+        """Nobody reads most of them."""
 
     def changed(self, now: int, actor: Actor, kind: ChangeKind) -> None:
-        self.changes.append(Change(now / SECOND, actor.automaton.name, actor.current.name, kind))
+        self._changes.append((now, actor.automaton, actor.current, kind))
+
+    @property
+    def trace(self) -> list[Change]:
+        made = tuple(self._changes)  # which a paced execution may extend meanwhile
+        return [Change(at / SECOND, automaton.name, state.name, kind) for at, automaton, state, kind in made]
 
 
 class _Cycles(Coroutine):
@@ -85,15 +91,17 @@ class _Cycles(Coroutine):
 
     def begin(self, at: int) -> None:
         """Let a cycle run, which belongs to a component time in ns, until it sleeps or ends."""
-        self._at, self.reports = at, 0
+        self._at = at
+        self.reports = 0
         self._virtual.cycles[self.actor] = self
         self.go()
 
     def go(self, answer: Any = None) -> None:  # noqa: ANN401 - of `Coroutine`
         """Let the cycle run; while it does, and when it has failed, it is the running one."""
         virtual = self._virtual
-        before, virtual.running = virtual.running, self.actor
-        super().go(answer)
+        before = virtual.running
+        virtual.running = self.actor
+        Coroutine.go(self, answer)
         virtual.running = before
 
     def close(self, error: type[BaseException]) -> None:
@@ -103,10 +111,11 @@ class _Cycles(Coroutine):
 
     def run_one(self) -> None:
         """Run the cycle that has begun."""
+        virtual, actor = self._virtual, self.actor
         try:
-            self._virtual.run_cycle(self.actor, self._at)
+            virtual.run_cycle(actor, self._at)
         finally:
-            self._virtual.cycles.pop(self.actor, None)
+            virtual.cycles.pop(actor, None)
 
 
 def _run_cycles(reference: Callable[[], _Cycles | None]) -> None:
@@ -198,10 +207,9 @@ class VirtualRun(ComponentRun):
             ordered=tree is None,
             limits=limits,
         )
-        tracer = _Tracer(kept)
-        for each in (tracer, *observers):
+        self._tracer = _Tracer(kept)
+        for each in (self._tracer, *observers):
             self.tree.observers.append(each)
-        self.trace = tracer.changes
         self._due: list[tuple[int, int, Actor]] = [
             (0, index, actor) for index, actor in enumerate(self.tree.actors)
         ]
@@ -212,6 +220,11 @@ class VirtualRun(ComponentRun):
     def time(self) -> float:
         """The component time in s."""
         return self.component_time.now() / SECOND
+
+    @property
+    def trace(self) -> list[Change]:
+        """Every change since the start, or the newest ones that are kept."""
+        return self._tracer.trace
 
     @property
     def active(self) -> str:
@@ -254,29 +267,30 @@ class VirtualRun(ComponentRun):
         """
         self._driver = threading.get_ident()
         end = self.component_time.now() + round(seconds * SECOND)
-        had_ended = self.ended.is_set()
-        while not self.ended.is_set():
+        ended, clock = self.ended, self._task_clock
+        had_ended = ended.is_set()
+        while not ended.is_set():
             if self._woken:
                 self.end_sleeps()
             if self.refusal is not None:
                 end -= self._sit_out(end - self.component_time.now())
-                self._task_clock.wake_due()
+                clock.wake_due()
                 if self.refusal is not None:
                     return
             elif self.component_time.paused:
                 return
             due = self._due[0][0] if self._due else NEVER
-            moment = min(due, self._next_wake())
-            if moment > end:
+            wake = self._next_wake() if clock.asleep else NEVER
+            if due > end and wake > end:
                 break
-            now = self._move_to(moment)
-            if due <= moment:
-                self._run_next(now)
+            if due <= wake:
+                self._run_next(self._move_to(due))
             else:
-                self._task_clock.advance(0.0)
-                self._task_clock.wake_due()
+                self._move_to(wake)
+                clock.advance(0.0)
+                clock.wake_due()
                 self._let_late_ones_begin()
-        if self.ended.is_set():
+        if ended.is_set():
             self.end_cycles()
             if not had_ended:
                 self._on_end()
@@ -321,39 +335,41 @@ class VirtualRun(ComponentRun):
         """Return the states that an automaton has entered, the initial one included, each with its time."""
         return [
             (change.time, change.state)
-            for change in tuple(self.trace)  # which a paced execution may extend meanwhile
+            for change in self.trace
             if change.automaton == automaton and change.kind is ChangeKind.ENTERED
         ]
 
     def _next_wake(self) -> int:
         """Return the component time in ns at which code that sleeps goes on; `NEVER` if none does."""
-        wake = self._task_clock.next_wake
-        if wake == NEVER:
+        clock = self._task_clock
+        if not clock.asleep:
             return NEVER
-        return self.component_time.now() + max(0, wake - self._task_clock.moment)
+        return self.component_time.now() + max(0, clock.asleep[0][0] - clock.moment)
 
     def _run_next(self, now: int) -> None:
         """Run the next cycle that is due and does anything, unless the automaton has to wait."""
-        schedule = self._due
-        while not (self.cycles or self._followers):
+        schedule, tree = self._due, self.tree
+        alone = not (self.cycles or self._followers)
+        while True:
             due, index, actor = schedule[0]
             if due > now:
                 return
             interval = actor.automaton.interval
-            at = slot_at(now, interval)
-            if not skip_cycle(self.tree, actor, at, self._supervision):
+            slot = slot_at(now, interval)
+            if not (alone and skip_cycle(tree, actor, slot, self._supervision)):
                 break
-            heapq.heapreplace(schedule, (at + interval, index, actor))
-        due, index, actor = heapq.heappop(schedule)
-        self._followers.discard(actor)
-        slot = slot_at(now, actor.automaton.interval)
+            heapq.heapreplace(schedule, (slot + interval, index, actor))
+        heapq.heappop(schedule)
+        if self._followers:
+            self._followers.discard(actor)
         turn: int | Actor = slot
-        following = slot + actor.automaton.interval
+        following = slot + interval
         try:
-            if actor in self.cycles:
-                return
-            if self.cycles and actor.active and not actor.finished and actor.cycle.next_slot <= now:
-                turn = turn_of(actor, now, now)
+            if self.cycles:
+                if actor in self.cycles:
+                    return
+                if actor.active and not actor.finished and actor.cycle.next_slot <= now:
+                    turn = turn_of(actor, now, now)
             if isinstance(turn, int):
                 try:
                     self._begin(actor, turn)
@@ -463,7 +479,8 @@ class VirtualRun(ComponentRun):
         now = self.component_time.now()
         if now >= when:
             return now
-        self.clock.advance((when - now) / SECOND)
+        clock = self._task_clock
+        clock.move_to(clock.moment + when - now)
         return self.component_time.now()
 
     def _pause_after(self, refusal: Refusal) -> None:

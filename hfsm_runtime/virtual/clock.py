@@ -40,12 +40,8 @@ class TaskClock(VirtualClock):
 
     def __init__(self) -> None:
         super().__init__()
-        self._asleep: list[tuple[int, int, Coroutine]] = []
-
-    @property
-    def next_wake(self) -> int:
-        """When the next of the code that sleeps goes on, in ns; `NEVER` if none does."""
-        return self._asleep[0][0] if self._asleep else NEVER
+        self.asleep: list[tuple[int, int, Coroutine]] = []
+        """The code that sleeps, a heap: when it goes on in ns, a number in its order, and the code."""
 
     def call_at(self, when: float, task: Callable[[], None]) -> None:
         """Run a task once at a time in s, or at the next advance if that time has passed."""
@@ -56,19 +52,22 @@ class TaskClock(VirtualClock):
 
         Code whose sleep ends before that goes on, too.
         """
-        if seconds < 0:
-            raise ValueError(f"a clock does not run backwards: advance({seconds})")
-        end = self.moment + round(seconds * _NANOSECONDS)
-        if current_coroutine() is not None:
-            while self.moment < end:
-                self.rest_until(end)
+        if seconds < 0 or current_coroutine() is None:
+            super().advance(seconds)
             return
+        end = self.moment + round(seconds * _NANOSECONDS)
+        while self.moment < end:
+            self.rest_until(end)
+
+    def move_to(self, end: int) -> None:
+        """Do so up to a time in ns; called by who drives the clock."""
         while True:
             due = self._agenda[0][0] if self._agenda else NEVER
-            if due <= min(end, self.next_wake):
+            wake = self.asleep[0][0] if self.asleep else NEVER
+            if due <= end and due <= wake:
                 self._call_next()  # which may advance the time, even beyond the end
-            elif self.next_wake < end:
-                self._pass(self.next_wake)
+            elif wake < end:
+                self._pass(wake)
                 self.wake_due()
             else:
                 break
@@ -78,24 +77,24 @@ class TaskClock(VirtualClock):
         """Let other code run until a time in ns, or until `wake`; called by a `Coroutine`."""
         code = current_coroutine()
         assert code is not None
-        heapq.heappush(self._asleep, (when, next(self._numbers), code))
+        heapq.heappush(self.asleep, (when, next(self._numbers), code))
         code.wait()
 
     def wake(self, code: Coroutine) -> None:
         """Let code that sleeps go on now."""
-        self._asleep = [each for each in self._asleep if each[2] is not code]
-        heapq.heapify(self._asleep)
+        self.asleep = [each for each in self.asleep if each[2] is not code]
+        heapq.heapify(self.asleep)
         code.go()
 
     def wake_due(self) -> None:
         """Let all code go on whose sleep has ended, but what sleeps again meanwhile."""
         number = next(self._numbers)
-        while self._asleep and self._asleep[0][:2] < (self.moment, number):
-            heapq.heappop(self._asleep)[2].go()
+        while self.asleep and self.asleep[0][:2] < (self.moment, number):
+            heapq.heappop(self.asleep)[2].go()
 
     def end_sleepers(self, error: type[BaseException]) -> None:
         """End all code that sleeps, by an exception where it does."""
-        asleep, self._asleep = self._asleep, []
+        asleep, self.asleep = self.asleep, []
         for _, _, code in asleep:
             code.close(error)
 
@@ -112,8 +111,8 @@ class TaskClock(VirtualClock):
                 return False
             tasks = (due for due, is_task, _, _ in self._agenda if is_task)
             following = min(now + _POLL_PERIOD, end, max(now, min(tasks, default=NEVER)))
-            if self._asleep and self._asleep[0][0] > now:
-                following = min(following, self._asleep[0][0])
+            if self.asleep and self.asleep[0][0] > now:
+                following = min(following, self.asleep[0][0])
             if current_coroutine() is not None:
                 self.rest_until(following)
             else:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import cached_property
 from typing import Any, Final, Self
 
 from interfaces.jderobot import CommandRefusedException
@@ -101,7 +102,6 @@ class Execution(VirtualRun):
         except BaseException:
             self.close()
             raise
-        self._name_parts()
 
     # -- time ----------------------------------------------------------------------------------------------
 
@@ -198,7 +198,7 @@ class Execution(VirtualRun):
     @property
     def fired(self) -> list[Fired]:
         """Every transition that fired."""
-        return list(self._journal.fired_transitions)
+        return self._journal.fired_transitions
 
     def changes(self, automaton: str) -> list[tuple[float, str]]:
         """Return the states that an automaton has entered, the initial one included, each with its time."""
@@ -288,7 +288,8 @@ class Execution(VirtualRun):
     ) -> float:
         """Replace the component with another version of it, see `ComponentRun`."""
         held = super().replace(component, actors, apply)
-        self._name_parts()
+        for named in ("_guards", "_paths"):
+            vars(self).pop(named, None)
         return held
 
     def close(self) -> None:
@@ -305,9 +306,13 @@ class Execution(VirtualRun):
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _name_parts(self) -> None:
-        self._guards = GuardTable(self.tree)
-        self._paths = {actor: path_of(actor) for actor in self.tree.actors}
+    @cached_property
+    def _guards(self) -> GuardTable:
+        return GuardTable(self.tree)
+
+    @cached_property
+    def _paths(self) -> dict[Actor, str]:
+        return {actor: path_of(actor) for actor in self.tree.actors}
 
     def _tell(self, end: BaseException) -> None:
         """Raise BehaviorFailed if an exception ends the component, and stop the robot."""

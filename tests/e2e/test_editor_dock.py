@@ -125,6 +125,7 @@ def test_what_the_user_chose_is_remembered(shown: EditorPage) -> None:
     expect(page.locator(".stage")).to_have_count(0)
     assert shown.violations(".dock") == []
     shown.press("Alt+l")
+    expect(page.locator(".with-panel .dock")).to_be_visible()  # until then it has all of the height
     high = Box.of(dock(shown)).height
     dock(shown).get_by_role("separator", name="Height of the robot's picture").press("ArrowDown")
     comes_true(shown, "high => document.querySelector('.dock').offsetHeight > high", high + 10)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hypothesis import strategies as st
 
-__all__ = ["any_text"]
+__all__ = ["any_text", "matching"]
 
 _CHARACTERS = st.characters(exclude_categories=["Cs"])
 
@@ -15,3 +15,8 @@ def any_text(max_size: int | None = None) -> st.SearchStrategy[str]:
     `st.text` has the same, but tries all characters with UTF-8, for 3 s in a fresh clone.
     """
     return st.text(_CHARACTERS, max_size=max_size)
+
+
+def matching(pattern: str) -> st.SearchStrategy[str]:
+    """Return a strategy of such texts that match a pattern as a whole, without trying all characters, too."""
+    return st.from_regex(pattern, fullmatch=True, alphabet=_CHARACTERS)

@@ -443,7 +443,7 @@ def editor(
         limits=limits
         or Limits(
             quiet_seconds=0.05,
-            file_check_seconds=0.05,
+            file_check_seconds=0.2,
             operation_seconds=PAGE_LIMIT,
             merge_seconds=merge_within,
         ),

@@ -7,9 +7,12 @@ import ctypes
 import gc
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Final
+from functools import _lru_cache_wrapper
+from typing import Any, Final
 
 import psutil
+
+from tests.support.places import ROOT
 
 __all__ = ["Memory", "freeze", "garbage_that_parses"]
 
@@ -24,7 +27,8 @@ class Memory:
 
     Exceptions hold their frames, and frames what a test has received and sent: such cycles wait for the next
     collection of the oldest objects, which may be hundreds of tests away. Of threads that have ended, glibc keeps
-    the memory for others, in eight heaps for each processor unless it is told to make fewer.
+    the memory for others, in eight heaps for each processor unless it is told to make fewer. Caches of ours, which
+    are for the one document that somebody edits, fill with those of thousands of tests.
     """
 
     def __init__(self) -> None:
@@ -34,11 +38,20 @@ class Memory:
         if self._trim is not None:
             library.mallopt(_ARENA_MAX, 2)
         self._known = self._resident()
+        self._caches: tuple[_lru_cache_wrapper[Any], ...] = ()
+
+    def keep_the_collected(self) -> None:
+        """Leave what is imported and collected out of later garbage collections, and remember its caches."""
+        gc.collect()  # garbage would stay with it
+        self._caches = tuple(filter(_may_forget, gc.get_objects()))
+        gc.freeze()
 
     def give_back(self) -> None:
-        """Collect garbage and give the system what is free, if the process has grown."""
+        """Empty caches, collect garbage and give the system what is free, if the process has grown."""
         if self._resident() < self._known + _GROWTH:
             return
+        for cache in self._caches:
+            cache.cache_clear()
         gc.collect()
         if self._trim is not None:
             self._trim(0)
@@ -46,6 +59,14 @@ class Memory:
 
     def _resident(self) -> int:
         return int(self._process.memory_info().rss)
+
+
+def _may_forget(something: object) -> bool:
+    """Return whether this is a cache of ours with a limit, which may let go of anything at any time."""
+    if not isinstance(something, _lru_cache_wrapper) or something.cache_parameters()["maxsize"] is None:
+        return False
+    package = something.__module__.partition(".")[0]
+    return any((folder / package).is_dir() for folder in (ROOT, ROOT / "plugins"))
 
 
 def freeze() -> None:

@@ -63,7 +63,7 @@ self.mark("Camera", 80, 60, "red spot")</code>
 
 
 PATIENT: Final = PartLimits(
-    refreshment=0.03,
+    refreshment=0.1,
     silence=EVENT_LIMIT,
     appearance=START_LIMIT,
     component_end=END_LIMIT,

@@ -34,6 +34,7 @@ LASTING: Final = {
     r"python -m naoserver": r"^ready",
     r"nao router": r"^the router listens",
     r"nao stack ros": r"gateway.*ready",
+    r"nao stack \./stack\.toml$": r"s  (left|right)|is ready after",
     r"ballmover": "",
     r"python server\.py --listen": r"^ready",
     r"python \w+\.py --listen": "",

@@ -83,14 +83,14 @@ class SteppedClock(VirtualClock):
         with self._changed:
             end = self.moment + _nanoseconds(seconds)
             while (thread := min(self._waiters, key=self._due, default=None)) and self._due(thread) <= end:
-                self._move_to(self._due(thread))
+                self.move_to(self._due(thread))
                 del self._waiters[thread]
                 self._changed.notify_all()
                 self._wait_until(
                     lambda: thread in self._waiters or not thread.is_alive(),
                     lambda: f"thread {thread.name!r} did not come back after it was woken",
                 )
-            self._move_to(end)
+            self.move_to(end)
 
     def _due(self, thread: threading.Thread) -> int:
         due, event = self._waiters[thread]

@@ -65,9 +65,10 @@ _OF_COMMANDS: Final = (
     *("codegen/_idl", "plugins/visualhfsm_classes", "visualhfsm/_base/html_file.py"),
     *(f"visualhfsm/_commands/{name}.py" for name in ("convert", "draw", "new", "report", "steer")),
     *("visualhfsm/_monitor/replay.py", "visualhfsm/_monitor/target.py", "visualhfsm/_editor/site.py"),
+    *(f"plugins/visualhfsm_agent/_{name}.py" for name in ("approval", "code", "desk", "limits")),
     *("plugins/visualhfsm_cluster", "visualhfsm/trials/_comparison.py", "visualhfsm/trials/_runners.py"),
 )
-"""What speaks to terminals alone, in English."""
+"""What speaks to terminals and agents alone, in English."""
 _FOR_PUPILS: Final = "plugins/visualhfsm_classes/_words.py"
 """What commands say in all languages."""
 _KEYWORDS: Final[Sequence[Mapping[str, tuple[int, ...]]]] = (

@@ -131,7 +131,7 @@ class LineProcess:
         self._closed = True
         process = self._process
         if process is not None and process.returncode is None:
-            _kill(process)
+            kill_group(process)
         with self._lock:
             self._stop()
 
@@ -187,7 +187,7 @@ class LineProcess:
             code = process.wait(patience)
         except subprocess.TimeoutExpired:
             code = 0
-        _kill(process)
+        kill_group(process)
         for stream in (process.stdin, process.stdout):
             if stream is not None:
                 stream.close()
@@ -233,7 +233,7 @@ def explain_signal(number: int) -> str:
     return f"{name} ({lacks})" if number == signal.SIGILL else name
 
 
-def _kill(process: subprocess.Popen[bytes]) -> None:
+def kill_group(process: subprocess.Popen[bytes]) -> None:
     """Kill what is left of the group of a process, whose id stays taken while one of the group lives."""
     with contextlib.suppress(ProcessLookupError):
         os.killpg(process.pid, signal.SIGKILL)

@@ -18,7 +18,7 @@ import typer
 from codegen.options import require_directories
 from visualhfsm._base.errors import MissingPackageError
 from visualhfsm._base.options import examples
-from visualhfsm._commands import check, convert, diff, draw, new, replay, report
+from visualhfsm._commands import check, convert, diff, draw, new, replay, report, verdict
 from visualhfsm._commands.plugged import WithPlugged
 from visualhfsm._commands.steer import register as register_steering
 from visualhfsm.trials import _command as trials
@@ -270,3 +270,4 @@ app.command(epilog=draw.EPILOG)(draw.draw)
 app.command(epilog=replay.EPILOG)(replay.replay)
 app.command(epilog=report.EPILOG)(report.report)
 app.command(epilog=trials.EPILOG)(trials.trials)
+app.command(epilog=verdict.EPILOG)(verdict.verdict)

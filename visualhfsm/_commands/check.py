@@ -49,7 +49,7 @@ def check(
     from codegen.hfsm.loading import check_document
     from codegen.hfsm.model_checker import ASSUMPTIONS, DEFAULT_LIMIT
 
-    documents = list(_documents(files))
+    documents = list(documents_of(files))
     directories = require_directories(include)
     diagnostics = Diagnostics()
     reports = [
@@ -69,7 +69,7 @@ def check(
         raise typer.Exit(1)
 
 
-def _documents(paths: Iterable[Path]) -> Iterator[Path]:
+def documents_of(paths: Iterable[Path]) -> Iterator[Path]:
     """Yield the given documents, and those in given directories; refuse others as wrong usage."""
     from visualhfsm.project._root import find_documents
 

@@ -25,51 +25,6 @@ def version_of(text: str) -> int:
     return zlib.crc32(text.encode())
 
 
-class Hit(msgspec.Struct, frozen=True, array_like=True):
-    """How often a state was `entered`, a transition `fired`, or its guard `true` or `false`, in a test."""
-
-    document: str
-    """The absolute path of the document."""
-    automaton: int
-    kind: str
-    id: int
-    count: int
-
-
-class CodeRun(msgspec.Struct, frozen=True, array_like=True):
-    """The lines of a piece of code that hold a statement, from 1, and which of them a test ran."""
-
-    document: str
-    """The absolute path of the document."""
-    place: Place
-    version: int
-    """The version of the text of the code."""
-    lines: tuple[int, ...]
-    ran: tuple[int, ...]
-    failed: tuple[int, ...] = ()
-    """The lines through which the exception went by which the test failed."""
-
-
-class TestResult(msgspec.Struct, frozen=True, kw_only=True):
-    """How a test went: a line of the file that the plugin of pytest writes."""
-
-    __test__ = False  # pytest would take it for tests
-
-    name: str
-    """Of its file and function, as pytest calls it."""
-    outcome: Literal["passed", "failed", "skipped"]
-    seconds: float = 0.0
-    reason: str = ""
-    timeline: str = ""
-    hits: tuple[Hit, ...] = ()
-    ended: tuple[Hit, ...] = ()
-    """The states that were current when it failed."""
-    code: tuple[CodeRun, ...] = ()
-    """Code that ran nowhere is said by the first test that might have run it."""
-    unmeasured: Message = NO_MESSAGE
-    """Why it is not known which lines ran."""
-
-
 class TestView(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
     """A test as the page shows it; without an outcome it was not run yet."""
 

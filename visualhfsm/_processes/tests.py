@@ -6,11 +6,9 @@ data of users' code: its size is limited, and it is checked.
 
 from __future__ import annotations
 
-import ast
 import asyncio
 import contextlib
 import importlib.util
-import sys
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import islice
@@ -22,7 +20,6 @@ import msgspec
 
 from codegen.hfsm.code.names import component_name
 from codegen.messages import NO_MESSAGE
-from codegen.parsing import parse_python
 from codegen.reasons import reason
 from visualhfsm._base.environment import child_environment
 from visualhfsm._base.errors import MissingPackageError, VisualHfsmError
@@ -30,20 +27,24 @@ from visualhfsm._base.languages import decode_message
 from visualhfsm._base.work import PerDocument
 from visualhfsm._document.places import Place
 from visualhfsm._monitor.messages import Source
-from visualhfsm._processes.test_results import Passed, PassedCode, TestResult, TestsPush, TestView, reason_of
+from visualhfsm._processes.document_tests import (
+    FOLDER,
+    MOST_FILES,
+    MOST_TESTS,
+    PATTERN,
+    Files,
+    TestResult,
+    find_tests,
+    test_files,
+    test_functions,
+    tests_command,
+    top_of,
+)
+from visualhfsm._processes.test_results import Passed, PassedCode, TestsPush, TestView, reason_of
 from zenoh_ice.application.child import ChildProcess
 from zenoh_ice.data import typed
 
 Publish = Callable[[TestsPush], None]
-Files = dict[Path, tuple[int, int]]
-"""Files with the time of their last change, in nanoseconds, and their size in bytes."""
-
-_FOLDER: Final = "tests"
-_PATTERN: Final = "test_*.py"
-_CONFIGURATIONS: Final = ("pyproject.toml", "pytest.ini", "tox.ini", "setup.cfg")
-_MOST_FILES: Final = 200
-_LARGEST_FILE: Final = 1 << 20  # bytes
-_MOST_TESTS: Final = 300
 _MOST_CODE: Final = 5000
 """Pieces of code of which the page gets the lines."""
 _KINDS: Final = {"entered": "state", "fired": "transition", "true": "transition", "false": "transition"}
@@ -51,8 +52,6 @@ _MOST_RESULTS: Final = 8 << 20  # bytes
 _LONGEST_REASON: Final = 800
 _LONGEST_TIMELINE: Final = 2000
 _LONGEST_WORDS: Final = 2000  # characters of what pytest says
-_ONE_PROCESS: Final = ("-n0",) if importlib.util.find_spec("xdist") else ()
-"""The option that runs all tests in one process, whatever a project prefers: it writes the results."""
 _LOOK_PERIOD: Final = 0.3  # s
 _STOP_LIMITS: Final = (3.0, 2.0)
 """Seconds from SIGINT, to which pytest answers with what is done, to SIGTERM, and to SIGKILL."""
@@ -84,7 +83,7 @@ class StartedTests(PerDocument["_TabTests"]):
         `text` returns its content, given the path by which the test finds the document.
         """
         path = _saved(source)
-        return await asyncio.to_thread(_add, path, _top(path, self._root), text)
+        return await asyncio.to_thread(_add, path, top_of(path, self._root), text)
 
 
 class _TabTests:
@@ -108,11 +107,11 @@ class _TabTests:
         """Find the tests, and forget how those went whose files have changed."""
         if self._child is None:
             path = _saved(source)
-            files = await asyncio.to_thread(_test_files, path, self._root)
+            files = await asyncio.to_thread(test_files, path, self._root)
             if unless_same and files == self._files:
                 return
-            found = await asyncio.to_thread(_find, files, path, self._root)
-            self._forget_changed(files, _top(path, self._root), found)
+            found = await asyncio.to_thread(find_tests, files, path, self._root)
+            self._forget_changed(files, top_of(path, self._root), found)
             self._show(path, found)
 
     async def start(self, source: Source, names: Sequence[str]) -> None:
@@ -122,25 +121,22 @@ class _TabTests:
         if importlib.util.find_spec("pytest") is None:
             raise MissingPackageError("pytest", "test")
         path = _saved(source)
-        files = await asyncio.to_thread(_test_files, path, self._root)
-        found = await asyncio.to_thread(_find, files, path, self._root)
+        files = await asyncio.to_thread(test_files, path, self._root)
+        found = await asyncio.to_thread(find_tests, files, path, self._root)
         chosen = [name for name in names if _plain(name) in found] if names else found
         if not chosen:
             raise VisualHfsmError.because(
                 "no file {pattern} beside {path} or in {folder} names it",
-                pattern=_PATTERN,
+                pattern=PATTERN,
                 path=path.name,
-                folder=_FOLDER,
+                folder=FOLDER,
             )
         folder = TemporaryDirectory(prefix="visualhfsm-tests-", ignore_cleanup_errors=True)
         results = Path(folder.name, "results")
         results.touch()
-        top = _top(path, self._root)
+        top = top_of(path, self._root)
         places = (names and chosen) or dict.fromkeys(name.partition("::")[0] for name in chosen)
-        command = [
-            *(sys.executable, "-P", "-m", "pytest", "-q", *_ONE_PROCESS),
-            *(f"--rootdir={top}", f"--hfsm-results={results}", *(str(top / place) for place in places)),
-        ]
+        command = tests_command(top, places, results)
         self._words, self._stopped = "", False
         self._forget_changed(files, top, found)
         again = set(names) if names else {_plain(name) for name in chosen}
@@ -228,7 +224,7 @@ class _TabTests:
         results = [each for each in self._results.values() if each is not None]
         names = dict.fromkeys(name for each in (*found, *ran) for name in ran.get(each, [each]))
         self._report(
-            tests=tuple(self._view(name) for name in islice(names, _MOST_TESTS)),
+            tests=tuple(self._view(name) for name in islice(names, MOST_TESTS)),
             passed=tuple(_passed(path, results)),
             code=tuple(islice(_passed_code(path, results), _MOST_CODE)),
             unmeasured=next((each.unmeasured for each in results if each.unmeasured), NO_MESSAGE),
@@ -263,35 +259,12 @@ def _saved(source: Source) -> Path:
     return source.path
 
 
-def _test_files(path: Path, root: Path) -> Files:
-    """Return the files that may contain tests of a document."""
-    top = _top(path, root)
-    folders = dict.fromkeys((path.parent, path.parent / _FOLDER, path.parent.parent / _FOLDER, top / _FOLDER))
-    inside = [folder for folder in folders if folder.is_relative_to(top)]
-    files = (file for folder in inside for file in sorted(folder.glob(_PATTERN)))
-    states: Files = {}
-    for file in islice(dict.fromkeys(files), _MOST_FILES):
-        with contextlib.suppress(OSError):  # it has just gone
-            status = file.stat()
-            states[file] = (status.st_mtime_ns, status.st_size)
-    return states
-
-
-def _find(files: Files, path: Path, root: Path) -> list[str]:
-    """Return the names of the tests of a document: their file below the top of the project, and function."""
-    top = _top(path, root)
-    found: list[str] = []
-    for file in files:
-        found += (f"{file.relative_to(top).as_posix()}::{name}" for name in _functions(file, path.name))
-    return found[:_MOST_TESTS]
-
-
 def _add(path: Path, top: Path, text: Callable[[str], str]) -> str:
     content = text(path.relative_to(top).as_posix())
-    folders = (path.parent / _FOLDER, path.parent.parent / _FOLDER, top / _FOLDER)
+    folders = (path.parent / FOLDER, path.parent.parent / FOLDER, top / FOLDER)
     inside = (each for each in folders if each.is_relative_to(top) and each.is_dir())
     folder = next(inside, path.parent)
-    for number in range(1, _MOST_FILES):
+    for number in range(1, MOST_FILES):
         file = folder / f"test_{component_name(path.stem)}_run{'' if number == 1 else number}.py"
         try:
             with file.open("x", encoding="utf-8") as opened:
@@ -302,39 +275,10 @@ def _add(path: Path, top: Path, text: Callable[[str], str]) -> str:
             raise VisualHfsmError.because(
                 "{file} cannot be written: {reason}", file=str(file), reason=reason(error)
             ) from error
-        return f"{file.relative_to(top).as_posix()}::{next(_functions(file, path.name))}"
+        return f"{file.relative_to(top).as_posix()}::{next(test_functions(file, path.name))}"
     raise VisualHfsmError.because(
-        "{folder} has {limit} tests of runs: delete some", folder=str(folder), limit=_MOST_FILES
+        "{folder} has {limit} tests of runs: delete some", folder=str(folder), limit=MOST_FILES
     )
-
-
-def _functions(file: Path, document: str) -> Iterator[str]:
-    """Yield the tests of a file that names a document."""
-    try:
-        if not file.is_file() or file.stat().st_size > _LARGEST_FILE:
-            return
-        text = file.read_text("utf-8")
-        if document not in text:
-            return
-        tree = parse_python(text)
-    except (OSError, SyntaxError, ValueError, RecursionError):  # pytest says what is wrong with it
-        return
-    for node in tree.body:
-        if isinstance(node, ast.FunctionDef) and node.name.startswith("test"):
-            yield node.name
-        elif isinstance(node, ast.ClassDef) and node.name.startswith("Test"):
-            methods = [each for each in node.body if isinstance(each, ast.FunctionDef)]
-            yield from (f"{node.name}::{each.name}" for each in methods if each.name.startswith("test"))
-
-
-def _top(path: Path, root: Path) -> Path:
-    """Return the folder of a project: the nearest one with a configuration of pytest, or the root."""
-    for folder in path.parents:
-        if not folder.is_relative_to(root):
-            break
-        if any((folder / name).is_file() for name in _CONFIGURATIONS):
-            return folder
-    return root if path.is_relative_to(root) else path.parent
 
 
 def _new_lines(file: Path, begin: int) -> bytes:

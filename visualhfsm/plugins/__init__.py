@@ -11,6 +11,7 @@ from zenoh_ice.lazy import import_on_use
 
 if TYPE_CHECKING:
     from visualhfsm._base.csv_file import write_csv as write_csv
+    from visualhfsm._base.environment import child_environment as child_environment
     from visualhfsm._base.errors import MissingPackageError as MissingPackageError
     from visualhfsm._base.html_file import write_html as write_html
     from visualhfsm._base.languages import known_language as known_language
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from visualhfsm._base.line_process import NotReadyError as NotReadyError
     from visualhfsm._base.line_process import TooSlowError as TooSlowError
     from visualhfsm._base.line_process import explain_signal as explain_signal
+    from visualhfsm._base.line_process import kill_group as kill_group
     from visualhfsm._base.markdown import markdown as markdown
     from visualhfsm._base.options import examples as examples
     from visualhfsm._base.task_processes import EndedError as EndedError
@@ -30,8 +32,12 @@ if TYPE_CHECKING:
     from visualhfsm._editor.views import TabRequest as TabRequest
     from visualhfsm._editor.views import View as View
     from visualhfsm._editor.views import ViewedDocument as ViewedDocument
+    from visualhfsm._monitor.realm.automata import Automata as Automata
+    from visualhfsm._monitor.realm.realm import MONITOR_PREFIX as MONITOR_PREFIX
     from visualhfsm._monitor.recordings import recorded_run as recorded_run
     from visualhfsm._monitor.run_page import run_page as run_page
     from visualhfsm.project._root import Root as Root
+    from visualhfsm.project._root import find_documents as find_documents
+    from visualhfsm.project._verdict import digest_of as digest_of
 
 __getattr__, __dir__ = import_on_use(__name__)

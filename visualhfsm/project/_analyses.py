@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from visualhfsm.simulation._behavior import Behavior
 
     from ._project import Project
+    from ._verdict import Verdict
 
 
 class Analyses:
@@ -100,6 +101,29 @@ class Analyses:
                 what, why, Message("fix the errors first") if errors else Message("make the document smaller")
             )
         return [*findings.proofs]
+
+    def verdict(self, *, seconds: float = 10.0, patience: float = 60.0) -> Verdict:
+        """Return whether the document is ready to drive a robot, or what is not; see `Verdict`.
+
+        Beside `check`, it runs for some seconds of virtual time, with the robot without physics, and its
+        tests are run: both in other processes, with a limit of `patience` s each. Raises EditError for a
+        document with changes that are not saved.
+        """
+        version, what = self.version, "Cannot judge the document"
+        if version.path is None:
+            raise EditError(what, "it has no file yet", "save it first")
+
+        def check() -> tuple[Document, Findings]:
+            assert version.path is not None
+            document = parse_file(read_file(version.path)[0], version.path)
+            if document != version.document:
+                raise EditError(what, "it has changes that are not saved", "save it first")
+            findings = self.check(again=True)
+            if self.version.document is not version.document:
+                raise EditError(what, "it was changed meanwhile", "ask again")
+            return document, findings
+
+        return self._project.judge.judge(version.path, check, seconds=seconds, patience=patience)
 
     # -- code ----------------------------------------------------------------------------------------------
 

@@ -7,8 +7,9 @@ import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import Final, Literal, Self
+from typing import TYPE_CHECKING, Final, Literal, Self
 
 from codegen.hfsm.formats.others import Format, imported_format, imported_suffixes
 from codegen.messages import Message
@@ -34,6 +35,9 @@ from ._root import (
     looks_like_model,
 )
 from ._version import free_title, stem
+
+if TYPE_CHECKING:
+    from ._verdict import Judge
 
 _MOST_ENTRIES: Final = 2000  # of a directory
 _MOST_REMARKS: Final = 100  # about one document
@@ -111,6 +115,15 @@ class Project:
         """End the processes that check and read code; questions that wait for them fail."""
         self.checks.close()
         self.code_help.close()
+        if "judge" in vars(self):
+            self.judge.close()
+
+    @cached_property
+    def judge(self) -> Judge:
+        """What verdicts are made by, with its processes."""
+        from ._verdict import Judge  # only who judges waits for trials
+
+        return Judge(self.root.directory, self.include)
 
     def subscribe(self, listener: Listener) -> Callable[[], None]:
         """Notify a listener of what happens to all documents; return the function that ends this."""

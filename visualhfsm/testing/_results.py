@@ -11,7 +11,7 @@ import pytest
 
 from visualhfsm._base.languages import encode_message
 from visualhfsm._document.places import Place
-from visualhfsm._processes.test_results import CodeRun, Hit, TestResult
+from visualhfsm._processes.document_tests import END_OF_RESULTS, CodeRun, Hit, TestResult
 from visualhfsm.simulation import Behavior
 
 from ._coverage import Hits
@@ -53,7 +53,7 @@ class Results:
         if by_worker or (report.when != "call" and report.passed):
             return
         reason, mark, rest = _reason(report).partition(_TIMELINE)
-        timeline = next((text for name, text in report.sections if name == "behavior"), mark.strip() + rest)
+        timeline = next((text for name, text in report.sections if name == "behavior"), mark.lstrip() + rest)
         self._write(
             TestResult(
                 name=report.nodeid,
@@ -73,6 +73,12 @@ class Results:
         if report.failed and not self._is_worker:  # xdist's controller hears it once
             reason = str(report.longrepr)[-_LONGEST_REASON:]
             self._write(TestResult(name=report.nodeid, outcome="failed", reason=reason))
+
+    def pytest_sessionfinish(self) -> None:
+        """Write down that no test ended this process."""
+        if not self._is_worker and self._path.is_file():  # which a test may have deleted
+            with self._path.open("ab") as file:
+                file.write(END_OF_RESULTS[1:])
 
     def _counted(self) -> Iterator[Hit]:
         for (document, automaton, kind, id_), count in self._hits.most_common(_MOST_HITS):

@@ -13,6 +13,8 @@ from zenoh_ice.lazy import import_on_use
 
 if TYPE_CHECKING:
     from ._archive import Archive as Archive
+    from ._archive import make_archive as make_archive
+    from ._archive import unpack as unpack
     from ._errors import TrialsError as TrialsError
     from ._functions import FunctionFailed as FunctionFailed
     from ._functions import call_function as call_function
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
     from ._plan import Success as Success
     from ._plan import plan_of as plan_of
     from ._plan import read_plan as read_plan
+    from ._processes import Processes as Processes
     from ._processes import run_task as run_task
     from ._quantities import Quantity as Quantity
     from ._quantities import Spread as Spread

@@ -129,6 +129,8 @@ class Plan(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, omit_d
     """End of a trial in s of robot time."""
     robot: RobotKind | Literal["none"] = "sim"
     camera: CameraKind = "auto"
+    stand_ins: bool = False
+    """True if calls that nobody serves are answered with blank values, as in a dry run."""
     scene: dict[str, Quantity] = {}
     """Where the robot and the things are, and how well they are seen, by names; see `_scene`."""
     parameters: dict[str, Quantity] = {}

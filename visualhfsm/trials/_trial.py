@@ -123,9 +123,10 @@ def _watched(trial: _Trial, witness: Witness | None) -> Outcome:
 
 
 def _settings(plan: Plan, scene: Scene, seed: int) -> dict[str, Any]:
+    settings = {"stand_ins": plan.stand_ins, **scene.settings}
     if plan.robot == "sim":
-        return {"camera": plan.camera, "seed": seed, **scene.settings}
-    return scene.settings
+        settings |= {"camera": plan.camera, "seed": seed}
+    return settings
 
 
 def _not_begun(number: int, values: Values, failure: BehaviorFailed) -> Outcome:

@@ -93,7 +93,7 @@ class VirtualClock:
         """Move the time forward by a duration in s; raises ValueError for a negative one."""
         if seconds < 0:
             raise ValueError(f"a clock does not run backwards: advance({seconds})")
-        self._move_to(self.moment + round(seconds * _NANOSECONDS))
+        self.move_to(self.moment + round(seconds * _NANOSECONDS))
 
     def call_every(self, period: float, tick: Callable[[], None]) -> Callable[[], None]:
         """Call `tick` every `period` s of this clock, at that time and before anything else that is due then.
@@ -114,8 +114,8 @@ class VirtualClock:
         plan(self.moment + interval)
         return ended.set
 
-    def _move_to(self, end: int) -> None:
-        """Move the time forward to `end` in ns, and call what is due on the way."""
+    def move_to(self, end: int) -> None:
+        """Move the time forward to `end` in ns, and call what is due on the way, the end included."""
         while self._agenda and self._agenda[0][0] <= end:
             self._call_next()
         self._pass(end)

@@ -93,7 +93,7 @@ class FarClock(VirtualClock):
     def follow(self, now: int) -> None:
         """Move to a time in ns."""
         if now > self.moment:
-            self._move_to(now)
+            self.move_to(now)
 
     def advance(self, seconds: float) -> None:
         """Let a duration in s pass."""

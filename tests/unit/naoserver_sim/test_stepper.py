@@ -15,6 +15,7 @@ def test_a_robot_that_falls_on_its_arms_stays_whole():
     clock = VirtualClock()
     robot = SimulatedRobot(clock=clock, skin=False, noise=True, seed=0, body=find_body("T1"))
     clock.advance(1.0)
+    assert robot.walker is not None
     robot.walker.command(WalkVelocity(0.2))
     clock.advance(1.0)
     robot.stage.push((300.0, 0.0, 0.0), 0.2)

@@ -8,6 +8,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from typing import Final
 
 import pytest
 
@@ -102,17 +103,37 @@ def test_outputs_stay_at_the_far_end_and_are_handed_up_there(tmp_path: Path) -> 
     assert "in the outputs of automaton 2, line 14" in failed.reason
 
 
+WANTS_TOO: Final = """
+import os, sys, time
+print(flush=True)
+while not os.path.exists(sys.argv[1]):
+    time.sleep(0.01)
+while True:
+    pass
+"""
+"""A process that wants the processor once a file exists."""
+COMPUTES: Final = """
+import time
+open({path!r}, "w").close()
+end = time.process_time() + {seconds}
+while time.process_time() < end:
+    pass
+over = True
+"""
+"""Code for which the others wait: what comes before it would only take longer beside them."""
+
+
 @contextmanager
-def busy_processor(others: int) -> Iterator[None]:
-    """Leave the processes that are started here one processor, which others want, too."""
+def busy_processor(others: int, once: Path) -> Iterator[None]:
+    """Leave the processes that are started here one processor, which others want, too, once a file exists."""
     processors = os.sched_getaffinity(0)
     os.sched_setaffinity(0, {min(processors)})
     with ExitStack() as ends:
         ends.callback(os.sched_setaffinity, 0, processors)
-        spins = [sys.executable, "-c", "print(flush=True)\nwhile True: pass"]
+        wants = [sys.executable, "-S", "-c", WANTS_TOO, str(once)]
         for _ in range(others):
             # As a session, since systems may share time among those.
-            other = subprocess.Popen(spins, stdout=subprocess.PIPE, start_new_session=True)
+            other = subprocess.Popen(wants, stdout=subprocess.PIPE, start_new_session=True)
             ends.enter_context(other)
             ends.callback(other.kill)
             assert other.stdout is not None
@@ -120,30 +141,33 @@ def busy_processor(others: int) -> Iterator[None]:
         yield
 
 
-COMPUTES = "import time\nend = time.process_time() + 0.3\nwhile time.process_time() < end:\n    pass\n"
+def computing(folder: Path, seconds: float) -> tuple[Path, Path]:
+    """Write a document that computes for some seconds; return its file, and that which exists once it does."""
+    path, begun = folder / "computes.xml", folder / "begun"
+    computes = state(1, "computing", COMPUTES.format(path=str(begun), seconds=seconds), initial=True)
+    walk = sub(1, 0, computes, state(2, "done"), transition(1, 1, 2, "over"), variables="over = False")
+    path.write_text(document(walk), encoding="utf-8")
+    return path, begun
 
 
 @pytest.mark.slow
 def test_code_has_its_time_on_a_busy_computer(tmp_path: Path) -> None:
-    path = tmp_path / "computes.xml"
-    path.write_text(document(sub(1, 0, state(1, "computing", COMPUTES, initial=True))), encoding="utf-8")
-    plan = Plan(document=str(path), robot="none", limit=0.1, success=Success(state="computing"))
+    path, begun = computing(tmp_path, 0.3)
+    plan = Plan(document=str(path), robot="none", limit=1.0, success=Success(state="done"))
     with (
         Containment(unsafe=True, allowance=Allowance(block=0.6, delay=1000.0)) as containment,
-        busy_processor(3),
+        busy_processor(3, begun),
     ):
         assert run_trial(plan, 1, simulate=containment.simulate).success
 
 
 @pytest.mark.slow
 def test_a_computer_without_time_is_not_the_fault_of_the_code(tmp_path: Path) -> None:
-    path = tmp_path / "computes.xml"
-    longer = COMPUTES.replace("0.3", "0.5")
-    path.write_text(document(sub(1, 0, state(1, "computing", longer, initial=True))), encoding="utf-8")
-    plan = Plan(document=str(path), robot="none", limit=0.1)
+    path, begun = computing(tmp_path, 0.5)
+    plan = Plan(document=str(path), robot="none", limit=1.0)
     with (
         Containment(unsafe=True, allowance=Allowance(block=0.6, begin=600.0, delay=1.0)) as containment,
-        busy_processor(3),
+        busy_processor(3, begun),
         pytest.raises(ComputerTooBusy, match="the computer was too busy: state computing took 1 s"),
     ):
         run_trial(plan, 1, simulate=containment.simulate)

@@ -11,6 +11,10 @@ from tests.support.humanoids import BODIES, Humanoid
 pytestmark = pytest.mark.sim
 
 
+def places(left, right, center):
+    return tuple(left), tuple(right), tuple(center)
+
+
 @pytest.fixture(params=sorted(BODIES))
 def robot(request):
     return Humanoid(request.param)
@@ -39,7 +43,7 @@ def test_a_foot_goes_where_it_is_wanted_and_the_body_stays(robot):
     center = posture.data.subtree_com[limbs.base].copy()
     wanted = limbs.soles(posture.data) + np.array([[0.1, 0.02, 0.05], [0.0, 0.0, 0.0]])
     turns = quaternion(0.2), quaternion(0.0), quaternion(0.1)
-    target = Target((*map(tuple, wanted), tuple(center)), turns)
+    target = Target(places(wanted[0], wanted[1], center), turns)
     posture.solve(target, angles, 20)
     posture.update()
     assert limbs.soles(posture.data) == pytest.approx(wanted, abs=1e-4)
@@ -55,7 +59,7 @@ def test_angles_stay_within_the_ranges_of_the_joints(robot):
     posture.update()
     soles = limbs.soles(posture.data)
     center = posture.data.subtree_com[limbs.base] + np.array([0.0, 0.0, 1.0])
-    target = Target((*map(tuple, soles), tuple(center)), 3 * (quaternion(0.0),))
+    target = Target(places(soles[0], soles[1], center), 3 * (quaternion(0.0),))
     posture.solve(target, robot.data.qpos[limbs.qpos], 50)
     lower, upper = robot.mj.jnt_range[robot.mj.dof_jntid[limbs.leg_dofs]].T
     assert (posture.legs >= lower).all()

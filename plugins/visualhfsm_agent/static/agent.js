@@ -1,0 +1,72 @@
+/**
+ * The run that an agent asks for, with the buttons that allow and refuse it.
+ *
+ * @import {AskedRun} from "./messages.js"
+ */
+
+import {html} from "lit";
+import {PageElement} from "visualhfsm/data/element.js";
+import {page} from "visualhfsm/data/page.js";
+import {store} from "visualhfsm/data/store.js";
+import {notifyError} from "visualhfsm/kit/notices.js";
+import {t} from "visualhfsm/kit/texts.js";
+
+const PERIOD = 1000; // ms
+
+class AgentPanel extends PageElement {
+  static properties = {asked: {state: true}};
+  /** @type {typeof PageElement.watches} */
+  static watches = {};
+
+  constructor() {
+    super();
+    /** @type {AskedRun | null} */
+    this.asked = null;
+  }
+
+  /** @type {ReturnType<typeof setInterval> | undefined} */
+  #timer;
+
+  connectedCallback() {
+    super.connectedCallback();
+    this.#timer = setInterval(() => this.#look(), PERIOD);
+    this.#look();
+  }
+
+  disconnectedCallback() {
+    super.disconnectedCallback();
+    clearInterval(this.#timer);
+  }
+
+  render() {
+    const {asked} = this;
+    if (!asked) return html`<p class="empty" role="status">${t("No agent asks for anything.")}</p>`;
+    const {path, seconds} = asked;
+    return html`<div class="pad" role="alert">
+      <p>${t("An agent asks to run {path} on the robot, for at most {seconds} s.", {path, seconds})}</p>
+      <p>
+        <button class="primary" @click=${() => this.#answer(true)}>${t("Allow it once")}</button>
+        <button @click=${() => this.#answer(false)}>${t("Refuse")}</button>
+      </p>
+    </div>`;
+  }
+
+  async #look() {
+    const {tab} = page;
+    try {
+      this.asked = tab ? await store.request("agentAsked", {tab}) : null;
+    } catch {
+      this.asked = null; // the server is gone, which the page says
+    }
+  }
+
+  /** @param {boolean} allowed */
+  async #answer(allowed) {
+    const {asked} = this;
+    if (!asked) return;
+    this.asked = null;
+    await store.request("answerAgent", {tab: page.tab, at: asked.at, allowed}).catch(notifyError);
+  }
+}
+
+customElements.define("hfsm-agent", AgentPanel);

@@ -1,0 +1,90 @@
+"""`visualhfsm verdict`: texts, JSON by its published schema, and exit codes."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import jsonschema
+import msgspec
+import pytest
+
+from tests.support.commands import run_here
+from tests.support.documents import document, state, sub, transition
+from tests.support.pages import DOCS
+from visualhfsm import Verdict
+from visualhfsm._commands.app import app
+
+pytestmark = pytest.mark.slow
+
+
+def moves(code: str = "") -> str:
+    return document(
+        sub(
+            1,
+            0,
+            state(1, "wait", initial=True),
+            state(2, "go", code),
+            transition(3, 1, 2, "500", type="time"),
+        )
+    )
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "good.xml").write_text(moves())
+    (tmp_path / "bad.xml").write_text(moves("x = 1\nraise ValueError('no')"))
+    return tmp_path
+
+
+def test_all_documents_of_a_folder_are_judged_and_one_that_is_not_ready_is_an_error(folder: Path) -> None:
+    done = run_here(app, "visualhfsm", "verdict", ".", "--seconds", "1", cwd=folder)
+    assert done.returncode == 1
+    assert done.stdout.splitlines() == [
+        "bad.xml: not ready",
+        "  1. bad.xml:5: a run in virtual time failed: the code of bad raised ValueError: no (go)",
+        *(line for line in done.stdout.splitlines() if line.startswith("       ")),
+        "     > see it in a dry run: visualhfsm edit bad.xml",
+        "  warning: bad.xml:4: the variable `x` is never read (code of go)",
+        "good.xml: ready: ran 1 s, 0 proved, 0 tests",
+    ]
+    assert run_here(app, "visualhfsm", "verdict", "good.xml", "--seconds", "1", cwd=folder).returncode == 0
+
+
+def test_json_is_valid_by_the_published_schema(folder: Path) -> None:
+    done = run_here(
+        app, "visualhfsm", "verdict", "good.xml", "bad.xml", "--json", "--seconds", "1", cwd=folder
+    )
+    assert done.returncode == 1
+    jsonschema.validate(json.loads(done.stdout), published())
+    good, bad = msgspec.json.decode(done.stdout, type=list[Verdict])
+    assert (good.document, good.ready, bad.document, bad.ready) == ("good.xml", True, "bad.xml", False)
+    assert [(reason.found, reason.line, reason.state) for reason in bad.reasons] == [("run", 5, "go")]
+
+
+def test_the_published_schema_is_that_of_the_command() -> None:
+    shown = json.loads(run_here(app, "visualhfsm", "verdict", "--schema").stdout)
+    assert without_indentation(shown) == without_indentation(published())
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [((), "give a document, or --schema"), (("empty",), "no document found"), (("good.txt",), "good.txt")],
+)
+def test_without_a_document_it_is_used_wrongly(folder: Path, words: tuple[str, ...], said: str) -> None:
+    (folder / "empty").mkdir()
+    (folder / "good.txt").touch()
+    done = run_here(app, "visualhfsm", "verdict", *words, cwd=folder)
+    assert done.returncode == 2
+    assert said in done.stderr
+
+
+def without_indentation(schema: object) -> str:
+    """Return a schema whose docstrings are the same on all Pythons: 3.13 takes their indentation away."""
+    return re.sub(r"(\\n|\s)+", " ", json.dumps(schema))
+
+
+def published() -> dict[str, object]:
+    schema: dict[str, object] = json.loads((DOCS / "reference" / "verdict.schema.json").read_text("utf-8"))
+    return schema

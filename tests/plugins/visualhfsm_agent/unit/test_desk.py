@@ -1,0 +1,335 @@
+"""The gate before a robot: whatever an agent, or somebody beside it, tries, nothing moves without a verdict."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import closing, suppress
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from codegen.messages import MessageError
+from interfaces.nao import SafetyPrx
+from naoserver.fake import FakeRobot
+from tests.support.limits import CALL_LIMIT, START_LIMIT
+from tests.support.robot_server import ServedRobot, served
+from visualhfsm import VisualHfsmError
+from visualhfsm_agent._approval import Approvals
+from visualhfsm_agent._desk import Desk
+from visualhfsm_agent._limits import AgentError
+from zenoh_ice import Settings
+
+_CODE = "self.Head.setPose(0.5, 0.0, 0.5)"
+_DOCUMENT = """<VisualHFSM>
+<SubAutomata id="1" idFather="0">
+<state initial="true" id="1"><name>look</name><code>{code}</code>{inside}</state></SubAutomata>
+{more}<config><iceinterface><nameinterface>Head</nameinterface><nameproxy>{identity}</nameproxy>
+<interface>{kind}</interface></iceinterface></config></VisualHFSM>
+"""
+_CHILD = """<VisualHFSM><SubAutomata id="1" idFather="0">
+<state initial="true" id="1"><name>below</name><code>pass</code></state></SubAutomata></VisualHFSM>
+"""
+_IMPORT = '<SubAutomata id="2" idFather="1"><import>child.xml</import></SubAutomata>\n'
+
+
+def write(
+    root: Path, code: str = _CODE, *, identity: str = "Head", kind: str = "PoseHead", **parts: str
+) -> None:
+    parts = {"inside": "", "more": "", **parts}
+    (root / "look.xml").write_text(_DOCUMENT.format(code=code, identity=identity, kind=kind, **parts))
+
+
+def allow(root: Path, realm: str, **changes: str) -> None:
+    given = {"realm": f'"{realm}"', "interfaces": '["Head"]', "ask": "false", "longest_run": f"{START_LIMIT}"}
+    (root / "agent.toml").write_text(
+        "".join(f"{key} = {value}\n" for key, value in (given | changes).items())
+    )
+
+
+@pytest.fixture(scope="module")
+def robot() -> Iterator[ServedRobot]:
+    with served(FakeRobot()) as server:
+        yield server
+
+
+@pytest.fixture
+def root(tmp_path: Path, robot: ServedRobot) -> Path:
+    write(tmp_path)
+    allow(tmp_path, robot.realm)
+    return tmp_path
+
+
+def desk_of(root: Path, robot: ServedRobot) -> Desk:
+    return Desk(
+        root, Settings(realm=robot.realm, connect=(robot.endpoint,), clock="wall", timeout=CALL_LIMIT)
+    )
+
+
+@pytest.fixture
+def desk(root: Path, robot: ServedRobot) -> Iterator[Desk]:
+    with closing(desk_of(root, robot)) as made:
+        yield made
+
+
+def angles(robot: ServedRobot) -> tuple[float, ...]:
+    return tuple(robot.robot.read().positions)
+
+
+def _edit(root: Path) -> None:
+    write(root, "self.Head.setPose(-0.5, 0.0, 0.5)")
+
+
+def _space(root: Path) -> None:
+    with (root / "look.xml").open("a") as file:
+        file.write(" ")
+
+
+def _replace(root: Path) -> None:
+    write(root.parent, "self.Head.setPose(-0.4, 0.0, 0.5)")
+    (root.parent / "look.xml").replace(root / "look.xml")
+
+
+def _link(root: Path) -> None:
+    write(root.parent, "self.Head.setPose(-0.3, 0.0, 0.5)")
+    (root / "look.xml").unlink()
+    (root / "look.xml").symlink_to(root.parent / "look.xml")
+
+
+def _helper(root: Path) -> None:
+    (root / "helper.py").write_text("x = 1\n")
+
+
+def _interface(root: Path) -> None:
+    (root / "mine.idl").write_text("module mine { interface Mine { void go(); }; };\n")
+
+
+def _delete(root: Path) -> None:
+    (root / "look.xml").unlink()
+
+
+def _no_realm(root: Path) -> None:
+    (root / "agent.toml").unlink()
+
+
+def _other_realm(root: Path) -> None:
+    allow(root, "somebody")
+
+
+def _no_servants(root: Path) -> None:
+    allow(root, "somebody", interfaces="[]")
+
+
+def _broken_limits(root: Path) -> None:
+    (root / "agent.toml").write_text("realm = 3")
+
+
+def _unknown_limit(root: Path) -> None:
+    (root / "agent.toml").write_text('realm = "x"\nanything = true\n')
+
+
+@pytest.mark.parametrize(
+    "trick",
+    [
+        _edit,
+        _space,
+        _replace,
+        _link,
+        _helper,
+        _interface,
+        _delete,
+        _no_realm,
+        _other_realm,
+        _no_servants,
+        _broken_limits,
+        _unknown_limit,
+    ],
+)
+def test_what_changes_after_a_verdict_withdraws_it(
+    desk: Desk, root: Path, robot: ServedRobot, trick: Callable[[Path], None]
+) -> None:
+    assert desk.verdict("look.xml", seconds=0.5)["ready"]
+    before = angles(robot)
+    trick(root)
+    with pytest.raises((MessageError, OSError)) as caught:
+        desk.run("look.xml")
+    assert str(caught.value)
+    assert angles(robot) == before
+
+
+def test_an_imported_document_belongs_to_the_verdict(desk: Desk, root: Path, robot: ServedRobot) -> None:
+    (root / "child.xml").write_text(_CHILD)
+    write(root, inside="<idSubautomataSon>2</idSubautomataSon>", more=_IMPORT)
+    assert desk.verdict("look.xml", seconds=0.5)["ready"]
+    before = angles(robot)
+    (root / "child.xml").write_text(_CHILD.replace("pass", "x = 1"))
+    with pytest.raises(AgentError, match="has changed since the verdict"):
+        desk.run("look.xml")
+    assert angles(robot) == before
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "import os",
+        "open('x')",
+        "self.Head.ice_getCommunicator()",
+        "().__class__",
+        "from zenoh_ice import initialize",
+        "import subprocess; subprocess.run(['true'])",
+    ],
+)
+def test_code_that_leads_elsewhere_runs_nowhere(desk: Desk, root: Path, code: str) -> None:
+    write(root, code)
+    for tool in (desk.verdict, desk.simulate, desk.trials):
+        with pytest.raises(AgentError, match="an agent's code may not use"):
+            tool("look.xml")
+    with pytest.raises(AgentError, match="no verdict"):
+        desk.run("look.xml")
+
+
+@pytest.mark.parametrize(
+    "code", ["raise ValueError(1)", "1 / 0", "while True: pass", "self.nothing()", "x ="]
+)
+def test_a_document_that_is_not_ready_does_not_run(
+    desk: Desk, root: Path, robot: ServedRobot, code: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("visualhfsm.project._verdict._RUN_LIMIT", 2.0, raising=False)
+    write(root, code)
+    before = angles(robot)
+    answer = desk.verdict("look.xml", seconds=0.5)
+    assert not answer["ready"]
+    assert answer["data"]["reasons"]
+    with pytest.raises(AgentError, match="no verdict that says ready"):
+        desk.run("look.xml")
+    assert angles(robot) == before
+
+
+@pytest.mark.parametrize(
+    ("identity", "kind"), [("Safety", "Safety"), ("Joints", "Joints"), ("other/Head", "PoseHead")]
+)
+def test_servants_that_a_person_does_not_list_are_not_called(
+    desk: Desk, root: Path, robot: ServedRobot, identity: str, kind: str
+) -> None:
+    write(root, "pass", identity=identity, kind=kind)
+    with suppress(VisualHfsmError):
+        desk.verdict("look.xml", seconds=0.5)
+    before = angles(robot)
+    with pytest.raises(AgentError):
+        desk.run("look.xml")
+    assert angles(robot) == before
+
+
+@pytest.mark.parametrize(
+    "path",
+    ["../look.xml", "/etc/passwd", "look.toml", "agent.toml", "a\0.xml", "", "x" * 5000, "~/look.xml/.."],
+)
+def test_files_outside_and_of_other_kinds_are_not_reached(desk: Desk, root: Path, path: str) -> None:
+    tools: list[Any] = [desk.document, desk.verdict, desk.simulate, desk.run, desk.picture, desk.undo]
+    for tool in tools:
+        with pytest.raises(MessageError):
+            tool(path)
+    with pytest.raises(MessageError):
+        desk.edit(path, [{"command": "addState", "automaton": 1, "x": 1, "y": 1}])
+    assert {each.name for each in root.iterdir()} == {"look.xml", "agent.toml"}
+
+
+@pytest.mark.parametrize(
+    "commands",
+    [
+        [],
+        [{}],
+        [{"command": "nothing"}],
+        [{"command": "addState", "automaton": 99, "x": 0, "y": 0}],
+        [{"command": "renameState", "automaton": 1, "state": 99, "name": "x"}],
+        [{"command": "addState", "automaton": 1, "x": 0, "y": 0}] * 501,
+        [{"command": "addState", "automaton": 1, "x": 0, "y": 0, "name": "n" * (1 << 20)}],
+        [
+            {
+                "command": "setText",
+                "place": {"kind": "state", "automaton": 1, "id": -1, "part": "code"},
+                "text": "x",
+            }
+        ],
+    ],
+)
+def test_commands_that_are_none_change_nothing(
+    desk: Desk, root: Path, commands: list[dict[str, Any]]
+) -> None:
+    before = (root / "look.xml").read_bytes()
+    with pytest.raises(MessageError):
+        desk.edit("look.xml", commands)
+    assert (root / "look.xml").read_bytes() == before
+
+
+def test_only_one_of_racing_runs_begins(desk: Desk) -> None:
+    assert desk.verdict("look.xml", seconds=0.5)["ready"]
+    began: list[dict[str, Any]] = []
+
+    def run() -> None:
+        with suppress(AgentError):
+            began.append(desk.run("look.xml"))
+
+    threads = [threading.Thread(target=run) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(began) == 1
+    desk.stop()
+
+
+def test_another_session_has_verdicts_of_its_own(desk: Desk, root: Path, robot: ServedRobot) -> None:
+    assert desk.verdict("look.xml", seconds=0.5)["ready"]
+    with closing(desk_of(root, robot)) as other, pytest.raises(AgentError, match="no verdict"):
+        other.run("look.xml")
+
+
+def test_a_person_allows_each_run_in_the_page(desk: Desk, root: Path, robot: ServedRobot) -> None:
+    allow(root, robot.realm, ask="true")
+    assert desk.verdict("look.xml", seconds=0.5)["ready"]
+    with pytest.raises(AgentError, match="a person must allow this run"):
+        desk.run("look.xml")
+    page = Approvals(root)
+    asked = page.asked()
+    assert asked is not None
+    assert asked.path == "look.xml"
+    page.answer(asked, "refused")
+    with pytest.raises(AgentError, match="a person has refused this run"):
+        desk.run("look.xml")
+    with pytest.raises(AgentError, match="a person must allow this run"):
+        desk.run("look.xml")
+    asked = page.asked()
+    assert asked is not None
+    page.answer(asked, "allowed")
+    assert desk.run("look.xml")["runs"]
+    desk.stop()
+    with pytest.raises(AgentError, match="a person must allow this run"):  # once
+        desk.run("look.xml")
+
+
+def test_leave_for_one_document_is_none_for_another(desk: Desk, root: Path, robot: ServedRobot) -> None:
+    allow(root, robot.realm, ask="true")
+    assert desk.verdict("look.xml", seconds=0.5)["ready"]
+    with pytest.raises(AgentError, match="must allow"):
+        desk.run("look.xml")
+    page = Approvals(root)
+    asked = page.asked()
+    assert asked is not None
+    page.answer(asked, "allowed")
+    _edit(root)
+    assert desk.verdict("look.xml", seconds=0.5)["ready"]
+    with pytest.raises(AgentError, match="must allow"):
+        desk.run("look.xml")
+
+
+def test_its_stop_stops_the_robot_until_a_person_lets_it_go_on(desk: Desk, robot: ServedRobot) -> None:
+    assert desk.verdict("look.xml", seconds=0.5)["ready"]
+    assert desk.run("look.xml")["runs"]
+    desk.stop(robot=True)
+    try:
+        assert desk.robot()["emergency_stop"]
+    finally:
+        with robot.client() as client:
+            SafetyPrx.uncheckedCast(client.communicator.stringToProxy("Safety")).resetEmergencyStop()

@@ -1,0 +1,306 @@
+"""The verdict on a document: what is not ready, in the order of what to fix first, and what leaves it ready."""
+
+from __future__ import annotations
+
+import importlib.util
+import threading
+from collections.abc import Iterator
+from importlib.machinery import ModuleSpec
+from pathlib import Path
+from typing import Final
+
+import pytest
+
+from tests.support.documents import document, state, sub, transition
+from tests.support.limits import RUN_LIMIT
+from visualhfsm import Checked, EditError, OpenDocument, Place, Project, Reason, SetText, Verdict
+
+pytestmark = pytest.mark.slow
+
+GO: Final = Place(kind="state", automaton=1, id=2, part="code")
+AFTER: Final = transition(3, 1, 2, "500", type="time", name="soon")
+
+
+def moves(code: str = "", *, libraries: tuple[str, ...] = (), properties: str = "") -> str:
+    """Return a document that goes from `wait` to `go` after 0.5 s, where it runs some code."""
+    return document(
+        sub(1, 0, state(1, "wait", initial=True), state(2, "go", code), AFTER),
+        libraries=libraries,
+        head=f"<properties>{properties}</properties>",
+    )
+
+
+def stated(name: str, kind: str, expression: str) -> str:
+    return f'<property kind="{kind}"><name>{name}</name><expression>{expression}</expression></property>'
+
+
+@pytest.fixture(scope="module")
+def root(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("verdicts")
+
+
+@pytest.fixture(scope="module")
+def project(root: Path) -> Iterator[Project]:
+    """Have one project for all tests, whose processes last from verdict to verdict."""
+    with Project(root, journals=root / ".journals") as opened:
+        Judged(opened, root).verdict(moves())
+        opened.documents[0].close()
+        yield opened
+
+
+class Judged:
+    """A folder with a document and its tests, of which verdicts are asked."""
+
+    def __init__(self, project: Project, folder: Path) -> None:
+        self.project = project
+        self.folder = folder
+        self.opened: OpenDocument | None = None
+
+    def write(self, text: str, tests: str = "") -> Path:
+        (self.folder / "pyproject.toml").write_text("[tool.pytest.ini_options]\naddopts = '-p no:anyio'\n")
+        path = self.folder / "moves.xml"
+        path.write_text(text, encoding="utf-8")
+        if tests:
+            (self.folder / "test_moves.py").write_text(f'"""Tests of moves.xml."""\n{tests}')
+        return path
+
+    def open(self, text: str, tests: str = "") -> OpenDocument:
+        self.opened = self.project.open(self.write(text, tests))
+        return self.opened
+
+    def verdict(self, text: str, tests: str = "", *, patience: float = RUN_LIMIT) -> Verdict:
+        return self.open(text, tests).verdict(seconds=1.0, patience=patience)
+
+    def reason(self, text: str, tests: str = "", *, patience: float = RUN_LIMIT) -> Reason:
+        verdict = self.verdict(text, tests, patience=patience)
+        assert not verdict.ready
+        (reason,) = verdict.reasons
+        return reason
+
+
+@pytest.fixture
+def alone(tmp_path: Path) -> Iterator[Judged]:
+    """Have a folder whose processes are of one test, which ends them."""
+    with Project(tmp_path, journals=tmp_path / ".journals") as opened:
+        yield Judged(opened, tmp_path)
+
+
+@pytest.fixture
+def judged(project: Project, root: Path, request: pytest.FixtureRequest) -> Iterator[Judged]:
+    folder = root / request.node.originalname
+    folder.mkdir(exist_ok=True)
+    made = Judged(project, folder)
+    yield made
+    if made.opened is not None:
+        made.opened.close(discard=True)
+
+
+# -- ready -------------------------------------------------------------------------------------------------
+
+
+def test_it_is_ready_when_all_agree(judged: Judged) -> None:
+    tests = "def test_it(behavior):\n    behavior('moves.xml').run_until('go', limit=1.0)\n"
+    properties = stated("arrives", "eventually", "go")
+    verdict = judged.verdict(moves("unread = 1", properties=properties), tests)
+    assert (verdict.ready, verdict.reasons) == (True, ())
+    assert (verdict.document, verdict.tests, verdict.seconds) == ("moves.xml", 1, 1.0)
+    assert (verdict.proved, verdict.undecided) == (("arrives",), ())
+    (warning,) = verdict.warnings
+    assert (warning.found, warning.line, warning.state) == ("checks", 4, "go")
+    assert judged.opened is not None
+    again = judged.opened.verdict(seconds=1.0)
+    assert again == verdict
+    (judged.folder / "helper.py").write_text("ANGLE = 0.5\n")
+    assert judged.opened.verdict(seconds=1.0).digest != verdict.digest
+
+
+def test_a_property_that_the_model_checker_cannot_decide_leaves_it_ready(judged: Judged) -> None:
+    late = transition(5, 1, 4, "700", type="time")
+    waits = state(1, "wait", "self.sleep(0.2)", initial=True)
+    text = document(
+        sub(1, 0, waits, state(2, "go"), state(4, "late"), AFTER, late),
+        head=f"<properties>{stated('prompt', 'never', 'late')}</properties>",
+    )
+    verdict = judged.verdict(text)
+    assert (verdict.ready, verdict.proved, verdict.undecided) == (True, (), ("prompt",))
+
+
+# -- what checks and the model checker find ----------------------------------------------------------------
+
+
+def test_no_code_of_a_document_with_errors_is_run(judged: Judged) -> None:
+    wrote = judged.folder / "wrote"
+    code = f"open({str(wrote)!r}, 'w')\nprint('a' 'b'"
+    tests = f"def test_it():\n    open({str(wrote)!r}, 'w')\n"
+    reason = judged.reason(moves(code), tests)
+    assert (reason.found, reason.file, reason.line, reason.state) == ("checks", "moves.xml", 5, "go")
+    assert (reason.where, reason.place) == ("code of go, line 2", GO)
+    assert not wrote.exists()
+
+
+def test_a_violated_property_has_the_steps_that_lead_there(judged: Judged) -> None:
+    properties = stated("stays", "never", "go") + stated("starts", "eventually", "wait")
+    verdict = judged.verdict(moves(properties=properties))
+    (reason,) = verdict.reasons
+    assert (reason.found, reason.state) == ("model checker", "go")
+    assert reason.message.startswith("`stays` is violated")
+    assert [step.split() for step in reason.steps] == [
+        ["0.000", "s", "`wait`", "is", "entered"],
+        ["0.500", "s", "`wait`", "->", "`go`", "by", "`soon`"],
+    ]
+    assert verdict.proved == ("starts",)
+
+
+def test_an_error_in_an_imported_file_is_one_of_that_file(judged: Judged) -> None:
+    (judged.folder / "part.xml").write_text(document(sub(1, 0, state(1, "in", "x =", initial=True))))
+    text = document(
+        sub(1, 0, state(1, "wait", initial=True, child=2)),
+        '<SubAutomata id="2" idFather="1"><import>part.xml</import></SubAutomata>\n',
+    )
+    reason = judged.reason(text)
+    assert (reason.found, reason.file, reason.line) == ("checks", "part.xml", 1)
+    assert "in" in reason.where
+
+
+# -- the run -----------------------------------------------------------------------------------------------
+
+
+def test_a_run_that_raises_says_where(judged: Judged) -> None:
+    reason = judged.reason(moves("names = {}\nself.log.info(names['a'])"))
+    assert (reason.found, reason.file, reason.line, reason.state) == ("run", "moves.xml", 5, "go")
+    assert "KeyError" in reason.message
+    assert any("wait -> go" in step for step in reason.steps)
+
+
+def test_a_run_that_hangs_is_ended(alone: Judged) -> None:
+    reason = alone.reason(moves("while self.clock is not None: pass"), patience=2.0)
+    assert (reason.found, reason.hints) == ("run", ("see it in a dry run: visualhfsm edit moves.xml",))
+    assert "took more than 2 s" in reason.message
+
+
+def test_a_run_that_ends_its_process_is_not_ready(alone: Judged) -> None:
+    reason = alone.reason(moves("os._exit(0)", libraries=("import os",)))
+    assert (reason.found, reason.message) == ("run", "a run in virtual time failed: ended its process")
+
+
+def test_what_is_found_by_a_run_comes_before_what_tests_find(judged: Judged) -> None:
+    verdict = judged.verdict(moves("raise ValueError"), "def test_it():\n    raise OSError\n")
+    assert [reason.found for reason in verdict.reasons] == ["run", "tests"]
+
+
+# -- the tests ---------------------------------------------------------------------------------------------
+
+
+def test_a_test_that_fails_says_where_and_how_the_behavior_got_there(judged: Judged) -> None:
+    tests = (
+        "def test_good(behavior):\n    behavior('moves.xml').advance(0.1)\n\n"
+        "def test_bad(behavior):\n    behavior('moves.xml').run_until('go', limit=0.2)\n"
+    )
+    verdict = judged.verdict(moves(), tests)
+    (reason,) = verdict.reasons
+    name = "test_moves.py::test_bad"
+    assert (reason.found, reason.where, verdict.tests) == ("tests", name, 1)
+    assert (reason.file, reason.line) == ("test_moves.py", 6)
+    assert reason.hints == (f"run it alone: pytest {name}",)
+    assert any("enters wait" in step for step in reason.steps)
+
+
+def test_a_test_that_hangs_is_ended(judged: Judged) -> None:
+    tests = "def test_it():\n    while True: pass\n"
+    verdict = judged.verdict(moves(), tests, patience=3.0)
+    reason = verdict.reasons[-1]
+    assert (reason.found, reason.message) == ("tests", "the tests took more than 3 s")
+    assert reason.where == "test_moves.py::test_it"
+
+
+@pytest.mark.parametrize("code", [0, 3])
+def test_a_test_that_ends_pytest_is_none_that_passed(judged: Judged, code: int) -> None:
+    tests = f"import os\n\ndef test_good(): ...\n\ndef test_end():\n    os._exit({code})\n"
+    reason = judged.reason(moves(), tests)
+    assert (reason.found, reason.where) == ("tests", "test_moves.py::test_end")
+    assert reason.message == f"pytest ended with {code}, and did not say how all tests went"
+
+
+WRITES: Final = """
+import sys
+
+def test_it():
+    [name] = [each[15:] for each in sys.argv if each.startswith('--hfsm-results')]
+    open(name, 'w').write('[')
+"""
+
+
+@pytest.mark.parametrize(
+    "tests",
+    [
+        "def test_it(:\n",
+        "import nowhere\n\ndef test_it(): ...\n",
+        WRITES,
+        "import shutil, tempfile\n\ndef test_it():\n    shutil.rmtree(tempfile.gettempdir())\n",
+    ],
+    ids=["no Python", "import", "writes results", "deletes results"],
+)
+def test_tests_that_do_not_say_how_they_went_are_none_that_passed(judged: Judged, tests: str) -> None:
+    verdict = judged.verdict(moves(), tests)
+    assert (verdict.ready, verdict.tests) == (False, 0)
+    assert [reason.found for reason in verdict.reasons] == ["tests"]
+    (reason,) = verdict.reasons
+    assert reason.where or reason.steps
+
+
+def test_tests_without_pytest_say_how_to_install_it(judged: Judged, monkeypatch: pytest.MonkeyPatch) -> None:
+    genuine = importlib.util.find_spec
+
+    def find(name: str, package: str | None = None) -> ModuleSpec | None:
+        return None if name == "pytest" else genuine(name, package)
+
+    monkeypatch.setattr("importlib.util.find_spec", find)
+    reason = judged.reason(moves(), "def test_it(): ...\n")
+    assert (reason.found, "pip install 'visualhfsm[test]'" in reason.message) == ("tests", True)
+
+
+# -- files that change -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["moves.xml", "helper.py"])
+def test_files_that_change_meanwhile_are_the_first_reason(judged: Judged, name: str) -> None:
+    file = judged.folder / name
+    tests = (
+        f"def test_it():\n    with open({str(file)!r}, 'a') as file:\n        file.write('\\n')\n"
+        "    raise OSError\n"
+    )
+    verdict = judged.verdict(moves(), tests)
+    assert [reason.found for reason in verdict.reasons] == ["files", "tests"]
+    assert verdict.reasons[0].hints == ("ask again",)
+
+
+def test_a_document_without_a_file_is_refused(project: Project) -> None:
+    made = project.new()
+    try:
+        with pytest.raises(EditError, match="it has no file yet; save it first"):
+            made.verdict()
+    finally:
+        made.close(discard=True)
+
+
+def test_changes_that_are_not_saved_are_refused(judged: Judged) -> None:
+    opened = judged.open(moves())
+    opened.apply(SetText(place=GO, text="raise ValueError"))
+    with pytest.raises(EditError, match="changes that are not saved; save it first"):
+        opened.verdict()
+    opened.save()
+    assert not opened.verdict(seconds=1.0).ready
+
+
+def test_a_document_that_is_changed_while_it_is_checked_is_refused(judged: Judged) -> None:
+    opened = judged.open(moves())
+
+    def change(event: object) -> None:
+        if isinstance(event, Checked) and not changed.is_set():
+            changed.set()
+            opened.apply(SetText(place=GO, text="raise ValueError"))
+
+    changed = threading.Event()
+    opened.subscribe(change)
+    with pytest.raises(EditError, match="it was changed meanwhile; ask again"):
+        opened.verdict()

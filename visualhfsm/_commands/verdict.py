@@ -1,0 +1,85 @@
+"""`visualhfsm verdict FILES...`: ready to drive a robot, or what to fix first."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Final
+
+import typer
+
+from codegen.options import require_directories
+from visualhfsm._base.options import Include, examples
+from visualhfsm._commands.check import documents_of
+from zenoh_ice.application.cli import finite
+
+if TYPE_CHECKING:
+    from visualhfsm import Verdict
+
+EPILOG: Final = examples(
+    "verdict behaviors/follow_ball.xml",
+    "verdict behaviors --seconds 30",
+    "verdict dance.xml --json",
+    "verdict --schema",
+    notes="Exit codes: 0 all are ready, 1 something is not, 2 wrong usage.",
+)
+
+
+def verdict(
+    files: Annotated[
+        list[Path] | None,
+        typer.Argument(metavar="FILES", help="Documents (.xml), or directories that contain some."),
+    ] = None,
+    include: Include = None,
+    *,
+    seconds: Annotated[
+        float,
+        typer.Option(metavar="S", min=0.1, max=3600.0, callback=finite, help="Virtual time of the run."),
+    ] = 10.0,
+    patience: Annotated[
+        float,
+        typer.Option(
+            metavar="S", min=1.0, max=86_400.0, callback=finite, help="Time of the run, and of the tests."
+        ),
+    ] = 60.0,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, by the schema of --schema.")] = False,
+    schema: Annotated[bool, typer.Option("--schema", help="Print the JSON schema, and end.")] = False,
+) -> None:
+    """Say whether documents are ready to drive a robot, or what is not, in the order of what to fix first.
+
+    Checks and the model checker look at them, they run in virtual time with a robot without physics, and
+    their tests are run. No code of a document with errors is run. What the model checker cannot decide is
+    said, and leaves a document ready.
+    """
+    import msgspec
+
+    from visualhfsm import Project, Verdict
+
+    if schema:
+        typer.echo(msgspec.json.format(msgspec.json.encode(msgspec.json.schema(list[Verdict]))).decode())
+        return
+    if not files:
+        raise typer.BadParameter("give a document, or --schema", param_hint="FILES")
+    paths = [*documents_of(files)]
+    verdicts = []
+    with Project(include=require_directories(include), granted=paths) as project:
+        for path in paths:
+            verdicts.append(project.open(path).verdict(seconds=seconds, patience=patience))
+            if not as_json:
+                typer.echo(_text(path, verdicts[-1]))
+    if as_json:
+        typer.echo(msgspec.json.format(msgspec.json.encode(verdicts)).decode())
+    if not all(each.ready for each in verdicts):
+        raise typer.Exit(1)
+
+
+def _text(path: Path, verdict: Verdict) -> str:
+    done = f"ran {verdict.seconds:g} s, {len(verdict.proved)} proved, {verdict.tests} tests"
+    lines = [f"{path}: {f'ready: {done}' if verdict.ready else 'not ready'}"]
+    for number, each in enumerate((*verdict.reasons, *verdict.warnings), 1):
+        head = f"{number}." if number <= len(verdict.reasons) else "warning:"
+        at = f"{each.file}:{each.line}: " if each.file and each.line else ""
+        where = f" ({each.where or each.state})" if each.where or each.state else ""
+        message = each.message.removeprefix(at).replace("\n", "\n       ")
+        lines += [f"  {head} {at}{message}{where}", *(f"       {step}" for step in each.steps)]
+        lines += [f"     > {hint}" for hint in each.hints]
+    return "\n".join((*lines, *(f"  undecided by the model checker: `{name}`" for name in verdict.undecided)))
