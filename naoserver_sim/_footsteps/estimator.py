@@ -122,6 +122,8 @@ class Estimator:
         self._offset = 0.0  # of the turning rate about the vertical axis
         self._mounting = [0.0, 0.0]  # errors of roll and pitch
         self._still = 0  # ticks over which both are means
+        self.turning = 0.0
+        """Largest turning rate of the base about one of its axes in rad/s."""
         self._resting = False  # whether nothing turns
 
     @property
@@ -167,7 +169,8 @@ class Estimator:
         rolled = about_x + rate * math.sin(inertial.pitch)
         self._roll = _pulled(self._roll + rolled * seconds, inertial.roll)
         self._pitch = _pulled(self._pitch + (about_y * cosine - about_z * sine) * seconds, inertial.pitch)
-        self._resting = resting and max(map(abs, inertial.angular_velocity)) < STILL_RATE
+        self.turning = max(abs(about_x), abs(about_y), abs(about_z))
+        self._resting = resting and self.turning < STILL_RATE
         if self._resting:
             self._still = min(self._still + 1, STANDING_TICKS)
             self._offset += (rate - self._offset) / self._still

@@ -37,8 +37,10 @@ _CARRIES: Final = 0.1
 """Least share of the load with which a foot carries a robot whose legs are held."""
 _CALM: Final = 0.02
 """Distance in m of the capture point from the middle between the feet within which a robot stands calmly."""
-_CALM_PERIOD: Final = 0.02
+_CALM_PERIOD: Final = 0.03
 """Seconds between two corrections of a robot that stands calmly."""
+_CALM_RATE: Final = 0.05
+"""Turning rate in rad/s about each axis up to which it stands calmly: a push is answered at once."""
 _ROUNDING: Final = 1e-6  # s
 _STEADY_PERIOD: Final = 0.02
 """Seconds between two plans of the legs of a robot that walks steadily: between them they go on as before."""
@@ -132,7 +134,8 @@ class FootstepWalker(Locomotion):
         resting = self._steps.phase is Phase.STANDING and self._stage is not _Stage.LOST
         self._estimator.turn(seconds, self._sensors.inertial(), resting=resting)
         self._since += seconds
-        if self._since < self._pause - _ROUNDING and not (resting and self._velocity != STILL):
+        pausing = not resting or (self._estimator.turning < _CALM_RATE and self._velocity == STILL)
+        if pausing and self._since < self._pause - _ROUNDING:
             self._simulator.commands[self._limbs.leg_motors] = self._given + self._since * self._drift
             return
         since, self._since, self._pause = self._since, 0.0, 0.0

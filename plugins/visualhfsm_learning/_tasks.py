@@ -190,7 +190,8 @@ class ReachEnvironment(NaoEnvironment):
 
     def _look(self) -> None:
         super()._look()
-        self._hand = hand_at(self._body, self._angles())
+        angles = {joint.name: angle for joint, angle in zip(self._moved, self._angles(), strict=True)}
+        self._hand = kinematics_of(self._body).place_of(_HAND, angles)[:3, 3]
         self._distance = math.dist(self._target.tolist(), self._hand.tolist())
 
 
