@@ -6,6 +6,7 @@ import asyncio
 import os
 import re
 import signal
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,9 +14,10 @@ import pytest
 
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import read_document
+from hfsm_runtime import waiting
 from tests.support.documents import document, state, sub, transition
-from tests.support.limits import CALL_LIMIT
-from tests.support.processes import free_endpoint
+from tests.support.limits import CALL_LIMIT, FOREVER, START_LIMIT
+from tests.support.processes import children, free_endpoint
 from tests.support.pushes import Pushes
 from tests.support.soak import cases
 from visualhfsm._document.places import Place
@@ -57,9 +59,13 @@ def end_of(
     dry_run: bool = False,
     kill: int = 0,
     stop: bool = False,
+    ahead: bool = False,
     limits: PartLimits = USUAL_LIMITS,
 ) -> tuple[StartedPush, str]:
-    """Run a document, perhaps kill or stop it when it prints its pid; return how it ended, and its output."""
+    """Run a document, perhaps kill or stop it when it prints its pid; return how it ended, and its output.
+
+    It runs in a process that was started `ahead`, or in a new one.
+    """
     path.write_text(content)
     found = read_document(path, Diagnostics())
     assert found is not None
@@ -71,8 +77,15 @@ def end_of(
             return "\n".join(line.text for push in pushes.of(Output) for line in push.lines)
 
         settings = Settings(realm="test-ends", connect=(free_endpoint(),), timeout=CALL_LIMIT)
-        service = StartedComponents(pushes, settings, limits=limits)
+        service = StartedComponents(
+            pushes, settings, limits=replace(limits, preparation=FOREVER * (not ahead))
+        )
         try:
+            if ahead:
+                service.prepare()
+                async with asyncio.timeout(START_LIMIT):
+                    while not children(waiting.__file__):
+                        await asyncio.sleep(0.01)
             await service.start(
                 Source(1, 1, found, path, False), ["--clock", "wall"], dry_run="" if dry_run else None
             )
@@ -135,6 +148,16 @@ def path(tmp_path: Path) -> Path:
 @pytest.mark.parametrize("expected", ENDS.values(), ids=ENDS)
 def test_what_ends_a_component_is_found_in_the_document(path: Path, expected: End) -> None:
     end, output = end_of(path, text(**expected.parts))
+    assert re.search(expected.says, output), output
+    assert (end.exit_code, end.place, end.line) == (expected.code, expected.place, expected.line), output
+
+
+@pytest.mark.parametrize(
+    "name", cases(["os._exit(0)", "missing library"], ["kills itself", "library that dies"])
+)
+def test_what_ends_one_that_was_started_ahead_is_found_there_too(path: Path, name: str) -> None:
+    expected = ENDS[name]
+    end, output = end_of(path, text(**expected.parts), ahead=True)
     assert re.search(expected.says, output), output
     assert (end.exit_code, end.place, end.line) == (expected.code, expected.place, expected.line), output
 

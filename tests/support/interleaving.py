@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import json
 import random
 from asyncio import SubprocessProtocol as Protocol
 from collections import Counter
@@ -103,6 +104,20 @@ class _Transport:
     def send_signal(self, _number: int) -> None:
         self._end = self._end or asyncio.create_task(self._ends())
 
+    @property
+    def is_ending(self) -> bool:
+        return self._end is not None
+
+    def get_pipe_transport(self, _: int) -> asyncio.WriteTransport:
+        return _Input(self)
+
+    def become(self, command: Sequence[str]) -> None:
+        """Be another command, as a process that waited for that."""
+        self._nursery.alive[self.role] -= 1
+        self.role = self._nursery.role(command)
+        self._nursery.alive[self.role] += 1
+        self._nursery.most |= self._nursery.alive
+
     def get_pid(self) -> int:
         return self._pid
 
@@ -118,3 +133,19 @@ class _Transport:
         self.protocol.process_exited()
         await self._nursery.turns()
         self.protocol.connection_lost(None)
+
+
+class _Input(asyncio.WriteTransport):
+    """What a child that waits is told."""
+
+    def __init__(self, child: _Transport) -> None:
+        self._child = child
+
+    def write(self, data: bytes | bytearray | memoryview) -> None:
+        self._child.become(["", *json.loads(bytes(data))[0]])
+
+    def is_closing(self) -> bool:
+        return self._child.is_ending
+
+    def close(self) -> None:
+        pass

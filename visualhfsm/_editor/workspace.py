@@ -137,6 +137,7 @@ class Workspace:
             recording=recording,
         )
         self.tabs.add(tab)
+        self.parts.started.prepare()
         self._show(tab)
         return tab
 

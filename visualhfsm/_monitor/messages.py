@@ -50,6 +50,8 @@ class PartLimits:
     """The robot answers to being stopped; then it is stopped again."""
     stop_repetition: float = 8.0
     """The robot confirms one of the stops that are repeated: less than a request of the page may take."""
+    preparation: float = 1.0
+    """A document was opened, or a component started; then a process starts that waits for the next start."""
     standstill: float = STILL_LIMIT
     """The joints are still after a confirmed stop."""
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import shutil
-import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -34,6 +33,7 @@ from visualhfsm._base.work import PerDocument
 from visualhfsm._document.generate import generate_component, summary
 from visualhfsm._document.origins import Origin, Origins, read_origins
 from visualhfsm._monitor import messages
+from visualhfsm._processes.ahead import StartedAhead
 from visualhfsm._processes.bodies import body_option, require_body
 from visualhfsm._processes.failures import Failure, LastWords, describe_end
 from zenoh_ice import Settings
@@ -76,8 +76,13 @@ class StartedComponents(PerDocument["StartedComponent"]):
         self._folder = folder or Path.cwd()
         self._environment = settings.environment() if settings else {}
         self._sockets = sockets
+        self._ahead = StartedAhead(self._shared_environment, limits.preparation)
         self._written: dict[Path, bytes] = {}
         """The components that were generated beside their documents, by their files."""
+
+    def prepare(self) -> None:
+        """Begin what makes the next start a fast one: a document was opened."""
+        self._ahead.prepare()
 
     async def generate(self, source: messages.Source) -> Path:
         """Write the component beside its document, or where the tab's component runs; return its path."""
@@ -155,15 +160,22 @@ class StartedComponents(PerDocument["StartedComponent"]):
         """Stop everything that runs."""
         for each in self:
             each.patience = _CLOSE_LIMITS
-        await super().close()
+        try:
+            await super().close()
+        finally:
+            await self._ahead.close()
+
+    def _shared_environment(self) -> dict[str, str]:
+        return {**child_environment(), **self._environment}
 
     def _component_of(self, tab: int) -> StartedComponent:
         return StartedComponent(
             tab,
             self._publish,
-            {**self._environment, **messages.own_listener(self._sockets)},
+            messages.own_listener(self._sockets),
+            self._ahead,
             partial(_Directory, self._include, self._folder, self._written),
-            (self._limits.interruption, self._limits.termination),
+            patience=(self._limits.interruption, self._limits.termination),
         )
 
 
@@ -186,15 +198,18 @@ class StartedComponent:
         self,
         tab: int,
         publish: messages.Publish,
-        environment: Mapping[str, str],
+        own_variables: Mapping[str, str],
+        ahead: StartedAhead,
         make_directory: Callable[[], _Directory],
+        *,
         patience: Sequence[float],
     ) -> None:
         self._tab = tab
         self.patience = patience
         """Seconds from SIGINT to SIGTERM, and from there to SIGKILL."""
         self._publish = publish
-        self._environment = environment
+        self._own_variables = own_variables
+        self._ahead = ahead
         self._make_directory = make_directory
         self._directory = make_directory()
         self._generated: _Generated | None = None
@@ -260,8 +275,7 @@ class StartedComponent:
             self._generated = generated
             self._report("starting")
             runner = [] if dry_run is None else ["-P", "-m", _DRY_RUN, f"--body={dry_run}"]
-            command = [sys.executable, *runner, str(generated.component), *_WAIT, *arguments]
-            await self._launch(command, at_once=dry_run is None)
+            await self._launch(runner, [str(generated.component), *_WAIT, *arguments])
         except BaseException as error:
             message = error.message if isinstance(error, VisualHfsmError) else _NOT_STARTED
             self._report("ended", None, message)
@@ -289,12 +303,12 @@ class StartedComponent:
             self._process.kill()
             self._directory.close()
 
-    async def _launch(self, command: Sequence[str], *, at_once: bool) -> None:
+    async def _launch(self, runner: Sequence[str], command: Sequence[str]) -> None:
         self._words = LastWords()
         with VisualHfsmError.in_place_of(OSError, "the component cannot be started: {reason}"):
             kept = self._last_cycle = self._directory.file_for_last_cycle()
-            environment = {**child_environment(), **self._environment, last_cycle.VARIABLE: str(kept)}
-            await self._process.start(command, environment, at_once=at_once)
+            own = {**self._own_variables, last_cycle.VARIABLE: str(kept)}
+            self._process = await self._ahead.start(self._process, runner, command, own)
 
     def _end(self, code: int, stopped: bool) -> None:
         kept = last_cycle.read(self._last_cycle) if self._last_cycle else None

@@ -34,11 +34,11 @@ class ChildProcess:
         receive: Callable[[int, bytes], None],
         ended: Callable[[int, bool], None] = lambda _code, _stopped: None,
     ) -> None:
-        self._receive = receive
+        self.receive = receive
         self._report_end = ended
         self._is_running = False
         self._transport: asyncio.SubprocessTransport | None = None
-        self._events = _Events(receive)
+        self._events = _Events(self)
         self._ended: asyncio.Task[int] | None = None
         self._stopped = False
 
@@ -60,12 +60,13 @@ class ChildProcess:
         foreground: bool = False,
         merged: bool = False,
         at_once: bool = False,
+        waits: bool = False,
     ) -> None:
         """Start a command. Raises OSError when no process can be started, as while the former one runs.
 
         A foreground command uses our terminal, and `receive` gets nothing. `merged` sends stderr to stdout.
         One of ours that calls `begin_loading` can start `at_once`: it ties itself to this process, which
-        saves the start of an interpreter.
+        saves the start of an interpreter. One that `waits` at its stdin gets that from `give`.
         """
         if self._is_running:
             raise OSError(errno.EBUSY, "the former process still runs")
@@ -75,6 +76,8 @@ class ChildProcess:
             options = {"stdin": None, "stdout": None, "stderr": None, "process_group": 0}
         elif merged:
             options["stderr"] = subprocess.STDOUT
+        elif waits:
+            options["stdin"] = subprocess.PIPE
         self._is_running = True  # nobody else starts one while this waits
         tether = [] if at_once else tether_command("foreground" if foreground else "background")
         variables = {LAUNCHER: str(os.getpid())} if at_once else {}
@@ -83,7 +86,7 @@ class ChildProcess:
         blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
             self._transport, self._events = await asyncio.get_running_loop().subprocess_exec(
-                partial(_Events, self._receive),
+                partial(_Events, self),
                 *tether,
                 *command,
                 env={**environment, **variables},
@@ -97,6 +100,21 @@ class ChildProcess:
                 signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
         self._stopped = False
         self._ended = asyncio.create_task(self._end(self._transport, self._events))
+
+    def give(self, text: bytes, in_place_of: ChildProcess) -> bool:
+        """Give a process that waits its whole stdin; from now on it reports as another one would.
+
+        Return False if it has ended instead.
+        """
+        pipe = self._transport.get_pipe_transport(0) if self._transport else None
+        if not isinstance(pipe, asyncio.WriteTransport) or pipe.is_closing():
+            return False
+        pipe.write(text)
+        if pipe.is_closing():  # nobody reads any more
+            return False
+        self.receive, self._report_end = in_place_of.receive, in_place_of._report_end
+        pipe.close()  # what was written arrives before
+        return True
 
     async def wait(self) -> int:
         """Wait for the end of the process and its output, and return its exit code, as `ended` gets it."""
@@ -152,7 +170,7 @@ class ChildProcess:
         assert code is not None
         try:
             for descriptor in (1, 2):
-                self._receive(descriptor, b"")
+                self.receive(descriptor, b"")
         finally:
             self._is_running = False
         self._report_end(code, self._stopped)
@@ -162,8 +180,8 @@ class ChildProcess:
 class _Events(asyncio.SubprocessProtocol):
     """What the event loop says of one process."""
 
-    def __init__(self, receive: Callable[[int, bytes], None]) -> None:
-        self._receive = receive
+    def __init__(self, process: ChildProcess) -> None:
+        self._process = process
         self.exited = asyncio.Event()
         """Set once the process has ended; more of its output may follow."""
         self.closed = asyncio.Event()
@@ -171,7 +189,7 @@ class _Events(asyncio.SubprocessProtocol):
 
     def pipe_data_received(self, fd: int, data: bytes) -> None:
         """Pass on the output."""
-        self._receive(fd, data)
+        self._process.receive(fd, data)
 
     def process_exited(self) -> None:
         """Note the end of the process."""

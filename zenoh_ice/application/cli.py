@@ -176,6 +176,11 @@ ServerWait = Annotated[
 SERVER_WAIT: Final = 30.0
 
 
+def load_transport() -> None:
+    """Import what the first communicator would import, in a process that will need it soon."""
+    import zenoh_ice.routes._transport  # noqa: F401 - it takes long
+
+
 def report_ready(text: str = "") -> Watchdog:
     """Print `text`, if any, and notify systemd, if it started the command, that the command is ready.
 

@@ -45,6 +45,8 @@ _ZENOH_LOG: Final = (
     "error,zenoh::api::handlers=off,zenoh::net::routing::hat=off,zenoh::bug=off,"
     "zenoh_transport::unicast=off,zenoh_codec=off"
 )
+_DELAY: Final = 100  # ms that opening waits for the endpoints; a call waits longer for its servant
+_LINK_PERIOD: Final = 0.001  # s between two looks at the links that are waited for
 _SELF_LIMIT: Final = 2.0  # s for the answer to its own query
 _MOST_SESSIONS: Final = 1 << 14  # of a router, which counts links by itself
 _STEP_LIMIT: Final = 1.0  # s for each step of finding out why an endpoint makes no link
@@ -78,7 +80,7 @@ def open_session(settings: Settings, *, session_id: str = "") -> zenoh.Session:
     if session_id:
         config["id"] = session_id
     try:
-        return zenoh.open(zenoh.Config.from_json5(json.dumps(config)))
+        session = zenoh.open(zenoh.Config.from_json5(json.dumps(config)))
     except zenoh.ZError as error:
         text = without_source(error)
         if settings.mode == "client" and "Unable to connect" in text:
@@ -101,6 +103,16 @@ def open_session(settings: Settings, *, session_id: str = "") -> zenoh.Session:
         if "assign requested address" in text:
             raise ConfigurationException(_explain_address(settings.listen)) from error
         raise ConfigurationException(f"Zenoh refuses the settings: {text}") from error
+    if "open" in config:
+        _wait_for_links(session, len(connect_endpoints(settings)))
+    return session
+
+
+def _wait_for_links(session: zenoh.Session, wanted: int) -> None:
+    """Wait for as many links to others as are wanted, at most as long as Zenoh would."""
+    end, info = time.monotonic() + _DELAY / 1000, session.info
+    while len(info.peers_zid()) + len(info.routers_zid()) < wanted and time.monotonic() < end:
+        time.sleep(_LINK_PERIOD)
 
 
 def _explain_address(listen: Iterable[str]) -> str:
@@ -196,7 +208,7 @@ def session_config(settings: Settings) -> dict[str, Any]:
             # Peers do not relay: two clients of one server reach each other by the links that gossip makes.
             # With roles, no path may bypass the router that grants them.
             "gossip": {"enabled": not security.roles},
-            "delay": 100,  # ms that opening waits for the endpoints; a call waits longer for its servant
+            "delay": _DELAY,
         },
         "listen": {"endpoints": listen, "exit_on_failure": True},
         "connect": {
@@ -222,6 +234,9 @@ def session_config(settings: Settings) -> dict[str, Any]:
             "shared_memory": {"enabled": False},  # large values go through local sockets
         },
     }
+    if settings.mode == "peer" and len(connect) > 1:
+        # Zenoh would wait for the whole delay when gossip makes the link to one endpoint before it does.
+        config["open"] = {"return_conditions": {"connect_scouted": False}}
     if security.roles:
         config["access_control"] = access_control(security, settings.realm)
     return config

@@ -1,4 +1,4 @@
-"""Closing a session whose peer no longer accepts data."""
+"""Opening a session with several endpoints, and closing one whose peer no longer accepts data."""
 
 from __future__ import annotations
 
@@ -10,7 +10,10 @@ import pytest
 import zenoh
 
 from tests.support.limits import FOREVER
-from zenoh_ice.carriers.zenoh.session import close_session
+from tests.support.processes import free_endpoint
+from zenoh_ice.carriers.zenoh import session as module
+from zenoh_ice.carriers.zenoh.session import close_session, open_session
+from zenoh_ice.settings import Settings
 
 
 class Stuck:
@@ -30,3 +33,16 @@ def test_session_that_does_not_end_holds_nobody_up(caplog: pytest.LogCaptureFixt
         close_session(cast("zenoh.Session", stuck), 0.01)
         assert "has not ended after 0.01 s" in caplog.text
     stuck.may_end.set()
+
+
+def test_opening_waits_for_links_to_all_endpoints_and_no_longer(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Gossip makes some of these links: Zenoh itself would go on waiting for the endpoint."""
+    monkeypatch.setattr(module, "_DELAY", FOREVER * 1000)
+    first, second = free_endpoint(), free_endpoint()
+    with (
+        open_session(Settings(connect=(), listen=(first,))) as robot,
+        open_session(Settings(connect=(first,), listen=(second,))) as editor,
+    ):
+        for _ in range(10):
+            with open_session(Settings(connect=(second, first))) as session:
+                assert {*session.info.peers_zid()} == {robot.zid(), editor.zid()}
