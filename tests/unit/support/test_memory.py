@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import weakref
 from collections.abc import Iterator
+from functools import cache, lru_cache
 
 import pytest
 
@@ -39,3 +40,17 @@ def test_what_is_frozen_is_looked_at_no_more_and_garbage_goes_before_that() -> N
     freeze()
     assert garbage() is None
     assert not any(each is kept for each in gc.get_objects())
+
+
+@pytest.mark.parametrize(("size", "left"), [(64 << 20, (0, 1)), (1, (1, 1))])
+def test_caches_with_a_limit_are_emptied_when_the_process_has_grown(size: int, left: tuple[int, int]) -> None:
+    limited, unlimited = lru_cache(maxsize=8)(Cycle), cache(Cycle)
+    for each in (limited, unlimited):
+        each.__module__ = "codegen.cached"
+        each(1)
+    memory = Memory()
+    memory.keep_the_collected()
+    grown = Cycle(size)
+    memory.give_back()
+    assert tuple(each.cache_info().currsize for each in (limited, unlimited)) == left
+    assert len(grown.content) == size
