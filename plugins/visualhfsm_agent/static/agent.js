@@ -10,6 +10,9 @@ import {page} from "visualhfsm/data/page.js";
 import {store} from "visualhfsm/data/store.js";
 import {notifyError} from "visualhfsm/kit/notices.js";
 import {t} from "visualhfsm/kit/texts.js";
+import {addStyles} from "visualhfsm/kit/theme.js";
+
+await addStyles(new URL("./agent.css", import.meta.url));
 
 const PERIOD = 1000; // ms
 
@@ -38,15 +41,20 @@ class AgentPanel extends PageElement {
     clearInterval(this.#timer);
   }
 
+  async focusFirst() {
+    await this.updateComplete;
+    this.querySelector("button")?.focus();
+  }
+
   render() {
     const {asked} = this;
     if (!asked) return html`<p class="empty" role="status">${t("No agent asks for anything.")}</p>`;
     const {path, seconds} = asked;
-    return html`<div class="pad" role="alert">
+    return html`<div class="asked" role="alert">
       <p>${t("An agent asks to run {path} on the robot, for at most {seconds} s.", {path, seconds})}</p>
       <p>
-        <button class="primary" @click=${() => this.#answer(true)}>${t("Allow it once")}</button>
-        <button @click=${() => this.#answer(false)}>${t("Refuse")}</button>
+        <button type="button" class="button primary" @click=${() => this.#answer(true)}>${t("Allow it once")}</button>
+        <button type="button" class="button" @click=${() => this.#answer(false)}>${t("Refuse")}</button>
       </p>
     </div>`;
   }

@@ -1,0 +1,46 @@
+"""The run that an agent asks for, which a person allows or refuses in the page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import expect
+
+from tests.support.browser import EditorPage
+from visualhfsm_agent._approval import Approvals
+from visualhfsm_agent._limits import AgentError
+
+
+@pytest.fixture
+def path(path: Path) -> Path:
+    (path.parent / "agent.toml").write_text('realm = "nao"\n')
+    return path
+
+
+@pytest.fixture
+def asked(shown: EditorPage, path: Path) -> Approvals:
+    """A question of an agent in the panel, which opens by itself once."""
+    approvals = Approvals(path.parent)
+    expect(shown.page.get_by_text("No agent asks for anything.")).to_be_visible()
+    with pytest.raises(AgentError, match="a person must allow this run"):
+        approvals.require("digest", "look.xml", 30.0)
+    words = "An agent asks to run look.xml on the robot, for at most 30 s."
+    expect(shown.page.get_by_role("alert")).to_contain_text(words)
+    assert shown.violations("hfsm-agent") == []
+    return approvals
+
+
+def test_a_run_is_allowed_once(shown: EditorPage, asked: Approvals) -> None:
+    shown.page.get_by_role("button", name="Allow it once").click()
+    expect(shown.page.get_by_text("No agent asks for anything.")).to_be_visible()
+    asked.require("digest", "look.xml", 30.0)
+    with pytest.raises(AgentError, match="a person must allow this run"):
+        asked.require("digest", "look.xml", 30.0)
+
+
+def test_a_run_is_refused(shown: EditorPage, asked: Approvals) -> None:
+    shown.page.get_by_role("button", name="Refuse").click()
+    expect(shown.page.get_by_text("No agent asks for anything.")).to_be_visible()
+    with pytest.raises(AgentError, match="a person has refused this run"):
+        asked.require("digest", "look.xml", 30.0)
