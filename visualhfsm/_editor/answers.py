@@ -78,6 +78,19 @@ class Opened(TypedDict):
     remarks: NotRequired[Sequence[Message]]
 
 
+class Judged(TypedDict):
+    """Whether a document is ready, or the first reason why not, who found it, and how many there are."""
+
+    ready: bool
+    reasons: int
+    found: Literal["", "checks", "model checker", "run", "tests", "files"]
+    message: Message
+    place: Place | None
+    proved: int
+    tests: int
+    seconds: float
+
+
 class Written(TypedDict):
     """The path of a file that was written."""
 

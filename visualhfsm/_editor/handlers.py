@@ -24,6 +24,8 @@ R = TypeVar("R", bound=p.Request)
 Handle = Callable[[Workspace, Window, R], Awaitable[object]]
 """Executes a request of a window and returns its answer. Raises VisualHfsmError."""
 
+_JUDGING_LIMIT: Final = 300.0
+"""Longest time in s to judge a document, perhaps after others."""
 _READING_LIMIT: Final = 150.0
 """Longest time in s to read a model: by two processes, and perhaps after others."""
 
@@ -102,6 +104,7 @@ _on(p.Identities, lambda w, _, _r: w.parts.followers.identities(), Lane.BESIDE)
 _on(p.Imported, lambda w, _, r: questions.imported_by(w, w.tabs.get(r.tab)), Lane.BESIDE, for_viewers=True)
 _on(p.Inline, lambda w, _, r: edits.change(w, r, OpenDocument.inline, r.automaton))
 _on(p.Interfaces, lambda w, _, _r: w.code_questions.interfaces(w.project.root.directory), Lane.CODE_HELP)
+_on(p.Judge, questions.judge, Lane.BESIDE, _JUDGING_LIMIT)
 _on(p.ListFiles, documents.list_files, Lane.BESIDE)
 _on(p.Locate, questions.locate, Lane.BESIDE)
 _on(p.LookAtTests, lambda w, _, r: w.parts.tests.find(w.tabs.get(r.tab).source), Lane.BESIDE)

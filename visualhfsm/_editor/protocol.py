@@ -351,6 +351,12 @@ class StartTests(TabRequest):
     names: Annotated[list[Name], msgspec.Meta(max_length=1000)] = []
 
 
+class Judge(TabRequest):
+    """Ask whether a document, as it was saved, is ready to drive a robot, or what to fix first."""
+
+    answer = a.Judged
+
+
 class SaveTest(TabRequest):
     """Write what a followed component, or a recorded one, did as a new test.
 

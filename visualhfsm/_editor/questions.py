@@ -13,12 +13,14 @@ from typing import Any, Final
 import msgspec
 
 from codegen.hfsm.document import Document
+from codegen.messages import NO_MESSAGE
 from visualhfsm._base.errors import MissingError
 from visualhfsm._document.diff import Difference, changed_lines, diff_documents
 from visualhfsm._document.places import search as search_document
 from visualhfsm._document.serialization import parse_file
 from visualhfsm._document.views import AutomatonView, view
 from visualhfsm._drawing.page import drawing_page
+from visualhfsm._processes.test_results import reason_of
 from visualhfsm.project._code_help.definition import define
 from visualhfsm.project._document import OpenDocument
 from visualhfsm.project._editing.files import read_file
@@ -70,6 +72,24 @@ async def diff(workspace: Workspace, _: Window, request: p.Diff) -> a.Comparison
         else:
             before = other.shown.document
     return await workspace.threads.do(partial(_compared, before, tab.shown.document))
+
+
+async def judge(workspace: Workspace, _: Window, request: p.Judge) -> a.Judged:
+    """Judge a document as it was saved, after others: each takes a thread for seconds."""
+    tab = workspace.tabs.get(request.tab)
+    async with workspace.judging:
+        verdict = await workspace.threads.do(tab.document.verdict)
+    first = verdict.reasons[0] if verdict.reasons else None
+    return {
+        "ready": verdict.ready,
+        "reasons": len(verdict.reasons),
+        "found": "" if first is None else first.found,
+        "message": NO_MESSAGE if first is None else reason_of(first.message),
+        "place": None if first is None else first.place,
+        "proved": len(verdict.proved),
+        "tests": verdict.tests,
+        "seconds": verdict.seconds,
+    }
 
 
 async def export(workspace: Workspace, _: Window, request: p.Export) -> a.Download:

@@ -64,6 +64,7 @@ class Workspace:
         self.share = share
         """Returns the read-only address of the page, relative to it; with False, withdraws it."""
         self.threads = Threads(limits.threads)
+        self.judging = asyncio.Lock()
         self.tabs = Tabs()
         self.windows = Windows()
         self.instance = secrets.token_hex(8)

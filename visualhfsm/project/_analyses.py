@@ -109,7 +109,7 @@ class Analyses:
         tests are run: both in other processes, with a limit of `patience` s each. Raises EditError for a
         document with changes that are not saved.
         """
-        version, what = self.version, "Cannot judge the document"
+        version, what = self.version, Message("Cannot judge the document")
         if version.path is None:
             raise EditError(what, "it has no file yet", "save it first")
 

@@ -34,6 +34,7 @@ from visualhfsm._processes import document_tests as of_tests
 from visualhfsm.trials import Archive, Plan, Processes, Task, make_archive, versions
 from zenoh_ice.application import tether_command
 from zenoh_ice.data import typed
+from zenoh_ice.data.text import sentence
 
 _MEMORY: Final = 2000
 """Most memory of the run, in MB."""
@@ -99,9 +100,14 @@ class Judge:
     _thread: ThreadPoolExecutor = field(default_factory=partial(ThreadPoolExecutor, 1, "verdict"))
     """Each thread has its own process: one is enough for all who ask."""
 
+    _tests: list[subprocess.Popen[bytes]] = field(default_factory=list)
+    """The processes of tests that run."""
+
     def close(self) -> None:
         """End the processes."""
         self._processes.close()
+        for process in [*self._tests]:
+            kill_group(process)
         self._thread.shutdown()
 
     def judge(
@@ -118,11 +124,12 @@ class Judge:
         found = [*_reasons(document, file, findings.problems, "error")]
         passed = 0
         if not found:
-            found += self._run(archive, file, seconds, patience)
+            found += self._run(archive, document, seconds, patience)
             passed, failed = self._test(file, patience)
             found += failed
         if make_archive(file) != archive:
-            found.insert(0, Reason(found="files", message="files changed meanwhile", hints=("ask again",)))
+            changed = sentence("files changed meanwhile")
+            found.insert(0, Reason(found="files", message=changed, hints=("ask again",)))
         return Verdict(
             document=file.name,
             ready=not found,
@@ -135,23 +142,27 @@ class Judge:
             digest=digest_of(archive),
         )
 
-    def _run(self, archive: Archive, file: Path, seconds: float, patience: float) -> Iterator[Reason]:
+    def _run(self, archive: Archive, document: Document, seconds: float, patience: float) -> Iterator[Reason]:
         """Yield what is wrong with a run in virtual time."""
         plan = Plan(robot="fake", limit=seconds, patience=patience, memory=_MEMORY, stand_ins=True)
-        hints = (f"see it in a dry run: visualhfsm edit {file.name}",)
+        name = Path(archive.document).name
+        hints = (f"see it in a dry run: visualhfsm edit {name}",)
         try:
             outcome = self._thread.submit(self._processes.run, Task(plan, 1, archive)).result()
         except VisualHfsmError as error:
             yield Reason(found="run", message=str(error), hints=hints)
             return
         if not outcome.success:
+            at = _place_in(outcome.error)
+            code = Locator(document).find_code(at["line"]) if at.get("file") == name else None
             yield Reason(
                 found="run",
-                message=f"a run in virtual time failed: {outcome.reason}",
+                message=sentence(f"a run in virtual time failed: {outcome.reason}"),
                 state=outcome.states,
                 steps=tuple(outcome.error.splitlines()[1:][-_MOST:]),
                 hints=hints,
-                **_place_in(outcome.error),
+                place=code and code.place,
+                **at,
             )
 
     def _test(self, file: Path, patience: float) -> tuple[int, list[Reason]]:
@@ -167,7 +178,7 @@ class Judge:
             places = dict.fromkeys(name.partition("::")[0] for name in names)
             command = [*tether_command(), *of_tests.tests_command(top, places, results)]
             environment = {**child_environment(self.include), "TMPDIR": folder}
-            code, said = _run_to_end(command, environment, patience)
+            code, said = self._run_to_end(command, environment, patience)
             written = results.read_bytes()[:_MOST_RESULTS] if results.is_file() else b""
         lines = filter(None, written.splitlines())
         try:
@@ -187,13 +198,38 @@ class Judge:
             if each.outcome == "failed"
         ]
         if code is None or not written.endswith(of_tests.END_OF_RESULTS) or (code and not failed):
-            ended = f"the tests took more than {patience:g} s"
+            ended = sentence(f"the tests took more than {patience:g} s")
             if code is not None:
-                ended = f"pytest ended with {code}, and did not say how all tests went"
+                ended = sentence(f"pytest ended with {code}, and did not say how all tests went")
             done = {each.name.partition("[")[0] for each in went}
             first = next((name for name in names if name not in done), "")
             failed.append(Reason(found="tests", message=ended, where=first, steps=tuple(said.splitlines())))
         return sum(each.outcome == "passed" for each in went), failed
+
+    def _run_to_end(
+        self, command: Sequence[str], env: dict[str, str], limit: float
+    ) -> tuple[int | None, str]:
+        """Run a command; return its exit code, None if it takes too long, and the end of what it writes."""
+        with TemporaryFile() as output:
+            process: subprocess.Popen[bytes] = subprocess.Popen(
+                command,
+                env=env,
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=output,
+                start_new_session=True,
+            )
+            self._tests.append(process)
+            try:
+                code: int | None = process.wait(limit)
+            except subprocess.TimeoutExpired:
+                code = None
+            finally:
+                kill_group(process)  # with what tests have started
+                process.wait()
+                self._tests.remove(process)
+            output.seek(max(0, output.seek(0, os.SEEK_END) - _MOST_SAID))
+            return code, output.read().decode(errors="replace").strip()
 
 
 def _reasons(document: Document, file: Path, problems: Iterable[Problem], severity: str) -> Iterator[Reason]:
@@ -230,25 +266,3 @@ def _place_in(error: str) -> dict[str, Any]:
     """Return file and line of an error, as far as it says them."""
     at = _AT.search(error)
     return {"file": at["file"], "line": int(at["line"])} if at else {}
-
-
-def _run_to_end(command: Sequence[str], env: dict[str, str], limit: float) -> tuple[int | None, str]:
-    """Run a command; return its exit code, None if it takes too long, and the end of what it writes."""
-    with TemporaryFile() as output:
-        process: subprocess.Popen[bytes] = subprocess.Popen(
-            command,
-            env=env,
-            stdin=subprocess.DEVNULL,
-            stdout=output,
-            stderr=output,
-            start_new_session=True,
-        )
-        try:
-            code: int | None = process.wait(limit)
-        except subprocess.TimeoutExpired:
-            code = None
-        finally:
-            kill_group(process)  # with what tests have started
-            process.wait()
-        output.seek(max(0, output.seek(0, os.SEEK_END) - _MOST_SAID))
-        return code, output.read().decode(errors="replace").strip()

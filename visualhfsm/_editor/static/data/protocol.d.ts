@@ -101,6 +101,7 @@ export interface Answers {
   imported: Automaton[];
   inline: Done;
   interfaces: InterfaceDescription[];
+  judge: Judged;
   listFiles: Listing;
   locate: Located | null;
   lookAtTests: null;
@@ -689,6 +690,18 @@ export interface JointLimits {
   maxTorque: number;
 }
 
+/** Whether a document is ready, or the first reason why not, who found it, and how many there are. */
+export interface Judged {
+  found: "" | "checks" | "files" | "model checker" | "run" | "tests";
+  message: string;
+  place: Place | null;
+  proved: number;
+  ready: boolean;
+  reasons: number;
+  seconds: number;
+  tests: number;
+}
+
 /** A body that can be simulated: its name, or the path of its TOML file below the root, and its title. */
 export interface KnownBody {
   name: string;
@@ -1102,6 +1115,8 @@ export interface Requests {
   inline: {tab: number; automaton: number};
   /** Ask for the interfaces that documents may declare, with their operations. */
   interfaces: {};
+  /** Ask whether a document, as it was saved, is ready to drive a robot, or what to fix first. */
+  judge: {tab: number};
   /** List a directory; the root for an empty one. */
   listFiles: {directory?: string};
   /** Ask which line of which piece of code a line of a log, or of an error's report, refers to. */

@@ -16,6 +16,7 @@ import {counterexamplePlayer, showStep} from "./counterexample.js";
 import {showNoMarks} from "../data/marks.js";
 import {placeOf, wordsFor} from "../code/places.js";
 import {moveAmongRows, pathOf} from "../kit/rows.js";
+import {judge} from "./verdict.js";
 
 /** @type {[severity: Problem["severity"], counted: (count: number) => string][]} */
 const COUNTED = [
@@ -101,7 +102,13 @@ class Problems extends PageElement {
           document.checked !== undefined && document.proved !== document.revision
             ? html`<span class="faint" role="status">${t("Being checked…")}</span>`
             : nothing
-        }
+        }<button
+          type="button"
+          title=${t("Check, run and test the saved document: is it ready for a robot?")}
+          @click=${() => judge(this.context.app)}
+        >
+          ${t("Is it ready?")}
+        </button>
       </div>
       ${
         problems.length

@@ -1,0 +1,37 @@
+"""*Is it ready?* in the page: it leads to what to fix first, until the saved document is ready."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from playwright.sync_api import Browser, expect
+
+from tests.support.browser import editor_page
+from tests.support.documents import document, state, sub
+from tests.support.editor import editor
+from tests.support.limits import RUN_LIMIT
+
+JUDGED = RUN_LIMIT * 1000
+
+
+def test_it_leads_to_what_to_fix_first_until_it_is_ready(browser: Browser, tmp_path: Path) -> None:
+    path = tmp_path / "moves.xml"
+    path.write_text(document(sub(1, 0, state(1, "go", "raise ValueError('no')", initial=True))))
+    with editor(tmp_path, path) as running, editor_page(browser, running) as shown:
+        page = shown.page
+        shown.state("go").wait_for()
+        shown.press("Control+m")
+        ask = shown.button("Is it ready?")
+        ask.click()
+        refusal = page.get_by_role("alert").filter(has_text="It is not ready")
+        expect(refusal).to_contain_text("raised ValueError: no", timeout=JUDGED)
+        refusal.get_by_role("button", name="Show").click()
+        field = page.get_by_role("textbox", name=re.compile("[Cc]ode of the state go|Code in each cycle"))
+        expect(field).to_be_focused()
+        shown.press("Control+a", "Delete", "Control+s")
+        expect(page.get_by_role("status").filter(has_text="Saved")).to_be_visible()
+        ask.click()
+        ready = page.get_by_role("status").filter(has_text="It is ready: it ran 10 s")
+        expect(ready).to_be_visible(timeout=JUDGED)
+        expect(refusal).to_have_count(0)

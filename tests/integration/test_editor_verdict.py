@@ -1,0 +1,37 @@
+"""The editor answers what `visualhfsm verdict` answers, from the same code, in the language of the page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.support.documents import document, state, sub
+from tests.support.editor import Refused, editor
+from visualhfsm import Project
+
+pytestmark = pytest.mark.slow
+
+GO = {"kind": "state", "automaton": 1, "id": 1, "part": "code"}
+
+
+def test_the_first_reason_is_that_of_the_project_and_what_is_not_saved_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "moves.xml"
+    path.write_text(document(sub(1, 0, state(1, "go", "raise ValueError('no')", initial=True))))
+    with Project(tmp_path, journals=tmp_path / ".journals") as project:
+        (reason,) = project.open(path).verdict().reasons
+    with editor(tmp_path, path) as running, running.window("es") as spanish, running.window() as english:
+        found = english.ask("judge", tab=1)
+        assert (found["ready"], found["found"], found["message"]) == (False, "run", reason.message)
+        assert (found["place"], found["reasons"]) == (GO, 1)
+        assert spanish.ask("judge", tab=1)["message"].startswith(
+            "una ejecución en tiempo virtual ha fallado: "
+        )
+        english.ask("do", tab=1, command={"command": "setText", "place": GO, "text": ""})
+        with pytest.raises(Refused, match="it has changes that are not saved; save it first"):
+            english.ask("judge", tab=1)
+        with pytest.raises(Refused, match="tiene cambios sin guardar; guárdalo antes"):
+            spanish.ask("judge", tab=1)
+        english.ask("save", tab=1)
+        found = english.ask("judge", tab=1)
+        assert (found["ready"], found["message"], found["place"], found["seconds"]) == (True, "", None, 10.0)

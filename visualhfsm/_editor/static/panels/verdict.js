@@ -1,0 +1,40 @@
+/**
+ * Says whether the shown document is ready to drive a robot, and leads to what to fix first.
+ *
+ * @import {HfsmApp} from "../shell/app.js"
+ */
+
+import {askTab} from "../data/commands.js";
+import {page} from "../data/page.js";
+import {notify} from "../kit/notices.js";
+import {t} from "../kit/texts.js";
+
+/** Where more is said of what somebody found. */
+const PANELS = {
+  checks: "hfsm-problems",
+  "model checker": "hfsm-problems",
+  tests: "hfsm-tests-panel",
+  run: "",
+  files: "",
+};
+
+/** @param {HfsmApp} app */
+export async function judge(app) {
+  const {tab} = page;
+  notify(t("Checks, a run and tests of the saved document have begun."));
+  const verdict = await askTab("judge");
+  if (!verdict) return;
+  const {ready, found, place, message, seconds, proved, tests} = verdict;
+  if (ready) {
+    notify(t("It is ready: it ran {seconds} s, {proved} proved, {tests} tests passed.", {seconds, proved, tests}));
+    return;
+  }
+  const panel = {"": "", ...PANELS}[found];
+  const show = () => {
+    page.show(tab);
+    if (panel) app.showBottom(panel);
+    if (place) page.jump(place);
+  };
+  const link = panel || place ? {label: t("Show"), run: show} : undefined;
+  notify(t("It is not ready: {message}", {message}), "error", link, {tab, about: `judge ${tab}`});
+}
