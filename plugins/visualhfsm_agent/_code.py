@@ -36,14 +36,25 @@ _ALSO_METHODS: Final = _words("array cmd code copy queue select signal site this
 _METHODS: Final = _words("__call__ __init__ __iter__ __len__ __next__ __post_init__ __repr__ __str__")
 """Special methods that may be defined; others would see frames, or pretend to be values of other kinds."""
 _FILES: Final = _words("""
-    CascadeClassifier DataSource FileStorage HOGDescriptor NpzFile VideoCapture VideoWriter as_strided
+    DataSource FileStorage HOGDescriptor NpzFile VideoCapture VideoWriter as_strided
     ctypeslib dnn dump dumps exec_file_wrapper f2py fromfile fromregex fromtextfile gapi genfromtxt load
     memmap mrec mrecords open_memmap openfile readOpticalFlow samples testing tofile tool writeOpticalFlow
 """)
 """What numpy, cv2 and json read and write files and memory by, and load code."""
 _PREFIXES: Final = (
     *("_", "ice_", "gi_", "cr_", "ag_", "tb_", "f_"),  # what is private, of proxies, and of frames
-    *("imread", "imwrite", "load_", "loadt", "loadC", "loadM", "loadP", "save"),  # files, by numpy and cv2
+    *(
+        "imread",
+        "imwrite",
+        "load_",
+        "loadt",
+        "loadC",
+        "loadM",
+        "loadP",
+        "save",
+        "dnn_",
+        "CascadeC",
+    ),  # files, by numpy and cv2
 )
 _AROUND: Final = _words("""
     ABCMeta EnumDict EnumMeta EnumType Formatter begin_encoded bltns call_encoded checkedCast communicator

@@ -66,7 +66,8 @@ def limit(realm: Communicator, interfaces: frozenset[str], most: Mapping[str, fl
             raise InvalidValueException(f"agent.toml does not allow {target.identity}")
         start = f"{target.identity}.{operation.name}."
         own = {key.removeprefix(start): value for key, value in most.items() if key.startswith(start)}
-        return _Limited(make(target, operation, **options), operation.arguments, own)
+        made = make(target, operation, **options)
+        return _Limited(made, operation.arguments, own) if own else made
 
     vars(realm.transport)["caller"] = caller
 

@@ -108,6 +108,8 @@ _WILD = [
     "import numpy as np\nnp.lib.stride_tricks.as_strided",
     "import cv2\ncv2.load_config_py3",
     "import cv2\ncv2.writeOpticalFlow",
+    "import cv2\ncv2.CascadeClassifier_convert",
+    "import cv2\ncv2.dnn_DetectionModel",
     "import cv2\ncv2.imreadWithMetadata",
     "class A:\n    def f(self):\n        self.Head.setPose.call_encoded(b'')",
     "class A:\n    def f(self):\n        del self.Head.setPose",
