@@ -57,8 +57,10 @@ _PREFIXES: Final = (
     ),  # files, by numpy and cv2
 )
 _AROUND: Final = _words("""
-    ABCMeta EnumDict EnumMeta EnumType Formatter begin_encoded bltns call_encoded checkedCast communicator
-    createObjectAdapter eval exec format format_map generated get_type_hints getattr initialize main
+    ABCMeta EnumDict EnumMeta EnumType ForwardRef Formatter begin_encoded bltns call_encoded
+    checkedCast communicator
+    createObjectAdapter eval evaluate_forward_ref exec format format_map generated get_type_hints getattr
+    initialize main
     make_dataclass open setattr singledispatch singledispatchmethod source_map stringToProxy type
     uncheckedCast update_wrapper wraps zenoh zenoh_ice
 """)

@@ -97,6 +97,7 @@ _WILD = [
     "import string\nstring.Formatter",
     "'{0.__class__}'.format(0)",
     "import typing\ntyping.get_type_hints(0)",
+    "import typing\ntyping.ForwardRef('1')",
     "import functools\nfunctools.singledispatch",
     "import functools\nfunctools.update_wrapper",
     "import collections\ncollections.abc.ABCMeta",
