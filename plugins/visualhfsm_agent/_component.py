@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import reduce
 from pathlib import Path
 from typing import Any, Final
 
@@ -17,49 +18,73 @@ from hfsm_runtime.component import Component, proxies_of
 from hfsm_runtime.errors import ComponentError
 from hfsm_runtime.plugins import components_in, connect, load_module
 from interfaces.jderobot import InvalidValueException
-from zenoh_ice import Communicator
+from zenoh_ice import Communicator, SystemException
 from zenoh_ice.application.cli import run
 from zenoh_ice.data import typed
-from zenoh_ice.objects.proxy import Call
+from zenoh_ice.data.codec import Codec
+from zenoh_ice.data.interface import Operation
+from zenoh_ice.data.keys import Target
+from zenoh_ice.transport import Caller, Outcome
 
 LIMITS: Final = "VISUALHFSM_AGENT_LIMITS"
 """The variable with the identities that may be called, and the largest arguments."""
 
 
-class _Limited(Call[Any, Any]):
-    """An operation whose arguments have largest absolute values, by their names."""
+class _Limited:
+    """The caller of an operation; it sends no value beyond a largest absolute one, as it is on the wire."""
 
-    _most: Mapping[str, float]
+    def __init__(self, caller: Caller, arguments: Codec[Any], most: Mapping[str, float]) -> None:
+        self.timeout: Final = caller.timeout
+        self._caller: Final = caller
+        self._arguments: Final = arguments
+        self._most: Final = most
 
-    def __call__(self, *args: Any, **kwargs: Any) -> Any:  # noqa: ANN401 - as it is declared
-        self._require(args, kwargs)
-        return super().__call__(*args, **kwargs)
+    def call(self, payload: bytes) -> Outcome:
+        self._require(payload)
+        return self._caller.call(payload)
 
-    def begin(self, *args: Any, **kwargs: Any) -> Any:  # noqa: ANN401
-        self._require(args, kwargs)
-        return super().begin(*args, **kwargs)
+    def begin(
+        self, payload: bytes, done: Callable[[Outcome | SystemException], object]
+    ) -> Callable[[], object]:
+        self._require(payload)
+        return self._caller.begin(payload, done)
 
-    def _require(self, args: tuple[Any, ...], kwargs: Mapping[str, Any]) -> None:
-        names = self._operation.arguments.struct.__struct_fields__
-        for name, value in {**dict(zip(names, args, strict=False)), **kwargs}.items():
-            if name in self._most and not abs(value) <= self._most[name]:
-                raise InvalidValueException(f"agent.toml allows at most {self._most[name]:g} for {name}")
+    def _require(self, payload: bytes) -> None:
+        arguments = self._arguments.unpack(payload, "a call")
+        for name, most in self._most.items():
+            if not abs(reduce(getattr, name.split("."), arguments)) <= most:
+                raise InvalidValueException(f"agent.toml allows at most {most:g} for {name}")
 
 
-def limit(component: Component, interfaces: frozenset[str], most: Mapping[str, float]) -> None:
-    """Put limits on the proxies of a component. Raises ComponentError for a servant that is not allowed."""
-    for name, declared in proxies_of(component).items():
+def limit(realm: Communicator, interfaces: frozenset[str], most: Mapping[str, float]) -> None:
+    """Put limits on all calls that leave a realm, whichever proxy makes them."""
+    make = realm.transport.caller
+
+    def caller(target: Target, operation: Operation[..., Any], **options: Any) -> Caller:  # noqa: ANN401
+        listed = target.realm == realm.realm and target.identity in interfaces
+        if not listed and not operation.name.startswith(("get", "ice_")):  # the runtime asks the robot
+            raise InvalidValueException(f"agent.toml does not allow {target.identity}")
+        start = f"{target.identity}.{operation.name}."
+        own = {key.removeprefix(start): value for key, value in most.items() if key.startswith(start)}
+        made = make(target, operation, **options)
+        return _Limited(made, operation.arguments, own) if own else made
+
+    vars(realm.transport)["caller"] = caller
+
+
+def require(component: Component, interfaces: frozenset[str], most: Mapping[str, float]) -> None:
+    """Raise ComponentError for a servant that is not allowed, and a limit of what it does not have."""
+    for declared in proxies_of(component).values():
         if declared.identity not in interfaces:
             raise ComponentError(f"agent.toml does not allow {declared.identity}")
-        proxy = vars(component)[name]
-        for operation in proxy.ice_interface.all_operations.values():
-            start = f"{declared.identity}.{operation.name}."
-            if own := {
-                key.removeprefix(start): value for key, value in most.items() if key.startswith(start)
-            }:
-                call = _Limited(proxy, operation)
-                call._most = own
-                vars(proxy)[operation.method] = call
+        operations = declared.type.ice_interface.all_operations
+        for key in most:
+            identity, operation, name = [*key.split(".", 2), "", ""][:3]
+            if identity == declared.identity and (
+                operation not in operations
+                or name.partition(".")[0] not in operations[operation].arguments.fields
+            ):
+                raise ComponentError(f"agent.toml limits {key}, which {identity} does not have")
 
 
 def main() -> None:
@@ -68,9 +93,11 @@ def main() -> None:
 
     @contextmanager
     def world(realm: Communicator) -> Iterator[World]:
+        limit(realm, interfaces, most)
+
         def connected(component: Component) -> None:
+            require(component, interfaces, most)
             connect(component, realm)
-            limit(component, interfaces, most)
 
         yield World(realm, connected)
 

@@ -207,11 +207,10 @@ class Desk:
         """Run a document many times in simulation, by its plan if it has one; say how often it succeeds."""
         with self._lock:
             self._open(path)
-            file = self._file(path)
-            Prepared(make_archive(file)).close()
             limits = {"runs": min(max(runs, 1), 1000), "limit": min(max(seconds, 0.1), 600.0)}
             outcomes: list[Outcome] = []
-            run_trials(plan_of(file, success or None, **limits), ended=outcomes.append)
+            with Prepared(make_archive(self._file(path))) as prepared:
+                run_trials(plan_of(prepared.document, success or None, **limits), ended=outcomes.append)
         failed = [each for each in outcomes if not each.success]
         listed = [
             {"number": each.number, "reason": each.reason, "states": each.states} for each in failed[:50]

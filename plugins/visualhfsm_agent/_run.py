@@ -102,7 +102,8 @@ class Run:
             stderr=subprocess.STDOUT,
             start_new_session=True,
         )
-        self._threads = [threading.Thread(target=each, daemon=True) for each in (self._read, self._watch)]
+        parts = self._read, self._watch, self._end
+        self._threads = [threading.Thread(target=each, daemon=True) for each in parts]
         for thread in self._threads:
             thread.start()
 
@@ -175,9 +176,6 @@ class Run:
     def _watch(self) -> None:
         monitor = HfsmMonitorPrx.uncheckedCast(self._realm.stringToProxy(f"{MONITOR_PREFIX}{self.name}"))
         while self.runs:
-            if time.monotonic() - self._began > self._limit + _GRACE:
-                self.stop("the longest run that a person allows")
-                return
             try:
                 if self._structure is None:
                     self._structure = Automata(monitor.getStructure())
@@ -185,6 +183,11 @@ class Run:
             except ZenohIceError:
                 pass  # it starts, or ends
             time.sleep(_PERIOD)
+
+    def _end(self) -> None:
+        """Leave nothing behind after its end, which comes in time whatever it, or its monitor, answers."""
+        self.wait(self._limit + _GRACE)
+        self.stop("the longest run that a person allows")
 
     def _robot(self) -> dict[str, Any]:
         """Return what the robot says of itself, as far as it answers."""

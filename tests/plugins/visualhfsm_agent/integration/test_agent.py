@@ -188,14 +188,26 @@ def test_a_run_ends_after_the_time_that_a_person_allows_and_says_so(tmp_path: Pa
         assert "a behavior runs" not in str(report)
 
 
-def test_an_argument_beyond_its_limit_is_no_call(tmp_path: Path) -> None:
-    with agent_and_robot(tmp_path, limits='[most]\n"Head.setPose.fraction" = 0.2\n') as (call, _):
-        draw_head(call)
+@pytest.mark.parametrize(
+    ("limits", "code", "why"),
+    [
+        ("Head.setPose.fraction", "self.Head.setPose(0.3, 0.0, 0.5)", "allows at most 0.2 for fraction"),
+        (
+            "Head.setPose.pan",
+            "import numpy as np; self.Head.setPose(np.int8(-128), 0.0, 0.1)",
+            "allows at most 0.2 for pan",
+        ),
+        ("Head.setPose.fractoin", "pass", "limits Head.setPose.fractoin, which Head does not have"),
+    ],
+)
+def test_an_argument_beyond_its_limit_is_no_call(tmp_path: Path, limits: str, code: str, why: str) -> None:
+    with agent_and_robot(tmp_path, limits=f'[most]\n"{limits}" = 0.2\n') as (call, _):
+        draw_head(call, code)
         assert call("verdict", path="look.xml")["ready"]
         call("run", path="look.xml")
         report = wait_for(call, lambda report: not report["runs"])
         assert report["exit_code"] == 1
-        assert "agent.toml allows at most 0.2 for fraction" in "\n".join(report["data"]["output"])
+        assert f"agent.toml {why}" in "\n".join(report["data"]["output"])
 
 
 def test_texts_of_others_are_data(tmp_path: Path) -> None:

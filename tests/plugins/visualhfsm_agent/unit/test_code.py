@@ -19,7 +19,7 @@ _TAME = [
     "import time\ntime.sleep(0.1)",
     "import random\nx = random.uniform(0, 1)",
     "x = getattr(object(), 'height', 0)",
-    "class Helper:\n    def __init__(self):\n        self._own = 1\n",
+    "class Helper:\n    def __init__(self):\n        self.own = 1\n",
     "x = [n for n in range(3)]",
     "import cv2\nx = cv2.COLOR_RGB2HSV",
     "class A:\n    def f(self, side):\n        return getattr(self, f'{side}Motors')",
@@ -89,6 +89,42 @@ _WILD = [
     "load_extension('/tmp/x.py', None, 'x', 'X')",
     "load_extension(__file__, 'os', 'path', 'X')",
     "x = __file__",
+    "import random\nself = random\nself._os",
+    "class A:\n    def f(self, x):\n        return getattr(self, f'{x}e')",
+    "(x for x in ()).gi_frame",
+    "def f(frame):\n    return frame.f_builtins",
+    "import enum\nenum.bltns",
+    "import string\nstring.Formatter",
+    "'{0.__class__}'.format(0)",
+    "import typing\ntyping.get_type_hints(0)",
+    "import typing\ntyping.ForwardRef('1')",
+    "import functools\nfunctools.singledispatch",
+    "import functools\nfunctools.update_wrapper",
+    "import collections\ncollections.abc.ABCMeta",
+    "import enum\nenum.EnumType",
+    "import dataclasses\ndataclasses.make_dataclass",
+    "from json.tool import Path",
+    "import numpy.ma.mrecords",
+    "import numpy as np\nnp.lib.recfunctions.mrec",
+    "import numpy as np\nnp.lib.stride_tricks.as_strided",
+    "import cv2\ncv2.load_config_py3",
+    "import cv2\ncv2.writeOpticalFlow",
+    "import cv2\ncv2.CascadeClassifier_convert",
+    "import cv2\ncv2.dnn_DetectionModel",
+    "import cv2\ncv2.imreadWithMetadata",
+    "class A:\n    def f(self):\n        self.Head.setPose.call_encoded(b'')",
+    "class A:\n    def f(self):\n        del self.Head.setPose",
+    "class A:\n    def f(self):\n        A.Head.type",
+    "class A:\n    def __exit__(self, kind, value, trace):\n        pass",
+    "class A(str):\n    def __eq__(self, other):\n        return True",
+    "from hfsm_runtime import main\nclass A: pass\nmain(A)",
+    "__name__ = '__main__'",
+    "match '__main__':\n    case __name__:\n        pass",
+    "from hfsm_runtime import source_map\nsource_map('/etc/hostname', [])",
+    "def Proxy(identity, kind):\n    pass",
+    "from hfsm_runtime import Proxy\nP = Proxy",
+    "import component\ncomponent.main",
+    "import component\ncomponent.load_extension",
     "breakpoint()",
     "input()",
     "help()",
@@ -120,6 +156,13 @@ def test_the_same_holds_of_files_beside_it_and_below(tmp_path: Path, code: str) 
     (tmp_path / "deep" / "helper.py").write_text(code)
     with pytest.raises(AgentError, match=r"helper\.py"):
         require_tame(tmp_path)
+
+
+@pytest.mark.parametrize("name", ["os", "subprocess", "numpy", "zenoh_ice", "msgspec"])
+def test_code_beside_it_has_no_name_of_what_is_installed(tmp_path: Path, name: str) -> None:
+    (tmp_path / f"{name}.py").write_text("x = 1")
+    with pytest.raises(AgentError, match="installed module"):
+        judge(tmp_path, f"import {name}")
 
 
 def test_code_beside_it_may_be_imported(tmp_path: Path) -> None:

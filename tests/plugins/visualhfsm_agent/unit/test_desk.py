@@ -15,6 +15,7 @@ from interfaces.nao import SafetyPrx
 from naoserver.fake import FakeRobot
 from tests.support.limits import CALL_LIMIT, START_LIMIT
 from tests.support.robot_server import ServedRobot, served
+from tests.support.waiting import until
 from visualhfsm import VisualHfsmError
 from visualhfsm_agent._approval import Approvals
 from visualhfsm_agent._desk import Desk
@@ -307,6 +308,19 @@ def test_a_person_allows_each_run_in_the_page(desk: Desk, root: Path, robot: Ser
     desk.stop()
     with pytest.raises(AgentError, match="a person must allow this run"):  # once
         desk.run("look.xml")
+
+
+def test_a_run_that_has_ended_leaves_no_folder(
+    desk: Desk, root: Path, robot: ServedRobot, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    allow(root, robot.realm, longest_run="0.5")
+    assert desk.verdict("look.xml", seconds=0.5)["ready"]
+    folder = tmp_path_factory.mktemp("private")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("tempfile.tempdir", str(folder))
+        desk.run("look.xml")
+        until(lambda: not desk.watch(1.0)["runs"], START_LIMIT)
+        until(lambda: not any(folder.iterdir()))
 
 
 def test_leave_for_one_document_is_none_for_another(desk: Desk, root: Path, robot: ServedRobot) -> None:
