@@ -22,7 +22,8 @@ from visualhfsm._document.imported_places import ImportedPlaces
 from visualhfsm._document.places import texts_at, texts_in
 from visualhfsm._document.problems import Findings, Problem
 from visualhfsm._monitor.messages import Failed, RecentLines, Source, StartedPush
-from visualhfsm._processes.test_results import TestsPush, version_of
+from visualhfsm._processes.document_tests import version_of
+from visualhfsm._processes.test_results import TestsPush
 from visualhfsm.project._document import Changed, Checked, Event, FileChanged, OpenDocument
 from visualhfsm.project._version import Version
 from visualhfsm.trials._messages import TrialsPush

@@ -6,6 +6,7 @@ import ast
 import contextlib
 import importlib.util
 import sys
+import zlib
 from collections.abc import Iterable, Iterator
 from itertools import islice
 from pathlib import Path
@@ -30,6 +31,11 @@ _CONFIGURATIONS: Final = ("pyproject.toml", "pytest.ini", "tox.ini", "setup.cfg"
 _LARGEST_FILE: Final = 1 << 20  # bytes
 _ONE_PROCESS: Final = ("-n0",) if importlib.util.find_spec("xdist") else ()
 """The option that runs all tests in one process, whatever a project prefers: it writes the results."""
+
+
+def version_of(text: str) -> int:
+    """Return a number by which the text of a piece of code is known again."""
+    return zlib.crc32(text.encode())
 
 
 class Hit(msgspec.Struct, frozen=True, array_like=True):

@@ -6,7 +6,6 @@ Why a test failed is a message: what `run_until` says is translated, any other t
 from __future__ import annotations
 
 import re
-import zlib
 from typing import Final, Literal
 
 import msgspec
@@ -18,11 +17,6 @@ from visualhfsm._monitor.messages import Push
 
 _PLACED: Final = re.compile(r"(?P<place>[^:\n]+:\d+): (?:BehaviorFailed: )?(?P<reason>.+)", re.DOTALL)
 _SENTENCE: Final = re.compile(r"(?P<what>.+?): (?P<where>at [\d.]+ s the behavior .+)\s*")
-
-
-def version_of(text: str) -> int:
-    """Return a number by which the text of a piece of code is known again."""
-    return zlib.crc32(text.encode())
 
 
 class TestView(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):

@@ -25,8 +25,7 @@ from codegen.messages import NO_MESSAGE, Message
 from hfsm_runtime import Component
 from hfsm_runtime.component import source_of
 from visualhfsm._document.places import CODE, Place, PlacedText, texts_in
-from visualhfsm._processes.document_tests import CodeRun
-from visualhfsm._processes.test_results import version_of
+from visualhfsm._processes.document_tests import CodeRun, version_of
 from visualhfsm.simulation import Behavior
 from visualhfsm.simulation._loading import COMPILED, DocumentInvalid, measurable, read
 

@@ -20,7 +20,8 @@ from visualhfsm._document.places import Place, texts_at
 from visualhfsm._editor.protocol import Problems
 from visualhfsm._editor.tab import Tab, Threads
 from visualhfsm._monitor.messages import Failed, RecentLines
-from visualhfsm._processes.test_results import PassedCode, TestsPush, version_of
+from visualhfsm._processes.document_tests import version_of
+from visualhfsm._processes.test_results import PassedCode, TestsPush
 
 EMPTY = '<VisualHFSM><SubAutomata id="1"/></VisualHFSM>'
 

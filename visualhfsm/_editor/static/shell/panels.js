@@ -64,10 +64,10 @@ export const BOTTOM = [
 /** The views by the tags of their panels. @type {Map<string, View>} */
 export const views = new Map();
 
-/** Add a view. @param {View} view */
+/** Add a view, whose actions are in menus while it has something to show. @param {View} view */
 export function addView(view) {
   views.set(view.tag, view);
-  addActions(view.actions);
+  addActions(view.actions.map((each) => ({...each, isListed: () => isOffered(view)})));
 }
 
 /** Whether a view has something to show of the document. @param {{name: string}} view */
