@@ -44,8 +44,10 @@ Answer = dict[str, Any]
 class Desk:
     """A project, the verdicts on its documents, and the one behavior that runs. Thread-safe; close it."""
 
-    def __init__(self, root: Path, settings: Settings) -> None:
+    def __init__(self, root: Path, settings: Settings, *, patience: float = 60.0) -> None:
         self._root = root.resolve()
+        self._patience = patience
+        """Wall time that a run in virtual time may take, in s, and as long the tests."""
         self._settings = settings
         self._project = Project(self._root, journals=self._root / FOLDER / "journals")
         self._lock = threading.RLock()
@@ -176,7 +178,8 @@ class Desk:
                 found = document.verdict()  # which runs nothing
             else:
                 with Prepared(make_archive(file)) as prepared:
-                    found = document.verdict(seconds=min(max(seconds, 0.1), 600.0))
+                    seconds = min(max(seconds, 0.1), 600.0)
+                    found = document.verdict(seconds=seconds, patience=self._patience)
                 if found.digest != prepared.digest:
                     raise AgentError.because("files changed meanwhile: ask again")
             self._verdicts[file] = found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import closing, suppress
@@ -13,7 +14,7 @@ import pytest
 from codegen.messages import MessageError
 from interfaces.nao import SafetyPrx
 from naoserver.fake import FakeRobot
-from tests.support.limits import CALL_LIMIT, START_LIMIT
+from tests.support.limits import CALL_LIMIT, RUN_LIMIT, START_LIMIT
 from tests.support.robot_server import ServedRobot, served
 from tests.support.waiting import until
 from visualhfsm import VisualHfsmError
@@ -55,23 +56,40 @@ def robot() -> Iterator[ServedRobot]:
         yield server
 
 
-@pytest.fixture
-def root(tmp_path: Path, robot: ServedRobot) -> Path:
-    write(tmp_path)
-    allow(tmp_path, robot.realm)
-    return tmp_path
-
-
-def desk_of(root: Path, robot: ServedRobot) -> Desk:
-    return Desk(
-        root, Settings(realm=robot.realm, connect=(robot.endpoint,), clock="wall", timeout=CALL_LIMIT)
-    )
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("projects") / "project"
 
 
 @pytest.fixture
-def desk(root: Path, robot: ServedRobot) -> Iterator[Desk]:
-    with closing(desk_of(root, robot)) as made:
+def root(folder: Path, robot: ServedRobot) -> Path:
+    """The folder as it is at the beginning of each test."""
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir()
+    write(folder)
+    allow(folder, robot.realm)
+    return folder
+
+
+def desk_of(root: Path, robot: ServedRobot, patience: float = RUN_LIMIT) -> Desk:
+    settings = Settings(realm=robot.realm, connect=(robot.endpoint,), clock="wall", timeout=CALL_LIMIT)
+    return Desk(root, settings, patience=patience)
+
+
+@pytest.fixture(scope="module")
+def lasting(folder: Path, robot: ServedRobot) -> Iterator[Desk]:
+    """A desk that all tests share, as its processes take a second to start."""
+    folder.mkdir(exist_ok=True)
+    write(folder)
+    with closing(desk_of(folder, robot)) as made:
+        made.robot()
+        made.verdict("look.xml", seconds=0.1)
         yield made
+
+
+@pytest.fixture
+def desk(lasting: Desk, root: Path) -> Desk:
+    return lasting
 
 
 def angles(robot: ServedRobot) -> tuple[float, ...]:
@@ -190,13 +208,10 @@ def test_code_that_leads_elsewhere_runs_nowhere(desk: Desk, root: Path, code: st
         desk.run("look.xml")
 
 
-@pytest.mark.parametrize(
-    "code", ["raise ValueError(1)", "1 / 0", "while True: pass", "self.nothing()", "x ="]
-)
+@pytest.mark.parametrize("code", ["raise ValueError(1)", "1 / 0", "self.nothing()", "x ="])
 def test_a_document_that_is_not_ready_does_not_run(
-    desk: Desk, root: Path, robot: ServedRobot, code: str, monkeypatch: pytest.MonkeyPatch
+    desk: Desk, root: Path, robot: ServedRobot, code: str
 ) -> None:
-    monkeypatch.setattr("visualhfsm.project._verdict._RUN_LIMIT", 2.0, raising=False)
     write(root, code)
     before = angles(robot)
     answer = desk.verdict("look.xml", seconds=0.5)
@@ -205,6 +220,14 @@ def test_a_document_that_is_not_ready_does_not_run(
     with pytest.raises(AgentError, match="no verdict that says ready"):
         desk.run("look.xml")
     assert angles(robot) == before
+
+
+def test_a_document_that_hangs_does_not_run(root: Path, robot: ServedRobot) -> None:
+    write(root, "while True: pass")
+    with closing(desk_of(root, robot, patience=1.0)) as impatient:
+        assert not impatient.verdict("look.xml", seconds=0.5)["ready"]
+        with pytest.raises(AgentError, match="no verdict that says ready"):
+            impatient.run("look.xml")
 
 
 @pytest.mark.parametrize(
