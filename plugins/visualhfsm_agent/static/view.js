@@ -3,6 +3,8 @@
 import {t} from "visualhfsm/kit/texts.js";
 import {addView, isOffered} from "visualhfsm/shell/panels.js";
 
+const isAllowed = () => isOffered({name: "agent"});
+
 addView({
   name: "agent",
   tag: "hfsm-agent",
@@ -15,7 +17,8 @@ addView({
       label: t("Agent"),
       words: t("assistant, model, allow, permission"),
       icon: "robot",
-      enabled: () => isOffered({name: "agent"}),
+      enabled: isAllowed,
+      listed: isAllowed,
       run: ({app}) => app.toggleView("hfsm-agent"),
       hint: t("what an agent asks you to allow"),
       checked: ({app}) => app.side === "hfsm-agent",

@@ -12,7 +12,7 @@ import {addActions} from "../kit/registry.js";
 import {started} from "../data/component-status.js";
 import {n, t} from "../kit/texts.js";
 
-const hasDocument = () => Boolean(page.document);
+const hasDocument = () => !!page.document;
 
 /** The tab whose component was started here and is to be stopped: the shown or the followed one, else 0. */
 const startedHere = () => [page.tab, monitor.component && monitor.tab].find((tab) => tab && started.isAlive(tab)) || 0;

@@ -75,7 +75,7 @@ export class HfsmApp extends PageElement {
 
   /** Whether something is below the canvas, or is loaded to be there. */
   get isBottomWanted() {
-    return Boolean(this.#wanted.bottom);
+    return !!this.#wanted.bottom;
   }
 
   get context() {
@@ -90,7 +90,7 @@ export class HfsmApp extends PageElement {
     this.listen(page, "tab", () => this.#titleWindow());
     this.listen(page, "tab", () => showNoticesOf(page.tab));
     this.listen(page, "tab", () => windowStorage.setItem(SHOWN, String(page.tab)));
-    this.listen(page, "tab", () => (this.arrives = Boolean(this.panels.get("hfsm-start")?.isConnected)));
+    this.listen(page, "tab", () => (this.arrives = !!this.panels.get("hfsm-start")?.isConnected));
     this.listen(store, "connection", () => store.online && clearErrors(OFFLINE));
     this.listen(page, "tab", () => this.#offerViews());
     this.listen(page, "save", () => perform("save", this.context));
@@ -162,14 +162,14 @@ export class HfsmApp extends PageElement {
 
   /** Show the robot beside the drawing, or fold it. @param {boolean} [folded] by default the other way */
   async foldRobot(folded) {
-    const wasThere = Boolean(this.panels.get("hfsm-robot-dock"));
+    const wasThere = !!this.panels.get("hfsm-robot-dock");
     const dock = /** @type {import("../robot3d/dock.js").RobotDock | undefined} */ (await this.#showRobot());
     await dock?.fold(folded ?? (wasThere && !dock.folded));
   }
 
   /** Whether the robot is beside the drawing. */
   get showsRobot() {
-    return Boolean(this.querySelector(".dock"));
+    return !!this.querySelector(".dock");
   }
 
   /** When there is a robot to see, load what shows it. */
@@ -263,7 +263,7 @@ export class HfsmApp extends PageElement {
 
   render() {
     const starting = !page.document;
-    const isBeside = Boolean(this.side || this.showsRobot);
+    const isBeside = !!(this.side || this.showsRobot);
     return html` <header>
         <button type="button" class="skip" ?hidden=${starting} @click=${() => this.canvas.focusSelected()}>
           ${t("Skip to the drawing")}

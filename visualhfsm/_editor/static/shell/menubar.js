@@ -11,7 +11,7 @@ import {MENUS, selectionTitle} from "./actions.js";
 import {PageElement} from "../data/element.js";
 import {page} from "../data/page.js";
 import {monitor} from "../run/monitor.js";
-import {isListed, isOffered, withAdded} from "../kit/registry.js";
+import {isOffered, withAdded} from "../kit/registry.js";
 import {viewing} from "../kit/viewers.js";
 import {actionButton, menuButton} from "../kit/buttons.js";
 import {t} from "../kit/texts.js";
@@ -20,8 +20,8 @@ const menu = () => import("./menu.js");
 
 /** The menus that have anything for this page. */
 const menus = () =>
-  MENUS.map(({title, groups}) => ({title, groups: groups.map((ids) => withAdded(ids).filter(isListed))})).filter(
-    ({groups}) => groups.flat().some(isOffered),
+  MENUS.map(({title, groups}) => ({title, groups: groups.map((ids) => withAdded(ids).filter(isOffered))})).filter(
+    ({groups}) => groups.flat()[0],
   );
 
 class Menubar extends PageElement {

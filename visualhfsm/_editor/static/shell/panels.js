@@ -64,14 +64,14 @@ export const BOTTOM = [
 /** The views by the tags of their panels. @type {Map<string, View>} */
 export const views = new Map();
 
-/** Add a view, whose actions are in menus while it has something to show. @param {View} view */
+/** Add a view. @param {View} view */
 export function addView(view) {
   views.set(view.tag, view);
-  addActions(view.actions.map((each) => ({...each, isListed: () => isOffered(view)})));
+  addActions(view.actions);
 }
 
 /** Whether a view has something to show of the document. @param {{name: string}} view */
-export const isOffered = ({name}) => !viewing.on && Boolean(page.tabState?.views.includes(name));
+export const isOffered = ({name}) => !viewing.on && !!page.tabState?.views.includes(name);
 
 export class Panels {
   /** Those that are loaded. @type {Map<string, Panel>} */
