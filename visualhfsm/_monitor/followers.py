@@ -123,6 +123,8 @@ class Followers:
         self._followers: dict[str, Follower] = {}
         self._recordings: Final = OpenRecordings()
         self._recorders: dict[str, Recorder] = {}
+        self._ending: dict[str, asyncio.Task[None]] = {}
+        """The ends of recordings, by component: the last of each."""
         self._stops: Final[set[asyncio.Task[StopReport]]] = set()
         self._published: messages.Present | None = None
         self._tasks = {
@@ -236,9 +238,11 @@ class Followers:
         self._recorders[component] = Recorder(follower, self._robot, path, document, pictures)
 
     async def end_record(self, component: str) -> None:
-        """End what `record` began, if it has not ended yet."""
+        """End what `record` began, and return when its file has all, whoever ended it first."""
         if (recorder := self._recorders.pop(component, None)) is not None:
-            await recorder.close()
+            self._ending[component] = asyncio.create_task(recorder.close())
+        if (ending := self._ending.get(component)) is not None:
+            await asyncio.shield(ending)
 
     async def recording(self, path: Path) -> OpenedRecording:
         """Open the recording of a run; return its first data, and the name for requesting more."""

@@ -202,6 +202,21 @@ class TestRecordings:
 
         run(pair, go)
 
+    def test_its_file_has_all_when_it_was_ended_whoever_ended_it_first(
+        self, pair: Pair, tmp_path: Path
+    ) -> None:
+        async def go(page: Page) -> None:
+            dance = await page.serve()
+            await page.follow(dance)
+            await page.service.record("dance", tmp_path / "run.mcap", "", 0)
+            first = asyncio.create_task(page.service.end_record("dance"))
+            await asyncio.sleep(0)  # it has begun
+            await page.service.end_record("dance")
+            assert "/snapshots" in topics(tmp_path / "run.mcap")
+            await first
+
+        run(pair, go)
+
     def test_it_ends_with_who_follows_and_with_the_page(self, pair: Pair, tmp_path: Path) -> None:
         async def go(page: Page) -> None:
             dance = await page.serve()
