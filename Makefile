@@ -54,7 +54,7 @@ check: $(VENV)/dev.stamp bubblewrap ## Format, lint, check types and run the qui
 quick-tests:
 	@TEST_EXAMPLES=0.1 $(PYTEST) -n logical $(UNITS) -m "not slow and not sim"
 
-test: ## Run the linters and every test, and build the documentation, in 17 to 20 min on two processors
+test: ## Run the linters and every test, and build the documentation, in 18 to 20 min on two processors
 	@$(PYTHON) tools/runs/measured.py 480 840 $(MAKE) --no-print-directory --jobs=3 --keep-going unit-tests other-tests lint docs
 
 all-tests:

@@ -238,7 +238,7 @@ class Followers:
         self._recorders[component] = Recorder(follower, self._robot, path, document, pictures)
 
     async def end_record(self, component: str) -> None:
-        """End what `record` began, and return when its file has all, whoever ended it first."""
+        """End what `record` began, and return when its file has all, also if another has ended it."""
         if (recorder := self._recorders.pop(component, None)) is not None:
             self._ending[component] = asyncio.create_task(recorder.close())
         if (ending := self._ending.get(component)) is not None:
