@@ -104,6 +104,7 @@ class Problems extends PageElement {
             : nothing
         }<button
           type="button"
+          class="button"
           title=${t("Check, run and test the saved document: is it ready for a robot?")}
           @click=${() => judge(this.context.app)}
         >
