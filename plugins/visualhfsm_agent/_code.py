@@ -16,6 +16,7 @@ import sys
 from collections.abc import Iterator, Mapping
 from importlib.machinery import PathFinder
 from pathlib import Path
+from types import ModuleType
 from typing import Final
 
 from ._limits import AgentError
@@ -25,17 +26,20 @@ def _words(text: str) -> frozenset[str]:
     return frozenset(text.split())
 
 
-_ALL: Final = re.compile("(?!_).*")
+def _public(module: ModuleType) -> frozenset[str]:
+    return frozenset(name for name in dir(module) if not name.startswith("_"))
+
+
 _MODULES: Final[Mapping[str, frozenset[str]]] = {
     "__future__": _words("annotations"),
-    "cmath": frozenset(filter(_ALL.match, dir(cmath))),
+    "cmath": _public(cmath),
     "collections": _words("Counter OrderedDict defaultdict deque"),
     "dataclasses": _words("asdict astuple dataclass field replace"),
     "enum": _words("Enum Flag IntEnum IntFlag auto"),
     "functools": _words("cache cached_property cmp_to_key lru_cache partial reduce"),
-    "itertools": frozenset(filter(_ALL.match, dir(itertools))),
+    "itertools": _public(itertools),
     "json": _words("JSONDecodeError dumps loads"),
-    "math": frozenset(filter(_ALL.match, dir(math))),
+    "math": _public(math),
     "random": _words("choice choices expovariate gauss randint random randrange sample seed shuffle uniform"),
     "re": _words("I IGNORECASE escape findall finditer fullmatch match search split sub"),
     "statistics": _words("fmean mean median mode pstdev stdev variance"),

@@ -6,6 +6,7 @@ the field `data` alone; all other text is ours.
 
 from __future__ import annotations
 
+import re
 import threading
 from pathlib import Path
 from typing import Any, Final, Literal
@@ -17,7 +18,7 @@ from codegen.diagnostics import Severity
 from interfaces.hfsm import HfsmMonitorPrx
 from interfaces.jderobot import CameraPrx
 from interfaces.nao import SafetyPrx
-from visualhfsm import OpenDocument, Project, Verdict, decode_command
+from visualhfsm import OpenDocument, Project, Verdict, VisualHfsmError, decode_command
 from visualhfsm.plugins import MONITOR_PREFIX, digest_of, find_documents
 from visualhfsm.trials import Outcome, make_archive, plan_of, run_trials
 from zenoh_ice import Communicator, Settings, initialize
@@ -29,6 +30,7 @@ from ._limits import AgentError, read_limits
 from ._run import Prepared, Run
 from ._simulation import png_of
 
+_DECLARED: Final = re.compile(r"^\s*interface (\w+)", re.MULTILINE)
 _PAGE: Final = 20_000
 """Characters of a document that are returned at a time."""
 _MOST_COMMANDS: Final = 500
@@ -98,13 +100,7 @@ class Desk:
         """Return the IDL file that declares an interface such as PoseHead; without a name, list them all."""
         folders = [*map(Path, interfaces.__path__), self._root / "interfaces"]
         files = [file for folder in folders for file in sorted(folder.glob("*.idl"))]
-        declared = {
-            word: file
-            for file in files
-            for line in file.read_text("utf-8").splitlines()
-            if line.strip().startswith("interface ")
-            for word in [line.split()[1].rstrip("{;")]
-        }
+        declared = {word: file for file in files for word in _DECLARED.findall(file.read_text("utf-8"))}
         if name not in declared:
             return {"data": {"interfaces": sorted(declared)}}
         return {"data": {"idl": declared[name].read_text("utf-8")}}
@@ -174,12 +170,16 @@ class Desk:
         with self._lock:
             document, file = self._open(path), self._file(path)
             self._verdicts.pop(file, None)
-            if document.check(again=True).counts.get(Severity.ERROR):
+            try:
+                with Prepared(make_archive(file)) as prepared:
+                    found = document.verdict(seconds=_within(seconds), patience=self._patience)
+            except AgentError:
+                raise
+            except VisualHfsmError:  # it has no component
+                if not document.check(again=True).counts.get(Severity.ERROR):
+                    raise
                 found = document.verdict()  # which runs nothing
             else:
-                with Prepared(make_archive(file)) as prepared:
-                    seconds = min(max(seconds, 0.1), 600.0)
-                    found = document.verdict(seconds=seconds, patience=self._patience)
                 if found.digest != prepared.digest:
                     raise AgentError.because("files changed meanwhile: ask again")
             self._verdicts[file] = found
@@ -200,7 +200,7 @@ class Desk:
             self._open(path)
             with Prepared(make_archive(self._file(path))) as prepared:
                 document = str(prepared.document)
-                asked = _simulation.Question(document, min(max(seconds, 0.01), 600.0), robot, picture)
+                asked = _simulation.Question(document, _within(seconds), robot, picture)
                 found = self._simulations.ask(asked, _simulation.PATIENCE)
         data = msgspec.to_builtins(found)
         png = data.pop("picture", "")
@@ -210,7 +210,7 @@ class Desk:
         """Run a document many times in simulation, by its plan if it has one; say how often it succeeds."""
         with self._lock:
             self._open(path)
-            limits = {"runs": min(max(runs, 1), 1000), "limit": min(max(seconds, 0.1), 600.0)}
+            limits = {"runs": min(max(runs, 1), 1000), "limit": _within(seconds)}
             outcomes: list[Outcome] = []
             with Prepared(make_archive(self._file(path))) as prepared:
                 run_trials(plan_of(prepared.document, success or None, **limits), ended=outcomes.append)
@@ -297,3 +297,8 @@ class Desk:
             if self._communicator is None:
                 self._communicator = initialize(self._settings)
             return self._communicator
+
+
+def _within(seconds: float) -> float:
+    """Return how long a run in virtual time may last, in s, when it was asked to last so long."""
+    return min(max(seconds, 0.1), 600.0)

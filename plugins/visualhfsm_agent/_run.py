@@ -25,8 +25,8 @@ from visualhfsm.trials import Archive, unpack
 from zenoh_ice import Communicator, ObjectPrx, ZenohIceError
 from zenoh_ice.application import tether_command
 
+from . import _component as component
 from ._code import identities_of, require_tame
-from ._component import LIMITS
 from ._limits import Limits
 
 _PERIOD: Final = 0.1  # s
@@ -88,14 +88,14 @@ class Run:
             sys.executable,
             "-P",
             "-m",
-            _module(),
+            component.__name__,
             str(prepared.component),
             "--seconds",
             f"{self._limit}",
         ]
         self._process = subprocess.Popen(
             [*tether_command(), *command],
-            env={**child_environment(), **environment, LIMITS: allowed},
+            env={**child_environment(), **environment, component.LIMITS: allowed},
             cwd=prepared.component.parent,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
@@ -208,10 +208,6 @@ class Run:
             return ask(kind.uncheckedCast(self._realm.stringToProxy(identity)))
         except ZenohIceError:  # it has just gone
             return None
-
-
-def _module() -> str:
-    return f"{__package__}._component"
 
 
 def _variables(snapshot: ComponentSnapshot) -> dict[str, str]:
