@@ -41,11 +41,10 @@ and line first.
 def make_server(desk: Desk, documentation: Path | None) -> MCPServer:
     """Return the server of a desk; `documentation` is the folder with pages, where they are installed."""
     server: MCPServer = MCPServer("visualhfsm", instructions=_INSTRUCTIONS, log_level="ERROR")
-    reads = (desk.project, desk.document, desk.interface, desk.robot, desk.picture, desk.camera)
     for tool in (
-        *reads,
-        *(desk.edit, desk.undo, desk.verdict, desk.simulate, desk.trials, desk.run, desk.watch, desk.why_not),
-        desk.stop,
+        *(desk.project, desk.document, desk.interface, desk.robot, desk.picture, desk.camera),
+        *(desk.edit, desk.undo, desk.verdict, desk.simulate, desk.trials),
+        *(desk.run, desk.watch, desk.why_not, desk.stop),
     ):
         server.add_tool(_answering(tool), structured_output=False)
 

@@ -9,14 +9,8 @@ import {page} from "../data/page.js";
 import {notify} from "../kit/notices.js";
 import {t} from "../kit/texts.js";
 
-/** Where more is said of what somebody found. */
-const PANELS = {
-  checks: "hfsm-problems",
-  "model checker": "hfsm-problems",
-  tests: "hfsm-tests-panel",
-  run: "",
-  files: "",
-};
+/** Where more is said of what somebody found. @type {Partial<Record<string, string>>} */
+const PANELS = {checks: "hfsm-problems", "model checker": "hfsm-problems", tests: "hfsm-tests-panel"};
 
 /** @param {HfsmApp} app */
 export async function judge(app) {
@@ -29,7 +23,7 @@ export async function judge(app) {
     notify(t("It is ready: it ran {seconds} s, {proved} proved, {tests} tests passed.", {seconds, proved, tests}));
     return;
   }
-  const panel = {"": "", ...PANELS}[found];
+  const panel = PANELS[found];
   const show = () => {
     page.show(tab);
     if (panel) app.showBottom(panel);
