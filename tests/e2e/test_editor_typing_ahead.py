@@ -75,8 +75,8 @@ def test_keys_that_edit_act_in_the_code_in_their_order_and_escape_leads_out_of_i
     shown.type("d = 2")
     shown.press("Control+x", "Control+d", "F2", "Escape")
     asked.continue_()
-    expect(shown.state("wait")).to_be_focused()
     expect(field(shown, "Code of the state wait").locator(".cm-line")).to_have_text(["account += ", "d = 2"])
+    expect(shown.state("wait")).to_be_focused()
     shown.expect_states("wait", "go")
     shown.press("Control+z")  # which was typed as one step
     expect(field(shown, "Code of the state wait")).to_have_text("count += 1")

@@ -56,8 +56,17 @@ const refuseTooLong = EditorState.changeFilter.of(
     !isTooLong(change.changes.newLength),
 );
 
-/** The page handles Alt+L and Ctrl+M; Escape leaves the editor, so that no key to release Tab is needed. */
-const standardKeys = defaultKeymap.filter(({key}) => key !== "Alt-l" && key !== "Ctrl-m");
+/**
+ * The page handles Alt+L and Ctrl+M; Escape leaves the editor, so that no key to release Tab is needed: of several
+ * cursors it leaves one, but it does not merely undo a selection.
+ */
+const standardKeys = defaultKeymap
+  .filter(({key}) => key !== "Alt-l" && key !== "Ctrl-m")
+  .map((each) =>
+    each.key === "Escape"
+      ? {...each, run: (/** @type {EditorView} */ view) => view.state.selection.ranges.length > 1 && !!each.run?.(view)}
+      : each,
+  );
 
 /**
  * Cancel completion that is not visible yet. Escape then continues, since users would not notice its effect.
