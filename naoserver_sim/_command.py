@@ -27,7 +27,7 @@ from naoserver.robot import Robot
 from naoserver.safety.latch import latch_of
 from naoserver.serving.assembly import Assembly
 from naoserver.serving.entrances import Entrance, find_entrances, flag, later_port, options_of
-from naoserver.serving.server import JointSpeed, ResumeAfterReset, problem_of, serve
+from naoserver.serving.server import JointSpeed, ResumeAfterReset, TeamName, problem_of, serve
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import DEFAULT_WORLD, bundled_worlds, load_world
 from zenoh_ice import ConfigurationException, initialize
@@ -171,6 +171,7 @@ def naoserver_sim(
     camera: _Cameras = None,
     joint_speed: JointSpeed = None,
     resume_after_reset: ResumeAfterReset = False,
+    team: TeamName = "",
 ) -> None:
     """Simulate a robot and its surroundings in MuJoCo, and serve them.
 
@@ -178,7 +179,10 @@ def naoserver_sim(
     """
     factor = parse_speed(speed)
     options = ServerOptions(
-        safety=capped(joint_speed), cameras=parse_cameras(camera or ()), resume_after_reset=resume_after_reset
+        safety=capped(joint_speed),
+        cameras=parse_cameras(camera or ()),
+        team=team,
+        resume_after_reset=resume_after_reset,
     )
     arguments = parse_arguments(xacro or ())
     surroundings = load_world(world)

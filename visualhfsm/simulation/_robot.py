@@ -22,6 +22,7 @@ from naoserver.options import ServerOptions
 from naoserver.protocol.jobs import Job, is_due
 from naoserver.robot import BodyState, Frame, JointDevice, Robot
 from naoserver.serving.assembly import Assembly
+from naoserver.serving.medium import Membership
 from zenoh_ice import Object, WallClock
 
 from . import CameraKind, RobotKind
@@ -77,7 +78,7 @@ class RobotUnderTest:
     `camera` is the source of images: `drawn` paints the balls as discs, `rendered` lets the simulation render
     them, `auto` is `rendered` for the simulation where there is GL and `drawn` otherwise. Drawn images are
     the same on every machine. `body` is its body: the name of one that is known, the TOML file of one's own,
-    or a `Body`. Raises RobotError when it cannot be read.
+    or a `Body`. `member` says who it is in its team. Raises RobotError when the body cannot be read.
     """
 
     def __init__(
@@ -89,6 +90,7 @@ class RobotUnderTest:
         camera: CameraKind = "auto",
         body: str | Path | Body = DEFAULT_BODY,
         options: ServerOptions | None = None,
+        member: Membership | None = None,
         **settings: Any,  # noqa: ANN401 - those of the robot's constructor
     ) -> None:
         if kind not in ("fake", "sim"):
@@ -98,7 +100,8 @@ class RobotUnderTest:
             FakeRobot(clock, **settings) if kind == "fake" else _simulated(clock, camera, settings)
         )
         """The robot itself, below its safety layer."""
-        self._assembly: Final = Assembly(self.device, options or ServerOptions(), clock, hears=True)
+        options = options or ServerOptions()
+        self._assembly: Final = Assembly(self.device, options, clock, hears=True, member=member)
         for identity, servant in self._assembly.servants.items():
             network.serve(identity, servant)
         jobs = _VirtualJobs(clock, self._assembly.jobs)
