@@ -6,7 +6,7 @@ import random
 from collections import defaultdict
 from collections.abc import Callable
 from functools import partial
-from typing import Final
+from typing import Final, Self
 
 from hfsm_runtime.virtual.clock import TaskClock
 from zenoh_ice.transport import Registration
@@ -37,6 +37,11 @@ class VirtualMedium:
         self._delay: Final = delay
         self._listeners: Final = defaultdict[str, dict[int, Callable[[bytes], object]]](dict)
         self._count = 0
+
+    @classmethod
+    def noisy(cls, clock: TaskClock, seed: int) -> Self:
+        """Return a medium as bad as a busy wireless network: what `--noise` is for a team."""
+        return cls(clock, seed=seed, loss=NOISY_LOSS, delay=NOISY_DELAY)
 
     def send(self, team: str, message: bytes) -> None:
         """Let every listener of a team hear a message after its delay, unless it is lost."""
