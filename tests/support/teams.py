@@ -135,9 +135,10 @@ class Contest:
 
     def __init__(self, names: Sequence[str], *, seed: int, loss: float, role: str = "striker") -> None:
         self.clock: Final = TaskClock()
-        medium = VirtualMedium(self.clock, seed=seed, loss=loss, delay=NOISY_DELAY)
+        medium = VirtualMedium(seed=seed, loss=loss, delay=NOISY_DELAY)
         self.players: Final = [
-            Player(self.clock, medium, name, ahead=100.0 * number) for number, name in enumerate(names)
+            Player(self.clock, medium.at(self.clock), name, ahead=100.0 * number)
+            for number, name in enumerate(names)
         ]
         self._role: Final = role
         self._random: Final = random.Random(seed)

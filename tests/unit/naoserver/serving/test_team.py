@@ -22,9 +22,10 @@ class Pair:
 
     def __init__(self) -> None:
         self.clock = TaskClock()
-        self.medium = VirtualMedium(self.clock)
-        self.a = Player(self.clock, self.medium, "a")
-        self.b = Player(self.clock, self.medium, "b", ahead=86_400.0)
+        air = VirtualMedium()
+        self.medium = air.at(self.clock)
+        self.a = Player(self.clock, air.at(self.clock), "a")
+        self.b = Player(self.clock, air.at(self.clock), "b", ahead=86_400.0)
 
     def live(self, seconds: float) -> None:
         for _ in range(round(seconds / STEP)):

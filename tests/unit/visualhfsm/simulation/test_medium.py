@@ -18,9 +18,10 @@ from visualhfsm.simulation._medium import NOISY_DELAY, NOISY_LOSS, VirtualMedium
 def heard(seed: int, sent: int = 1000) -> list[tuple[int, float]]:
     """Return the numbers of the messages that arrive over a noisy medium, each with its delay."""
     clock, arrived = TaskClock(), list[tuple[int, float]]()
-    medium = VirtualMedium.noisy(clock, seed)
+    air = VirtualMedium.noisy(seed)
+    medium = air.at(clock)
     medium.subscribe("red", lambda m: arrived.append((int(m), clock.now() - int(m))))
-    medium.subscribe("blue", lambda _: pytest.fail("another team hears it"))
+    air.at(clock).subscribe("blue", lambda _: pytest.fail("another team hears it"))
     for number in range(sent):
         medium.send("red", str(number).encode())
         clock.advance(1.0)
@@ -40,7 +41,7 @@ def test_the_same_seed_loses_the_same_messages():
 
 def test_who_no_longer_listens_hears_nothing():
     clock = TaskClock()
-    medium = VirtualMedium(clock, delay=(1.0, 1.0))
+    medium = VirtualMedium(delay=(1.0, 1.0)).at(clock)
     listening = medium.subscribe("red", lambda _: pytest.fail("it was closed"))
     medium.send("red", b"")
     listening.close()
@@ -52,12 +53,12 @@ class Robots:
 
     def __init__(self, steps: ExitStack) -> None:
         self.clock = TaskClock()
-        medium = VirtualMedium.noisy(self.clock, 1)
+        medium = VirtualMedium.noisy(1)
         self.networks = {}
         for number, name in enumerate(("nao", "nao2")):
             network = self.networks[name] = VirtualNetwork(self.clock, kept=0)
             steps.callback(network.communicator.destroy)
-            member = Membership(name, "red", medium, session=number)
+            member = Membership(name, "red", medium.at(self.clock), session=number)
             steps.callback(RobotUnderTest("fake", self.clock, network, member=member).close)
 
     def until_striker(self, costs: dict[str, float], wanted: list[str], limit: float) -> None:
