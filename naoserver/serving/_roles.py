@@ -9,6 +9,7 @@ role, one of them gives it up at the next message that it hears of the other.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -24,6 +25,8 @@ RENEWAL: Final = 1.0
 MOST_ROLES: Final = 8
 _LISTENING: Final = 0.5
 """Seconds for which a robot of a team that begins to claim a role listens who has it, before it says so."""
+_SETTLING: Final = 0.1
+"""Seconds after it said so until it may take the role: others may have begun at the same time."""
 _BETTER: Final = 0.2
 """By which share another one's cost must be lower for the role to go over to it."""
 
@@ -39,6 +42,8 @@ class _Claim:
     cost: float
     told: float | None
     """The cost that the others know, by which all decide; None until they know any."""
+    told_at: float = math.inf
+    """Since when."""
     holds: bool = False
 
 
@@ -62,7 +67,7 @@ class Roles:
             mine = self._claims[role] = _Claim(client, now, now, cost, None)
         mine.client, mine.renewed, mine.cost = client, now, cost
         if self._alone:
-            mine.told = cost
+            mine.told, mine.told_at = cost, -math.inf
         if mine.told is None:
             return False
         own = mine.told, self._name
@@ -72,7 +77,8 @@ class Roles:
             enough = mine.told - _BETTER * abs(mine.told)
             mine.holds = all(own < each for each in holders) and all(cost >= enough for cost, _ in others)
         else:
-            mine.holds = not holders and all(own < each for each in others)
+            settled = now - mine.told_at >= _SETTLING
+            mine.holds = settled and not holders and all(own < each for each in others)
         return mine.holds
 
     def release(self, role: str | None = None) -> bool:
@@ -98,11 +104,13 @@ class Roles:
         """Return whether this robot has a role."""
         return role in self._claims and self._claims[role].holds
 
-    def tell(self, now: float) -> None:
-        """Let the others know all claims, but those that began just now."""
-        for mine in self._claims.values():
-            if mine.told is not None or now - mine.since >= _LISTENING:
-                mine.told = mine.cost
+    def tell(self, now: float) -> bool:
+        """Let the others know all claims but those that began just now; return whether one is new to them."""
+        ripe = [mine for mine in self._claims.values() if now - mine.since >= _LISTENING]
+        new = [mine for mine in ripe if mine.told is None]
+        for mine in ripe:
+            mine.told, mine.told_at = mine.cost, min(mine.told_at, now)
+        return bool(new)
 
     def told(self) -> list[RoleClaim]:
         """Return the claims that the others know."""

@@ -169,7 +169,8 @@ class TeamI(nao.Team):
             self._check_ready()
             self._hasty = max(0, self._hasty - 1)
             self._roles.expire(now := self._now())
-            self._roles.tell(now)
+            if self._roles.tell(now):
+                self._hurry()
             told = self._told()
         if self._member.medium is not None:
             message = TOLD.result.gather_result(told, "message to the team")
