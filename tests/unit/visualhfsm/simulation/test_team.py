@@ -3,7 +3,7 @@
 import pytest
 
 from hfsm_runtime.virtual.errors import BehaviorFailed, UnknownName
-from interfaces.nao import SafetyPrx
+from interfaces.nao import SafetyPrx, TeamPrx
 from naoserver_sim.world import RobotPlace, World
 from tests.support.places import ROOT
 from visualhfsm.simulation import simulate_team
@@ -45,6 +45,16 @@ def test_a_stop_of_one_stops_one():
         team.advance(2.0)
         assert red.robot.joints == pytest.approx(held, abs=0.01)
         assert blue.robot.joints != pytest.approx(moving, abs=0.1)
+
+
+def test_robots_hear_those_that_play_for_their_team():
+    with simulate_team([DANCE] * 3, world="match", camera="drawn") as team:
+        team.advance(0.5)
+        heard = {}
+        for robot, behavior in zip(team.arena.robots, team.behaviors, strict=False):
+            its = TeamPrx.uncheckedCast(behavior.world.communicator.stringToProxy("Team"))
+            heard[robot.name] = [mate.name for mate in its.getTeamState().mates]
+    assert heard == {"red1": ["red2"], "red2": ["red1"], "blue1": []}
 
 
 def test_the_same_seed_gives_the_same_states_bit_by_bit():
