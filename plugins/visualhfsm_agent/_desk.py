@@ -14,12 +14,11 @@ from typing import Any, Final, Literal
 import msgspec
 
 import interfaces
-from codegen.diagnostics import Severity
 from interfaces.hfsm import HfsmMonitorPrx
 from interfaces.jderobot import CameraPrx
 from interfaces.nao import SafetyPrx
-from visualhfsm import OpenDocument, Project, Verdict, VisualHfsmError, decode_command
-from visualhfsm.plugins import MONITOR_PREFIX, digest_of, find_documents
+from visualhfsm import OpenDocument, Project, Verdict, decode_command
+from visualhfsm.plugins import MONITOR_PREFIX, digest_of, find_documents, summary
 from visualhfsm.trials import Outcome, make_archive, plan_of, run_trials
 from zenoh_ice import Communicator, Settings, initialize
 from zenoh_ice.data import typed
@@ -170,20 +169,11 @@ class Desk:
         with self._lock:
             document, file = self._open(path), self._file(path)
             self._verdicts.pop(file, None)
-            try:
-                with Prepared(make_archive(file)) as prepared:
-                    found = document.verdict(seconds=_within(seconds), patience=self._patience)
-            except AgentError:
-                raise
-            except VisualHfsmError:  # it has no component
-                if not document.check(again=True).counts.get(Severity.ERROR):
-                    raise
-                found = document.verdict()  # which runs nothing
-            else:
-                if found.digest != prepared.digest:
-                    raise AgentError.because("files changed meanwhile: ask again")
+            found = document.verdict(
+                seconds=_within(seconds), patience=self._patience, allow=lambda it: Prepared(it).close()
+            )
             self._verdicts[file] = found
-        return {"ready": found.ready, "tests": found.tests, "data": msgspec.to_builtins(found)}
+        return {"ready": found.ready, "tests": found.tests, "data": msgspec.to_builtins(found, enc_hook=str)}
 
     def simulate(
         self,
@@ -233,8 +223,10 @@ class Desk:
                 raise AgentError.because("a behavior runs already: stop it first")
             file, limits = self._file(path), read_limits(self._root)
             found = self._verdicts.get(file)
-            if found is None or not found.ready:
+            if found is None:
                 raise AgentError.because("it has no verdict that says ready: ask for one")
+            if not found.ready:
+                raise AgentError.because("it is not ready: {message}", message=summary(found.reasons))
             archive = make_archive(file)
             if found.digest != digest_of(archive):
                 del self._verdicts[file]

@@ -123,7 +123,7 @@ class Project:
         """What verdicts are made by, with its processes."""
         from ._verdict import Judge  # only who judges waits for trials
 
-        return Judge(self.root.directory, self.include)
+        return Judge(self.include)
 
     def subscribe(self, listener: Listener) -> Callable[[], None]:
         """Notify a listener of what happens to all documents; return the function that ends this."""
