@@ -24,7 +24,7 @@ from zenoh_ice import Communicator, Settings, initialize
 from zenoh_ice.data import typed
 
 from . import _simulation
-from ._approval import FOLDER, Approvals
+from ._approval import Approvals, folder_in
 from ._limits import AgentError, read_limits
 from ._run import Prepared, Run
 from ._simulation import png_of
@@ -36,6 +36,8 @@ _MOST_COMMANDS: Final = 500
 _LARGEST: Final = 1 << 20
 """Most characters of the commands of a step."""
 
+AUTHOR: Final = "agent"
+"""Its name in *Undo* of a page."""
 PNG: Final = "png"
 """The field of an answer that has a picture, in base 64."""
 
@@ -50,7 +52,8 @@ class Desk:
         self._patience = patience
         """Wall time that a run in virtual time may take, in s, and as long the tests."""
         self._settings = settings
-        self._project = Project(self._root, journals=self._root / FOLDER / "journals")
+        journals = folder_in(self._root) / "journals"
+        self._project = Project(self._root, journals=journals, author=AUTHOR)
         self._lock = threading.RLock()
         self._verdicts: dict[Path, Verdict] = {}
         self._steps: dict[Path, list[int]] = {}
