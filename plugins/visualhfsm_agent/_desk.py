@@ -280,11 +280,12 @@ class Desk:
         return self._project.file(path)
 
     def _open(self, path: str, *, make: bool = False) -> OpenDocument:
-        """Return a document as its file is now."""
+        """Return a document as its file is now. Raises AgentError for one that cannot be read any more."""
         if make and not self._file(path).exists():
             return self._project.new()
         document = self._project.open(path)
-        document.refresh()
+        if document.refresh() != "same":
+            raise AgentError.because("the file has changed, and is no document now, or gone")
         return document
 
     def _realm(self) -> Communicator:
