@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from visualhfsm._base.task_processes import EndedError as EndedError
     from visualhfsm._base.task_processes import TaskProcesses as TaskProcesses
     from visualhfsm._base.task_processes import answer_tasks as answer_tasks
+    from visualhfsm._document.reasons import summary as summary
     from visualhfsm._editor.views import TabEdit as TabEdit
     from visualhfsm._editor.views import TabRequest as TabRequest
     from visualhfsm._editor.views import View as View
