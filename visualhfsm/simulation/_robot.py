@@ -24,7 +24,7 @@ from naoserver.robot import BodyState, Frame, JointDevice, Robot
 from naoserver.serving.assembly import Assembly
 from zenoh_ice import Object, WallClock
 
-from . import CameraKind, RobotKind
+from ._kinds import CameraKind, RobotKind
 
 if TYPE_CHECKING:
     from naoserver_sim.robot import ArenaRobot
