@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Final
 
 import mujoco
 import numpy as np
 
 from naoserver_sim._motors import Motors
+from naoserver_sim._share import Part
 
 STEPS_PER_TICK: Final = 4
 """Physics steps in a control tick: 2.5 ms each, 10 ms in all, the cycle of the robot's motor boards."""
@@ -17,6 +19,8 @@ _SPARSE: Final = int(mujoco.mjtJacobian.mjJAC_SPARSE)
 _STATE: Final = mujoco.mjtState.mjSTATE_INTEGRATION
 _MANY: Final = 2.5
 """Mean iterations of the solver in a step from which a sparse Jacobian is faster than a dense one."""
+_SPARSE_FROM: Final = 60
+"""Degrees of freedom from which MuJoCo's own choice is a sparse Jacobian."""
 _SMOOTHING: Final = 0.1
 """Part of this mean that the last step of a tick is."""
 _CONVERGED: Final = 0.01
@@ -33,13 +37,18 @@ class Stepper:
     touch each other: there bodies would fly apart. Such a tick is done again with a dense Jacobian.
     """
 
-    def __init__(self, mj: mujoco.MjModel, data: mujoco.MjData, motors: Motors) -> None:
+    def __init__(
+        self, mj: mujoco.MjModel, data: mujoco.MjData, motors: Sequence[tuple[Motors, Part]]
+    ) -> None:
+        """`motors` are those of each robot, with its state; more may be added."""
         self._mj = mj
         self._data = data
         self._motors = motors
         self._option = mj.opt
         self._sensing = mj.opt.disableflags & ~_SENSORS
         self._usual = mj.opt.jacobian
+        # MuJoCo takes a sparse one by itself in large models, as those of several robots.
+        self._many = _MANY if mj.nv < _SPARSE_FROM else 0.0
         self._before = np.zeros(mujoco.mj_stateSize(mj, _STATE))
         self._dense_ticks = 0
         self._mean = 0.0  # of the iterations
@@ -54,7 +63,7 @@ class Stepper:
         if self._dense_ticks > 0:
             self._dense_ticks -= 1
             self._option.jacobian = _DENSE
-        elif self._mean >= _MANY:
+        elif self._mean >= self._many:
             mujoco.mj_getState(self._mj, self._data, self._before, _STATE)
             self._option.jacobian = _SPARSE
             if self._step_checked():
@@ -63,7 +72,7 @@ class Stepper:
             self._option.jacobian = _DENSE
             mujoco.mj_setState(self._mj, self._data, self._before, _STATE)
         self._option.disableflags = self._sensing | _SENSORS
-        if self._motors.following.size:
+        if any(motors.following.size for motors, _ in self._motors):
             for _ in range(STEPS_PER_TICK - 1):
                 self._step()
         else:
@@ -83,7 +92,8 @@ class Stepper:
         return True
 
     def _step(self) -> None:
-        self._motors.limit(self._data)
+        for motors, part in self._motors:
+            motors.limit(part)
         mujoco.mj_step(self._mj, self._data)
 
     def _converged(self) -> bool:

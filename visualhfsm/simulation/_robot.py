@@ -24,10 +24,10 @@ from naoserver.robot import BodyState, Frame, JointDevice, Robot
 from naoserver.serving.assembly import Assembly
 from zenoh_ice import Object, WallClock
 
-from . import CameraKind, RobotKind
+from ._kinds import CameraKind, RobotKind
 
 if TYPE_CHECKING:
-    from naoserver_sim.robot import SimulatedRobot
+    from naoserver_sim.robot import ArenaRobot
 
 _COLORS: Final = {"BallRed": (220, 30, 30), "BallGreen": (30, 200, 40)}
 
@@ -77,12 +77,12 @@ class RobotUnderTest:
     `camera` is the source of images: `drawn` paints the balls as discs, `rendered` lets the simulation render
     them, `auto` is `rendered` for the simulation where there is GL and `drawn` otherwise. Drawn images are
     the same on every machine. `body` is its body: the name of one that is known, the TOML file of one's own,
-    or a `Body`. Raises RobotError when it cannot be read.
+    or a `Body`. Raises RobotError when it cannot be read. `kind` may also be a robot that is there already.
     """
 
     def __init__(
         self,
-        kind: RobotKind,
+        kind: RobotKind | Robot,
         clock: TaskClock,
         network: VirtualNetwork,
         *,
@@ -91,12 +91,7 @@ class RobotUnderTest:
         options: ServerOptions | None = None,
         **settings: Any,  # noqa: ANN401 - those of the robot's constructor
     ) -> None:
-        if kind not in ("fake", "sim"):
-            raise ValueError(f"robot is {kind!r}: it is 'fake', 'sim' or None")
-        settings["body"] = body if isinstance(body, Body) else read_body(body)
-        self.device: Final[Robot] = (
-            FakeRobot(clock, **settings) if kind == "fake" else _simulated(clock, camera, settings)
-        )
+        self.device: Final[Robot] = _device(kind, clock, camera, body, settings)
         """The robot itself, below its safety layer."""
         self._assembly: Final = Assembly(self.device, options or ServerOptions(), clock, hears=True)
         for identity, servant in self._assembly.servants.items():
@@ -220,13 +215,32 @@ def read_body(name: str | Path) -> Body:
     return find_body(str(name))
 
 
+def _device(
+    kind: RobotKind | Robot,
+    clock: TaskClock,
+    camera: CameraKind,
+    body: str | Path | Body,
+    settings: Any,  # noqa: ANN401
+) -> Robot:
+    if not isinstance(kind, str):
+        return kind
+    if kind not in ("fake", "sim"):
+        raise ValueError(f"robot is {kind!r}: it is 'fake', 'sim' or None")
+    settings = {**settings, "body": body if isinstance(body, Body) else read_body(body)}
+    return FakeRobot(clock, **settings) if kind == "fake" else _simulated(clock, camera, settings)
+
+
 def _simulated(clock: TaskClock, camera: CameraKind, settings: Mapping[str, Any]) -> Robot:
     from naoserver_sim.robot import SimulatedRobot  # load MuJoCo only when it is used
     from naoserver_sim.world import load_world
 
     if isinstance(world := settings.get("world"), str):
         settings = {**settings, "world": load_world(world)}
-    robot = SimulatedRobot(clock=clock, **{"skin": camera != "drawn", **settings})
+    return as_camera(SimulatedRobot(clock=clock, **{"skin": camera != "drawn", **settings}), camera)
+
+
+def as_camera(robot: ArenaRobot, camera: CameraKind) -> Robot:
+    """Return a simulated robot whose images come from a source."""
     if camera == "drawn" or (camera == "auto" and not _has_gl()):
         return cast("Robot", _DrawnCameras(robot))
     return robot
@@ -245,7 +259,7 @@ def _has_gl() -> bool:
 class _DrawnCameras:
     """A simulated robot whose cameras draw the balls instead of rendering them."""
 
-    def __init__(self, robot: SimulatedRobot) -> None:
+    def __init__(self, robot: ArenaRobot) -> None:
         self._robot = robot
 
     def __getattr__(self, name: str) -> Any:  # noqa: ANN401 - whatever the robot has
