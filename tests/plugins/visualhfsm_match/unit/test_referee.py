@@ -78,7 +78,7 @@ def test_a_match_begins_with_a_kick_off_and_ends_by_the_clock():
     match.pass_time(10.0)
     assert referee.may_play("blue1")
     match.pass_time(15.0)
-    assert referee.phase is MatchPhase.Finished
+    assert referee.over
     assert referee.left == 0.0
     assert referee.winner == ""
     assert match.kinds() == ["kick-off", "whistle", "end"]
