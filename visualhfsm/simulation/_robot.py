@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, cast
 
@@ -74,33 +74,33 @@ class Ball:
 class RobotUnderTest:
     """A robot with its real servants and its safety layer, driven by the clock of a test.
 
+    `kind` says which, or is a robot that there is already, which `close` closes, too.
     `camera` is the source of images: `drawn` paints the balls as discs, `rendered` lets the simulation render
     them, `auto` is `rendered` for the simulation where there is GL and `drawn` otherwise. Drawn images are
     the same on every machine. `body` is its body: the name of one that is known, the TOML file of one's own,
-    or a `Body`. Raises RobotError when it cannot be read.
+    or a `Body`. `without` are servants that are not there. Raises RobotError when it cannot be read.
     """
 
     def __init__(
         self,
-        kind: RobotKind,
+        kind: RobotKind | Robot,
         clock: TaskClock,
         network: VirtualNetwork,
         *,
         camera: CameraKind = "auto",
         body: str | Path | Body = DEFAULT_BODY,
         options: ServerOptions | None = None,
+        without: Collection[str] = (),
         **settings: Any,  # noqa: ANN401 - those of the robot's constructor
     ) -> None:
-        if kind not in ("fake", "sim"):
-            raise ValueError(f"robot is {kind!r}: it is 'fake', 'sim' or None")
-        settings["body"] = body if isinstance(body, Body) else read_body(body)
-        self.device: Final[Robot] = (
-            FakeRobot(clock, **settings) if kind == "fake" else _simulated(clock, camera, settings)
-        )
+        if isinstance(kind, str):
+            kind = _made(kind, clock, camera, {"body": body, **settings})
+        self.device: Final = kind
         """The robot itself, below its safety layer."""
         self._assembly: Final = Assembly(self.device, options or ServerOptions(), clock, hears=True)
         for identity, servant in self._assembly.servants.items():
-            network.serve(identity, servant)
+            if identity not in without:
+                network.serve(identity, servant)
         jobs = _VirtualJobs(clock, self._assembly.jobs)
         self._assembly.on_wake = network.on_listening = jobs.wake
         jobs.wake()
@@ -158,6 +158,11 @@ class RobotUnderTest:
     def place(self, **joints: float) -> None:
         """Set the angles of some joints in rad immediately, bypassing the safety layer."""
         cast("Any", self.device).place(joints)
+
+    def put(self, x: float, y: float, heading: float) -> None:
+        """Put it on its feet somewhere, in m and rad, as `Scene.placeRobot` does. Raises InvalidCommand."""
+        assert self.device.stage is not None  # there is none without a simulation
+        self.device.stage.place_robot(x, y, heading, self._assembly.end_motion)
 
     def hear(self, sentence: str) -> None:
         """Say a sentence to the robot, as `Scene.sayToRobot` does."""
@@ -218,6 +223,14 @@ def read_body(name: str | Path) -> Body:
 
         return read_own_body(Path(name))
     return find_body(str(name))
+
+
+def _made(kind: str, clock: TaskClock, camera: CameraKind, settings: dict[str, Any]) -> Robot:
+    if kind not in ("fake", "sim"):
+        raise ValueError(f"robot is {kind!r}: it is 'fake', 'sim' or None")
+    body = settings["body"]
+    settings["body"] = body if isinstance(body, Body) else read_body(body)
+    return FakeRobot(clock, **settings) if kind == "fake" else _simulated(clock, camera, settings)
 
 
 def _simulated(clock: TaskClock, camera: CameraKind, settings: Mapping[str, Any]) -> Robot:
