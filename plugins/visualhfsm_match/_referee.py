@@ -151,7 +151,9 @@ class Referee:
         """s until the end."""
         self._seconds: Final = seconds
         self._counted: Final = dict.fromkeys(self.teams, 0)
-        self._start = self._now = self._until = 0.0
+        self.now = 0.0
+        """The time in s of what was seen last."""
+        self._start = self._until = 0.0
         self._before: Sight | None = None
         self._speed = 0.0
         self._toucher = ""
@@ -170,11 +172,15 @@ class Referee:
     def winner(self) -> str:
         """The team that has won, or would if this were the end; empty in a draw."""
         if self.lost:
-            return self._other(self.lost)
+            return self.other(self.lost)
         first, second = self.teams
         if self.score[first] == self.score[second]:
             return ""
         return max(self.teams, key=lambda team: self.score[team])
+
+    def other(self, team: str) -> str:
+        """Return the team that a team plays against."""
+        return self.teams[1] if team == self.teams[0] else self.teams[0]
 
     def may_play(self, name: str) -> bool:
         """Return whether a robot may play the ball."""
@@ -192,7 +198,7 @@ class Referee:
 
     def begin(self, time: float) -> list[Put]:
         """Begin the match at a time in s."""
-        self._start = self._now = time
+        self._start = self.now = time
         return [*self._ready(self.kick_off)]
 
     def forfeit(self, team: str, why: str) -> None:
@@ -204,12 +210,12 @@ class Referee:
 
     def see(self, sight: Sight) -> list[Put]:
         """Judge what is seen. Raises ValueError for a time before the last one."""
-        if sight.time < self._now:
-            raise ValueError(f"the time went from {self._now:g} s back to {sight.time:g} s")
-        passed, self._now = sight.time - self._now, sight.time
+        if sight.time < self.now:
+            raise ValueError(f"the time went from {self.now:g} s back to {sight.time:g} s")
+        passed, self.now = sight.time - self.now, sight.time
         if self.over:
             return []
-        self.left = max(0.0, self._seconds - (self._now - self._start))
+        self.left = max(0.0, self._seconds - (self.now - self._start))
         puts = [*self._judge(sight, passed)]
         self._before = sight
         if self.left <= 0.0 and not self.over:  # a goal in the last moment counts
@@ -228,7 +234,7 @@ class Referee:
             return
         if math.dist(sight.ball, (0.0, 0.0)) > BALL_RADIUS:
             yield Put("", 0.0, 0.0)
-        if self._now >= self._until - 1e-9:
+        if self.now >= self._until - 1e-9:
             yield from self._next_phase(sight)
         elif self.phase is MatchPhase.Set:
             for player, seen in self._on_field(sight):
@@ -237,16 +243,16 @@ class Referee:
 
     def _next_phase(self, sight: Sight) -> Iterator[Put]:
         if self.phase is MatchPhase.Ready:
-            self.phase, self._until = MatchPhase.Set, self._now + self.rules.set
+            self.phase, self._until = MatchPhase.Set, self.now + self.rules.set
             for player, seen in self._on_field(sight):
                 if self._is_illegal(player, seen):
                     yield from self._penalize(player, Offense.IllegalPositioning)
                 else:
                     player.place = Put(player.name, *seen.at, player.place.heading)
             return
-        self.phase, self._until = MatchPhase.Playing, self._now + self.rules.ball_free
+        self.phase, self._until = MatchPhase.Playing, self.now + self.rules.ball_free
         self.ball_free = False
-        self._near_at, self._rested = self._now, (self._now, (0.0, 0.0))
+        self._near_at, self._rested = self.now, (self.now, (0.0, 0.0))
         self._toucher, self._speed = "", 0.0
         self._contacts.clear()
         self._note("whistle", "the whistle", self.kick_off)
@@ -254,7 +260,7 @@ class Referee:
     def _ready(self, kick_off: str) -> Iterator[Put]:
         """Begin a kick-off."""
         self.phase, self.kick_off, self.ball_free = MatchPhase.Ready, kick_off, False
-        self._until = self._now + self.rules.ready
+        self._until = self.now + self.rules.ready
         self._note("kick-off", f"kick-off {kick_off}", kick_off)
         for player in self.players.values():
             if player.offense is None:
@@ -282,11 +288,11 @@ class Referee:
             self._toucher = near[0][1]
         self._speed = speed
         if near and near[0][0] < rules.stuck_distance:
-            self._near_at = self._now
+            self._near_at = self.now
         if math.dist(ball, self._rested[1]) > rules.still_distance:
-            self._rested = self._now, ball
+            self._rested = self.now, ball
         if not self.ball_free:
-            self.ball_free = math.dist(ball, (0.0, 0.0)) > BALL_RADIUS or self._now >= self._until
+            self.ball_free = math.dist(ball, (0.0, 0.0)) > BALL_RADIUS or self.now >= self._until
 
     def _goal_or_out(self, sight: Sight) -> Iterator[Put]:
         """Judge a ball that has wholly crossed a line; nothing for one in play."""
@@ -303,14 +309,14 @@ class Referee:
             if touched == attackers:  # a goal kick from the corner of the goal area
                 depth, width = soccer.goal_area
                 spot = math.copysign(soccer.length / 2 - depth, x), across * width / 2
-                yield from self._out(sight, spot, "goal kick", self._other(attackers))
+                yield from self._out(sight, spot, "goal kick", self.other(attackers))
             else:
                 spot = math.copysign(soccer.length / 2, x), across * soccer.width / 2
                 yield from self._out(sight, spot, "corner kick", attackers)
         elif abs(y) > side:
             touched = self.players[self._toucher].team if self._toucher else self.kick_off
             spot = (x, math.copysign(soccer.width / 2, y))
-            yield from self._out(sight, spot, "kick-in", self._other(touched))
+            yield from self._out(sight, spot, "kick-in", self.other(touched))
 
     def _crossed_at(self, sight: Sight, line: float) -> float:
         """Return y where the ball has crossed a line of constant x since the last sight."""
@@ -330,12 +336,12 @@ class Referee:
         if abs(self.score[first] - self.score[second]) >= self.rules.mercy:
             self._finish()
         else:
-            yield from self._ready(self._other(team))
+            yield from self._ready(self.other(team))
 
     def _out(self, sight: Sight, spot: Point, what: str, team: str) -> Iterator[Put]:
         self._note("out", f"out by {self._toucher or 'nobody'}: {what} {team}", team, self._toucher)
         x, y = self._free_spot(sight, spot)
-        self._rested, self._speed = (self._now, (x, y)), 0.0
+        self._rested, self._speed = (self.now, (x, y)), 0.0
         self._toucher = ""
         yield Put("", x, y)
 
@@ -351,11 +357,11 @@ class Referee:
 
     def _stuck(self) -> Iterator[Put]:
         """Drop the ball if nobody is near it for long, or if it hardly moves."""
-        alone = self._now - self._near_at >= self.rules.stuck
-        if alone or self._now - self._rested[0] >= self.rules.still:
+        alone = self.now - self._near_at >= self.rules.stuck
+        if alone or self.now - self._rested[0] >= self.rules.still:
             why = "nobody is near the ball" if alone else "the ball does not move"
             self._note("stuck", f"dropped ball: {why}")
-            yield from self._ready(self._other(self.kick_off))
+            yield from self._ready(self.other(self.kick_off))
 
     # -- the robots ----------------------------------------------------------------------------------------
 
@@ -364,7 +370,7 @@ class Referee:
             player for player, seen in self._on_field(sight) if seen.lying and player.lying_since is None
         ]
         for player, seen in self._on_field(sight):
-            player.lying_since = (player.lying_since or self._now) if seen.lying else None
+            player.lying_since = (player.lying_since or self.now) if seen.lying else None
         self._watch_contacts(sight, passed)
         offenders = dict.fromkeys(self._pushers(sight, fallen), Offense.Pushing)
         half_x = self.field.length / 2 + self.field.border
@@ -372,7 +378,7 @@ class Referee:
         for player, seen in self._on_field(sight):
             if abs(seen.x) > half_x or abs(seen.y) > half_y:
                 offenders.setdefault(player.name, Offense.LeavingTheField)
-            elif player.lying_since is not None and self._now - player.lying_since >= self.rules.get_up:
+            elif player.lying_since is not None and self.now - player.lying_since >= self.rules.get_up:
                 offenders.setdefault(player.name, Offense.IncapableRobot)
             elif not self.ball_free and player.team != self.kick_off and self._in_circle(seen):
                 offenders.setdefault(player.name, Offense.IllegalPositioning)
@@ -389,13 +395,13 @@ class Referee:
                 apart = math.dist(seen.at, found.at)
                 if one.team == other.team or apart > rules.contact:
                     known = self._contacts.get(pair)
-                    if known is not None and self._now - known.last > rules.fall:
+                    if known is not None and self.now - known.last > rules.fall:
                         del self._contacts[pair]
                     continue
                 contact = self._contacts.get(pair)
-                if contact is None or self._now - contact.last > 1.5 * PERIOD:
-                    contact = self._contacts[pair] = _Contact(self._now, self._now)
-                contact.last = self._now
+                if contact is None or self.now - contact.last > 1.5 * PERIOD:
+                    contact = self._contacts[pair] = _Contact(self.now, self.now)
+                contact.last = self.now
                 if before is None or passed <= 0.0:
                     continue
                 for name, toward in ((one.name, found), (other.name, seen)):
@@ -449,7 +455,7 @@ class Referee:
         return self.turned(player.team, min(x, -_ROOM), -self.field.width / 2 - _BESIDE, math.pi / 2)
 
     def _place(self, player: Player, x: float, y: float, heading: float) -> Put:
-        player.place, player.placed_at = Put(player.name, x, y, heading), self._now
+        player.place, player.placed_at = Put(player.name, x, y, heading), self.now
         player.lying_since = None
         return player.place
 
@@ -468,8 +474,5 @@ class Referee:
     def _in_circle(self, seen: Seen) -> bool:
         return math.hypot(*seen.at) < self.field.circle_diameter / 2
 
-    def _other(self, team: str) -> str:
-        return self.teams[1] if team == self.teams[0] else self.teams[0]
-
     def _note(self, kind: EventKind, text: str, team: str = "", robot: str = "") -> None:
-        self.events.append(Event(round(self._now - self._start, 3), kind, text, team, robot))
+        self.events.append(Event(round(self.now - self._start, 3), kind, text, team, robot))
