@@ -13,7 +13,7 @@ from typing import Final, NamedTuple
 from visualhfsm.plugins import NoAnswerError, TaskProcesses
 from visualhfsm_match._errors import MatchError
 from visualhfsm_match._match import Plan, Result
-from visualhfsm_match._process import Answer, Task
+from visualhfsm_match._process import LONGEST_TURN, Answer, Task
 from visualhfsm_match._referee import Event
 
 _MODULE: Final = "visualhfsm_match._process"
@@ -29,10 +29,11 @@ class Fixture(NamedTuple):
     page: Path | None = None
 
 
-def play_match(fixture: Fixture, limit: float) -> Result:
+def play_match(fixture: Fixture, limit: float, longest_turn: float = LONGEST_TURN) -> Result:
     """Play a match in a process of its own, within `limit` s by the wall. Raises MatchError.
 
-    A team whose code ran when the process ended, or was ended, loses.
+    A team whose code ran when the process ended, or was ended, loses. A piece of code may compute for
+    `longest_turn` s of processor time.
     """
     plan, page = fixture
     processes = TaskProcesses(_MODULE, Answer, _PREFIX)
@@ -41,7 +42,7 @@ def play_match(fixture: Fixture, limit: float) -> Result:
             turns = Path(folder, "turn")
             turns.write_bytes(b"\0")
             try:
-                answer = processes.ask(Task(plan, str(turns), str(page or "")), limit)
+                answer = processes.ask(Task(plan, str(turns), str(page or ""), longest_turn), limit)
             except NoAnswerError as error:
                 return _lost(plan, turns.read_bytes()[0], str(error))
     finally:

@@ -71,7 +71,7 @@ def table_of(teams: Sequence[str], results: Sequence[Result]) -> list[Row]:
 
 
 def write_table(folder: Path, rows: Sequence[Row], matches: Mapping[str, Result]) -> None:
-    """Write `index.html` and `table.csv`; `matches` are by the names of their pages. Raises VisualHfsmError."""
+    """Write `index.html` and `table.csv`; `matches` by the names of their pages. Raises VisualHfsmError."""
     write_csv(folder / "table.csv", [HEAD, *(row.cells for row in rows)])
     table = "".join(f"<tr>{''.join(_cell(text) for text in row.cells)}</tr>\n" for row in rows)
     listed = "".join(

@@ -46,7 +46,7 @@ class MatchDrawing {
     this.scene = new Scene();
     this.camera = new PerspectiveCamera(40, 1, 0.05, 60);
     this.camera.up.set(0, 0, 1);
-    this.camera.position.set(0, -7.5, 5.5);
+    this.camera.position.set(0, -8.5, 6);
     this.controls = new OrbitControls(this.camera, this.renderer.domElement);
     this.controls.addEventListener("change", () => this.draw());
     this.world = new WorldDrawing();
@@ -156,7 +156,7 @@ async function show() {
         </header>
         <main>
           <div class="stage"></div>
-          <div class="play">
+          <div class="controls">
             <button type="button" class="action" @click=${toggle}>${playing ? t("Pause") : t("Play")}</button>
             <input
               type="range"
