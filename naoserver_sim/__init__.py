@@ -8,7 +8,8 @@ Module            Contents
 `appearance`      its visible shapes, read from `naoserver.bodies.looks`; the lamps
 `world`, `worlds` the surroundings of the robot, read from files
 `surroundings`    the surroundings in the model
-`model`           the compiled whole, and the robot put on its feet
+`model`           a robot and its world, compiled, and the robot put on its feet
+`together`, `share` several robots in one model, and where each of them is in its arrays
 `motors`          setpoints that move at limited speed, stiffness, heat; the gears
 `simulator`       the physics thread, its pace against the wall clock, and its time as a clock
 `senses`          the senses of the robot
@@ -16,7 +17,7 @@ Module            Contents
 `balance`         the ankles of a Nao that keep it upright, over its `support_polygon`
 `stage`           the scene, read and changed, and as data for viewers
 `cameras`         the camera thread
-`robot`           `SimulatedRobot`
+`robot`, `arena`  `SimulatedRobot`, and `Arena` for several in one world
 `learning`        Gymnasium environments in which it learns
 `command`         the command, for one robot or several
 """

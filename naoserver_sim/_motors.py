@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from naoserver.bodies.capabilities import JointCommand
 from naoserver.bodies.parts import MotorHeat, Play
+from naoserver_sim._share import ALONE, Part, Share
 
 Array = NDArray[np.float64]
 
@@ -81,7 +82,7 @@ _CALM: Final = 0.5
 
 
 class Motors:
-    """Stiffness and temperature of every motor of a model; `tick` belongs to the thread of the physics.
+    """Stiffness and temperature of every motor of a robot; `tick` belongs to the thread of the physics.
 
     A motor's maximum torque and its gains are proportional to its stiffness, which in NAOqi limits the
     current. A motor warms by the square of its torque, as by the current in its winding: the continuous
@@ -93,12 +94,25 @@ class Motors:
     the distance to the highest speed, as in a real motor, and this speed with that to the end of the range.
     """
 
-    def __init__(self, mj: mujoco.MjModel, heat: MotorHeat | None = None) -> None:
-        self._mj = mj
+    def __init__(
+        self,
+        mj: mujoco.MjModel,
+        heat: MotorHeat | None = None,
+        *,
+        whole: mujoco.MjModel | None = None,
+        share: Share = ALONE,
+    ) -> None:
+        """Control the motors of the robot `mj`: those of its `share` of the `whole` that is simulated."""
         self._heat = heat
-        self._gains = mj.actuator_gainprm[:, 0].copy()
-        self._biases = mj.actuator_biasprm[:, 1:3].copy()
-        self._forces = mj.actuator_forcerange.copy()
+        whole = whole or mj
+        motors = share.motors
+        self.gains: Final[Array] = whole.actuator_gainprm[motors]
+        """What MuJoCo computes each motor's force with, as are the two below: they change with stiffness."""
+        self.biases: Final[Array] = whole.actuator_biasprm[motors]
+        self.ranges: Final[Array] = whole.actuator_forcerange[motors]
+        self._gains = self.gains[:, 0].copy()
+        self._biases = self.biases[:, 1:3].copy()
+        self._forces = self.ranges.copy()
         self._heating = np.zeros(mj.nu)
         if heat is not None:
             self._heating += (heat.hot - AMBIENT) / np.maximum(mj.actuator_user[:, 0], 1e-9) ** 2
@@ -140,10 +154,9 @@ class Motors:
         """Let some motors follow commands with gains: a row of fields of `JointCommand` for each."""
         self._followed[motors] = commands
         _, velocities, torques, kp, kd = commands.T[:5]
-        mj = self._mj
-        mj.actuator_gainprm[motors, 0] = kp
-        mj.actuator_biasprm[motors, 0] = torques + kd * velocities
-        mj.actuator_biasprm[motors, 1], mj.actuator_biasprm[motors, 2] = -kp, -kd
+        self.gains[motors, 0] = kp
+        self.biases[motors, 0] = torques + kd * velocities
+        self.biases[motors, 1], self.biases[motors, 2] = -kp, -kd
         if not self.follows[motors].all():
             self.follows[motors] = True
             self._sort()
@@ -152,11 +165,11 @@ class Motors:
         """Let some motors follow their setpoints."""
         if self.follows[motors].any():
             self.follows[motors] = False
-            self._mj.actuator_biasprm[motors, 0] = 0.0
+            self.biases[motors, 0] = 0.0
             self._sort()
             self._apply()
 
-    def limit(self, data: mujoco.MjData) -> None:
+    def limit(self, data: Part) -> None:
         """Limit the torques of motors of `following` by range and speed, before each step of the physics."""
         if not (motors := self.following).size:
             return
@@ -167,7 +180,7 @@ class Motors:
         for column, end in enumerate((lower, upper)):
             allowed = np.minimum(np.maximum((end - angles) / _BRAKING, -highest), highest)
             torques = np.minimum(np.maximum(loads + braking * (allowed - speeds), -most), most)
-            self._mj.actuator_forcerange[motors, column] = torques
+            self.ranges[motors, column] = torques
 
     def _sort(self) -> None:
         self.following = np.flatnonzero(self.follows)
@@ -209,11 +222,11 @@ class Motors:
         if (heat := self._heat) is not None:
             cool = np.clip((heat.too_hot - self.temperatures) / (heat.too_hot - heat.hot), 0.0, 1.0)
         self._derated = bool((cool < 1.0).any())
-        mj, obeying, stiffnesses = self._mj, ~self.follows, self.stiffnesses[:, None]
-        mj.actuator_gainprm[obeying, 0] = (self._gains * self.stiffnesses)[obeying]
-        mj.actuator_biasprm[obeying, 1:3] = (self._biases * stiffnesses)[obeying]
-        mj.actuator_forcerange[:] = self._forces * stiffnesses * cool[:, None]
-        self._most = mj.actuator_forcerange[:, 1].copy()
+        obeying, stiffnesses = ~self.follows, self.stiffnesses[:, None]
+        self.gains[obeying, 0] = (self._gains * self.stiffnesses)[obeying]
+        self.biases[obeying, 1:3] = (self._biases * stiffnesses)[obeying]
+        self.ranges[:] = self._forces * stiffnesses * cool[:, None]
+        self._most = self.ranges[:, 1].copy()
 
 
 PLAY: Final = Play(delay=2, least_backlash=math.radians(0.5), most_backlash=math.radians(2.0))

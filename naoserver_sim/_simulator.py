@@ -17,7 +17,10 @@ from numpy.typing import NDArray
 from naoserver.bodies.parts import MotorHeat
 from naoserver.errors import RobotError
 from naoserver_sim._motors import Array, Gears, Motors, SetpointController
+from naoserver_sim._share import ALONE, Part, Share
 from naoserver_sim._stepper import STEPS_PER_TICK, Stepper
+from zenoh_ice import Clock, VirtualClock
+from zenoh_ice.data.text import sentence
 
 _log = logging.getLogger(__name__)
 
@@ -30,7 +33,7 @@ _DIVERGED: Final = slice(int(mujoco.mjtWarning.mjWARN_BADQPOS), int(mujoco.mjtWa
 
 
 class Snapshot(NamedTuple):
-    """The state at the end of a control tick. Its arrays are never modified."""
+    """A robot's state at the end of a control tick. Its arrays are never modified."""
 
     time: float
     """Simulated seconds since the start."""
@@ -43,31 +46,90 @@ class Snapshot(NamedTuple):
     """Stiffness of each motor, from 0 to 1."""
     temperatures: Array
     """Temperature of each motor in degrees Celsius."""
+    whole_qpos: Array
+    """Of everything, the robot itself among it."""
+    whole_qvel: Array
 
 
-class Simulator:
-    """Step a model control tick by control tick.
+class Physics:
+    """Step a model, and all robots in it, control tick by control tick.
 
-    `advance` steps it in the caller's thread: two simulators of the same model with the same orders before
-    the same ticks go through the same states, bit by bit. A virtual clock or a `SimulationClock` calls it.
-    All attributes are for the thread of the physics only; other threads read `newest` and give orders.
+    `advance` steps it in the caller's thread: two of the same model with the same orders before the same
+    ticks go through the same states, bit by bit. A virtual clock or a `SimulationClock` calls it.
     """
 
-    def __init__(
-        self,
-        mj: mujoco.MjModel,
-        data: mujoco.MjData,
-        setpoints: SetpointController,
-        gears: Gears | None = None,
-        *,
-        heat: MotorHeat | None = None,
-    ) -> None:
+    def __init__(self, mj: mujoco.MjModel, data: mujoco.MjData) -> None:
         # By default, MuJoCo writes a file into the current directory.
         mujoco.set_mju_user_warning(_log.warning)
         self.mj: Final = mj
         self.data: Final = data
+        self.virtual = True
+        """True while no thread steps it, but who advances a virtual clock."""
+        self.tick_period: Final = float(mj.opt.timestep) * STEPS_PER_TICK
+        self.time = 0.0
+        """Simulated seconds since the start."""
+        self._ticks = 0
+        self._simulators: list[Simulator] = []
+        self._motors: list[tuple[Motors, Part]] = []
+        self._stepper = Stepper(mj, data, self._motors)
+        self._diverged: NDArray[np.int32] = data.warning.number[_DIVERGED]  # a view
+
+    def add(self, simulator: Simulator) -> None:
+        """Step a robot, too."""
+        self._simulators.append(simulator)
+        self._motors.append((simulator.motors, simulator.data))
+
+    def advance(self, ticks: int) -> None:
+        """Step some ticks in the caller's thread and publish each state. Raises RobotError if it explodes."""
+        for _ in range(ticks):
+            for simulator in self._simulators:
+                simulator.begin_tick(self.tick_period)
+            self._stepper.tick()
+            self._ticks += 1
+            # As exact as that of a virtual clock: both give the same paths.
+            time = round(self._ticks * self.tick_period, 9)
+            for simulator in self._simulators:
+                for watch in simulator.watchers:
+                    watch(time)
+            if any(self._diverged.tolist()):
+                raise RobotError(f"the simulation became unstable before {time:.2f} s")
+            qpos, qvel = self.data.qpos.copy(), self.data.qvel.copy()
+            for simulator in self._simulators:
+                simulator.publish(time, qpos, qvel)
+            self.time = time
+            for simulator in self._simulators:
+                simulator.on_tick()
+
+    def publish_again(self) -> None:
+        """Publish the state of this tick as it is now."""
+        qpos, qvel = self.data.qpos.copy(), self.data.qvel.copy()
+        for simulator in self._simulators:
+            simulator.publish(self.time, qpos, qvel, again=True)
+
+
+class Simulator:
+    """Move the motors of one robot tick by tick, and keep its states.
+
+    All attributes are for the thread of the physics only; other threads read `newest` and give orders.
+    Indices are those of `mj`, a model of the robot alone, which `share` locates in that of the physics.
+    """
+
+    def __init__(
+        self,
+        physics: Physics,
+        setpoints: SetpointController,
+        gears: Gears | None = None,
+        *,
+        heat: MotorHeat | None = None,
+        mj: mujoco.MjModel | None = None,
+        share: Share = ALONE,
+    ) -> None:
+        self.physics: Final = physics
+        self.mj: Final = mj or physics.mj
+        self.data: Final = Part(physics.data, share)
+        self._share = share
         self.setpoints: Final = setpoints
-        self.motors: Final = Motors(mj, heat)
+        self.motors: Final = Motors(self.mj, heat, whole=physics.mj, share=share)
         self._gears = gears
         # Actions for the next tick; appending and popping are atomic.
         self._orders: deque[Callable[[], None]] = deque()
@@ -77,20 +139,21 @@ class Simulator:
         """Observers of the state at the end of each tick: called with its simulated time in s."""
         self.on_tick: Callable[[], None] = lambda: None
         """Called at the very end of each tick, when its state is published; it gives orders for the next."""
-        self.virtual = True
-        """True while no thread steps it, but who advances a virtual clock."""
-        self._ticks = 0
-        self._time = 0.0
-        self.tick_period: Final = float(mj.opt.timestep) * STEPS_PER_TICK
-        self._stepper = Stepper(mj, data, self.motors)
+        self.tick_period: Final = physics.tick_period
         # Views.
-        self._diverged: NDArray[np.int32] = data.warning.number[_DIVERGED]
-        self._qpos, self._qvel, self._ctrl = data.qpos, data.qvel, data.ctrl
-        self._forces, self._lengths = data.actuator_force, data.actuator_length
-        data.ctrl[:] = setpoints.setpoints
-        self.commands: Final[Array] = data.ctrl if gears is None else data.ctrl.copy()
+        self._ctrl = self.data.ctrl
+        self._forces, self._lengths = self.data.actuator_force, self.data.actuator_length
+        self._ctrl[:] = setpoints.setpoints
+        self.commands: Final[Array] = self._ctrl if gears is None else self._ctrl.copy()
         """Where the motors are to be in this tick; controllers change it."""
-        self._snapshots = deque([self._take_snapshot()], _REMEMBERED)
+        self._snapshots: deque[Snapshot] = deque(maxlen=_REMEMBERED)
+        self.publish(physics.time, physics.data.qpos.copy(), physics.data.qvel.copy())
+        physics.add(self)
+
+    @property
+    def virtual(self) -> bool:
+        """Whether no thread steps it, but who advances a virtual clock."""
+        return self.physics.virtual
 
     def newest(self) -> Snapshot:
         """Return the newest snapshot."""
@@ -108,12 +171,14 @@ class Simulator:
     def at_once(self, action: Callable[[], None]) -> None:
         """Run an action now, between two ticks of virtual time, and publish the state after it."""
         action()
-        self._snapshots[-1] = self._take_snapshot()
+        self.physics.publish_again()
 
     def measure_again(self) -> None:
         """Let the robot have been in its present state for a while: it was placed there, not moved."""
-        mujoco.mj_forward(self.mj, self.data)
-        self._snapshots.extend([self._take_snapshot()] * _REMEMBERED)
+        physics = self.physics
+        mujoco.mj_forward(physics.mj, physics.data)
+        self.publish(self.newest().time, physics.data.qpos.copy(), physics.data.qvel.copy())
+        self._snapshots.extend([self._snapshots[-1]] * _REMEMBERED)
 
     def put(self, qpos: NDArray[np.intp], dofs: NDArray[np.intp], positions: Array) -> None:
         """Put some joints at positions, at rest; their motors are to `hold` them there."""
@@ -137,42 +202,38 @@ class Simulator:
         self.setpoints.count(motors)
         self.motors.follow(motors, commands)
 
-    def advance(self, ticks: int) -> None:
-        """Step some ticks in the caller's thread and publish each state. Raises RobotError if it explodes."""
-        period, motors, setpoints = self.tick_period, self.motors, self.setpoints
-        for _ in range(ticks):
-            while self._orders:
-                self._orders.popleft()()
-            motors.tick(period, self._forces)
-            if motors.loose.size:  # the setpoint of a motor that nothing holds follows its joint
-                setpoints.place(motors.loose, self._lengths[motors.loose], self.commands)
-            setpoints.tick(period, self.commands)
-            for part in self.parts:
-                part(period)
-            if motors.following.size:
-                self.commands[motors.following] = motors.targets[motors.following]
-            if self._gears is not None:
-                self._gears.tick(self.commands, self._lengths, self._ctrl)
-            self._stepper.tick()
-            self._ticks += 1
-            # As exact as that of a virtual clock: both give the same paths.
-            self._time = round(self._ticks * period, 9)
-            for watch in self.watchers:
-                watch(self._time)
-            if any(self._diverged.tolist()):
-                raise RobotError(f"the simulation became unstable before {self._time:.2f} s")
-            self._snapshots.append(self._take_snapshot())
-            self.on_tick()
+    def begin_tick(self, period: float) -> None:
+        """Command the motors for a tick of `period` s: for `Physics`."""
+        motors, setpoints = self.motors, self.setpoints
+        while self._orders:
+            self._orders.popleft()()
+        motors.tick(period, self._forces)
+        if motors.loose.size:  # the setpoint of a motor that nothing holds follows its joint
+            setpoints.place(motors.loose, self._lengths[motors.loose], self.commands)
+        setpoints.tick(period, self.commands)
+        for part in self.parts:
+            part(period)
+        if motors.following.size:
+            self.commands[motors.following] = motors.targets[motors.following]
+        if self._gears is not None:
+            self._gears.tick(self.commands, self._lengths, self._ctrl)
 
-    def _take_snapshot(self) -> Snapshot:
-        return Snapshot(
-            self._time,
-            self._qpos.copy(),
-            self._qvel.copy(),
-            self.setpoints.setpoints,
-            self._forces.copy(),
-            self.motors.stiffnesses,
-            self.motors.temperatures,
+    def publish(self, time: float, qpos: Array, qvel: Array, *, again: bool = False) -> None:
+        """Keep a state of everything, and of its motors: for `Physics`; `again`, instead of the newest."""
+        if again:
+            self._snapshots.pop()
+        self._snapshots.append(
+            Snapshot(
+                time,
+                qpos[self._share.qpos],
+                qvel[self._share.dofs],
+                self.setpoints.setpoints,
+                self._forces.copy(),
+                self.motors.stiffnesses,
+                self.motors.temperatures,
+                qpos,
+                qvel,
+            )
         )
 
 
@@ -181,7 +242,7 @@ _LONGEST_SLEEP: Final = 0.05  # s
 
 
 class SimulationClock:
-    """Step a simulator on a thread at some pace, and give its time, tick by tick. Implements zenoh_ice.Clock.
+    """Step the physics on a thread at some pace, and give its time, tick by tick. Implements zenoh_ice.Clock.
 
     No thread waits for another: orders are executed at each control tick, and readers take the newest
     snapshot, an object that is replaced and never changed.
@@ -189,12 +250,12 @@ class SimulationClock:
 
     simulated: Final = True
 
-    def __init__(self, simulator: Simulator, pacer: Pacer) -> None:
-        self._simulator = simulator
+    def __init__(self, physics: Physics, pacer: Pacer) -> None:
+        self._physics = physics
         self._pacer = pacer
         self._ending = threading.Event()
         self._thread: threading.Thread | None = None
-        simulator.virtual = False
+        physics.virtual = False
         self.failure: Exception | None = None
         """The exception that ended the physics thread, if any."""
 
@@ -214,7 +275,7 @@ class SimulationClock:
         return self._pacer.lag
 
     def now(self) -> float:
-        return self._simulator.newest().time
+        return self._physics.time
 
     def sleep(self, seconds: float) -> None:
         """Wait for a duration in s; returns early when the simulation ends."""
@@ -244,17 +305,48 @@ class SimulationClock:
 
     def _run(self) -> None:
         pacer = self._pacer
-        pacer.start(self.now(), self._simulator.tick_period)
+        pacer.start(self.now(), self._physics.tick_period)
         try:
             while not self._ending.is_set():
                 if ticks := pacer.due(self.now(), _MOST_TICKS_AT_ONCE):
-                    self._simulator.advance(ticks)
+                    self._physics.advance(ticks)
                     pacer.record(self.now())
                 else:
                     self._ending.wait(pacer.wait_time(self.now()))
         except Exception as error:  # noqa: BLE001 - readers must learn of it: see `failure`
             self.failure = error
             _log.exception("the physics stopped at %.3f s", self.now())
+
+
+class RunningPhysics:
+    """Physics and the clock that drives them: a virtual one of the caller's, or a thread at some speed."""
+
+    def __init__(self, physics: Physics, speed: float = 1.0, clock: VirtualClock | None = None) -> None:
+        self.physics: Final = physics
+        self.clock: Clock
+        self._paced: SimulationClock | None = None
+        if clock is None:
+            self.clock = self._paced = SimulationClock(physics, Pacer(speed))
+            self.close: Callable[[], None] = self._paced.close
+            """End the thread of the physics."""
+        else:
+            self.clock = clock
+            self.close = clock.call_every(physics.tick_period, lambda: physics.advance(1))
+
+    @property
+    def lag(self) -> float:
+        """Wall seconds by which simulated time lagged behind its schedule in the last second."""
+        return self._paced.lag if self._paced else 0.0
+
+    def start(self) -> None:
+        """Start the thread of the physics; with a virtual clock there is none."""
+        if self._paced:
+            self._paced.start()
+
+    def check(self) -> None:
+        """Raise RobotError when an error has stopped the physics."""
+        if self._paced and (failure := self._paced.failure):
+            raise RobotError(sentence(f"the physics stopped: {failure}")) from failure
 
 
 WINDOW = 1.0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Final, Literal
@@ -60,10 +60,12 @@ class SimulatedStage:
     ) -> None:
         self._model = model
         self._data = simulator.data
+        self._whole = simulator.physics.data
         self._simulator = simulator
         self._press = press
         self._moved = moved
         self._start_qpos: Array = self._data.qpos.copy()
+        self._start_of_all: Array = self._whole.qpos.copy()
         self._start_ctrl: Array = self._data.ctrl.copy()
         self._pushes: list[_Push] = []
         self._robot_qpos = np.array(
@@ -84,17 +86,29 @@ class SimulatedStage:
     def truth(self) -> Truth:
         snapshot, model = self._simulator.newest(), self._model
         objects = {name: Pose(self._carried_at(snapshot, name), NO_TURN) for name in model.balls}
-        objects |= {name: _pose(snapshot.qpos, index) for name, index in model.loose.items()}
+        for name, index in (*model.loose.items(), *model.others.items()):
+            objects[name] = _pose(snapshot.whole_qpos, index)
         torso = _pose(snapshot.qpos, model.base)
         along_x, along_y, along_z, *own = snapshot.qvel[model.base.dof : model.base.dof + 6].tolist()
         turning = _turned(torso.orientation, *own)
         return Truth(snapshot.time, torso, (along_x, along_y, along_z), turning, objects)
 
     def reset(self) -> None:
-        """Put the robot and everything else back to their start, motors stiff and cool; time continues."""
+        """Put the robot and all objects back to their start, motors stiff and cool; time continues.
+
+        Other robots stay where they are. Raises InvalidCommand when one of them is in the way.
+        """
+        if self._model.others:
+            there = self._simulator.newest().whole_qpos.copy()
+            self._restore_objects(there)
+            there[self._model.share.qpos] = self._start_qpos
+            self._require_free("", there, self._model.links)
 
         def restore() -> None:
             self._simulator.motors.cool()
+            self._restore_objects(self._whole.qpos)
+            for index in self._model.loose.values():
+                self._whole.qvel[index.dof : index.dof + 6] = 0.0
             self._restore(self._start_qpos)
 
         self._simulator.order(restore)
@@ -125,10 +139,9 @@ class SimulatedStage:
         mujoco.mju_mulQuat(turned, turn, qpos[base + 3 : base + 7])
         qpos[base : base + 3] = offset + np.array((x, y, 0.0))
         qpos[base + 3 : base + 7] = turned
-        there = self._simulator.newest().qpos.copy()
-        there[self._robot_qpos] = qpos[self._robot_qpos]
-        links = np.flatnonzero(self._model.mj.body_rootid == self._model.base.body)
-        self._require_free("x", there, set(links.tolist()))
+        there = self._simulator.newest().whole_qpos.copy()
+        there[self._model.share.qpos][self._robot_qpos] = qpos[self._robot_qpos]
+        self._require_free("x", there, self._model.links)
         end_motion()
         self._simulator.order(lambda: self._restore(qpos, only_robot=True))
 
@@ -191,16 +204,22 @@ class SimulatedStage:
 
     def _place_loose(self, name: str, position: Vector) -> None:
         index = self._model.loose[name]
-        pose = np.array([*position, *self._start_qpos[index.qpos + 3 : index.qpos + 7]])
-        there = self._simulator.newest().qpos.copy()
+        pose = np.array([*position, *self._start_of_all[index.qpos + 3 : index.qpos + 7]])
+        there = self._simulator.newest().whole_qpos.copy()
         there[index.qpos : index.qpos + 7] = pose
         self._require_free("position", there, {index.body})
 
         def put() -> None:
-            self._data.qpos[index.qpos : index.qpos + 7] = pose
-            self._data.qvel[index.dof : index.dof + 6] = 0.0
+            self._whole.qpos[index.qpos : index.qpos + 7] = pose
+            self._whole.qvel[index.dof : index.dof + 6] = 0.0
 
         self._simulator.order(put)
+
+    def _restore_objects(self, qpos: Array) -> None:
+        """Change positions of everything so that the objects are where they began."""
+        for index in self._model.loose.values():
+            pose = slice(index.qpos, index.qpos + 7)
+            qpos[pose] = self._start_of_all[pose]
 
     def _restore(self, qpos: Array, *, only_robot: bool = False) -> None:
         """Put the robot, or everything, at rest where it began, or elsewhere on the floor."""
@@ -211,27 +230,31 @@ class SimulatedStage:
         data.qpos[places] = qpos[places]
         data.qvel[dofs] = 0.0
         data.qacc_warmstart[:] = 0.0
-        data.xfrc_applied[:] = 0.0
+        data.xfrc_applied[model.base.body] = 0.0
         self._pushes.clear()
         self._simulator.hold(motors, self._start_ctrl[motors])
         self._simulator.motors.stiffen(motors, np.ones(len(motors)), 0.0)
         self._moved()
 
-    def _require_free(self, field: str, qpos: Array, bodies: set[int]) -> None:
+    def _require_free(self, field: str, qpos: Array, bodies: Collection[int]) -> None:
         """Raise InvalidCommand if, at `qpos`, some bodies would overlap others."""
-        mj, data = self._model.mj, mujoco.MjData(self._model.mj)
+        mj, data = self._model.whole, mujoco.MjData(self._model.whole)
         data.qpos[:] = qpos
         mujoco.mj_fwdPosition(mj, data)
         for contact in data.contact:
             touching = {int(mj.geom_bodyid[contact.geom1]), int(mj.geom_bodyid[contact.geom2])}
-            if contact.dist < -_SHALLOW and touching & bodies and not touching <= bodies:
-                (other,) = touching - bodies or (0,)
+            beyond = touching.difference(bodies)
+            if contact.dist < -_SHALLOW and len(beyond) < len(touching) and beyond:
+                (other,) = beyond
                 raise InvalidCommand(field, f"there is no room: {self._name(other)} is in the way")
 
     def _name(self, body: int) -> str:
-        mj = self._model.mj
-        if mj.body_rootid[body] == self._model.base.body:
+        mj = self._model.whole
+        if body in self._model.links:
             return "the robot"
+        for name, other in self._model.others.items():
+            if mj.body_rootid[body] == other.body:
+                return name
         return "the floor or a wall" if body == 0 else str(mj.body(body).name)
 
 
@@ -271,16 +294,17 @@ _KINDS: Final[dict[int, Literal["Plane", "Box", "Sphere", "Capsule"]]] = {
 
 
 def describe_world(model: Model) -> list[WorldShape]:
-    """Return everything visible in a model except the robot, and the lines of its field."""
-    mj, data = model.mj, mujoco.MjData(model.mj)
+    """Return everything visible around a robot except others, and the lines of its field."""
+    mj, data = model.whole, mujoco.MjData(model.whole)
     mujoco.mj_kinematics(mj, data)
     objects = {int(mj.body(name).id): name for name in (*model.balls, *model.loose)}
+    robots = model.links | model.links_of_others
     shapes = []
     for geom in range(mj.ngeom):
         body = int(mj.geom_bodyid[geom])
         # The picture of a sign is a plane in front of its board.
         picture = mj.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE and mj.geom(geom).name != "floor"
-        if picture or mj.body_rootid[body] == model.base.body:
+        if picture or body in robots:
             continue
         if body in objects:
             place, turn = mj.geom_pos[geom], mj.geom_quat[geom]

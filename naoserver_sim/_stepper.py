@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Final
 
 import mujoco
 import numpy as np
 
 from naoserver_sim._motors import Motors
+from naoserver_sim._share import Part
 
 STEPS_PER_TICK: Final = 4
 """Physics steps in a control tick: 2.5 ms each, 10 ms in all, the cycle of the robot's motor boards."""
@@ -33,7 +35,10 @@ class Stepper:
     touch each other: there bodies would fly apart. Such a tick is done again with a dense Jacobian.
     """
 
-    def __init__(self, mj: mujoco.MjModel, data: mujoco.MjData, motors: Motors) -> None:
+    def __init__(
+        self, mj: mujoco.MjModel, data: mujoco.MjData, motors: Sequence[tuple[Motors, Part]]
+    ) -> None:
+        """`motors` are those of each robot, with its state; more may be added."""
         self._mj = mj
         self._data = data
         self._motors = motors
@@ -63,7 +68,7 @@ class Stepper:
             self._option.jacobian = _DENSE
             mujoco.mj_setState(self._mj, self._data, self._before, _STATE)
         self._option.disableflags = self._sensing | _SENSORS
-        if self._motors.following.size:
+        if any(motors.following.size for motors, _ in self._motors):
             for _ in range(STEPS_PER_TICK - 1):
                 self._step()
         else:
@@ -83,7 +88,8 @@ class Stepper:
         return True
 
     def _step(self) -> None:
-        self._motors.limit(self._data)
+        for motors, part in self._motors:
+            motors.limit(part)
         mujoco.mj_step(self._mj, self._data)
 
     def _converged(self) -> bool:

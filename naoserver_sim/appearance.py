@@ -5,11 +5,12 @@ None of it takes part in contacts.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from naoserver.bodies.capabilities import Color
 from naoserver.bodies.looks import OFF, Looks, Mesh, SeenShape, look_of
@@ -106,8 +107,11 @@ def lamp_material(light: str) -> str:
 class Lamps:
     """Show the robot's lights on the lamps of a model; a group of lights without lamps is not seen."""
 
-    def __init__(self, mj: mujoco.MjModel, colors: Callable[[], Mapping[str, Color]]) -> None:
+    def __init__(
+        self, mj: mujoco.MjModel, colors: Callable[[], Mapping[str, Color]], prefix: str = ""
+    ) -> None:
         self._mj = mj
+        self._prefix = prefix
         self._colors = colors
         self._shown: Mapping[str, Color] = {}
 
@@ -118,11 +122,21 @@ class Lamps:
             return
         self._shown = colors
         for light, color in colors.items():
-            material = mujoco.mj_name2id(self._mj, mujoco.mjtObj.mjOBJ_MATERIAL, lamp_material(light))
+            material = mujoco.mj_name2id(
+                self._mj, mujoco.mjtObj.mjOBJ_MATERIAL, self._prefix + lamp_material(light)
+            )
             if material >= 0:
                 look = look_of(color)
                 self._mj.mat_rgba[material, :3] = look.color
                 self._mj.mat_emission[material] = look.emission
+
+
+def paint(mj: mujoco.MjModel, geoms: NDArray[np.intp], color: Sequence[float]) -> None:
+    """Give some geoms, except lamps, a color instead of those of their materials."""
+    for geom in geoms.tolist():
+        material = int(mj.geom_matid[geom])
+        if material < 0 or lamp_material("") not in mj.material(material).name:
+            mj.geom_rgba[geom] = (*color, 1.0)
 
 
 def color_of(mj: mujoco.MjModel, geom: int) -> tuple[float, float, float, float]:

@@ -148,7 +148,8 @@ class _Request:
 class CameraRenderer:
     """Render what a camera sees, with the present lights; `past` returns the snapshot of some seconds ago.
 
-    With a `sensor`, the pictures of its cameras have the imperfections that it adds, and its latency.
+    With a `sensor`, the pictures of its cameras have the imperfections that it adds, and its latency. In the
+    model, names of cameras begin with the `prefix` of the robot.
 
     Rendering has its own thread and its own copy of the state: neither it nor the physics waits for the
     other. The first image starts it, unless `start` has: GL takes 90 MB. Without a GL library everything but
@@ -166,6 +167,7 @@ class CameraRenderer:
         lamps: Lamps,
         sensor: ImageSensor | None = None,
         *,
+        prefix: str = "",
         virtual: bool = False,
         limits: CameraLimits = CameraLimits(),
     ) -> None:
@@ -175,6 +177,7 @@ class CameraRenderer:
         self._past = past
         self._lamps = lamps
         self._sensor = sensor
+        self._prefix = prefix
         self._virtual = virtual
         self._requests: queue.Queue[_Request | None] = queue.Queue(_QUEUE_LENGTH)
         self._ready = threading.Event()
@@ -281,14 +284,14 @@ class CameraRenderer:
 
     def _serve(self, scene: _Scene, request: _Request) -> None:
         try:
-            camera = request.camera
+            camera, seen_by = request.camera, self._prefix + request.camera
             sensor = self._sensor if self._sensor is not None and self._sensor.sees(camera) else None
             snapshot = self._past(sensor.latency(camera) if sensor is not None else 0.0)
             self._lamps.show()
-            pixels = scene.render(snapshot.qpos, camera, request.width, request.height)
+            pixels = scene.render(snapshot.whole_qpos, seen_by, request.width, request.height)
             if sensor is not None:
-                turning = scene.turning(snapshot.qvel, camera)
-                measure = partial(scene.brightness, camera)
+                turning = scene.turning(snapshot.whole_qvel, seen_by)
+                measure = partial(scene.brightness, seen_by)
                 pixels = sensor.develop(pixels, camera, snapshot.time, turning, measure)
             request.frame.set_result(Frame(camera, snapshot.time, request.width, request.height, pixels))
         except Exception as error:  # noqa: BLE001 - reported to the caller

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from importlib import resources
 from typing import Final
@@ -22,6 +22,7 @@ from naoserver.body import Body
 from naoserver.errors import RobotError
 from naoserver_sim._body import BASE, MOUNT, add_body, possible
 from naoserver_sim._motors import Array
+from naoserver_sim._share import ALONE, Share
 from naoserver_sim._surroundings import (
     SPECTATOR,
     START,
@@ -97,19 +98,38 @@ class FreeIndex:
 
 @dataclass(frozen=True)
 class Model:
-    """A compiled model with the indices of its parts."""
+    """A compiled model of a robot with the indices of its parts, and what it stands in."""
 
     mj: mujoco.MjModel
+    """The robot alone: what its controllers compute with. All indices are its own, unless said otherwise."""
     body: Body
     robot: DeviceIndex
     world: World
     balls: Mapping[str, DeviceIndex]
     """The mechanisms of carried balls."""
     loose: Mapping[str, FreeIndex]
-    """Other objects that can be placed: balls that roll, boxes that can be pushed."""
+    """Other objects that can be placed: balls that roll, boxes that can be pushed; indices of the whole."""
     cameras: tuple[CameraFacts, ...]
     base: FreeIndex
     """The root link of the body."""
+    whole: mujoco.MjModel
+    """What is simulated: the robot, its surroundings and all others; `mj` itself for a robot alone."""
+    share: Share = ALONE
+    """Where the robot is in the arrays of the whole."""
+    others: Mapping[str, FreeIndex] = field(default_factory=dict)
+    """The root links of the other robots, by their names; indices of the whole."""
+
+    @cached_property
+    def links(self) -> frozenset[int]:
+        """The bodies of the whole that are the robot's links."""
+        root = self.whole.body(self.share.prefix + self.body.root.name).id
+        return frozenset(np.flatnonzero(self.whole.body_rootid == root).tolist())
+
+    @property
+    def links_of_others(self) -> frozenset[int]:
+        """The bodies of the whole that are links of other robots."""
+        roots = [other.body for other in self.others.values()]
+        return frozenset(np.flatnonzero(np.isin(self.whole.body_rootid, roots)).tolist())
 
 
 def simulated_cameras(body: Body) -> tuple[CameraFacts, ...]:
@@ -151,18 +171,11 @@ def build_model(world: World | None = None, *, skin: bool = True, body: Body | N
     """Compile a body, with its skin or as bare blocks, and a world: by default both are the first."""
     body = body or find_body(DEFAULT_BODY)
     world = world or load_world(DEFAULT_WORLD)
-    scene = resources.files("naoserver_sim").joinpath("scene.xml").read_text(encoding="utf-8")
-    spec = mujoco.MjSpec.from_string(scene)
+    spec = new_spec()
     cameras = simulated_cameras(body)
     add_surroundings(spec, world)
-    if isinstance(body.walk, Footsteps):
-        spec.option.ls_iterations = _ITERATIONS
+    add_robot(spec, world, body, skin=skin)
     with possible(body):
-        links = add_body(spec, body, cameras[:-1])
-        add_appearance(spec, links, looks_of(body), skin=skin, colors=start_of(body))
-        add_movables(spec, world)
-        if body.mounted:
-            _mount(spec, body)
         mj = spec.compile()
     robot = _index(mj, body.joints, body.following)
     spectator = _spectator_of(mj, body, robot)
@@ -173,10 +186,29 @@ def build_model(world: World | None = None, *, skin: bool = True, body: Body | N
         robot=robot,
         world=world,
         balls={ball.name: _index(mj, ball.joints, {}) for ball in world.carried_balls},
-        loose={name: _free(mj, name, name) for name in world.loose},
+        loose={name: free_index(mj, name, name) for name in world.loose},
         cameras=(*cameras[:-1], spectator),
-        base=_free(mj, body.root.name, BASE),
+        base=free_index(mj, body.root.name, BASE),
+        whole=mj,
     )
+
+
+def new_spec() -> mujoco.MjSpec:
+    """Return what every model begins with."""
+    scene = resources.files("naoserver_sim").joinpath("scene.xml").read_text(encoding="utf-8")
+    return mujoco.MjSpec.from_string(scene)
+
+
+def add_robot(spec: mujoco.MjSpec, world: World, body: Body, *, skin: bool) -> None:
+    """Add a robot, with its skin or as bare blocks, and after it all that moves in its world."""
+    if isinstance(body.walk, Footsteps):
+        spec.option.ls_iterations = _ITERATIONS
+    with possible(body):
+        links = add_body(spec, body, simulated_cameras(body)[:-1])
+        add_appearance(spec, links, looks_of(body), skin=skin, colors=start_of(body))
+        add_movables(spec, world)
+        if body.mounted:
+            _mount(spec, body)
 
 
 def _mount(spec: mujoco.MjSpec, body: Body) -> None:
@@ -211,6 +243,7 @@ def _index(
     )
 
 
-def _free(mj: mujoco.MjModel, body: str, joint: str) -> FreeIndex:
+def free_index(mj: mujoco.MjModel, body: str, joint: str) -> FreeIndex:
+    """Return the indices of a free body and its joint."""
     found = mj.joint(joint)
     return FreeIndex(int(mj.body(body).id), int(found.qposadr[0]), int(found.dofadr[0]))

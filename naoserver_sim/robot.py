@@ -30,7 +30,7 @@ from naoserver_sim._locomotion import Locomotion
 from naoserver_sim._motors import AMBIENT, PLAY, Gears, SetpointController
 from naoserver_sim._senses.record import SenseNoise, SensorRecord
 from naoserver_sim._senses.simulated import SimulatedSenses
-from naoserver_sim._simulator import Pacer, SimulationClock, Simulator, Snapshot
+from naoserver_sim._simulator import Physics, RunningPhysics, Simulator, Snapshot
 from naoserver_sim._stage import SimulatedStage
 from naoserver_sim._walk.walker import SimulatedWalker
 from naoserver_sim._wheels import DifferentialDrive
@@ -39,8 +39,7 @@ from naoserver_sim.cameras import CameraLimits, CameraRenderer, put_cameras
 from naoserver_sim.model import DeviceIndex, Model
 from naoserver_sim.standing import build_standing
 from naoserver_sim.world import DEFAULT_WORLD, World, load_world, scattered
-from zenoh_ice import Clock, VirtualClock
-from zenoh_ice.data.text import sentence
+from zenoh_ice import VirtualClock
 
 _SEED: Final = 0
 """The seed of the noise in virtual time, the same each time unless another one is given."""
@@ -173,59 +172,37 @@ def _locomotion_of(
             return None
 
 
-class SimulatedRobot(SimulatedDevice):
-    """A robot in MuJoCo, at rest in a world; without one in the default world, with two balls.
+class ArenaRobot(SimulatedDevice):
+    """A robot that others may stand beside, in physics whose time runs without it; implements `Robot`.
 
-    `body` is what it is, by default a Nao H25; `posture` the one in which it begins, by default the body's
-    rest.
-
-    `speed` is in simulated seconds per wall second; `math.inf` is as fast as possible. With `clock`, a
-    virtual one, there are no threads: the robot moves in the thread that advances that clock, and the same
-    commands at the same times with the same seed give the same trace bit by bit.
-
-    `seed` scatters the balls' starting places within the head's reach; without it they start in view. With
-    `noise`, senses, pictures and gears are as imperfect as those of a real robot, with random numbers from
-    the seed. Without a seed they are different each time, and with a virtual clock the same each time.
-    `camera_limits` say how long callers wait for images.
+    `name` is what it is called, and `team` whom it plays for. `start` and `close` are for its cameras only.
     """
 
     postures: OwnPostures | None = None
 
     def __init__(
         self,
+        name: str,
+        model: Model,
+        running: RunningPhysics,
         *,
-        speed: float = 1.0,
-        world: World | None = None,
-        skin: bool = True,
+        team: str = "",
         seed: int | None = None,
         noise: bool = False,
-        posture: str | None = None,
-        clock: VirtualClock | None = None,
-        body: Body | None = None,
         camera_limits: CameraLimits = _CAMERA_LIMITS,
     ) -> None:
-        body = body or find_body(DEFAULT_BODY)
-        world = world or load_world(DEFAULT_WORLD)
-        if seed is not None:
-            world = scattered(world, np.random.default_rng(seed))
-        elif clock is not None:
-            seed = _SEED
-        model, data = build_standing(world, posture, skin=skin, body=body)
-        setpoints = _setpoints(model, data)
+        body, physics = model.body, running.physics
+        commanded = physics.data.ctrl[model.share.motors]
+        setpoints = _setpoints(model, commanded)
         random = np.random.default_rng(seed)
         gears = None
         if noise:
-            gears = Gears(body.play or PLAY, data.ctrl, len(model.robot.leading), random.spawn(1)[0])
-        simulator = Simulator(model.mj, data, setpoints, gears, heat=body.motor_heat)
-        self.clock: Clock
-        self._paced: SimulationClock | None = None
-        if clock is None:
-            self.clock = self._paced = SimulationClock(simulator, Pacer(speed))
-            self._end_time = self._paced.close
-        else:
-            self.clock = clock
-            self._end_time = clock.call_every(simulator.tick_period, lambda: simulator.advance(1))
-        super().__init__(body.title or body.name, simulator, model.robot)
+            gears = Gears(body.play or PLAY, commanded, len(model.robot.leading), random.spawn(1)[0])
+        simulator = Simulator(physics, setpoints, gears, heat=body.motor_heat, mj=model.mj, share=model.share)
+        self._running: Final = running
+        self.clock: Final = running.clock
+        self.team: Final = team
+        super().__init__(name, simulator, model.robot)
         self.body: Final = body
         self.cameras: Final = model.cameras
         self.gains: Final = self if body.gains else None
@@ -250,18 +227,20 @@ class SimulatedRobot(SimulatedDevice):
         self.lights: Final = FadingLights(self.clock.now, body.lights)
         self.voice: Final = TimedVoice(self.clock.now) if body.voice else None
         self.loudspeaker: Final = TimedSounds(self.clock.now) if body.voice else None
-        lamps = Lamps(model.mj, self.lights.colors)
+        lamps = Lamps(model.whole, self.lights.colors, model.share.prefix)
         sensor = None
         if noise:
-            sensor = ImageSensor(PictureNoise(), body.cameras, seed, data.qpos)
-            simulator.watchers.append(partial(sensor.expose, qpos=data.qpos))
+            everything = physics.data.qpos
+            sensor = ImageSensor(PictureNoise(), body.cameras, seed, everything)
+            simulator.watchers.append(partial(sensor.expose, qpos=everything))
         self._renderer = CameraRenderer(
-            model.mj,
+            model.whole,
             model.cameras,
             simulator.past,
             lamps,
             sensor,
-            virtual=clock is not None,
+            prefix=model.share.prefix,
+            virtual=physics.virtual,
             limits=camera_limits,
         )
         self.mechanisms: Final = tuple(
@@ -279,9 +258,7 @@ class SimulatedRobot(SimulatedDevice):
         at = self._model.base.qpos
         _, x, y, _ = self._simulator.newest().qpos[at + 3 : at + 7].tolist()
         tilt = math.acos(max(-1.0, min(1.0, 1.0 - 2.0 * (x * x + y * y))))
-        return BodyState(
-            tilt, tilt > self.body.lying_tilt, self.clock.rate, self._paced.lag if self._paced else 0.0
-        )
+        return BodyState(tilt, tilt > self.body.lying_tilt, self.clock.rate, self._running.lag)
 
     def capture(self, camera: str, width: int, height: int) -> Frame:
         return self._renderer.capture(camera, width, height)
@@ -293,28 +270,26 @@ class SimulatedRobot(SimulatedDevice):
 
     @cached_property
     def _scratch(self) -> mujoco.MjData:
-        return mujoco.MjData(self._model.mj)
+        return mujoco.MjData(self._model.whole)
 
     def camera_pose(self, camera: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return a camera's position in the world in m, and its axes as columns: right, up, backwards.
 
         Raises KeyError when there is no such camera.
         """
-        mj, data = self._model.mj, self._scratch
-        put_cameras(mj, data, self._simulator.newest().qpos)
-        index = mj.camera(camera).id
+        mj, data = self._model.whole, self._scratch
+        put_cameras(mj, data, self._simulator.newest().whole_qpos)
+        index = mj.camera(self._model.share.prefix + camera).id
         return data.cam_xpos[index].copy(), data.cam_xmat[index].reshape(3, 3).copy()
 
     def start(self, *, cameras: bool = False) -> None:
-        """Start the thread of the physics, and with `cameras` theirs; with a virtual clock there are none."""
-        if self._paced:
+        """Start the thread of the cameras if `cameras`; with a virtual clock there is none."""
+        if not self._simulator.virtual:
             (self._renderer.start if cameras else self._renderer.check)()
-            self._paced.start()
 
     def check(self) -> None:
         """Raise RobotError when an error has stopped the physics."""
-        if self._paced and (failure := self._paced.failure):
-            raise RobotError(sentence(f"the physics stopped: {failure}")) from failure
+        self._running.check()
 
     def _lose_footing(self) -> None:
         """End what holds only while it stands where it stood: it is placed elsewhere."""
@@ -326,17 +301,71 @@ class SimulatedRobot(SimulatedDevice):
             self.balancer.abandon()
 
     def close(self) -> None:
-        """End the threads of physics and cameras and free GL."""
-        self._end_time()
+        """End the thread of the cameras and free GL."""
         self._renderer.close()
 
 
-def _setpoints(model: Model, data: mujoco.MjData) -> SetpointController:
-    """Return the setpoints of all motors, held where they are commanded in `data`."""
+class SimulatedRobot(ArenaRobot):
+    """A robot in MuJoCo, at rest and alone in a world; without one in the default world, with two balls.
+
+    `body` is what it is, by default a Nao H25; `posture` the one in which it begins, by default the body's
+    rest.
+
+    `speed` is in simulated seconds per wall second; `math.inf` is as fast as possible. With `clock`, a
+    virtual one, there are no threads: the robot moves in the thread that advances that clock, and the same
+    commands at the same times with the same seed give the same trace bit by bit.
+
+    `seed` scatters the balls' starting places within the head's reach; without it they start in view. With
+    `noise`, senses, pictures and gears are as imperfect as those of a real robot, with random numbers from
+    the seed. Without a seed they are different each time, and with a virtual clock the same each time.
+    `camera_limits` say how long callers wait for images.
+    """
+
+    def __init__(
+        self,
+        *,
+        speed: float = 1.0,
+        world: World | None = None,
+        skin: bool = True,
+        seed: int | None = None,
+        noise: bool = False,
+        posture: str | None = None,
+        clock: VirtualClock | None = None,
+        body: Body | None = None,
+        camera_limits: CameraLimits = _CAMERA_LIMITS,
+    ) -> None:
+        body = body or find_body(DEFAULT_BODY)
+        world, seed = seeded(world, seed, virtual=clock is not None)
+        model, data = build_standing(world, posture, skin=skin, body=body)
+        running = RunningPhysics(Physics(model.whole, data), speed, clock)
+        name = body.title or body.name
+        super().__init__(name, model, running, seed=seed, noise=noise, camera_limits=camera_limits)
+
+    def start(self, *, cameras: bool = False) -> None:
+        """Start the thread of the physics, and with `cameras` theirs; with a virtual clock there are none."""
+        super().start(cameras=cameras)
+        self._running.start()
+
+    def close(self) -> None:
+        """End the threads of physics and cameras and free GL."""
+        self._running.close()
+        super().close()
+
+
+def seeded(world: World | None, seed: int | None, *, virtual: bool) -> tuple[World, int | None]:
+    """Return a world with its balls scattered by a seed, and the seed: virtual time always has one."""
+    world = world or load_world(DEFAULT_WORLD)
+    if seed is not None:
+        return scattered(world, np.random.default_rng(seed)), seed
+    return world, _SEED if virtual else None
+
+
+def _setpoints(model: Model, commanded: NDArray[np.float64]) -> SetpointController:
+    """Return the setpoints of all motors, held where they are commanded."""
     speeds = np.zeros(model.mj.nu)
     for device in (model.robot, *model.balls.values()):
         speeds[device.own_motors] = [device.joints[place].max_velocity for place in device.leading]
     lower, upper = model.mj.actuator_ctrlrange.T.copy()
     endless = model.mj.actuator_ctrllimited == 0
     lower[endless], upper[endless] = -math.inf, math.inf
-    return SetpointController(data.ctrl.copy(), lower, upper, speeds)
+    return SetpointController(commanded.copy(), lower, upper, speeds)

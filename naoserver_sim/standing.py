@@ -93,13 +93,14 @@ def build_standing(
     for the compiler and for the robot to settle.
     """
     model, data = _first_standing(world, posture, skin, body)
-    own = replace(model, mj=copy.copy(model.mj))
+    mj = copy.copy(model.mj)
+    own = replace(model, mj=mj, whole=mj)
     own_data = mujoco.MjData(own.mj)
     mujoco.mj_copyData(own_data, own.mj, data)
     return own, own_data
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=16)
 def _first_standing(world: World, posture: str | None, skin: bool, body: Body) -> tuple[Model, mujoco.MjData]:
     if posture is not None and posture not in body.postures:
         raise RobotError(f"there is no posture {posture!r}; there are {', '.join(body.postures)}")

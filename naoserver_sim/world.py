@@ -20,6 +20,7 @@ from naoserver.bodies.parts import JointFacts
 from naoserver.errors import RobotError
 from naoserver.soccer_field.model import Field, Share, Size
 from zenoh_ice.data.toml_file import parse_toml, read_text
+from zenoh_ice.settings import Realm
 
 BALL_RADIUS: Final = 0.06
 """Radius in m of a carried ball."""
@@ -42,6 +43,18 @@ class StartPose(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
 
     position: tuple[Place, Place] = (0.0, 0.0)
     heading: Angle = 0.0
+
+
+class RobotPlace(StartPose, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """One of several robots, and where it starts."""
+
+    name: Realm
+    """Its realm."""
+    body: str = ""
+    """The name of its body, or a file; the default one if it is empty."""
+    team: Annotated[str, Meta(pattern=r"^\w{0,32}\Z")] = ""
+    shirt: Color | None = None
+    """Color of its trunk; None for that of its looks."""
 
 
 class CarriedBall(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -142,6 +155,8 @@ class World(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
 
     description: str = ""
     robot: StartPose = StartPose()
+    """Where a robot starts that is alone; it is the first of `robots` if there are any."""
+    robots: tuple[RobotPlace, ...] = ()
     carried_balls: tuple[CarriedBall, ...] = ()
     balls: tuple[LooseBall, ...] = ()
     boxes: tuple[Box, ...] = ()
@@ -190,13 +205,40 @@ def load_world(name: str) -> World:
 def parse_world(text: str, source: str) -> World:
     """Return the world that a text describes. Raises RobotError that names `source` and the problem."""
     world = parse_toml(text, World, source, RobotError)
-    names = world.names
+    if world.robots:
+        if world.robot != StartPose():
+            raise RobotError(f"{source}: [robot] and [[robots]]: write only one of them")
+        first = world.robots[0]
+        start = StartPose(position=first.position, heading=first.heading)
+        world = msgspec.structs.replace(world, robot=start)
+    names = (*world.names, *(robot.name for robot in world.robots))
     for name in names:
         if names.count(name) > 1:
             raise RobotError(f"{source}: {name} appears {names.count(name)} times; use each name once")
     if len(names) + len(world.walls) + len(world.signs) > _MOST_THINGS:
         raise RobotError(f"{source}: there are more than {_MOST_THINGS} things")
     return world
+
+
+_APART: Final = 1.0
+"""Distance in m between robots that a world gives no places."""
+_REALM: Final = "nao"
+
+
+def side_by_side(world: World, robots: int, realm: str = _REALM) -> World:
+    """Return the world with some robots at the robot's start, alternately to its left and its right.
+
+    Their names are the realm, and the realm with 2, 3 and so on.
+    """
+    start = world.robot
+    places = []
+    for number in range(robots):
+        aside = _APART * ((number + 1) // 2) * (1 if number % 2 else -1)
+        x = start.position[0] - aside * math.sin(start.heading)
+        y = start.position[1] + aside * math.cos(start.heading)
+        name = realm + (str(number + 1) if number else "")
+        places.append(RobotPlace(name=name, position=(x, y), heading=start.heading))
+    return msgspec.structs.replace(world, robots=tuple(places))
 
 
 def scattered(world: World, random: np.random.Generator) -> World:

@@ -100,7 +100,7 @@ class FootstepWalker(Locomotion):
         self._held = HeldPosture(mj, limbs, footsteps)
         self._arms = ArmSwing(self._setpoints, [limbs.motors[list(arm.joints)] for arm in limbs.arms])
         self._damping = mj.dof_damping[limbs.leg_dofs]
-        self._gains, self._biases = mj.actuator_gainprm[:, 0], mj.actuator_biasprm[:, 2]  # with the stiffness
+        self._gains, self._biases = simulator.motors.gains[:, 0], simulator.motors.biases[:, 2]
         self._stiff: tuple[Array, str] | None = None  # stiffnesses, and why the legs do not move with them
         self._seen = self._setpoints.setpoints  # of the last tick
         self._legs = self._seen[limbs.leg_motors]

@@ -6,10 +6,11 @@ is reflected away from the robot, so it gives no echo; neither does the robot's 
 
 from __future__ import annotations
 
+import copy
 import logging
 import math
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import Final
@@ -43,11 +44,18 @@ _GRAZING: Final = math.cos(math.radians(45))
 class SonarModel:
     """Measure the nearest echo of the left and the right transducer. Thread-safe."""
 
-    def __init__(self, mj: mujoco.MjModel, root: str, facts: Sonar) -> None:
+    def __init__(
+        self, mj: mujoco.MjModel, root: str, facts: Sonar, others: Collection[int] = frozenset()
+    ) -> None:
+        """`root` is the robot's link in the whole model, `others` are the links of other robots there."""
         self._facts = facts
-        self._mj = mj
         self._lock = threading.Lock()
         self._root = mj.body(root).id
+        if others:
+            # For its ears only, their contact shapes are things; its own remain unheard.
+            mj = copy.copy(mj)
+            mj.geom_group[np.isin(mj.geom_bodyid, list(others)) & (mj.geom_contype != 0)] = 0
+        self._mj = mj
         self._things = np.flatnonzero((mj.geom_group == 0) & (mj.geom_type != mujoco.mjtGeom.mjGEOM_PLANE))
         self._planes = mj.geom_type == mujoco.mjtGeom.mjGEOM_PLANE
         self._wide = _cone(facts.cone, _WIDE_RAYS)
@@ -265,7 +273,10 @@ class SimulatedSenses:
         body = model.body
         self.touch_names: Final = body.touch_sensors
         self._battery = BatteryModel(model.robot, body, body.battery) if body.battery else None
-        self._sonar = SonarModel(model.mj, body.root.name, body.sonar) if body.sonar else None
+        self._sonar = None
+        if body.sonar:
+            root = model.share.prefix + body.root.name
+            self._sonar = SonarModel(model.whole, root, body.sonar, model.links_of_others)
         self.sonar_range: Final = (body.sonar.nearest, body.sonar.farthest) if body.sonar else None
         self.sonar_cone: Final = body.sonar.cone if body.sonar else 0.0
         self._touch = Touch(self.touch_names)
@@ -274,7 +285,8 @@ class SimulatedSenses:
         self._motors = model.robot.own_motors
         self._sonar_every = round(PERIOD / simulator.tick_period)
         self._ticks = 0
-        self._ping: tuple[Array, list[float]] = (self._data.qpos.copy(), [0.0, 0.0])
+        self._everywhere = simulator.physics.data.qpos
+        self._ping: tuple[Array, list[float]] = (self._everywhere.copy(), [0.0, 0.0])
         self._echo: tuple[Array, SonarReading] | None = None
         self._cached: tuple[Sample, SenseReading] | None = None
 
@@ -320,7 +332,7 @@ class SimulatedSenses:
             if self._battery is not None:
                 self._battery.draw(period * self._sonar_every, data.actuator_force, data.qvel)
             errors = self._random.standard_normal(2).tolist() if self._noise else [0.0, 0.0]
-            self._ping = (data.qpos.copy(), errors)
+            self._ping = (self._everywhere.copy(), errors)
 
     def _go_limp(self, seconds: float) -> None:
         self._simulator.motors.stiffen(self._motors, np.zeros(len(self._motors)), seconds)

@@ -24,7 +24,7 @@ from naoserver_sim._footsteps.limbs import Limbs, limbs_of
 from naoserver_sim._footsteps.posture import walking_stance
 from naoserver_sim._footsteps.walker import FootstepWalker
 from naoserver_sim._motors import Gears, SetpointController
-from naoserver_sim._simulator import Simulator
+from naoserver_sim._simulator import Physics, Simulator
 from naoserver_sim.model import build_model
 from naoserver_sim.world import load_world
 from zenoh_ice import VirtualClock
@@ -118,8 +118,8 @@ class Humanoid:
         if noise is not None:
             gears = Gears(noise.gears, self.data.ctrl, self.mj.nu, self._random.spawn(1)[0])
             self._offsets = self._random.normal(0.0, [noise.turning_offset] * 3 + [noise.tilt_offset] * 2)
-        self.simulator = Simulator(self.mj, self.data, self.setpoints, gears)
-        self.clock.call_every(self.simulator.tick_period, lambda: self.simulator.advance(1))
+        self.simulator = Simulator(Physics(self.mj, self.data), self.setpoints, gears)
+        self.clock.call_every(self.simulator.tick_period, lambda: self.simulator.physics.advance(1))
         self._attitude = self.data.qpos[3:7].copy()
         self._readings: deque[InertialReading] = deque(maxlen=1 + (noise.delay if noise else 0))
         self._look(0.0)

@@ -6,7 +6,7 @@ import pytest
 
 from naoserver.errors import RobotError
 from naoserver_sim._motors import SetpointController
-from naoserver_sim._simulator import Pacer, SimulationClock, Simulator
+from naoserver_sim._simulator import Pacer, Physics, SimulationClock, Simulator
 from naoserver_sim._stepper import STEPS_PER_TICK
 from tests.support.limits import EVENT_LIMIT
 
@@ -40,8 +40,8 @@ def move(simulator, target, speed):
 
 
 def test_time_is_counted_in_ticks(mj, data):
-    simulator = Simulator(mj, data, controller())
-    simulator.advance(1_000)
+    simulator = Simulator(Physics(mj, data), controller())
+    simulator.physics.advance(1_000)
     assert simulator.newest().time == 1_000 * simulator.tick_period  # their sum would be off by 1e-13
     assert simulator.tick_period == pytest.approx(STEPS_PER_TICK * 0.0025)
 
@@ -49,36 +49,36 @@ def test_time_is_counted_in_ticks(mj, data):
 def test_one_advance_of_many_ticks_equals_many_of_one(mj):
     results = []
     for portions in ([50], [1] * 50, [20, 30]):
-        simulator = Simulator(mj, mujoco.MjData(mj), controller())
+        simulator = Simulator(Physics(mj, mujoco.MjData(mj)), controller())
         move(simulator, 0.3, 1.0)
         for portion in portions:
-            simulator.advance(portion)
+            simulator.physics.advance(portion)
         results.append(simulator.newest())
     assert results[0].qpos == results[1].qpos == results[2].qpos
     assert results[0].setpoints == results[1].setpoints
 
 
 def test_a_snapshot_stays_as_it_is(mj, data):
-    simulator = Simulator(mj, data, controller())
+    simulator = Simulator(Physics(mj, data), controller())
     before = simulator.newest()
     position = float(before.qpos[0])
     move(simulator, 1.0, 2.0)
-    simulator.advance(10)
+    simulator.physics.advance(10)
     assert before.qpos[0] == position
     assert simulator.newest().qpos[0] != position
 
 
 def test_numbers_that_explode_are_an_error(mj, data, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    simulator = Simulator(mj, data, controller())
+    simulator = Simulator(Physics(mj, data), controller())
     data.qvel[:] = 1e12
     with pytest.raises(RobotError, match="unstable"):
-        simulator.advance(1)
+        simulator.physics.advance(1)
     assert not list(tmp_path.iterdir())
 
 
 def test_a_physics_thread_that_fails_says_why_and_stands_still(mj, data):
-    paced = SimulationClock(Simulator(mj, data, controller()), Pacer(1.0))
+    paced = SimulationClock(Physics(mj, data), Pacer(1.0))
     data.qvel[:] = 1e12
     paced.start()
     deadline = time.monotonic() + EVENT_LIMIT

@@ -1,0 +1,71 @@
+"""A robot's share of a simulation: its part of the arrays of a model in which others may stand, too."""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+_ALL: Final = slice(None)
+
+
+class Share(NamedTuple):
+    """Where a robot is in the arrays of the whole model; by default, everything is its own.
+
+    A robot computes with a model of its own, in which nobody else stands: what it costs does not grow with
+    the others. Its indices there are places in its share, which is contiguous in each array.
+    """
+
+    prefix: str = ""
+    """What its names begin with in the whole model."""
+    qpos: slice = _ALL
+    dofs: slice = _ALL
+    motors: slice = _ALL
+    sensors: slice = _ALL
+    bodies: slice = _ALL
+    """Those of its model: the first ones, which do not move, may be others here, and are not to be used."""
+
+
+ALONE: Final = Share()
+"""The share of a robot that is alone."""
+
+
+def share_of(whole: mujoco.MjModel, own: mujoco.MjModel, root: str, prefix: str) -> Share:
+    """Return where the robot of a model of its own is in the whole; `root` is its first link there."""
+    base, there = own.body(root).id, whole.body(prefix + root).id
+    free, free_there = own.body_jntadr[base], whole.body_jntadr[there]
+
+    def part(begin: int, begin_there: int, count: int) -> slice:
+        return slice(begin_there - begin, begin_there - begin + count)
+
+    motor = own.actuator(0).name if own.nu else ""
+    sensor = own.sensor(0).name
+    return Share(
+        prefix,
+        part(own.jnt_qposadr[free], whole.jnt_qposadr[free_there], own.nq),
+        part(own.jnt_dofadr[free], whole.jnt_dofadr[free_there], own.nv),
+        part(0, whole.actuator(prefix + motor).id if own.nu else 0, own.nu),
+        part(0, whole.sensor(prefix + sensor).adr[0], own.nsensordata),
+        part(base, there, own.nbody),
+    )
+
+
+class Part:
+    """The state of a robot: views of its share of MuJoCo's arrays, of the same names."""
+
+    def __init__(self, data: mujoco.MjData, share: Share) -> None:
+        qpos, dofs, motors, bodies = share.qpos, share.dofs, share.motors, share.bodies
+        self.qpos: Final[NDArray[np.float64]] = data.qpos[qpos]
+        self.qvel: Final[NDArray[np.float64]] = data.qvel[dofs]
+        self.qacc_warmstart: Final[NDArray[np.float64]] = data.qacc_warmstart[dofs]
+        self.qfrc_bias: Final[NDArray[np.float64]] = data.qfrc_bias[dofs]
+        self.ctrl: Final[NDArray[np.float64]] = data.ctrl[motors]
+        self.actuator_force: Final[NDArray[np.float64]] = data.actuator_force[motors]
+        self.actuator_length: Final[NDArray[np.float64]] = data.actuator_length[motors]
+        self.sensordata: Final[NDArray[np.float64]] = data.sensordata[share.sensors]
+        self.xpos: Final[NDArray[np.float64]] = data.xpos[bodies]
+        self.xmat: Final[NDArray[np.float64]] = data.xmat[bodies]
+        self.xipos: Final[NDArray[np.float64]] = data.xipos[bodies]
+        self.xfrc_applied: Final[NDArray[np.float64]] = data.xfrc_applied[bodies]
