@@ -102,6 +102,8 @@ class Player:
     place: Put = _MIDDLE
     """Where it was put last."""
     placed_at: float = 0.0
+    still_at: Point = (0.0, 0.0)
+    """Where it is to stand still before the whistle."""
     lying_since: float | None = None
 
 
@@ -238,7 +240,7 @@ class Referee:
             yield from self._next_phase(sight)
         elif self.phase is MatchPhase.Set:
             for player, seen in self._on_field(sight):
-                if math.dist(seen.at, player.place[1:3]) > self.rules.motion and not seen.lying:
+                if math.dist(seen.at, player.still_at) > self.rules.motion and not seen.lying:
                     yield from self._penalize(player, Offense.MotionInSet)
 
     def _next_phase(self, sight: Sight) -> Iterator[Put]:
@@ -248,7 +250,7 @@ class Referee:
                 if self._is_illegal(player, seen):
                     yield from self._penalize(player, Offense.IllegalPositioning)
                 else:
-                    player.place = Put(player.name, *seen.at, player.place.heading)
+                    player.still_at = seen.at
             return
         self.phase, self._until = MatchPhase.Playing, self.now + self.rules.ball_free
         self.ball_free = False

@@ -108,6 +108,8 @@ def test_one_that_hangs_or_ends_its_process_loses_and_the_others_play_on(tmp_pat
     assert (results[fixtures[0]].winner, results[fixtures[1]].winner) == ("ours", "")
     assert results[fixtures[1]] == played(fixtures[1].plan)
     assert "match-page" in page.read_text()
-    found = play_match(Fixture(plan(hangs, standing(tmp_path), seconds=6.0)), RUN_LIMIT, longest_turn=1.0)
+    found = play_match(
+        Fixture(plan(hangs, standing(tmp_path), seconds=6.0, seed=2)), RUN_LIMIT, longest_turn=1.0
+    )
     assert found.winner == "theirs"
     assert "computes for too long" in found.reason
