@@ -1,4 +1,4 @@
-"""The command `naoserver-sim`: simulate and serve a robot, or several, each in its own process and realm."""
+"""The command `naoserver-sim`: simulate and serve a robot, or several, each in a realm of its own."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import AbstractContextManager, ExitStack, closing
+from contextlib import ExitStack, closing
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Final, NamedTuple
 
+import msgspec
 import typer
 from typer.core import TyperCommand
 
@@ -23,13 +24,12 @@ from naoserver.bodies.parts import CameraFacts
 from naoserver.body import Body
 from naoserver.errors import RobotError
 from naoserver.options import CameraOptions, ServerOptions, capped
-from naoserver.robot import Robot
 from naoserver.safety.latch import latch_of
-from naoserver.serving.assembly import Assembly
 from naoserver.serving.entrances import Entrance, find_entrances, flag, later_port, options_of
 from naoserver.serving.server import JointSpeed, ResumeAfterReset, problem_of, serve
+from naoserver_sim.arena import Arena
 from naoserver_sim.robot import SimulatedRobot
-from naoserver_sim.world import DEFAULT_WORLD, bundled_worlds, load_world
+from naoserver_sim.world import DEFAULT_WORLD, bundled_worlds, load_world, side_by_side
 from zenoh_ice import ConfigurationException, initialize
 from zenoh_ice.application import tether_command
 from zenoh_ice.application.cli import lean, report_ready, stop_on_signals, with_options, with_settings
@@ -56,6 +56,8 @@ naoserver-sim --body arm.urdf                              your own robot, by it
 
 naoserver-sim --robots 3                                   three robots, in the realms nao, nao2 and nao3
 
+naoserver-sim --world match                                two teams of two in one world
+
 naoserver-sim --realm two --listen tcp/127.0.0.1:7448      a second robot beside a running one"""
 # After this time, a computing thread hands over Python's global lock; with the default of 5 ms, serving
 # would delay control ticks, which are 0.5 ms apart at 20 times real time.
@@ -64,9 +66,6 @@ _CHECK_PERIOD: Final = 0.5  # s
 _WITH_SETTINGS: Final = with_settings(
     defaults={"listen": (DEFAULT_ENDPOINT,), "connect": (), "clock": "wall"}
 )
-
-_Entering = Callable[[Robot, Assembly], AbstractContextManager[str]]
-"""Serves a robot in another way, too, in a `with` block that gets the URL."""
 
 _Speed = Annotated[
     str, typer.Option(metavar="FACTOR|max", help="Robot seconds per wall second, such as 1, 5 or 20.")
@@ -82,9 +81,10 @@ _World = Annotated[
 _Robots = Annotated[
     int,
     typer.Option(
-        min=1, max=MOST_ROBOTS, help="Simulate several robots, each in its own process, world and realm."
+        min=1, max=MOST_ROBOTS, help="Simulate several robots, side by side in one world, each in its realm."
     ),
 ]
+_Apart = Annotated[bool, typer.Option("--apart", help="With --robots, give each its own process and world.")]
 _Skin = Annotated[bool, typer.Option("--skin/--no-skin", help="Show the robot's shell, or its bare blocks.")]
 _Noise = Annotated[
     bool,
@@ -161,6 +161,7 @@ def naoserver_sim(
     speed: _Speed = "1",
     world: _World = DEFAULT_WORLD,
     robots: _Robots = 1,
+    apart: _Apart = False,
     skin: _Skin = True,
     noise: _Noise = False,
     seed: _Seed = None,
@@ -182,6 +183,9 @@ def naoserver_sim(
     )
     arguments = parse_arguments(xacro or ())
     surroundings = load_world(world)
+    if robots > 1 and surroundings.robots and not apart:
+        message = f"the world {world} lists its robots: leave out --robots, or give each a world by --apart"
+        raise typer.BadParameter(message, param_hint="--robots")
     if write_body is not None:
         if not is_body_file(body):
             message = f"{body} is no file: this writes a robot of your own, --body robot.urdf"
@@ -198,33 +202,29 @@ def naoserver_sim(
             f"{asked} beside [security]: programs of {entrances[0].programs} have no passwords, so that any"
             f" would do what no role grants; leave out {asked}, or serve the robot without [security]"
         )
-    if robots > 1:
+    if robots > 1 and apart:
+        own = {
+            name: partial(of, entered.options[name]) for each in entrances for name, of in each.apart.items()
+        }
         with stop_on_signals() as stop:
-            apart = {
-                name: partial(own, entered.options[name])
-                for each in entrances
-                for name, own in each.apart.items()
-            }
-            run_team(team_commands(sys.argv[1:], robots, settings, seed=seed, apart=apart), stop)
+            run_team(team_commands(sys.argv[1:], robots, settings, seed=seed, apart=own), stop)
         return
+    if robots > 1:
+        surroundings = side_by_side(surroundings, robots, settings.realm)
     sys.setswitchinterval(_SWITCH_INTERVAL)
+    kind = Arena if surroundings.robots and not apart else SimulatedRobot
     with (
         stop_on_signals() as stop,
         closing(
-            SimulatedRobot(speed=factor, world=surroundings, skin=skin, noise=noise, seed=seed, body=facts)
-        ) as robot,
+            kind(speed=factor, world=surroundings, skin=skin, noise=noise, seed=seed, body=facts)
+        ) as arena,
     ):
-        check_cameras(options.cameras, robot.cameras)
-        robot.start(
+        for robot in arena.robots:
+            check_cameras(options.cameras, robot.cameras)
+        arena.start(
             cameras=bool(options.cameras)
         )  # first: clients that find the server wait only briefly for its servants
-        _serve(
-            robot,
-            settings,
-            options,
-            [(each.programs, partial(each.serve, options=entered.options)) for each in entrances],
-            stop,
-        )
+        _serve(arena, settings, options, entered._replace(entrances=entrances), stop)
 
 
 def _named_body(name: str, arguments: Mapping[str, str]) -> Body:
@@ -236,25 +236,55 @@ def _named_body(name: str, arguments: Mapping[str, str]) -> Body:
 
 
 def _serve(
-    robot: SimulatedRobot,
+    arena: Arena | SimulatedRobot,
     settings: Settings,
     options: ServerOptions,
-    entrances: Iterable[tuple[str, _Entering]],
+    entered: _Entered,
     stop: threading.Event,
 ) -> None:
-    """Serve a started robot until `stop` is set, also by entrances, each with the name of its programs."""
-    with initialize(settings) as communicator, latch_of(settings, body=robot.body.name) as latch:
-        adapter = communicator.createObjectAdapter("NaoServer")
-        with serve(robot, adapter, options, latch=latch) as assembly, ExitStack() as also:
-            for programs, enter in entrances:
-                typer.echo(f"{programs}: {also.enter_context(enter(robot, assembly))}")
+    """Serve started robots until `stop` is set, each in its realm, also by entrances."""
+    with ExitStack() as also:
+        served = []
+        for number, robot in enumerate(arena.robots):
+            own = settings
+            if isinstance(arena, Arena):
+                own = of_robot(settings, number, robot.name)
+            communicator = also.enter_context(initialize(own))
+            latch = also.enter_context(latch_of(own, body=robot.body.name))
+            adapter = communicator.createObjectAdapter("NaoServer")
+            assembly = also.enter_context(serve(robot, adapter, options, latch=latch))
+            for entrance in entered.entrances:
+                values = {
+                    name: entrance.apart[name](value, number) if number and name in entrance.apart else value
+                    for name, value in entered.options.items()
+                }
+                typer.echo(
+                    f"{entrance.programs}: {also.enter_context(entrance.serve(robot, assembly, values))}"
+                )
             adapter.activate()
-            endpoints = ", ".join(settings.reached_at)
-            text = f"ready: realm {settings.realm}, {endpoints}, {len(robot.cameras)} cameras"
-            watchdog = report_ready(text)
-            while not stop.wait(_CHECK_PERIOD):
-                robot.check()
-                watchdog.report(partial(problem_of, communicator, assembly))
+            served.append((own, robot, partial(problem_of, communicator, assembly)))
+        text = "; ".join(
+            f"realm {own.realm}, {', '.join(own.reached_at)}, {len(robot.cameras)} cameras"
+            for own, robot, _ in served
+        )
+        watchdog = report_ready(f"ready: {text}")
+        while not stop.wait(_CHECK_PERIOD):
+            arena.check()
+            watchdog.report(lambda: next(filter(None, (problem() for _, _, problem in served)), ""))
+
+
+def of_robot(settings: Settings, number: int, realm: str) -> Settings:
+    """Return the settings of a robot among several: its realm, and after the first one the next ports.
+
+    All connect to the first, so that clients connected to it find every realm.
+    """
+    first = [endpoint for endpoint in settings.listen if number and not endpoint.endswith(":0")]
+    return msgspec.structs.replace(
+        settings,
+        realm=realm,
+        listen=tuple(later_port(endpoint, number) for endpoint in settings.listen),
+        connect=(*settings.connect, *first),
+    )
 
 
 def parse_speed(text: str) -> float:
@@ -329,19 +359,18 @@ def team_commands(
 ) -> list[list[str]]:
     """Return the command of each robot: the given options, except those that differ between robots.
 
-    The first has the realm and the endpoints of `settings`; the second has the realm with a 2 appended and
-    the next ports, and so on. All connect to the first, so that clients connected to it find every realm.
-    `apart` has the values of other options that differ, by the number of the robot.
+    Their settings are those of `of_robot`, with a 2, 3 and so on appended to the realm. `apart` has the
+    values of other options that differ, by the number of the robot.
     """
     shared = _without(options, (*_REPLACED, *map(flag, apart or {})))
     commands = []
     for number in range(robots):
-        own = ["--realm", settings.realm + (str(number + 1) if number else "")]
-        for endpoint in settings.listen:
-            own += ["--listen", later_port(endpoint, number)]
-        for endpoint in (*settings.connect, *(settings.listen if number else ())):
-            if not endpoint.endswith(":0"):
-                own += ["--connect", endpoint]
+        of = of_robot(settings, number, settings.realm + (str(number + 1) if number else ""))
+        own = ["--realm", of.realm]
+        for endpoint in of.listen:
+            own += ["--listen", endpoint]
+        for endpoint in of.connect:
+            own += ["--connect", endpoint]
         if seed is not None:
             own += ["--seed", str(seed + number)]
         for name, value in (apart or {}).items():
@@ -378,9 +407,11 @@ def _end(processes: Sequence[subprocess.Popen[bytes]]) -> None:
 
 
 def _without(options: Sequence[str], names: Sequence[str]) -> list[str]:
-    """Return options without some that have a value, written `--name value` or `--name=value`."""
+    """Return options without `--apart` and some that have a value, as `--name value` or `--name=value`."""
     left, rest = [], iter(options)
     for option in rest:
+        if option == "--apart":
+            continue
         if option in names:
             next(rest, None)  # its value
         elif option.partition("=")[0] not in names:

@@ -19,6 +19,8 @@ _SPARSE: Final = int(mujoco.mjtJacobian.mjJAC_SPARSE)
 _STATE: Final = mujoco.mjtState.mjSTATE_INTEGRATION
 _MANY: Final = 2.5
 """Mean iterations of the solver in a step from which a sparse Jacobian is faster than a dense one."""
+_SPARSE_FROM: Final = 60
+"""Degrees of freedom from which MuJoCo's own choice is a sparse Jacobian."""
 _SMOOTHING: Final = 0.1
 """Part of this mean that the last step of a tick is."""
 _CONVERGED: Final = 0.01
@@ -45,6 +47,8 @@ class Stepper:
         self._option = mj.opt
         self._sensing = mj.opt.disableflags & ~_SENSORS
         self._usual = mj.opt.jacobian
+        # MuJoCo takes a sparse one by itself in large models, as those of several robots.
+        self._many = _MANY if mj.nv < _SPARSE_FROM else 0.0
         self._before = np.zeros(mujoco.mj_stateSize(mj, _STATE))
         self._dense_ticks = 0
         self._mean = 0.0  # of the iterations
@@ -59,7 +63,7 @@ class Stepper:
         if self._dense_ticks > 0:
             self._dense_ticks -= 1
             self._option.jacobian = _DENSE
-        elif self._mean >= _MANY:
+        elif self._mean >= self._many:
             mujoco.mj_getState(self._mj, self._data, self._before, _STATE)
             self._option.jacobian = _SPARSE
             if self._step_checked():

@@ -341,6 +341,11 @@ class SimulatedRobot(ArenaRobot):
         name = body.title or body.name
         super().__init__(name, model, running, seed=seed, noise=noise, camera_limits=camera_limits)
 
+    @property
+    def robots(self) -> tuple[ArenaRobot, ...]:
+        """The robots of the world, as those of an `Arena`: this one."""
+        return (self,)
+
     def start(self, *, cameras: bool = False) -> None:
         """Start the thread of the physics, and with `cameras` theirs; with a virtual clock there are none."""
         super().start(cameras=cameras)
