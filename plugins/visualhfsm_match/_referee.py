@@ -159,6 +159,8 @@ class Referee:
         self._before: Sight | None = None
         self._speed = 0.0
         self._toucher = ""
+        self._spot: Point | None = None
+        """Where a ball that was out is to be put, until it is in play again."""
         self._near_at = 0.0
         self._rested = (0.0, (0.0, 0.0))
         self._contacts: dict[tuple[str, str], _Contact] = {}
@@ -227,6 +229,11 @@ class Referee:
     def _judge(self, sight: Sight, passed: float) -> Iterator[Put]:
         yield from self._serve_penalties(sight, passed)
         if self.phase is MatchPhase.Playing:
+            if self._spot is not None and self._is_out(sight.ball):
+                yield Put("", *self._spot)
+                yield from self._watch_robots(sight, passed)
+                return
+            self._spot = None
             self._watch_ball(sight, passed)
             ended = [*self._goal_or_out(sight)] or [*self._stuck()]
             if ended:
@@ -253,6 +260,7 @@ class Referee:
                     player.still_at = seen.at
             return
         self.phase, self._until = MatchPhase.Playing, self.now + self.rules.ball_free
+        self._spot = None
         self.ball_free = False
         self._near_at, self._rested = self.now, (self.now, (0.0, 0.0))
         self._toucher, self._speed = "", 0.0
@@ -299,8 +307,9 @@ class Referee:
     def _goal_or_out(self, sight: Sight) -> Iterator[Put]:
         """Judge a ball that has wholly crossed a line; nothing for one in play."""
         soccer, (x, y) = self.field, sight.ball
-        margin = soccer.line / 2 + BALL_RADIUS
-        end, side = soccer.length / 2 + margin, soccer.width / 2 + margin
+        if not self._is_out(sight.ball):
+            return
+        end = soccer.length / 2 + soccer.line / 2 + BALL_RADIUS
         if abs(x) > end:
             attackers = self.teams[0] if x > 0 else self.teams[1]
             if abs(self._crossed_at(sight, math.copysign(end, x))) < soccer.goal_width / 2:
@@ -315,10 +324,14 @@ class Referee:
             else:
                 spot = math.copysign(soccer.length / 2, x), across * soccer.width / 2
                 yield from self._out(sight, spot, "corner kick", attackers)
-        elif abs(y) > side:
+        else:
             touched = self.players[self._toucher].team if self._toucher else self.kick_off
             spot = (x, math.copysign(soccer.width / 2, y))
             yield from self._out(sight, spot, "kick-in", self.other(touched))
+
+    def _is_out(self, ball: Point) -> bool:
+        margin = self.field.line / 2 + BALL_RADIUS
+        return abs(ball[0]) > self.field.length / 2 + margin or abs(ball[1]) > self.field.width / 2 + margin
 
     def _crossed_at(self, sight: Sight, line: float) -> float:
         """Return y where the ball has crossed a line of constant x since the last sight."""
@@ -345,6 +358,7 @@ class Referee:
         x, y = self._free_spot(sight, spot)
         self._rested, self._speed = (self.now, (x, y)), 0.0
         self._toucher = ""
+        self._spot = x, y
         yield Put("", x, y)
 
     def _free_spot(self, sight: Sight, spot: Point) -> Point:

@@ -115,8 +115,8 @@ async function show() {
   const {frames} = content;
   const end = frames.at(-1)?.[0] ?? 0;
   let [time, speed, playing, last] = [0, 1, false, 0];
-  /** @type {MatchDrawing | undefined} */
-  let drawing;
+  /** @type {MatchDrawing[]} the one, once its place is there */
+  const drawings = [];
   const at = () => frames[Math.max(0, frames.findLastIndex(([each]) => each <= time + 1e-6))];
   const score = () => {
     const goals = content.events.filter(({kind, time: when}) => kind === "goal" && when <= time);
@@ -125,7 +125,7 @@ async function show() {
   /** @param {number} when */
   const go = (when) => {
     time = Math.min(end, Math.max(0, when));
-    drawing?.show(at());
+    for (const drawing of drawings) drawing.show(at());
     draw();
   };
   /** @param {number} now in ms */
@@ -194,7 +194,7 @@ async function show() {
     );
   };
   draw();
-  drawing = new MatchDrawing(content, /** @type {HTMLElement} */ (document.querySelector(".stage")));
+  drawings.push(new MatchDrawing(content, /** @type {HTMLElement} */ (document.querySelector(".stage"))));
   go(0);
 }
 

@@ -123,6 +123,20 @@ def test_a_ball_that_was_out_is_put_back(way, spot, what):
     assert match.referee.score == {"red": 0, "blue": 0}
 
 
+def test_a_ball_that_has_no_room_is_put_back_once_it_has():
+    match = Match().whistle()
+    for number in range(12):
+        match.ball = 1.0, 3.05 + 0.01 * number
+        match.time = round(match.time + PERIOD, 6)
+        puts = match.referee.see(Sight(match.time, match.ball, dict(match.robots)))
+        assert [put for put in puts if not put.name] == ([Put("", 1.0, 3.0)] if number > 2 else [])
+    match.put(puts)
+    match.pass_time(1.0)
+    assert match.kinds().count("out") == 1
+    match.kick("red1", 1.0, 3.2)
+    assert match.kinds().count("out") == 2
+
+
 def test_ten_goals_of_difference_end_the_match():
     match = Match()
     for _ in range(10):
