@@ -1,6 +1,7 @@
 """Run behaviors in virtual time, with the fake or the simulated robot, in one process.
 
-`simulate` makes a `Behavior` of a document. Tests and trials stand on it; it knows no pytest.
+`simulate` makes a `Behavior` of a document, `simulate_team` a `Team` of several, with a robot each in one
+world. Tests and trials stand on it; it knows no pytest.
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
     from ._robot import Ball as Ball
     from ._robot import RobotUnderTest as RobotUnderTest
     from ._robot import served_interfaces as served_interfaces
+    from ._team import Team as Team
+    from ._team import simulate_team as simulate_team
 
 RobotKind = Literal["fake", "sim"]
 """The fake robot, without physics, or the simulated one."""

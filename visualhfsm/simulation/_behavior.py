@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from codegen.hfsm.document import Document
 from hfsm_runtime import Component
+from hfsm_runtime.virtual.clock import TaskClock
 from hfsm_runtime.virtual.errors import UnknownName, says_it_all
 from hfsm_runtime.virtual.execution import Execution
+from hfsm_runtime.virtual.network import VirtualNetwork
 from hfsm_runtime.virtual.world import VirtualWorld
 from zenoh_ice import Object
 
@@ -26,15 +28,17 @@ class Behavior(Execution):
     """An execution of a behavior, perhaps with a robot; `simulate` and the fixture `behavior` make it.
 
     `robot` is `fake`, without physics, `sim` for the simulation, or None; `camera` and `settings` are those
-    of `RobotUnderTest`. With `stand_ins`, calls that nobody serves return blank values. `document` is the
-    file of the document, if it is known. With `unload` the module of the component is forgotten at the end.
+    of `RobotUnderTest`. It may also be a function that makes one, which moves by the same `clock`. With
+    `stand_ins`, calls that nobody serves return blank values. `document` is the file of the document, if it
+    is known. With `unload` the module of the component is forgotten at the end.
     """
 
     def __init__(
         self,
         component: Component,
         *,
-        robot: RobotKind | None = None,
+        robot: RobotKind | Callable[[VirtualNetwork], RobotUnderTest] | None = None,
+        clock: TaskClock | None = None,
         parameters: Mapping[str, object] | None = None,
         stubs: Mapping[str, Object | Mapping[str, object]] | None = None,
         on_error: str | None = None,
@@ -48,12 +52,15 @@ class Behavior(Execution):
         """The file of the document, if it is known."""
         self._unload = unload
         self._robot: RobotUnderTest | None = None
-        world = VirtualWorld(stand_ins=stand_ins)
+        world = VirtualWorld(clock, stand_ins=stand_ins)
         if robot is not None:
             from ._robot import RobotUnderTest  # only behaviors with a robot need its libraries
 
             try:
-                self._robot = RobotUnderTest(robot, world.clock, world.network, camera=camera, **settings)
+                if callable(robot):
+                    self._robot = robot(world.network)
+                else:
+                    self._robot = RobotUnderTest(robot, world.clock, world.network, camera=camera, **settings)
             except BaseException:
                 world.close()
                 raise

@@ -22,12 +22,13 @@ from naoserver.options import ServerOptions
 from naoserver.protocol.jobs import Job, is_due
 from naoserver.robot import BodyState, Frame, JointDevice, Robot
 from naoserver.serving.assembly import Assembly
+from naoserver.serving.medium import Membership
 from zenoh_ice import Object, WallClock
 
 from . import CameraKind, RobotKind
 
 if TYPE_CHECKING:
-    from naoserver_sim.robot import SimulatedRobot
+    from naoserver_sim.robot import ArenaRobot
 
 _COLORS: Final = {"BallRed": (220, 30, 30), "BallGreen": (30, 200, 40)}
 
@@ -74,11 +75,11 @@ class Ball:
 class RobotUnderTest:
     """A robot with its real servants and its safety layer, driven by the clock of a test.
 
-    `kind` says which, or is a robot that there is already, which `close` closes, too.
     `camera` is the source of images: `drawn` paints the balls as discs, `rendered` lets the simulation render
     them, `auto` is `rendered` for the simulation where there is GL and `drawn` otherwise. Drawn images are
     the same on every machine. `body` is its body: the name of one that is known, the TOML file of one's own,
-    or a `Body`. `without` are servants that are not there. Raises RobotError when it cannot be read.
+    or a `Body`. `kind` may also be a robot that is there already. `member` says who it is in its team.
+    `without` are servants that are not there. Raises RobotError when the body cannot be read.
     """
 
     def __init__(
@@ -91,13 +92,13 @@ class RobotUnderTest:
         body: str | Path | Body = DEFAULT_BODY,
         options: ServerOptions | None = None,
         without: Collection[str] = (),
+        member: Membership | None = None,
         **settings: Any,  # noqa: ANN401 - those of the robot's constructor
     ) -> None:
-        if isinstance(kind, str):
-            kind = _made(kind, clock, camera, {"body": body, **settings})
-        self.device: Final = kind
+        self.device: Final[Robot] = _device(kind, clock, camera, body, settings)
         """The robot itself, below its safety layer."""
-        self._assembly: Final = Assembly(self.device, options or ServerOptions(), clock, hears=True)
+        options = options or ServerOptions()
+        self._assembly: Final = Assembly(self.device, options, clock, hears=True, member=member)
         for identity, servant in self._assembly.servants.items():
             if identity not in without:
                 network.serve(identity, servant)
@@ -225,11 +226,18 @@ def read_body(name: str | Path) -> Body:
     return find_body(str(name))
 
 
-def _made(kind: str, clock: TaskClock, camera: CameraKind, settings: dict[str, Any]) -> Robot:
+def _device(
+    kind: RobotKind | Robot,
+    clock: TaskClock,
+    camera: CameraKind,
+    body: str | Path | Body,
+    settings: Any,  # noqa: ANN401
+) -> Robot:
+    if not isinstance(kind, str):
+        return kind
     if kind not in ("fake", "sim"):
         raise ValueError(f"robot is {kind!r}: it is 'fake', 'sim' or None")
-    body = settings["body"]
-    settings["body"] = body if isinstance(body, Body) else read_body(body)
+    settings = {**settings, "body": body if isinstance(body, Body) else read_body(body)}
     return FakeRobot(clock, **settings) if kind == "fake" else _simulated(clock, camera, settings)
 
 
@@ -239,7 +247,11 @@ def _simulated(clock: TaskClock, camera: CameraKind, settings: Mapping[str, Any]
 
     if isinstance(world := settings.get("world"), str):
         settings = {**settings, "world": load_world(world)}
-    robot = SimulatedRobot(clock=clock, **{"skin": camera != "drawn", **settings})
+    return as_camera(SimulatedRobot(clock=clock, **{"skin": camera != "drawn", **settings}), camera)
+
+
+def as_camera(robot: ArenaRobot, camera: CameraKind) -> Robot:
+    """Return a simulated robot whose images come from a source."""
     if camera == "drawn" or (camera == "auto" and not _has_gl()):
         return cast("Robot", _DrawnCameras(robot))
     return robot
@@ -258,7 +270,7 @@ def _has_gl() -> bool:
 class _DrawnCameras:
     """A simulated robot whose cameras draw the balls instead of rendering them."""
 
-    def __init__(self, robot: SimulatedRobot) -> None:
+    def __init__(self, robot: ArenaRobot) -> None:
         self._robot = robot
 
     def __getattr__(self, name: str) -> Any:  # noqa: ANN401 - whatever the robot has

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
@@ -17,7 +18,7 @@ from zenoh_ice.data.text import text_of
 
 if TYPE_CHECKING:
     from hfsm_runtime import Component
-    from visualhfsm.simulation import Behavior, CameraKind, RobotKind
+    from visualhfsm.simulation import Behavior, CameraKind, RobotKind, Team
     from visualhfsm.trials import Summary
     from zenoh_ice import Object
 
@@ -145,6 +146,27 @@ def behavior(request: pytest.FixtureRequest) -> Iterator[MakeBehavior]:
     del request.node.stash[_BEHAVIORS]
     for behavior in made:
         behavior.close()
+
+
+@pytest.fixture
+def team(request: pytest.FixtureRequest) -> Iterator[Callable[..., Team]]:
+    """Make teams of behaviors that run in virtual time in one world; each is closed after the test.
+
+    The documents are looked up as that of `behavior`; options are those of `simulate_team`.
+    """
+    from visualhfsm.simulation import simulate_team
+
+    places = [request.path.parent, request.config.rootpath]
+    with ExitStack() as made:
+
+        def make(*documents: str | Path | type[Component], **options: Any) -> Team:  # noqa: ANN401
+            found = [
+                each if isinstance(each, type) else _find_file("document", Path(each), places)
+                for each in documents
+            ]
+            return made.enter_context(simulate_team(found, **options))
+
+        yield make
 
 
 class RunTrials:
