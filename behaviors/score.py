@@ -69,6 +69,7 @@ class Score(Component, document="score.xml", on_error="stop"):
     oriented = -SURE
     faced = 0j  # where the robot faced when it looked for the ball before
     turned = looked = left = -SURE  # when it turned, when its head did, and when it left for the next sweep
+    sight = None, -SURE  # where it saw the ball last, and when
 
     @cached_property
     def localizer(self):
@@ -106,6 +107,8 @@ class Score(Component, document="score.xml", on_error="stop"):
             if still:
                 self.localizer.see(image, camera.getFloorPoint)
             ball = ball or self.ball_in(image, name, camera)
+        if ball is not None:
+            self.sight = ball, self.clock.now()
         return ball
 
     def ball_in(self, image, name, camera):

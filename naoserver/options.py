@@ -66,6 +66,8 @@ class ServerOptions:
     """Limits of commands to the mechanisms besides the robot (the balls)."""
     cameras: Mapping[str, CameraOptions] = field(default_factory=dict)
     """Settings of individual cameras by identity; the others have the defaults."""
+    team: str = ""
+    """The team whose robots hear each other; empty for a robot that has none."""
     resume_after_reset: bool = False
     """Whether behaviors that an emergency stop paused go on by themselves after its reset."""
     limits: ServerLimits = field(default_factory=ServerLimits)

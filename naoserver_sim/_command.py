@@ -26,7 +26,7 @@ from naoserver.errors import RobotError
 from naoserver.options import CameraOptions, ServerOptions, capped
 from naoserver.safety.latch import latch_of
 from naoserver.serving.entrances import Entrance, find_entrances, flag, later_port, options_of
-from naoserver.serving.server import JointSpeed, ResumeAfterReset, problem_of, serve
+from naoserver.serving.server import JointSpeed, ResumeAfterReset, TeamName, problem_of, serve
 from naoserver_sim.arena import Arena
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import DEFAULT_WORLD, bundled_worlds, load_world, side_by_side
@@ -172,6 +172,7 @@ def naoserver_sim(
     camera: _Cameras = None,
     joint_speed: JointSpeed = None,
     resume_after_reset: ResumeAfterReset = False,
+    team: TeamName = "",
 ) -> None:
     """Simulate a robot and its surroundings in MuJoCo, and serve them.
 
@@ -179,7 +180,10 @@ def naoserver_sim(
     """
     factor = parse_speed(speed)
     options = ServerOptions(
-        safety=capped(joint_speed), cameras=parse_cameras(camera or ()), resume_after_reset=resume_after_reset
+        safety=capped(joint_speed),
+        cameras=parse_cameras(camera or ()),
+        team=team,
+        resume_after_reset=resume_after_reset,
     )
     arguments = parse_arguments(xacro or ())
     surroundings = load_world(world)
@@ -252,7 +256,8 @@ def _serve(
             communicator = also.enter_context(initialize(own))
             latch = also.enter_context(latch_of(own, body=robot.body.name))
             adapter = communicator.createObjectAdapter("NaoServer")
-            assembly = also.enter_context(serve(robot, adapter, options, latch=latch))
+            teamed = dataclasses.replace(options, team=robot.team or options.team)
+            assembly = also.enter_context(serve(robot, adapter, teamed, latch=latch))
             for entrance in entered.entrances:
                 values = {
                     name: entrance.apart[name](value, number) if number and name in entrance.apart else value

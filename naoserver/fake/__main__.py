@@ -10,6 +10,8 @@ from naoserver.bodies import BODY_NAMES, DEFAULT_BODY, find_body
 from naoserver.errors import RobotError
 from naoserver.fake import FakeRobot
 from naoserver.hardware.serving import SERVER_DEFAULTS, serve_hardware
+from naoserver.options import ServerOptions
+from naoserver.serving.server import TeamName
 from zenoh_ice.application.cli import run, with_settings
 from zenoh_ice.settings import Settings
 
@@ -31,12 +33,13 @@ def fake(
     body: Annotated[
         str, typer.Option(metavar="NAME", help=f"The robot's body: one of {', '.join(BODY_NAMES)}.")
     ] = DEFAULT_BODY,
+    team: TeamName = "",
 ) -> None:
     """Serve a robot without physics, with two balls, in wall time.
 
     Prints a line that begins with 'ready' as soon as it can be called. Ctrl-C ends it.
     """
-    serve_hardware(FakeRobot(body=find_body(body)), settings)
+    serve_hardware(FakeRobot(body=find_body(body)), settings, ServerOptions(team=team))
 
 
 if __name__ == "__main__":

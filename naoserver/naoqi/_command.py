@@ -16,7 +16,7 @@ from naoserver.naoqi._libqi_link import connect
 from naoserver.naoqi._link import AddressError, RobotAddress
 from naoserver.naoqi._robot import Life, LifecycleOptions, NaoEnd, NaoqiRobot, NaoStart
 from naoserver.options import ServerOptions, capped
-from naoserver.serving.server import JointSpeed, ResumeAfterReset
+from naoserver.serving.server import JointSpeed, ResumeAfterReset, TeamName
 from zenoh_ice.application.cli import with_settings
 from zenoh_ice.settings import Settings
 
@@ -61,6 +61,7 @@ def naoserver_naoqi(
     ] = H25.name,
     joint_speed: JointSpeed = None,
     resume_after_reset: ResumeAfterReset = False,
+    team: TeamName = "",
 ) -> None:
     """Serve a real Nao over NAOqi, with the same servants as the simulated robot.
 
@@ -69,7 +70,7 @@ def naoserver_naoqi(
     address = parse_address(robot, user, password)
     lifecycle, facts = LifecycleOptions(start, end, life), find_body(body)
     require_nao(facts, "naoserver-naoqi drives NAOqi")
-    options = ServerOptions(safety=capped(joint_speed), resume_after_reset=resume_after_reset)
+    options = ServerOptions(safety=capped(joint_speed), team=team, resume_after_reset=resume_after_reset)
     with closing(DeadMansSwitch(SWITCH, address)) as switch:
         nao = NaoqiRobot(lambda timeout: connect(address, timeout), lifecycle, facts)
         nao.report_to_switch(switch.beat, switch.release)

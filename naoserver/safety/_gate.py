@@ -215,6 +215,11 @@ class Gate:
         return self._stopped_times
 
     @property
+    def is_stopped(self) -> bool:
+        """Whether the emergency stop is latched."""
+        return self._stop_reason is not None
+
+    @property
     def is_robot_lost(self) -> bool:
         """Whether no command reaches the robot."""
         return self._lost is not None

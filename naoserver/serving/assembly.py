@@ -36,6 +36,8 @@ from naoserver.serving._expression import HearingI, LedsI, SoundsI, SpeechI
 from naoserver.serving._joints import JointsI, NeckSpeedI, Pose3DEncodersI, Pose3DMotorsI, PoseHeadI
 from naoserver.serving._shared import StateStream
 from naoserver.serving.camera import BodyHistory, CameraI
+from naoserver.serving.medium import Membership
+from naoserver.serving.team import TeamI
 from zenoh_ice import Clock, Object
 
 _STATE_PERIOD: Final = 0.02
@@ -46,14 +48,16 @@ _BALL_AXES: Final = (Axis.PAN, Axis.X, Axis.Z)
 """The axes of a ball's three joints in their order: round the robot in rad, distance in m, height in m."""
 _CLOCK_PERIOD: Final = 0.02  # wall s
 _HEALTH_PERIOD: Final = 0.5  # wall s
+_ALONE: Final = "nao"
+"""The name of a robot in a team of one, where nobody says its realm."""
 
 
 class Assembly:
     """The server's parts between a robot and its clients: a servant for each device.
 
     `wall` is the steady clock of the safety deadlines and the reports; `latch`, which is open, keeps the
-    emergency stop. A robot on a stage hears what is typed, another if it `hears`. Raises RobotError for
-    options that the robot does not support, and for parts of the same name.
+    emergency stop. A robot on a stage hears what is typed, another if it `hears`. `member` says who it is in
+    its team. Raises RobotError for options that the robot does not support, and for parts of the same name.
     """
 
     def __init__(
@@ -64,6 +68,7 @@ class Assembly:
         latch: Latch | None = None,
         *,
         hears: bool = False,
+        member: Membership | None = None,
     ) -> None:
         self._robot = robot
         self.options: Final = options
@@ -91,6 +96,9 @@ class Assembly:
         self._safety = SafetyI(self.gate, self.moves_for)
         self._add(Clock=self._clock, Safety=self._safety)
         self._add(Description=DescriptionI(robot.body, robot.looks))
+        member = member or Membership(_ALONE)
+        self._team = TeamI(member, time, self._is_ready, self.events, self._wake)
+        self._add(Team=self._team)
         self.gains: GainGuard | None = None
         """What lets joints follow commands with gains; None when its motors take none."""
         self.body: Final = self._add_body()
@@ -102,7 +110,7 @@ class Assembly:
         if robot.senses is not None:
             self._add_senses(robot.senses)
         if robot.stage is not None:
-            scene = sensors.SceneI(robot.stage, self.gate, self._end_motion, self.hearing.hear)
+            scene = sensors.SceneI(robot.stage, self.gate, self.end_motion, self.hearing.hear)
             self._add(GroundTruth=sensors.GroundTruthI(robot.stage), Scene=scene)
         if robot.stage is not None or hears:
             ears = HearingI(time)
@@ -149,6 +157,7 @@ class Assembly:
         """Stop everything that a lost client moves or streams, and take its lease back."""
         with ExitStack() as steps:  # each whatever the others raise
             steps.callback(self._safety.drop_client, client)
+            steps.callback(self._team.drop_client, client)
             for camera in self._cameras:
                 steps.callback(camera.drop_client, client)
             for watched in self.watched:
@@ -166,6 +175,7 @@ class Assembly:
             for watched in self.watched:
                 steps.callback(watched.close)
             steps.callback(self.player.close)
+            steps.callback(self._team.close)
             if self._robot.control_loop is not None:
                 for job in self._moves:
                     steps.callback(self._robot.control_loop.remove, job)
@@ -257,7 +267,7 @@ class Assembly:
             self._add(Postures=postures)
         return postures
 
-    def _end_motion(self) -> None:
+    def end_motion(self) -> None:
         """End all motion of a robot that is put elsewhere, and forget where its joints were to be."""
         self.body.hold()
         for joint in self.body.joints:
@@ -272,6 +282,10 @@ class Assembly:
     def _wake(self) -> None:
         self.on_wake()
 
+    def _is_ready(self) -> bool:
+        """Return whether the robot can do anything: for its team."""
+        return not (self._robot.state().fallen or self.gate.is_stopped or self.gate.is_robot_lost)
+
     def _jobs(self) -> list[Job]:
         """Return the periodic jobs: no camera can delay other jobs, and nothing can delay the watchdog."""
         by_source: dict[Callable[[], Any], list[StateStream[Any, Any]]] = {}
@@ -283,6 +297,7 @@ class Assembly:
             self.health.publish()
 
         wall, publish, publisher = self._wall, self._clock.publish, self._clock.getTimePublisher
+        team, robot_clock = self._team, self._robot.clock
         return [
             self._watchdog,
             *(self._state_job(read, streams) for read, streams in by_source.items()),
@@ -295,6 +310,14 @@ class Assembly:
                 wanted=lambda: publisher.listening,
             ),
             Periodic("reports", wall, lambda: _HEALTH_PERIOD, report),
+            Periodic(
+                "team",
+                robot_clock,
+                lambda: team.period,
+                team.tell,
+                thread="state",
+                wanted=lambda: team.is_wanted,
+            ),
             *(camera.job for camera in self._cameras),
             self._history.job,
         ]

@@ -14,6 +14,7 @@ from naoserver.protocol.jobs import JobThreads
 from naoserver.protocol.robot import Robot
 from naoserver.safety.latch import Latch
 from naoserver.serving.assembly import Assembly
+from naoserver.serving.medium import Membership, StreamMedium
 from zenoh_ice import BusyException, Communicator, ObjectAdapter, SystemException, WallClock
 
 _CAP = (
@@ -32,6 +33,16 @@ ResumeAfterReset = Annotated[
 ]
 """The option of the robot servers for `ServerOptions.resume_after_reset`."""
 
+TeamName = Annotated[
+    str,
+    typer.Option(
+        "--team",
+        metavar="NAME",
+        help="Hear the other robots of a team, and agree with them on who does what.",
+    ),
+]
+"""The option of the robot servers for `ServerOptions.team`."""
+
 
 @contextmanager
 def serve(
@@ -45,13 +56,18 @@ def serve(
     Raises RobotError for options that the robot does not support.
     """
     options = options or ServerOptions()
-    assembly = Assembly(robot, options, WallClock(), latch)
-    threads = JobThreads(assembly.jobs, options.limits)
-    assembly.on_wake, assembly.hanging = threads.wake, threads.hanging
-    served: list[str] = []
+    communicator = adapter.getCommunicator()
     with ExitStack() as steps:  # all run, the last first, whatever they raise
+        medium = StreamMedium(communicator.transport) if options.team else None
+        if medium is not None:
+            steps.callback(medium.close)
+        member = Membership(communicator.realm, options.team, medium)
+        assembly = Assembly(robot, options, WallClock(), latch, member=member)
+        threads = JobThreads(assembly.jobs, options.limits)
+        assembly.on_wake, assembly.hanging = threads.wake, threads.hanging
+        served: list[str] = []
         steps.callback(threads.close)
-        clients = adapter.getCommunicator().onClientLost(assembly.drop_client)
+        clients = communicator.onClientLost(assembly.drop_client)
         steps.callback(clients.close)
         assembly.gate.is_lost = clients.is_lost
         steps.callback(adapter.removeAll, served)

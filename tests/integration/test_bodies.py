@@ -24,7 +24,7 @@ from tests.support.limits import FOREVER
 from tests.support.present import present
 from tests.support.robot_server import clock_at, eventually, served_to_client, wait_for
 
-ALWAYS = {"Body", "Clock", "Description", "Health", "Safety"}
+ALWAYS = {"Body", "Clock", "Description", "Health", "Safety", "Team"}
 BALLS = {f"Ball{color}{part}" for color in ("Red", "Green") for part in ("Motors", "Encoders")}
 MOVING = {"Motors", "Encoders", "Walk"}
 NECK = {"NeckMotors", "NeckEncoders", "NeckSpeed", "Head"}

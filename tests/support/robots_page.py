@@ -180,6 +180,7 @@ _ROWS: Final[Sequence[tuple[str, type[ObjectPrx], Callable[[Served[Any]], str]]]
     ("Hearing, of what is typed", nao.HearingPrx, _yes),
     ("Motions", nao.MotionsPrx, _names(lambda of: [motion.name for motion in of.getMotions()])),
     ("Postures", nao.PosturesPrx, _names(nao.PosturesPrx.getPostures)),
+    ("Team", nao.TeamPrx, _yes),
     ("Emergency stop and lease", nao.SafetyPrx, _yes),
     ("Health", nao.HealthPrx, _yes),
     ("Clock", nao.ClockPrx, _clocks),

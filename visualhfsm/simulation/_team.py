@@ -13,11 +13,13 @@ from hfsm_runtime.virtual.clock import TaskClock
 from hfsm_runtime.virtual.errors import BehaviorFailed, UnknownName, says_it_all
 from naoserver.bodies import DEFAULT_BODY
 from naoserver.body import Body
+from naoserver.serving.medium import Membership
 from zenoh_ice import VirtualClock
 from zenoh_ice.data.text import sentence
 
 from ._behavior import Behavior, simulate
 from ._kinds import CameraKind
+from ._medium import VirtualMedium
 from ._robot import RobotUnderTest, as_camera, read_body
 
 if TYPE_CHECKING:
@@ -39,10 +41,11 @@ class Team:
     documents stands where it is. `close`, or the end of a `with` block, ends all.
     """
 
-    def __init__(self, arena: Arena, clock: VirtualClock) -> None:
+    def __init__(self, arena: Arena, clock: VirtualClock, medium: VirtualMedium) -> None:
         self.arena: Final = arena
         """The world, with its `robots`, to look at and to place them."""
         self._clock: Final = clock
+        self._medium: Final = medium
         self._closing: Final = ExitStack()
         self._closing.callback(arena.close)
         self.behaviors: list[Behavior] = []
@@ -53,7 +56,11 @@ class Team:
         device = self.arena.robots[len(self.behaviors)]
         clock = TaskClock()
         clock.call_every(_TICK / _NANOSECONDS, partial(self._follow, clock))
-        made = partial(RobotUnderTest, as_camera(device, camera), clock)
+        member = Membership(device.name)
+        if device.team:
+            medium = self._medium.at(clock)
+            member = Membership(device.name, device.team, medium, session=len(self.behaviors))
+        made = partial(RobotUnderTest, as_camera(device, camera), clock, member=member)
         behavior = simulate(document, robot=made, clock=clock, **options)
         self._closing.callback(behavior.close)
         self.behaviors.append(behavior)
@@ -142,7 +149,7 @@ def simulate_team(
         noise=noise,
         posture=posture,
     )
-    team = Team(arena, clock)
+    team = Team(arena, clock, VirtualMedium.noisy(seed or 0) if noise else VirtualMedium())
     try:
         for document in documents:
             team.add(document, camera, **options)

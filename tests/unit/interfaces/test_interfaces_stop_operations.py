@@ -25,6 +25,7 @@ MOVES_NOTHING = {
     "::nao::Leds": "a light moves nothing, a fade ends by itself, and the last color shows how it ended",
     "::nao::Safety": "refuses commands, and stops the robot itself",
     "::nao::Scene": "sets the stage of a simulation; a push and a press end by themselves",
+    "::nao::Team": "says something and moves nothing; a role that is not claimed again ends within a second",
     "::hfsm::HfsmMonitor": "steers a component, which stops what it has commanded when it ends",
 }
 """The interfaces that change something and need no stop, each with the reason."""

@@ -116,6 +116,11 @@ EXAMPLES: Final = {
     "wait_for_a_word": Example(
         {"word": '"stop"'}, say_words, outputs={"sentence": "Please STOP now", "done": True}
     ),
+    "one_at_a_time": Example(
+        {"role": '"talk"', "seconds": "0.5"},
+        holds=lambda b: not b.component.Team.getRobotOf("talk"),
+        stop="Team.release",
+    ),
     "wait_for_touch": Example({"sensor": '"Head"'}, press, outputs={"touched": "HeadFront", "done": True}),
 }
 BODIES: Final = [

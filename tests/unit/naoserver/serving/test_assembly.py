@@ -109,7 +109,7 @@ def test_nothing_delays_the_watchdog_and_no_camera_anything_else():
     names = {job.thread: {other.name for other in jobs if other.thread == job.thread} for job in jobs}
     assert names == {
         "watchdog": {"watchdog"},
-        "state": {"state", "motions", "walk", "paths", "places of the body"},
+        "state": {"state", "motions", "walk", "paths", "places of the body", "team"},
         "reports": {"reports", "clock"},
         "images of Camera": {"images of Camera"},
         "images of CameraBottom": {"images of CameraBottom"},

@@ -14,7 +14,7 @@ from naoserver_sim.robot import SimulatedRobot
 from zenoh_ice import VirtualClock
 
 CLIENT: Any = SimpleNamespace(client="anna")
-ALWAYS = {"Body", "Clock", "Description", "Health", "Safety"}
+ALWAYS = {"Body", "Clock", "Description", "Health", "Safety", "Team"}
 
 
 def expected(body):

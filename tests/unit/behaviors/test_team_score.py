@@ -1,0 +1,123 @@
+"""Football in a team, `team_score`: what a robot does follows from the role that the team leaves it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import pytest
+
+from interfaces.nao import RoleClaim, Teammate
+from naoserver.serving.medium import TOLD, Membership
+from visualhfsm.testing import Behavior, MakeBehavior
+from zenoh_ice.transport import Registration
+
+DOCUMENT = "behaviors/team_score.xml"
+HAND_OVER = 1.5
+"""Seconds until a robot does what a lost mate did: the team's second, and its own cycles."""
+
+
+class Mate:
+    """A robot of the team as a medium: it tells where the ball is and which roles it has, until it is gone."""
+
+    def __init__(self, *roles: str, ball: complex = 1.0 + 0j) -> None:
+        self.is_there = True
+        self.roles = list(roles)
+        self.ball = ball
+        self._hear: Callable[[bytes], object] = lambda _: None
+
+    def send(self, team: str, message: bytes) -> None:
+        """Hear nothing."""
+
+    def subscribe(self, team: str, callback: Callable[[bytes], object]) -> Registration:
+        self._hear = callback
+        return Registration(lambda: None)
+
+    def join(self, b: Behavior) -> None:
+        """Tell five times a second."""
+
+        def tell() -> None:
+            if self.is_there:
+                told = Teammate(
+                    name="mate",
+                    session=1,
+                    time=b.time,
+                    ready=True,
+                    placeAge=math.inf,
+                    ballX=self.ball.real,
+                    ballY=self.ball.imag,
+                    claims=[RoleClaim(role, 0.1, True) for role in self.roles],
+                )
+                self._hear(bytes(TOLD.result.gather_result(told, "what the mate tells")))
+
+        b.world.clock.call_every(0.2, tell)
+
+
+@pytest.fixture
+def play(behavior: MakeBehavior) -> Callable[[Mate], Behavior]:
+    def begin(mate: Mate) -> Behavior:
+        b = behavior(DOCUMENT, robot="fake", camera="drawn", member=Membership("nao", "red", mate))
+        mate.join(b)
+        return b
+
+    return begin
+
+
+def test_alone_it_strikes(behavior: MakeBehavior) -> None:
+    b = behavior(DOCUMENT, robot="fake", camera="drawn")
+    b.run_until("strike", limit=0.5)
+    assert b.component.Team.getTold().doing == "strikes"
+
+
+@pytest.mark.parametrize(
+    ("roles", "state"), [(["striker"], "keep"), (["keeper"], "strike"), (["striker", "keeper"], "support")]
+)
+def test_it_does_what_the_team_leaves_it(
+    play: Callable[[Mate], Behavior], roles: list[str], state: str
+) -> None:
+    b = play(Mate(*roles))
+    b.advance(2.0)
+    assert b.is_active(state)
+    b.advance(2.0)
+    assert b.is_active(state)
+    assert not b.errors
+
+
+def test_it_strikes_when_the_striker_is_gone(play: Callable[[Mate], Behavior]) -> None:
+    mate = Mate("striker", "keeper")
+    b = play(mate)
+    b.advance(2.0)
+    assert b.is_active("support")
+    mate.is_there = False
+    b.run_until("strike", limit=HAND_OVER)
+
+
+def test_a_supporter_goes_where_the_ball_is_that_a_mate_sees(play: Callable[[Mate], Behavior]) -> None:
+    b = play(Mate("striker", "keeper", ball=2.0 + 1.0j))
+    b.advance(30.0)
+    here, facing = b.component.place()
+    assert abs(here - (2.0 + 1.0j)) < 2.0
+    assert abs(here - (2.0 + 1.0j)) > 0.8
+    assert ((2.0 + 1.0j - here) / facing).real > 0.0, "it does not face the ball"
+
+
+def test_a_keeper_stays_before_its_goal_between_it_and_the_ball(play: Callable[[Mate], Behavior]) -> None:
+    b = play(Mate("striker", ball=-2.0 + 1.5j))
+    b.advance(60.0)
+    here, _ = b.component.place()
+    assert here.real == pytest.approx(-4.1, abs=0.4)
+    assert 0.0 < here.imag < 0.8
+
+
+def test_a_robot_that_has_fallen_gets_up_and_leaves_the_rest_to_the_others(
+    behavior: MakeBehavior,
+) -> None:
+    b = behavior(DOCUMENT, robot="fake", camera="drawn")
+    b.run_until("strike", limit=0.5)
+    standing = b.robot.device.state
+    fallen = type(standing())(torso_tilt=1.5, fallen=True, real_time_factor=1.0, lag=0.0)
+    b.robot.device.state = lambda: fallen  # type: ignore[method-assign]
+    b.run_until("get up", limit=0.5)
+    assert b.component.Team.getRobotOf("striker") == ""
+    b.robot.device.state = standing  # type: ignore[method-assign]
+    b.run_until("strike", limit=20.0)
