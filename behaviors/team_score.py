@@ -66,27 +66,27 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
     FAR = 60.0  # s, the cost of what nobody can say
 
     def take_role(self):
-        """Tell the team what this robot knows, and return which role it has: one robot strikes, one keeps the goal."""
+        """Report the team what this robot knows, and return which role it has: one robot strikes, one keeps the goal."""
         here, facing = self.place()
-        self.Team.tellPlace(here.real, here.imag, cmath.phase(facing))
+        self.Team.reportPlace(here.real, here.imag, cmath.phase(facing))
         ball, seen_at = self.sight
-        if ball is not None and seen_at != self.told_at:
-            self.told_at = seen_at
-            self.Team.tellBall(ball.real, ball.imag)
+        if ball is not None and seen_at != self.reported_at:
+            self.reported_at = seen_at
+            self.Team.reportBall(ball.real, ball.imag)
         if self.Team.claim("striker", self.seconds_to_ball()):
             self.Team.release("keeper")
             return "striker"
         return "keeper" if self.Team.claim("keeper", abs(self.GOAL - here)) else ""
 
-    told_at = 0.0  # when it saw what it told last
+    reported_at = 0.0  # when it saw what it reported last
 
     @cached_property
     def GOAL(self):
-        """Where the keeper stands, before the middle of its own goal."""
+        """Where the keeper stands, before the middle of its goal."""
         return complex(-self.FIELD.length / 2 + 0.4, 0.0)
 
     def ball_of_team(self):
-        """Return where this robot or a mate saw the ball last; None if nobody has seen it lately."""
+        """Return where this robot or a mate saw the ball last; None if nobody has seen it recently."""
         ball, seen_at = self.sight
         sights = [(self.clock.now() - seen_at, ball)]
         for mate in self.Team.getTeamState().mates:
@@ -147,7 +147,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         return spot
 
     def search(self, corner):
-        """Look round for a ball that nobody of the team has seen lately; return where to look next."""
+        """Look round for a ball that nobody of the team has seen recently; return where to look next."""
         return corner if self.ball_of_team() is not None else self.sweep(corner)
     # </functions 1>
 
@@ -433,7 +433,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         def entry_support():
             nonlocal spot
             # <entry 1.1>
-            self.Team.tellDoing("supports")
+            self.Team.reportDoing("supports")
             spot = None
             # </entry 1.1>
 
@@ -461,7 +461,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
 
         def entry_strike():
             # <entry 1.2>
-            self.Team.tellDoing("strikes")
+            self.Team.reportDoing("strikes")
             # </entry 1.2>
 
         def state_strike():
@@ -482,7 +482,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         def entry_keep():
             nonlocal spot
             # <entry 1.3>
-            self.Team.tellDoing("keeps the goal")
+            self.Team.reportDoing("keeps the goal")
             spot = None
             # </entry 1.3>
 
@@ -503,14 +503,14 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
 
         def entry_get_up():
             # <entry 1.4>
-            self.Team.tellDoing("gets up")
+            self.Team.reportDoing("gets up")
             self.Postures.goToPosture("StandInit", 1.0)
             # </entry 1.4>
 
         def state_get_up():
             nonlocal fallen, posture
             # <code 1.4>
-            fallen = not self.Team.getTold().ready
+            fallen = not self.Team.getReport().ready
             posture = self.Postures.getPostureState().status
             # </code 1.4>
 
@@ -524,7 +524,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
 
         def entry_scored():
             # <entry 1.5>
-            self.Team.tellDoing("scored")
+            self.Team.reportDoing("scored")
             # </entry 1.5>
 
         def state_scored():
@@ -570,12 +570,12 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         transition_8 = Transition("again", state_5, state_1, id=8, seconds=3.0)
 
         def guard_fell():
-            return not self.Team.getTold().ready  # <trigger 1.9/>
+            return not self.Team.getReport().ready  # <trigger 1.9/>
 
         transition_9 = Transition("fell", state_1, state_4, id=9, priority=2, guard=guard_fell)
 
         def guard_fell_10():
-            return not self.Team.getTold().ready  # <trigger 1.10/>
+            return not self.Team.getReport().ready  # <trigger 1.10/>
 
         transition_10 = Transition("fell", state_3, state_4, id=10, priority=2, guard=guard_fell_10)
 

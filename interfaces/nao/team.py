@@ -23,8 +23,8 @@ class RoleClaim(ice.Struct):
 
 
 class Teammate(ice.Struct):
-    """What a robot tells its team, some five times a second. Places are in a frame that the team shares, such
-    as a field's.
+    """What a robot reports its team, some five times a second. Places are in a frame that the team shares,
+    such as a field's.
     """
 
     name: str = ""
@@ -32,9 +32,9 @@ class Teammate(ice.Struct):
     session: ice.Long = 0
     """Another number for each start of its server."""
     time: float = 0.0
-    """Its robot time in s when it told this: of a clock of its own."""
+    """Its robot time in s when it reported this: by its clock."""
     age: float = 0.0
-    """Seconds since this was heard, by the clock of who heard it; 0 in what a robot tells."""
+    """Seconds since this was heard, by the clock of who heard it; 0 in what a robot reports."""
     ready: bool = False
     """Whether it can do anything: it has not fallen, and is neither stopped nor unreachable."""
     x: float = 0.0
@@ -64,20 +64,20 @@ class TeamState(ice.Struct):
     """The newest of each other robot of the team, by name; who is silent for 10 s is gone."""
 
 
-class TeamPrx(ice.ObjectPrx, id="::nao::Team", fingerprint="36a9aa038a1c7d6a"):
-    """Tell the robots of a team where each is and what it sees, and agree on who does what."""
+class TeamPrx(ice.ObjectPrx, id="::nao::Team", fingerprint="be57a9933ab7585f"):
+    """Report the robots of a team where each is and what it sees, and agree on who does what."""
 
     @ice.operation(throws=(InvalidValueException,), idempotent=True)
-    def tellPlace(self, x: float, y: float, heading: float) -> None:
-        """Tell where this robot is: x and y in m, and its heading in rad."""
+    def reportPlace(self, x: float, y: float, heading: float) -> None:
+        """Report where this robot is: x and y in m, and its heading in rad."""
 
     @ice.operation(throws=(InvalidValueException,), idempotent=True)
-    def tellBall(self, x: float, y: float) -> None:
-        """Tell where this robot sees the ball now, in m."""
+    def reportBall(self, x: float, y: float) -> None:
+        """Report where this robot sees the ball now, in m."""
 
     @ice.operation(throws=(InvalidValueException,), idempotent=True)
-    def tellDoing(self, doing: str) -> None:
-        """Tell what this robot does, in at most 64 characters."""
+    def reportDoing(self, doing: str) -> None:
+        """Report what this robot does, in at most 64 characters."""
 
     @ice.operation(throws=(InvalidValueException,), idempotent=True)
     def claim(self, role: str, cost: float) -> bool:
@@ -95,8 +95,8 @@ class TeamPrx(ice.ObjectPrx, id="::nao::Team", fingerprint="36a9aa038a1c7d6a"):
         """Return who has a role, as far as this robot knows: the realm of its server, or an empty text."""
 
     @ice.stream(idempotent=True)
-    def getTold(self) -> Teammate:
-        """Return what this robot tells; streamed when it does."""
+    def getReport(self) -> Teammate:
+        """Return what this robot reports; streamed when it does."""
 
     @ice.stream(idempotent=True)
     def getTeamState(self) -> TeamState:
@@ -106,15 +106,15 @@ class TeamPrx(ice.ObjectPrx, id="::nao::Team", fingerprint="36a9aa038a1c7d6a"):
 class Team(ice.Object, proxy=TeamPrx):
     """Servant of `TeamPrx`, which describes the operations."""
 
-    getToldPublisher = ice.publisher(TeamPrx.getTold)
+    getReportPublisher = ice.publisher(TeamPrx.getReport)
     getTeamStatePublisher = ice.publisher(TeamPrx.getTeamState)
 
     @ice.abstractmethod
-    def tellPlace(self, x: float, y: float, heading: float, current: ice.Current) -> None: ...
+    def reportPlace(self, x: float, y: float, heading: float, current: ice.Current) -> None: ...
     @ice.abstractmethod
-    def tellBall(self, x: float, y: float, current: ice.Current) -> None: ...
+    def reportBall(self, x: float, y: float, current: ice.Current) -> None: ...
     @ice.abstractmethod
-    def tellDoing(self, doing: str, current: ice.Current) -> None: ...
+    def reportDoing(self, doing: str, current: ice.Current) -> None: ...
     @ice.abstractmethod
     def claim(self, role: str, cost: float, current: ice.Current) -> bool: ...
     @ice.abstractmethod
@@ -122,7 +122,7 @@ class Team(ice.Object, proxy=TeamPrx):
     @ice.abstractmethod
     def getRobotOf(self, role: str, current: ice.Current) -> str: ...
     @ice.abstractmethod
-    def getTold(self, current: ice.Current) -> Teammate: ...
+    def getReport(self, current: ice.Current) -> Teammate: ...
     @ice.abstractmethod
     def getTeamState(self, current: ice.Current) -> TeamState: ...
 

@@ -1,7 +1,7 @@
-"""Who of a team has a role: decided by each robot for itself, from what the others told, without a center.
+"""Who of a team has a role: each robot decides it by itself, from what the others reported, without a center.
 
 One robot has a role: of all that claim it the one with the lowest cost, and of equal ones the first by name.
-It keeps the role until another one's cost is a fifth lower. Then it gives the role up and tells so, and the
+It keeps the role until another one's cost is a fifth lower. Then it gives the role up and reports so, and the
 other one takes it as soon as it hears that: nobody has it for as long as a message takes. A robot that is not
 heard for `FRESH` seconds, or says that it is not ready, has none. If messages were lost and two have the
 role, one of them gives it up at the next message that it hears of the other.
@@ -9,6 +9,7 @@ role, one of them gives it up at the next message that it hears of the other.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
@@ -24,11 +25,13 @@ RENEWAL: Final = 1.0
 MOST_ROLES: Final = 8
 _LISTENING: Final = 0.5
 """Seconds for which a robot of a team that begins to claim a role listens who has it, before it says so."""
+_SETTLING: Final = 0.1
+"""Seconds after it said so until it may take the role: others may have begun at the same time."""
 _BETTER: Final = 0.2
 """By which share another one's cost must be lower for the role to go over to it."""
 
 Rival = tuple[str, RoleClaim]
-"""The name of another robot that is ready and was heard lately, and its claim."""
+"""The name of another robot that is ready and was heard recently, and its claim."""
 
 
 @dataclass
@@ -37,8 +40,10 @@ class _Claim:
     since: float
     renewed: float
     cost: float
-    told: float | None
+    reported: float | None
     """The cost that the others know, by which all decide; None until they know any."""
+    reported_at: float = math.inf
+    """Since when."""
     holds: bool = False
 
 
@@ -62,17 +67,18 @@ class Roles:
             mine = self._claims[role] = _Claim(client, now, now, cost, None)
         mine.client, mine.renewed, mine.cost = client, now, cost
         if self._alone:
-            mine.told = cost
-        if mine.told is None:
+            mine.reported, mine.reported_at = cost, -math.inf
+        if mine.reported is None:
             return False
-        own = mine.told, self._name
+        own = mine.reported, self._name
         holders = [(claim.cost, name) for name, claim in rivals if claim.holds]
         others = [(claim.cost, name) for name, claim in rivals if not claim.holds]
         if mine.holds:
-            enough = mine.told - _BETTER * abs(mine.told)
+            enough = mine.reported - _BETTER * abs(mine.reported)
             mine.holds = all(own < each for each in holders) and all(cost >= enough for cost, _ in others)
         else:
-            mine.holds = not holders and all(own < each for each in others)
+            settled = now - mine.reported_at >= _SETTLING
+            mine.holds = settled and not holders and all(own < each for each in others)
         return mine.holds
 
     def release(self, role: str | None = None) -> bool:
@@ -98,16 +104,18 @@ class Roles:
         """Return whether this robot has a role."""
         return role in self._claims and self._claims[role].holds
 
-    def tell(self, now: float) -> None:
-        """Let the others know all claims, but those that began just now."""
-        for mine in self._claims.values():
-            if mine.told is not None or now - mine.since >= _LISTENING:
-                mine.told = mine.cost
+    def report(self, now: float) -> bool:
+        """Let the others know all claims but those that began just now; return whether one is new to them."""
+        ripe = [mine for mine in self._claims.values() if now - mine.since >= _LISTENING]
+        new = [mine for mine in ripe if mine.reported is None]
+        for mine in ripe:
+            mine.reported, mine.reported_at = mine.cost, min(mine.reported_at, now)
+        return bool(new)
 
-    def told(self) -> list[RoleClaim]:
+    def reported(self) -> list[RoleClaim]:
         """Return the claims that the others know."""
         return [
-            RoleClaim(role, mine.told, mine.holds)
+            RoleClaim(role, mine.reported, mine.holds)
             for role, mine in self._claims.items()
-            if mine.told is not None
+            if mine.reported is not None
         ]

@@ -35,9 +35,9 @@ from naoserver.serving._description import ClockI, DescriptionI, HealthI, Safety
 from naoserver.serving._expression import HearingI, LedsI, SoundsI, SpeechI
 from naoserver.serving._joints import JointsI, NeckSpeedI, Pose3DEncodersI, Pose3DMotorsI, PoseHeadI
 from naoserver.serving._shared import StateStream
+from naoserver.serving._team import TeamI
 from naoserver.serving.camera import BodyHistory, CameraI
 from naoserver.serving.medium import Membership
-from naoserver.serving.team import TeamI
 from zenoh_ice import Clock, Object
 
 _STATE_PERIOD: Final = 0.02
@@ -314,7 +314,7 @@ class Assembly:
                 "team",
                 robot_clock,
                 lambda: team.period,
-                team.tell,
+                team.report,
                 thread="state",
                 wanted=lambda: team.is_wanted,
             ),

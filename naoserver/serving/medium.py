@@ -17,7 +17,7 @@ from zenoh_ice.data.keys import Target, check_name
 from zenoh_ice.data.wire import encode_sample_attachment
 from zenoh_ice.transport import Outlet, Registration, Transport
 
-TOLD: Final = TeamPrx.ice_interface.all_operations["getTold"]
+REPORT: Final = TeamPrx.ice_interface.all_operations["getReport"]
 """The operation whose result a message is."""
 _MOST_WAITING: Final = 64
 """Messages that wait to be read; later ones push the oldest out."""
@@ -50,9 +50,9 @@ class Membership:
 
 
 class StreamMedium:
-    """Carry messages over a transport: the stream `Team.getTold` of a realm of the team's own.
+    """Carry messages over a transport: the stream `Team.getReport` of the team's realm.
 
-    No servant is there: each robot publishes to it and listens to it, and whoever wants to may listen, too.
+    No servant is there: each robot publishes to it and listens to it, and anybody else may listen, too.
     """
 
     def __init__(self, transport: Transport) -> None:
@@ -64,14 +64,14 @@ class StreamMedium:
 
     def send(self, team: str, message: bytes) -> None:
         if (outlet := self._outlets.get(team)) is None:
-            outlet = self._outlets[team] = self._transport.publish(_target(team), TOLD)
+            outlet = self._outlets[team] = self._transport.publish(_target(team), REPORT)
             self._end.callback(outlet.close)
         interface = TeamPrx.ice_interface
         about = encode_sample_attachment(interface.fingerprint, next(self._numbers), math.nan, self._stream)
         outlet.put(message, about)
 
     def subscribe(self, team: str, callback: Callable[[bytes], object]) -> Registration:
-        inlet = self._transport.subscribe(_target(team), TOLD, _MOST_WAITING)
+        inlet = self._transport.subscribe(_target(team), REPORT, _MOST_WAITING)
 
         def read(raw: object) -> None:
             try:

@@ -8,7 +8,7 @@ from contextlib import ExitStack, contextmanager
 from typing import NamedTuple
 
 from interfaces.nao import HealthPrx, SafetyPrx, Teammate, TeamPrx
-from naoserver.serving.medium import TOLD, StreamMedium
+from naoserver.serving.medium import REPORT, StreamMedium
 from tests.support.limits import MOVE_LIMIT, START_LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.waiting import until
@@ -60,7 +60,7 @@ def until_holder(robots: list[Robot], costs: list[float], name: str) -> None:
 def test_a_role_goes_over_when_its_robot_is_stopped_and_when_its_server_is_killed():
     with team("nao", "nao2") as robots:
         first, second = robots
-        first.team.tellBall(1.0, 2.0)
+        first.team.reportBall(1.0, 2.0)
         until(lambda: [m.ballX for m in second.team.getTeamState().mates] == [1.0], START_LIMIT)
         until_holder(robots, [1.0, 2.0], "nao")
         until(lambda: second.team.getRobotOf("striker") == "nao", MOVE_LIMIT)
@@ -79,7 +79,7 @@ def test_a_flood_of_strangers_hides_no_mate_and_delays_no_call():
         stranger = StreamMedium(first.communicator.transport)
         for number in range(20_000):
             lie = Teammate(name=f"m{number}", session=1, x=1e300 * (number % 2))
-            valid = bytes(TOLD.result.gather_result(lie, "a lie"))
+            valid = bytes(REPORT.result.gather_result(lie, "a lie"))
             stranger.send("red", (valid, bytes(5000), b"\xc1" * 9)[number % 3])
         stranger.close()
         health = HealthPrx.checkedCast(second.communicator.stringToProxy("Health"))

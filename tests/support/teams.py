@@ -10,8 +10,8 @@ from hfsm_runtime.virtual.clock import TaskClock
 from interfaces import nao
 from naoserver.protocol.jobs import Periodic, is_due
 from naoserver.safety._event_log import EventLog
+from naoserver.serving._team import TeamI
 from naoserver.serving.medium import Medium, Membership
-from naoserver.serving.team import TeamI
 from visualhfsm.simulation._medium import NOISY_DELAY, VirtualMedium
 from zenoh_ice import Current
 from zenoh_ice.transport import Registration
@@ -54,7 +54,7 @@ class Player:
         self.costs: dict[str, float] = {}
         """What its component claims, by role."""
         self.held: set[str] = set()
-        """What its component was told that it has."""
+        """What its component was reported that it has."""
         self._clock: Final = clock
         self._medium: Final = medium
         self._antenna: _Antenna | None = None
@@ -87,7 +87,7 @@ class Player:
         member = Membership(self.name, "red", self._antenna, session=self._starts)
         self.events = EventLog(self.now, self._clock.now)
         server = TeamI(member, self.now, lambda: self.is_ready, self.events, lambda: None)
-        self._job = Periodic("team", self._clock, lambda: server.period, server.tell)
+        self._job = Periodic("team", self._clock, lambda: server.period, server.report)
         self._server = server
 
     def vanish(self) -> None:
@@ -99,15 +99,15 @@ class Player:
         self.held.clear()
 
     def live(self) -> None:
-        """Tell, and claim what the component claims, if it is time for that."""
+        """Report, and claim what the component claims, if it is time for that."""
         if self._server is None:
             return
         if is_due(self._job, self._clock.now()):
             self._job.run()
         if self._clock.now() >= self._claims_at:
             self._claims_at = self._clock.now() + _CYCLE
-            told = {role for role, cost in self.costs.items() if self.team.claim(role, cost, current())}
-            self.held = told
+            reported = {role for role, cost in self.costs.items() if self.team.claim(role, cost, current())}
+            self.held = reported
 
     def mates(self) -> dict[str, nao.Teammate]:
         """Return what it heard of the others, by name."""

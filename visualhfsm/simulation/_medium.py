@@ -1,4 +1,4 @@
-"""The medium between the robots of a team in virtual time: it delays and loses messages as it is told."""
+"""The medium between the robots of a team in virtual time: it delays and loses messages as it is reported."""
 
 from __future__ import annotations
 

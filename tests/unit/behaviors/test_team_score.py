@@ -8,7 +8,7 @@ from collections.abc import Callable
 import pytest
 
 from interfaces.nao import RoleClaim, Teammate
-from naoserver.serving.medium import TOLD, Membership
+from naoserver.serving.medium import REPORT, Membership
 from visualhfsm.testing import Behavior, MakeBehavior
 from zenoh_ice.transport import Registration
 
@@ -18,7 +18,7 @@ HAND_OVER = 1.5
 
 
 class Mate:
-    """A robot of the team as a medium: it tells where the ball is and which roles it has, until it is gone."""
+    """A robot of the team as a medium: it reports where the ball is and which roles it has, until it is gone."""
 
     def __init__(self, *roles: str, ball: complex = 1.0 + 0j) -> None:
         self.is_there = True
@@ -34,11 +34,11 @@ class Mate:
         return Registration(lambda: None)
 
     def join(self, b: Behavior) -> None:
-        """Tell five times a second."""
+        """Report five times a second."""
 
-        def tell() -> None:
+        def report() -> None:
             if self.is_there:
-                told = Teammate(
+                reported = Teammate(
                     name="mate",
                     session=1,
                     time=b.time,
@@ -48,9 +48,9 @@ class Mate:
                     ballY=self.ball.imag,
                     claims=[RoleClaim(role, 0.1, True) for role in self.roles],
                 )
-                self._hear(bytes(TOLD.result.gather_result(told, "what the mate tells")))
+                self._hear(bytes(REPORT.result.gather_result(reported, "what the mate reports")))
 
-        b.world.clock.call_every(0.2, tell)
+        b.world.clock.call_every(0.2, report)
 
 
 @pytest.fixture
@@ -66,7 +66,7 @@ def play(behavior: MakeBehavior) -> Callable[[Mate], Behavior]:
 def test_alone_it_strikes(behavior: MakeBehavior) -> None:
     b = behavior(DOCUMENT, robot="fake", camera="drawn")
     b.run_until("strike", limit=0.5)
-    assert b.component.Team.getTold().doing == "strikes"
+    assert b.component.Team.getReport().doing == "strikes"
 
 
 @pytest.mark.parametrize(

@@ -94,7 +94,7 @@ def test_a_stopped_robot_hands_its_role_over_within_a_second_and_gets_it_back_af
 
 
 def test_robots_hear_where_their_mates_are(robots):
-    robots.team("nao").tellPlace(1.0, 2.0, 0.5)
+    robots.team("nao").reportPlace(1.0, 2.0, 0.5)
     robots.clock.advance(1.0)
     (mate,) = robots.team("nao2").getTeamState().mates
     assert (mate.name, mate.x, mate.y, mate.heading) == ("nao", 1.0, 2.0, 0.5)

@@ -1,4 +1,4 @@
-"""The servant of a team: what this robot tells the others, what it heard from them, and who has which role.
+"""The servant of a team: what this robot reports the others, what it heard from them, and who has which role.
 
 What comes from others is hostile: sizes, numbers, names and texts are checked, and nobody is trusted further
 than that. Ages are those of the clock of who hears, so clocks need not agree; a robot that simulates time
@@ -21,7 +21,7 @@ from interfaces.jderobot import InvalidValueException
 from naoserver.safety._event_log import EventLog
 from naoserver.serving._roles import FRESH, MOST_ROLES, Rival, Roles
 from naoserver.serving._shared import MOST_QUOTED, require_finite, require_within, stream_of
-from naoserver.serving.medium import TOLD, Membership
+from naoserver.serving.medium import REPORT, Membership
 from zenoh_ice import Current, MarshalException
 from zenoh_ice.data.text import sentence
 from zenoh_ice.data.values import NAME
@@ -29,7 +29,7 @@ from zenoh_ice.data.values import NAME
 PERIOD: Final = 0.2
 """Seconds between two messages of a robot."""
 _HASTE: Final = 0.05
-"""The same when something has changed, which is told `_TIMES`: one message may be lost."""
+"""The same when something has changed, which is reported `_TIMES`: one message may be lost."""
 _TIMES: Final = 3
 _KEPT: Final = 10.0
 """Seconds for which a silent mate is still reported."""
@@ -57,10 +57,10 @@ class _Heard:
 
 
 class TeamI(nao.Team):
-    """Tell what this robot knows, and hear the others; in calls and as streams.
+    """Report what this robot knows, and hear the others; in calls and as streams.
 
     `now` is the robot's time in s, `is_ready` returns whether it can do anything, and `wake` is called when
-    something is to be told at once.
+    something is to be reported at once.
     """
 
     def __init__(
@@ -88,9 +88,9 @@ class TeamI(nao.Team):
             None if member.medium is None else member.medium.subscribe(member.team, self.hear)
         )
 
-    # -- what this robot tells ----------------------------------------------------------------------------
+    # -- what this robot reports ----------------------------------------------------------------------------
 
-    def tellPlace(self, x: float, y: float, heading: float, current: Current) -> None:
+    def reportPlace(self, x: float, y: float, heading: float, current: Current) -> None:
         require_within(-_FARTHEST, _FARTHEST, x=x, y=y)
         require_finite(heading=heading)
         with self._lock:
@@ -99,13 +99,13 @@ class TeamI(nao.Team):
                 self._own, x=x, y=y, heading=math.remainder(heading, math.tau)
             )
 
-    def tellBall(self, x: float, y: float, current: Current) -> None:
+    def reportBall(self, x: float, y: float, current: Current) -> None:
         require_within(-_FARTHEST, _FARTHEST, x=x, y=y)
         with self._lock:
             self._seen_at = self._now()
             self._own = msgspec.structs.replace(self._own, ballX=x, ballY=y)
 
-    def tellDoing(self, doing: str, current: Current) -> None:
+    def reportDoing(self, doing: str, current: Current) -> None:
         if len(doing) > MOST_QUOTED or not doing.isprintable():
             message = sentence(f"doing must be at most {MOST_QUOTED} printable characters")
             raise InvalidValueException(message, "doing")
@@ -144,37 +144,38 @@ class TeamI(nao.Team):
             holders = [(claim.cost, name) for name, claim in self._rivals(role, now) if claim.holds]
             return min(holders)[1] if holders else ""
 
-    def getTold(self, current: Current) -> nao.Teammate:
+    def getReport(self, current: Current) -> nao.Teammate:
         with self._lock:
             self._check_ready()
-            return self._told()
+            return self._report()
 
     def getTeamState(self, current: Current) -> nao.TeamState:
         return self._state()
 
     @property
     def is_wanted(self) -> bool:
-        """Whether anybody listens to what it tells."""
-        listening = self.getToldPublisher.listening or self.getTeamStatePublisher.listening
+        """Whether anybody listens to what it reports."""
+        listening = self.getReportPublisher.listening or self.getTeamStatePublisher.listening
         return self._member.medium is not None or listening
 
     @property
     def period(self) -> float:
-        """Seconds until it tells again."""
+        """Seconds until it reports again."""
         return _HASTE if self._hasty else PERIOD
 
-    def tell(self) -> None:
-        """Tell the others what this robot knows."""
+    def report(self) -> None:
+        """Report the others what this robot knows."""
         with self._lock:
             self._check_ready()
             self._hasty = max(0, self._hasty - 1)
             self._roles.expire(now := self._now())
-            self._roles.tell(now)
-            told = self._told()
+            if self._roles.report(now):
+                self._hurry()
+            reported = self._report()
         if self._member.medium is not None:
-            message = TOLD.result.gather_result(told, "message to the team")
+            message = REPORT.result.gather_result(reported, "message to the team")
             self._member.medium.send(self._member.team, bytes(message))
-        self.getToldPublisher.publish(told, told.time)
+        self.getReportPublisher.publish(reported, reported.time)
         self._publish()
 
     def drop_client(self, client: str) -> None:
@@ -184,15 +185,15 @@ class TeamI(nao.Team):
                 self._hurry()
 
     def close(self) -> None:
-        """Hear nothing any more, and tell the others, once, that this robot is gone."""
+        """Hear nothing any more, and report the others, once, that this robot is gone."""
         if self._subscription is None or self._member.medium is None:
             return
         self._subscription.close()
         with self._lock:
-            last = msgspec.structs.replace(self._told(), ready=False, claims=[])
-        self._member.medium.send(self._member.team, bytes(TOLD.result.gather_result(last, "last message")))
+            last = msgspec.structs.replace(self._report(), ready=False, claims=[])
+        self._member.medium.send(self._member.team, bytes(REPORT.result.gather_result(last, "last message")))
 
-    def _told(self) -> nao.Teammate:  # with the lock, as all below
+    def _report(self) -> nao.Teammate:  # with the lock, as all below
         now = self._now()
         self._roles.expire(now)
         return msgspec.structs.replace(
@@ -201,7 +202,7 @@ class TeamI(nao.Team):
             ready=self._was_ready,
             placeAge=now - self._placed_at,
             ballAge=now - self._seen_at,
-            claims=self._roles.told(),
+            claims=self._roles.reported(),
         )
 
     def _check_ready(self) -> bool:
@@ -232,7 +233,7 @@ class TeamI(nao.Team):
         """Keep a message, and return nothing, or what is wrong with it."""
         if len(message) > _LARGEST:
             return sentence(f"{len(message)} bytes: at most {_LARGEST} are read")
-        mate = TOLD.result.unpack_result(message, "message")
+        mate = REPORT.result.unpack_result(message, "message")
         assert isinstance(mate, nao.Teammate)
         if mate.name == self._member.name and mate.session == self._member.session:
             return ""  # our own
@@ -260,7 +261,7 @@ class TeamI(nao.Team):
             del self._heard[name]
 
     def _rivals(self, role: str, now: float) -> list[Rival]:
-        """Return the claims of others to a role, of those that are ready and were heard lately."""
+        """Return the claims of others to a role, of those that are ready and were heard recently."""
         return [
             (name, claim)
             for name, heard in self._heard.items()
@@ -278,7 +279,7 @@ class TeamI(nao.Team):
 
 
 def _aged(heard: _Heard, now: float) -> nao.Teammate:
-    """Return what a mate told, as old as it is now."""
+    """Return what a mate reported, as old as it is now."""
     age, mate = now - heard.at, heard.mate
     return msgspec.structs.replace(mate, age=age, placeAge=mate.placeAge + age, ballAge=mate.ballAge + age)
 
@@ -291,9 +292,9 @@ def _fault_of(mate: nao.Teammate) -> str:
     if not re.fullmatch(NAME, mate.name):
         return sentence("its sender has no name")
     if not (all(abs(each) <= _FARTHEST for each in places) and all(each >= 0.0 for each in ages)):
-        return sentence(f"{mate.name} tells of a place that cannot be")
+        return sentence(f"{mate.name} reports a place that cannot be")
     if not all(map(math.isfinite, numbers)):
-        return sentence(f"{mate.name} tells a number that is not finite")
+        return sentence(f"{mate.name} reports a number that is not finite")
     if len(mate.claims) > MOST_ROLES or not all(_ROLE.fullmatch(claim.role) for claim in mate.claims):
         return sentence(f"{mate.name} claims a role that cannot be")
     if len(mate.doing) > MOST_QUOTED or not mate.doing.isprintable():
