@@ -36,9 +36,11 @@ from naoserver.bodies import find_body
 from naoserver.bodies.capabilities import STILL, WalkVelocity
 from naoserver.bodies.nao import H25
 from naoserver.body import Body
+from naoserver_sim.arena import Arena
 from naoserver_sim.model import build_model
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.standing import standing
+from naoserver_sim.world import load_world, side_by_side
 from tests.support.present import present
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from visualhfsm_learning import ENVIRONMENTS
@@ -267,6 +269,46 @@ def print_bodies() -> None:
     )
 
 
+def walking_together(robots: int, body: Body, *, images: bool = False) -> Callable[[], float]:
+    """Return a round of work: robots walk round in one world, perhaps with 10 images a second of each."""
+    clock = VirtualClock()
+    world = side_by_side(load_world("soccer"), robots)
+    arena = Arena(world, clock=clock, noise=True, seed=1, body=body, skin=images)
+    clock.advance(0.5)
+    for robot in arena.robots:
+        present(robot.walker).command(WalkVelocity(0.1, 0.0, 0.3))
+    clock.advance(1.0)
+
+    def work() -> float:
+        begin = time.process_time()
+        for _ in range(SHORT // 10):
+            clock.advance(0.1)
+            for robot in arena.robots:
+                robot.read()
+                if images:
+                    robot.capture("Camera", 320, 240)
+        return time.process_time() - begin
+
+    return work
+
+
+def print_one_world() -> None:
+    """Compare the processor time of a robot in a world of four with that of one in a world of its own."""
+    table = Table("body", "one of four beside one alone", "four, times real time", "with 10 images/s each")
+    for name in ("H25", "T1"):
+        body = find_body(name)
+        alone, four = walking_together(1, body), walking_together(4, body)
+        pairs = [(alone(), four()) for _ in range(TURNS)]
+        seen = walking_together(4, body, images=True)
+        table.add_row(
+            name,
+            f"{statistics.median(together / (4 * one) for one, together in pairs):.2f}",
+            f"{SHORT * 0.01 / statistics.median(together for _, together in pairs):.1f}",
+            f"{SHORT * 0.01 / statistics.median(seen() for _ in range(ROUNDS)):.1f}",
+        )
+    CONSOLE.print("walking robots with noise, by processor time (required: 1.2 at most)", table)
+
+
 def print_picture_rates() -> None:
     table = Table("size", "noise", "images per second of processor time", "median")
     for noise in (False, True):
@@ -376,6 +418,7 @@ def main() -> None:
     seconds = parser.parse_args().seconds
     print_physics()
     print_bodies()
+    print_one_world()
     print_picture_rates()
     print_images()
     print_team(seconds)

@@ -1,4 +1,4 @@
-"""The command `naoserver-sim`: simulate and serve a robot, or several, each in a realm of its own."""
+"""The command `naoserver-sim`: simulate and serve a robot, or several, each in its realm."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Final
 
 import numpy as np
@@ -143,13 +143,16 @@ class ImageSensor:
         bits = 8 - max(0, math.frexp(colors.max() * (255 + _HIGHEST_NOISE) / 255)[1])
         factors = np.tile(np.rint(colors * 2**bits).astype(np.uint16), width)
         begin = np.random.default_rng((self._seed, index, tick)).integers(_POOL - picture.size)
-        pool = _noise_values(self._seed, len(self._cameras), self._noise.white)
-        noise = pool[begin : begin + picture.size].reshape(height, 3 * width)
+        noise = self._pool[begin : begin + picture.size].reshape(height, 3 * width)
         values = np.add(blurred.reshape(noise.shape), noise, dtype=np.int16)
         product = values.clip(0, 255 + _HIGHEST_NOISE, out=values).view(np.uint16)
         product *= factors
         product >>= bits
         return values.clip(0, 255, out=values).astype(np.uint8).reshape(picture.shape)
+
+    @cached_property
+    def _pool(self) -> NDArray[np.int8]:
+        return _noise_values(self._seed, len(self._cameras), self._noise.white)
 
     def _gain(self, camera: str, tick: int, measure: Callable[[NDArray[np.float64]], float]) -> float:
         """Return the gain of the exposure, which follows the brightness of the last two seconds."""

@@ -14,7 +14,7 @@ _ALL: Final = slice(None)
 class Share(NamedTuple):
     """Where a robot is in the arrays of the whole model; by default, everything is its own.
 
-    A robot computes with a model of its own, in which nobody else stands: what it costs does not grow with
+    A robot computes with its own model, in which nobody else stands: what it costs does not grow with
     the others. Its indices there are places in its share, which is contiguous in each array.
     """
 
@@ -33,7 +33,7 @@ ALONE: Final = Share()
 
 
 def share_of(whole: mujoco.MjModel, own: mujoco.MjModel, root: str, prefix: str) -> Share:
-    """Return where the robot of a model of its own is in the whole; `root` is its first link there."""
+    """Return where a robot is in the whole, by its own model; `root` is its first link there."""
     base, there = own.body(root).id, whole.body(prefix + root).id
     free, free_there = own.body_jntadr[base], whole.body_jntadr[there]
 

@@ -11,9 +11,9 @@ from naoserver.bodies.capabilities import Truth, Vector
 from naoserver.body import Body
 from naoserver.errors import InvalidCommand
 from naoserver_sim._simulator import Physics, RunningPhysics
+from naoserver_sim._together import Placed, stand_together
 from naoserver_sim.cameras import CameraLimits
 from naoserver_sim.robot import ArenaRobot, seeded
-from naoserver_sim.together import Placed, stand_together
 from naoserver_sim.world import World, side_by_side
 from zenoh_ice import VirtualClock
 

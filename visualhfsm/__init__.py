@@ -78,6 +78,7 @@ if TYPE_CHECKING:
     from ._document.problems import Problem as Problem
     from ._document.problems import Proof as Proof
     from ._document.problems import StepView as StepView
+    from ._document.reasons import Reason as Reason
     from .project._code_help.protocol import Completion as Completion
     from .project._code_help.protocol import Completions as Completions
     from .project._code_help.protocol import Explanation as Explanation
@@ -98,7 +99,6 @@ if TYPE_CHECKING:
     from .project._editing.shelf import ReadyState as ReadyState
     from .project._project import Entry as Entry
     from .project._project import Project as Project
-    from .project._verdict import Reason as Reason
     from .project._verdict import Verdict as Verdict
     from .project._version import Version as Version
 

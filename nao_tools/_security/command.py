@@ -52,7 +52,7 @@ def init(
         typer.Option(
             min=1,
             max=_LAST_PORT,
-            help="Port of the router for all but students, which a firewall keeps from others. "
+            help="Port of the router for all but students and agents, which a firewall keeps from them. "
             "[default: the next one]",
             show_default=False,
         ),

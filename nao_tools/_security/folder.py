@@ -37,7 +37,8 @@ _ROUTER: Final = "router"
 _ANYWHERE: Final = "0.0.0.0"  # noqa: S104 - other machines must reach the router
 
 _STUDENT: Final = "student"
-_CLIENT_ROLES: Final = ("robot", "operator", "gateway", _STUDENT)  # with which the file of a router begins
+_GUESTS: Final = (_STUDENT, "agent")  # whom a firewall keeps from the endpoint of the others
+_CLIENT_ROLES: Final = ("robot", "operator", "gateway", *_GUESTS)  # with which the file of a router begins
 
 _ROUTER_FILE: Final = """\
 # Settings of the router: nao router --config router.toml
@@ -79,6 +80,11 @@ ros_call = ["/**/emergency_stop"]
 ros_read = ["**"]
 liveliness = false
 
+# It reads, stops the robot, and its behaviors can be watched: add what they may move, such as "Head.*".
+[security.roles.agent]
+call = ["*.get*", "*.explain", "Safety.emergencyStop"]
+serve = ["Hfsm.*"]
+
 # The role of each certificate, by its common name; "*" is every accepted user.
 [security.users]
 {users}"""
@@ -119,9 +125,9 @@ class SecurityFolder:
         """Make everything for a router, a robot and its users; return the files of settings.
 
         `hosts` are the names and addresses by which others reach the router; they connect to the first.
-        All but students use `operator_port`, an endpoint that a firewall can keep for them; by default the
-        same as everybody. Raises ConfigurationException for an invalid realm, SecurityFilesError for an
-        invalid host.
+        All but students and agents use `operator_port`, an endpoint that a firewall can keep for them; by
+        default the same as everybody. Raises ConfigurationException for an invalid realm, SecurityFilesError
+        for an invalid host.
         """
         Settings(realm=realm)
         if (self.path / "authority.key").exists():
@@ -133,7 +139,7 @@ class SecurityFolder:
         files = _pem(_AUTHORITY, authority.certificate, authority.key)
         files |= _pem(_ROUTER, *authority.issue(_ROUTER, [*hosts, *_LOCAL_HOSTS], valid))
         users = "".join(_user_line(role, role) for role in _CLIENT_ROLES)
-        ports = dict.fromkeys(_CLIENT_ROLES, operator_port or port) | {_STUDENT: port}
+        ports = dict.fromkeys(_CLIENT_ROLES, operator_port or port) | dict.fromkeys(_GUESTS, port)
         here = _in_brackets(_listening_host(hosts))
         listen = [json.dumps(f"tls/{here}:{each}") for each in sorted({*ports.values()})]
         files["router.toml"] = _ROUTER_FILE.format(

@@ -1,6 +1,9 @@
 """Setpoints."""
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import pytest
 
@@ -25,6 +28,17 @@ from naoserver.protocol.robot import LIMP, JointReading
 
 WHILE = 0.3
 """Robot seconds after which a command has certainly taken effect."""
+
+
+class Look(NamedTuple):
+    """A setpoint, and between which robot times it was there.
+
+    What a reading measured may be older than its setpoints, which are those of now, and so may be its time.
+    """
+
+    earliest: float
+    latest: float
+    setpoint: float
 
 
 @dataclass
@@ -69,8 +83,23 @@ class Moved:
             f"{self.name} is as stiff as commanded, {stiffness:g}, after 0.1 s",
         )
 
-    def arrives(self, target: float, promise: str) -> list[JointReading]:
-        return self.nao.readings(lambda reading: abs(self.setpoint(reading) - target) < 1e-3, promise)
+    def look(self) -> Look:
+        reading = self.robot.read()
+        return Look(reading.time, self.robot.clock.now(), self.setpoint(reading))
+
+    def course(self, done: Callable[[float], object], promise: str) -> list[Look]:
+        """Return looks at its setpoint from now to the first that is `done`."""
+        seen = []
+
+        def seen_to_be_done() -> object:
+            seen.append(self.look())
+            return done(seen[-1].setpoint)
+
+        self.nao.until(seen_to_be_done, promise)
+        return seen
+
+    def arrives(self, target: float, promise: str) -> list[Look]:
+        return self.course(lambda setpoint: abs(setpoint - target) < 1e-3, promise)
 
     def drift(self, seconds: float) -> float:
         """Return how far its setpoint moves within some robot seconds, once a command has taken effect."""
@@ -78,12 +107,14 @@ class Moved:
         setpoints = [self.setpoint(reading) for reading in self.nao.watched(seconds)]
         return max(setpoints) - min(setpoints)
 
-    def ahead(self, readings: list[JointReading], speed: float) -> float:
-        """Return by how much its setpoint was ahead of a speed, between any two readings."""
+    def ahead(self, looks: list[Look], speed: float) -> float:
+        """Return by how much its setpoint was ahead of a speed, between any two looks."""
         most = 0.0
         for sign in (1.0, -1.0):
-            gains = [sign * self.setpoint(reading) - speed * reading.time for reading in readings]
-            most = max(most, *(gain - min(gains[: at + 1]) for at, gain in enumerate(gains)))
+            least = math.inf
+            for look in looks:
+                least = min(least, sign * look.setpoint - speed * look.earliest)
+                most = max(most, sign * look.setpoint - speed * look.latest - least)
         return most
 
 
@@ -101,7 +132,7 @@ def moved(rest: RobotClient) -> Moved:
 @needs(JOINT)
 def test_a_position_command_moves_the_setpoint_no_faster_than_given(moved: Moved) -> None:
     """A position command moves the setpoint to its target at no more than the given speed."""
-    before = moved.robot.read()
+    before = moved.look()
     moved.go(moved.target, moved.speed)
     seen = moved.arrives(moved.target, f"the setpoint of {moved.name} comes to its target {moved.target:.3g}")
     ahead = moved.ahead([before, *seen], moved.speed)
@@ -120,8 +151,8 @@ def test_a_velocity_command_moves_the_setpoint_until_the_next(moved: Moved) -> N
     way = moved.target - moved.start
     velocity = way / 0.8
     moved.drive(velocity)
-    seen = moved.nao.readings(
-        lambda reading: (moved.setpoint(reading) - moved.start) / way > 0.5,
+    seen = moved.course(
+        lambda setpoint: (setpoint - moved.start) / way > 0.5,
         f"the setpoint of {moved.name} moves at the commanded velocity {velocity:.3g}/s",
     )
     moved.drive(0.0)

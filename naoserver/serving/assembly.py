@@ -110,7 +110,7 @@ class Assembly:
         if robot.senses is not None:
             self._add_senses(robot.senses)
         if robot.stage is not None:
-            scene = sensors.SceneI(robot.stage, self.gate, self._end_motion, self.hearing.hear)
+            scene = sensors.SceneI(robot.stage, self.gate, self.end_motion, self.hearing.hear)
             self._add(GroundTruth=sensors.GroundTruthI(robot.stage), Scene=scene)
         if robot.stage is not None or hears:
             ears = HearingI(time)
@@ -267,7 +267,7 @@ class Assembly:
             self._add(Postures=postures)
         return postures
 
-    def _end_motion(self) -> None:
+    def end_motion(self) -> None:
         """End all motion of a robot that is put elsewhere, and forget where its joints were to be."""
         self.body.hold()
         for joint in self.body.joints:

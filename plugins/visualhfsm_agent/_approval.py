@@ -21,6 +21,14 @@ _VALID: Final = 300.0
 """Seconds for which leave lasts, and a question is shown."""
 
 
+def folder_in(root: Path) -> Path:
+    """Return our folder in a project. Raises AgentError if it leads elsewhere."""
+    folder = root / FOLDER
+    if folder.is_symlink():
+        raise AgentError.because("{folder} is a link: delete it", folder=FOLDER)
+    return folder
+
+
 class Asked(msgspec.Struct, frozen=True):
     """What an agent asks for: a document by its digest and its path, and the longest run in s."""
 
@@ -43,8 +51,8 @@ class Approvals:
     """The files of a project."""
 
     def __init__(self, root: Path) -> None:
-        self._asked = root / FOLDER / "asked.json"
-        self._answered = root / FOLDER / "answered.json"
+        self._asked = folder_in(root) / "asked.json"
+        self._answered = folder_in(root) / "answered.json"
 
     def require(self, digest: str, path: str, seconds: float) -> None:
         """Return once for each leave of a person. Raises AgentError while there is none, and asks for it."""

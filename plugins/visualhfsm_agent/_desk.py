@@ -14,18 +14,17 @@ from typing import Any, Final, Literal
 import msgspec
 
 import interfaces
-from codegen.diagnostics import Severity
 from interfaces.hfsm import HfsmMonitorPrx
 from interfaces.jderobot import CameraPrx
 from interfaces.nao import SafetyPrx
-from visualhfsm import OpenDocument, Project, Verdict, VisualHfsmError, decode_command
-from visualhfsm.plugins import MONITOR_PREFIX, digest_of, find_documents
+from visualhfsm import OpenDocument, Project, Verdict, decode_command
+from visualhfsm.plugins import MONITOR_PREFIX, digest_of, find_documents, summary
 from visualhfsm.trials import Outcome, make_archive, plan_of, run_trials
 from zenoh_ice import Communicator, Settings, initialize
 from zenoh_ice.data import typed
 
 from . import _simulation
-from ._approval import FOLDER, Approvals
+from ._approval import Approvals, folder_in
 from ._limits import AgentError, read_limits
 from ._run import Prepared, Run
 from ._simulation import png_of
@@ -37,6 +36,8 @@ _MOST_COMMANDS: Final = 500
 _LARGEST: Final = 1 << 20
 """Most characters of the commands of a step."""
 
+AUTHOR: Final = "agent"
+"""Its name in *Undo* of a page."""
 PNG: Final = "png"
 """The field of an answer that has a picture, in base 64."""
 
@@ -51,7 +52,8 @@ class Desk:
         self._patience = patience
         """Wall time that a run in virtual time may take, in s, and as long the tests."""
         self._settings = settings
-        self._project = Project(self._root, journals=self._root / FOLDER / "journals")
+        journals = folder_in(self._root) / "journals"
+        self._project = Project(self._root, journals=journals, author=AUTHOR)
         self._lock = threading.RLock()
         self._verdicts: dict[Path, Verdict] = {}
         self._steps: dict[Path, list[int]] = {}
@@ -170,20 +172,11 @@ class Desk:
         with self._lock:
             document, file = self._open(path), self._file(path)
             self._verdicts.pop(file, None)
-            try:
-                with Prepared(make_archive(file)) as prepared:
-                    found = document.verdict(seconds=_within(seconds), patience=self._patience)
-            except AgentError:
-                raise
-            except VisualHfsmError:  # it has no component
-                if not document.check(again=True).counts.get(Severity.ERROR):
-                    raise
-                found = document.verdict()  # which runs nothing
-            else:
-                if found.digest != prepared.digest:
-                    raise AgentError.because("files changed meanwhile: ask again")
+            found = document.verdict(
+                seconds=_within(seconds), patience=self._patience, allow=lambda it: Prepared(it).close()
+            )
             self._verdicts[file] = found
-        return {"ready": found.ready, "tests": found.tests, "data": msgspec.to_builtins(found)}
+        return {"ready": found.ready, "tests": found.tests, "data": msgspec.to_builtins(found, enc_hook=str)}
 
     def simulate(
         self,
@@ -233,8 +226,10 @@ class Desk:
                 raise AgentError.because("a behavior runs already: stop it first")
             file, limits = self._file(path), read_limits(self._root)
             found = self._verdicts.get(file)
-            if found is None or not found.ready:
+            if found is None:
                 raise AgentError.because("it has no verdict that says ready: ask for one")
+            if not found.ready:
+                raise AgentError.because("it is not ready: {message}", message=summary(found.reasons))
             archive = make_archive(file)
             if found.digest != digest_of(archive):
                 del self._verdicts[file]
@@ -285,11 +280,12 @@ class Desk:
         return self._project.file(path)
 
     def _open(self, path: str, *, make: bool = False) -> OpenDocument:
-        """Return a document as its file is now."""
+        """Return a document as its file is now. Raises AgentError for one that cannot be read any more."""
         if make and not self._file(path).exists():
             return self._project.new()
         document = self._project.open(path)
-        document.refresh()
+        if document.refresh() != "same":
+            raise AgentError.because("the file has changed, and is no document now, or gone")
         return document
 
     def _realm(self) -> Communicator:

@@ -12,6 +12,7 @@ from codegen.hfsm import read_document
 from tests.support.browser import EditorPage, editor_page, saved
 from tests.support.editor import editor
 from tests.support.limits import FOREVER
+from tests.support.monitor import comes_true
 
 LEAST_MOVE = 3.0  # pixels
 COUNT_CHANGES = """() => {
@@ -231,7 +232,7 @@ def test_copies_carry_their_sub_tree_into_another_automaton_and_editor_and_broke
     shown.page.context.grant_permissions(["clipboard-read", "clipboard-write"])
     shown.state("followBall").click()
     shown.press("Control+c")
-    shown.page.wait_for_function("async () => (await navigator.clipboard.readText()) === 'followBall'")
+    comes_true(shown, "async () => (await navigator.clipboard.readText()) === 'followBall'")
     shown.press("F2")  # in a field it is the name
     name = shown.page.locator("hfsm-canvas input")
     name.fill("")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shutil
 import struct
@@ -16,8 +17,10 @@ from playwright.sync_api import Locator, WebSocketRoute, expect
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import parse_document
 from tests.support.browser import EditorPage
+from tests.support.limits import PAGE_LIMIT
 from tests.support.panels import DOCUMENT as PANELS_DOCUMENT
 from tests.support.plugins import OLD_DOCUMENTS
+from tests.support.waiting import until
 from visualhfsm._drawing.svg import svg
 
 SPANISH = """<VisualHFSM><SubAutomata><idSub>1</idSub><Estado estado_inicial="true"><id>1</id><nombre>uno</nombre>
@@ -478,6 +481,45 @@ def test_python_draws_what_the_page_exports(shown: EditorPage) -> None:
         page = picture_parts(ElementTree.fromstring(text))
         ours = picture_parts(ElementTree.fromstring(svg(document, automaton.id, component="drawn")))
         assert page == ours
+    shown.page.evaluate("dispatchEvent(new Event('afterprint'))")
+
+
+def test_imported_automata_that_come_late_are_printed(shown: EditorPage) -> None:
+    asked: set[int] = set()
+    late: list[Callable[[], None]] = []
+
+    def hold_imports(route: WebSocketRoute) -> None:
+        server = route.connect_to_server()
+
+        def ask(message: str | bytes) -> None:
+            request = json.loads(message)
+            if request["op"] == "imported":
+                asked.add(request["id"])
+            server.send(message)
+
+        def answer(message: str | bytes) -> None:
+            if json.loads(message).get("re") in asked:
+                late.append(partial(route.send, message))
+            else:
+                route.send(message)
+
+        route.on_message(ask)
+        server.on_message(answer)
+
+    open_file(shown, "dance_and_follow.xml")
+    shown.expect_states("followBall", "dance")
+    shown.page.route_web_socket("**/ws", hold_imports)
+    shown.page.reload()
+    shown.spent = True  # its connections pass through the test
+    shown.expect_states("followBall", "dance")
+    shown.page.evaluate("window.print = () => {}")
+    shown.press("Control+e")
+    shown.page.get_by_role("button", name="The whole behavior").click()
+    expect(shown.page.get_by_role("dialog", name="Export")).to_have_count(0)
+    until(lambda: shown.page.evaluate("1") and late, PAGE_LIMIT)  # messages come while the page is talked to
+    while late:
+        late.pop(0)()
+    expect(shown.page.locator("body > .pages section figure svg")).to_have_count(5)
     shown.page.evaluate("dispatchEvent(new Event('afterprint'))")
 
 

@@ -27,12 +27,14 @@ from tests.support.monitor import (
     run,
     status,
 )
-from tests.support.robot_server import eventually
+from tests.support.robot_server import clock_at, eventually
 from zenoh_ice import RobotClock, Settings
 
 SEVERAL_FRAMES = """async () => {
     for (let frame = 0; frame < 4; frame++) await new Promise(requestAnimationFrame);
 }"""
+SLOW = 0.05
+"""Robot seconds in a second of the wall: a tone, of 10 s at most, lasts while a busy machine draws the page."""
 IS_DRAWN = "() => document.querySelector('hfsm-robot-view')?.drawing?.body?.torso.visible"
 
 
@@ -186,7 +188,7 @@ def test_what_the_robot_says_and_plays_is_seen_and_heard_if_somebody_wants_to(
     browser: Browser, tmp_path: Path
 ) -> None:
     with (
-        robot_and_editor(tmp_path / "walk.xml") as (robot, running),
+        robot_and_editor(tmp_path / "walk.xml", nao=FakeRobot(clock_at(SLOW))) as (robot, running),
         monitor_page(browser, running) as shown,
         robot.client() as client,
     ):
@@ -306,7 +308,7 @@ def test_the_caption_is_read_on_a_phone_by_users_and_viewers_and_in_forced_color
     browser: Browser, tmp_path: Path
 ) -> None:
     with (
-        robot_and_editor(tmp_path / "walk.xml") as (robot, running),
+        robot_and_editor(tmp_path / "walk.xml", nao=FakeRobot(clock_at(SLOW))) as (robot, running),
         monitor_page(browser, running) as shown,
         robot.client() as client,
         contextlib.closing(new_context(browser, "es")) as context,

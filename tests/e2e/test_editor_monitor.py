@@ -362,7 +362,7 @@ def test_errors_of_a_start_and_of_a_run_lead_to_their_code(shown: EditorPage) ->
     expect(code).to_be_focused()
     shown.insert("if x y")
     shown.press("F5")
-    notice(shown, "nothing was generated")
+    notice(shown, "it is not ready: walk.xml:")
     expect(shown.page.get_by_role("tab", name="Problems")).to_have_attribute("aria-selected", "true")
     expect(shown.page.get_by_role("button", name=re.compile("^error: .*invalid syntax"))).to_be_focused()
 

@@ -217,6 +217,7 @@ def test_a_frame_moves_its_states_and_nothing_else(shown: EditorPage) -> None:
     shown.expect_at("followBall", (inside[0] + 40, inside[1] + 60))
     shown.expect_at("dance", outside)
     shown.press("Delete")
+    expect(frame).to_have_count(0)
     shown.expect_states("followBall", "dance")
 
 

@@ -223,6 +223,7 @@ def test_lines_that_tests_passed_are_marked_beside_the_code(
         expect(code).to_be_focused()
         expect(page.locator(".cm-activeLine")).to_contain_text("1 / self.patience")
         marks = page.locator(".cm-tested")
+        expect(marks).to_have_count(5)
         assert [each.get_attribute("title") for each in marks.all()] == [
             PASSED,
             PASSED,

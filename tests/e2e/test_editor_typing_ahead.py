@@ -123,9 +123,23 @@ def test_who_waits_long_is_told_and_goes_on_with_escape(shown: EditorPage) -> No
     expect(said(shown, "This takes long to load.")).to_be_visible()
     shown.press("Control+a", "Delete")
     shown.expect_states("wait", "go")
-    shown.press("Escape", "Control+a", "Delete")
+    shown.press("Escape")
+    expect(said(shown, "This takes long to load.")).to_have_count(0)
+    shown.press("Control+a", "Delete")
     shown.expect_states()
     asked.continue_()
+
+
+def test_that_it_takes_long_is_said_until_it_is_loaded(shown: EditorPage) -> None:
+    shown.spent = True
+    shown.page.clock.install()
+    shown.state("wait").locator(".body").click()
+    asked = shown.held(EDITOR, lambda: shown.press("Shift+Enter"))
+    shown.page.clock.fast_forward(3_000)
+    expect(said(shown, "This takes long to load.")).to_be_visible()
+    asked.continue_()
+    expect(field(shown, "Code of the state wait")).to_be_focused()
+    expect(said(shown, "This takes long to load.")).to_have_count(0)
 
 
 def test_on_tabs_and_radios_keys_wait_for_the_code_that_they_open(browser: Browser, running: Editor) -> None:

@@ -184,9 +184,10 @@ def ports(processes: list[psutil.Process]) -> set[int]:
 
 def sockets(processes: list[psutil.Process]) -> set[Path]:
     """Return the Unix sockets in folders that processes have; those in /proc are deleted, and have no place."""
-    files = {
-        str(file.readlink()) for process in processes for file in Path(f"/proc/{process.pid}/fd").iterdir()
-    }
+    files = set()
+    for file in (each for process in processes for each in Path(f"/proc/{process.pid}/fd").iterdir()):
+        with contextlib.suppress(FileNotFoundError):  # closed since it was listed
+            files.add(str(file.readlink()))
     lines = (line.split(maxsplit=7) for line in Path("/proc/net/unix").read_text("utf-8").splitlines())
     return {  # psutil finds none whose path has spaces
         Path(words[7])

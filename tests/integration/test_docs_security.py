@@ -47,7 +47,7 @@ def test_the_five_commands(tmp_path: Path) -> None:
     listen = [word for each in (port, operator_port) for word in ("--listen", f"tls/127.0.0.1:{each}")]
     with ComponentProcess(module([*router, *listen])) as routing:
         routing.wait_for(
-            "listens on tls/.*; each may do what the roles robot, operator, gateway, student grant"
+            "listens on tls/.*; each may do what the roles robot, operator, gateway, student, agent grant"
         )
         settings = load_settings(robot[-1], defaults={"clock": "wall"})
         with closing(FakeRobot()) as fake, initialize(settings) as communicator:

@@ -9,6 +9,7 @@ import pytest
 from tests.support.documents import document, state, sub
 from tests.support.editor import Refused, editor
 from visualhfsm import Project
+from visualhfsm._document.reasons import summary
 
 pytestmark = pytest.mark.slow
 
@@ -22,10 +23,11 @@ def test_the_first_reason_is_that_of_the_project_and_what_is_not_saved_is_refuse
         (reason,) = project.open(path).verdict().reasons
     with editor(tmp_path, path) as running, running.window("es") as spanish, running.window() as english:
         found = english.ask("judge", tab=1)
-        assert (found["ready"], found["found"], found["message"]) == (False, "run", reason.message)
+        assert (found["ready"], found["found"], found["message"]) == (False, "run", summary([reason]))
         assert (found["place"], found["reasons"]) == (GO, 1)
-        assert spanish.ask("judge", tab=1)["message"].startswith(
-            "una ejecución en tiempo virtual ha fallado: "
+        assert (
+            "moves.xml:3: una ejecución en tiempo virtual ha fallado: "
+            in spanish.ask("judge", tab=1)["message"]
         )
         english.ask("do", tab=1, command={"command": "setText", "place": GO, "text": ""})
         with pytest.raises(Refused, match="it has changes that are not saved; save it first"):

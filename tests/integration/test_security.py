@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, closing, suppress
+from contextlib import ExitStack, closing, nullcontext, suppress
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from queue import SimpleQueue
@@ -31,7 +31,7 @@ from zenoh_ice.data.exceptions import (
     TimeoutException,
 )
 from zenoh_ice.data.keys import client_token
-from zenoh_ice.settings import Settings
+from zenoh_ice.settings import Settings, load_settings
 from zenoh_ice.threads.limits import Limits
 
 
@@ -128,6 +128,38 @@ def test_a_student_reads_and_does_not_move(keys: Keys, head: HeadI, open_with: O
     operator = proxy(open_with(keys.settings("operator")))
     operator.setPose(0.5, 0.1, 0.5)
     assert head.moved == [(0.5, 0.1)]
+
+
+def test_an_agent_reads_and_is_watched_and_moves_what_a_person_adds_alone(
+    own_keys: Keys, open_with: Open
+) -> None:
+    file = own_keys.folder / "router.toml"
+    given = load_settings(file, environment={}).security.roles["agent"]
+    for more in ((), ("Head.setPose",)):
+        roles = {
+            "robot": {"serve": ["**"]},
+            "operator": {"call": ["**"]},
+            "agent": {"call": [*given.call, *more], "serve": [*given.serve]},
+        }
+        users = {name: name for name in roles}
+        with routing(own_keys.settings("router", security={"roles": roles, "users": users})):
+            servant = HeadI()
+            robot, operator, agent = (
+                open_with(own_keys.settings(who)) for who in ("robot", "operator", "agent")
+            )
+            serve(robot, servant, "Head")
+            assert proxy(agent).getPose().pan == 0.25
+            with nullcontext() if more else pytest.raises(AccessDeniedException, match="setPose"):
+                proxy(agent).setPose(0.5, 0.1, 0.5)
+            with pytest.raises(AccessDeniedException, match="stop"):
+                proxy(agent).stop()
+            assert servant.moved == ([(0.5, 0.1)] if more else [])
+            serve(agent, HeadI(), "Hfsm.look")
+            serve(agent, HeadI(), "Spare")
+            assert proxy(operator, "Hfsm.look").getPose().pan == 0.25
+            assert "Spare" not in operator.identities()
+            for each in (agent, operator, robot):
+                each.destroy()
 
 
 def test_a_user_who_declares_and_ends_tokens_of_another_does_not_end_that_one(

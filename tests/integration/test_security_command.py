@@ -44,11 +44,13 @@ def test_files_fit_together(folder: Path) -> None:
         "lab",
         ("tls/0.0.0.0:7001", "tls/0.0.0.0:7002"),
     )
-    assert router.security.users == {name: name for name in ("robot", "operator", "gateway", "student")}
+    assert router.security.users == {
+        name: name for name in ("robot", "operator", "gateway", "student", "agent")
+    }
     assert check_security(router) == []
     for name in router.security.users:
         settings = load_settings(folder / f"{name}.toml", environment={})
-        port = 7001 if name == "student" else 7002
+        port = 7001 if name in {"student", "agent"} else 7002
         connect = (f"tls/robot.lab:{port}",)
         assert (settings.mode, settings.realm, settings.connect) == ("client", "lab", connect)
         assert settings.listen == ()
@@ -75,10 +77,15 @@ def test_the_port_of_the_operator_can_be_chosen(tmp_path: Path) -> None:
     security("init", tmp_path, "--host", "robot.lab", "--port", 9000, "--operator-port", 8000)
     connects = {
         name: load_settings(tmp_path / f"{name}.toml", environment={}).connect
-        for name in ("robot", "operator", "gateway", "student")
+        for name in ("robot", "operator", "gateway", "student", "agent")
     }
-    own = ("tls/robot.lab:8000",)
-    assert connects == {"robot": own, "operator": own, "gateway": own, "student": ("tls/robot.lab:9000",)}
+    own, guests = ("tls/robot.lab:8000",), ("tls/robot.lab:9000",)
+    assert connects == {
+        "robot": own,
+        "operator": own,
+        "gateway": own,
+        **dict.fromkeys(("student", "agent"), guests),
+    }
 
 
 def test_the_router_is_known_by_every_name_that_it_has(folder: Path) -> None:
@@ -89,7 +96,8 @@ def test_the_router_is_known_by_every_name_that_it_has(folder: Path) -> None:
 def test_nobody_else_reads_keys(folder: Path) -> None:
     modes = {file.name: stat.S_IMODE(file.stat().st_mode) for file in folder.glob("*.key")}
     assert modes == dict.fromkeys(
-        [f"{n}.key" for n in ("authority", "router", "robot", "operator", "gateway", "student")], 0o600
+        [f"{n}.key" for n in ("authority", "router", "robot", "operator", "gateway", "student", "agent")],
+        0o600,
     )
 
 
@@ -119,7 +127,7 @@ def test_a_certificate_is_issued_again_for_the_same_names(folder: Path) -> None:
     [
         (
             ["add", "FOLDER", "ann", "--role", "teacher"],
-            "no role 'teacher'; there is robot, operator, gateway, student",
+            "no role 'teacher'; there is robot, operator, gateway, student, agent",
         ),
         (["add", "FOLDER", "student", "--role", "student"], "'student' is a user already"),
         (["add", "FOLDER", "../ann", "--role", "student"], "'../ann' is not a valid name"),

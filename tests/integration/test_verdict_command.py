@@ -46,7 +46,7 @@ def test_all_documents_of_a_folder_are_judged_and_one_that_is_not_ready_is_an_er
         "  1. bad.xml:5: a run in virtual time failed: the code of bad raised ValueError: no (go)",
         *(line for line in done.stdout.splitlines() if line.startswith("       ")),
         "     > see it in a dry run: visualhfsm edit bad.xml",
-        "  warning: bad.xml:4: the variable `x` is never read (code of go)",
+        "  warning: bad.xml:4: the variable `x` is never read [W521] (code of go)",
         "good.xml: ready: ran 1 s, 0 proved, 0 tests",
     ]
     assert run_here(app, "visualhfsm", "verdict", "good.xml", "--seconds", "1", cwd=folder).returncode == 0

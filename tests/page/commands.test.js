@@ -72,3 +72,19 @@ test("an error of a panel during a step is reported, and the next step is taken"
   page.tab = 0;
   assert.ok(!canStep("undo"));
 });
+
+test("what is typed is undone before the server has it", async () => {
+  socket.push({push: "document", tab: TAB, revision: 3, undo: [], redo: [], dirty: false, changed: []});
+  assert.ok(!canStep("undo"));
+  store.unsaved.set("code", {tab: TAB, typed: true, text: "x"});
+  assert.ok(canStep("undo"));
+  assert.ok(!canStep("redo"));
+  const done = step("undo", () => true);
+  await answer();
+  await done;
+  assert.deepEqual(
+    socket.sent.map(({op}) => op),
+    ["undo"],
+  );
+  store.unsaved.clear();
+});

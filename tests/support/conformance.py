@@ -45,8 +45,6 @@ __all__ = [
 
 SPEED: Final = 4.0
 """Robot seconds in a second of the wall: a robot moves as fast as the processor can follow, also beside others."""
-OVER_NAOQI: Final = 3.0
-"""The same of a robot with NAOqi, whose every message takes its time."""
 PATIENT: Final = ServerOptions(safety=SafetyOptions(velocity_timeout=FOREVER))
 """For tests in which a velocity must last."""
 
@@ -87,7 +85,8 @@ def fake_as_naoqi(body: Body = H25, speed: float = 1.0) -> Iterator[str]:
 def naoqi(body: Body = H25) -> Iterator[Robot]:
     """Make a robot over NAOqi: the robot without physics behind the services of NAOqi, over libqi.
 
-    It is polled less often than a real one: most of the work would be polls.
+    It is polled less often than a real one: most of the work would be polls. Its time is the wall's: within what its
+    contract says, orders and reports pass through threads and sockets.
     """
     pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualhfsm[naoqi]'")
     from naoserver.hardware.connection import HardwareLimits
@@ -95,10 +94,9 @@ def naoqi(body: Body = H25) -> Iterator[Robot]:
     from naoserver.naoqi._robot import NaoqiRobot
     from tests.support.naoqi import connect_patiently
 
-    with fake_as_naoqi(body, OVER_NAOQI) as url:
+    with fake_as_naoqi(body) as url:
         address, limits = RobotAddress.parse(url), HardwareLimits(period=0.05)
-        clock = clock_at(OVER_NAOQI)
-        yield NaoqiRobot(lambda _: connect_patiently(address), body=body, clock=clock, limits=limits)
+        yield NaoqiRobot(lambda _: connect_patiently(address), body=body, limits=limits)
 
 
 BODIES: Final = (H25, H21, *(find_body(name) for name in ("T1", "G1", "Cart")))

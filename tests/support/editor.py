@@ -90,6 +90,9 @@ class NoPart:
         raise VisualHfsmError(Message("the samples are not available"))
         yield
 
+    def prepare(self) -> None:
+        """Do nothing: nothing will start."""
+
     def announce_stop(self, by: Stopper | None = None) -> None:
         """Do nothing: nothing runs."""
 

@@ -124,8 +124,9 @@ def _fake(body: Body) -> Robot:
 
 def _simulated(body: Body) -> Robot:
     from naoserver_sim.robot import SimulatedRobot
+    from tests.support.camera_limits import PATIENT_CAMERAS
 
-    return SimulatedRobot(speed=SPEED, skin=False, body=body)
+    return SimulatedRobot(speed=SPEED, skin=False, body=body, camera_limits=PATIENT_CAMERAS)
 
 
 fake_arm, fake_head, fake_wheels = (partial(_fake, body) for body in SMALL)

@@ -26,16 +26,17 @@ STATIC: Final = Path(__file__).parents[1] / "_editor" / "static"
 LIBRARIES: Final = ("codemirror", "dagre", "lit", "three", "uplot")
 """Libraries that the page imports by name; each is a file in vendor/."""
 
+_PAGE: Final = "visualhfsm/"
 _UNWRITABLE: Final = "{path}: the page cannot be written: {reason}"
 _IMPORT: Final = re.compile(
     r"""^\s*(?:import|export)\s(?:[^"';]*?\sfrom\s)?\s*["'](?P<name>[^"']+)["']""", re.MULTILINE
 )
 
 
-def html_file(title: str, entry: str, styles: Sequence[str], data: bytes) -> str:
+def html_file(title: str, entry: str | Path, styles: Sequence[str | Path], data: bytes) -> str:
     """Return a file that shows some data: `entry` is the module that finds them in the element `data`.
 
-    `styles` are style sheets of the page, in their order.
+    `styles` are style sheets of the page, in their order. Those of a plug-in are given by their files.
     """
     nonce = secrets.token_urlsafe(16)
     policy = "; ".join(
@@ -49,7 +50,8 @@ def html_file(title: str, entry: str, styles: Sequence[str], data: bytes) -> str
         ]
     )
     modules = {name: _data_url(text) for name, text in imported_modules(entry).items()}
-    sheets = "\n".join((STATIC / f"{name}.css").read_text("utf-8") for name in styles)
+    files = (name if isinstance(name, Path) else STATIC / f"{name}.css" for name in styles)
+    sheets = "\n".join(file.read_text("utf-8") for file in files)
     forced = (STATIC / "styles/forced-colors.css").read_text("utf-8")
     packed = base64.b64encode(gzip.compress(data, 6, mtime=0)).decode()
     languages = texts_by_language()
@@ -71,7 +73,7 @@ def html_file(title: str, entry: str, styles: Sequence[str], data: bytes) -> str
 <noscript>This page is shown by a script, but this browser does not allow scripts.</noscript>
 {texts}
 <script type="text/plain" id="data">{packed}</script>
-<script nonce="{nonce}" type="module">import "{entry}";</script>
+<script nonce="{nonce}" type="module">import "{next(iter(modules))}";</script>
 </body>
 </html>
 """
@@ -98,22 +100,26 @@ def write_html(path: Path, text: str) -> int:
     return len(text.encode())
 
 
-def imported_modules(entry: str, directory: Path = STATIC) -> dict[str, str]:
+def imported_modules(entry: str | Path, directory: Path = STATIC) -> dict[str, str]:
     """Return a module of the page and all that it imports when it is loaded: their text by name.
+
+    That of a plug-in, given by its file, imports those of the page as `visualhfsm/NAME`.
 
     The names are paths below `directory`; libraries have the names by which they are imported. The imports in
     the texts are by these names, too.
     """
     found: dict[str, str] = {}
-    waiting = [entry]
+    waiting = [entry if isinstance(entry, str) else entry.name]
     while waiting:
         name = waiting.pop(0)
         path = directory / (f"vendor/{name}.js" if name in LIBRARIES else name)
+        if not found and isinstance(entry, Path):
+            path = entry
         if name in found or not path.is_file():
             continue
 
         def named(match: re.Match[str], folder: str = posixpath.dirname(name)) -> str:
-            target = match["name"]
+            target = match["name"].removeprefix(_PAGE)
             if target.startswith("."):
                 target = posixpath.normpath(posixpath.join(folder, target))
                 if target.startswith("../"):

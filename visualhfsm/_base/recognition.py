@@ -14,12 +14,14 @@ from codegen.messages import Message, joined
 from codegen.reasons import known_text
 from visualhfsm._base.languages import sentences
 
-__all__ = ["recognized", "recognized_sentences"]
+__all__ = ["reason_of", "recognized", "recognized_sentences"]
 
 _BETWEEN: Final = re.compile(r"(?<=\.) (?=[^\W\d])")
 """Where one sentence follows another."""
 _MEMBERS: Final = re.compile(r"(.+) (\(\w+='[^']*'\))", re.DOTALL)
 """The text of an interface's exception, with its other members."""
+_PLACED: Final = re.compile(r"(?P<place>[^:\n]+:\d+): (?:BehaviorFailed: )?(?P<reason>.+)", re.DOTALL)
+_SENTENCE: Final = re.compile(r"(?P<what>.+?): (?P<where>at [\d.]+ s the behavior .+)\s*")
 _FEWEST_LETTERS: Final = 8
 """Of templates in a text that is known: with fewer, another text may just look like it."""
 
@@ -35,3 +37,20 @@ def recognized_sentences(text: str) -> Message:
     """Return sentences that follow one another, each with its full stop, as a message."""
     found = [recognized(each.removesuffix(".")) for each in _BETWEEN.split(text) if each]
     return joined(" ", [joined("", [each, "."]) for each in found])
+
+
+def reason_of(text: str) -> Message:
+    """Return why a test failed, which may begin with its place: `test_walk.py:6: …`, as a message.
+
+    What `run_until` says is known, too.
+    """
+    if placed := _PLACED.fullmatch(text):
+        return Message("{place}: {reason}", place=placed["place"], reason=_failure(placed["reason"]))
+    return _failure(text)
+
+
+def _failure(text: str) -> Message:
+    if found := _SENTENCE.fullmatch(text):
+        what, where = recognized(found["what"]), recognized(found["where"])
+        return Message("{what}: {where}", what=what, where=where)
+    return recognized(text)

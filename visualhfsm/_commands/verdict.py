@@ -67,7 +67,7 @@ def verdict(
             if not as_json:
                 typer.echo(_text(path, verdicts[-1]))
     if as_json:
-        typer.echo(msgspec.json.format(msgspec.json.encode(verdicts)).decode())
+        typer.echo(msgspec.json.format(msgspec.json.encode(verdicts, enc_hook=str)).decode())
     if not all(each.ready for each in verdicts):
         raise typer.Exit(1)
 
@@ -77,9 +77,7 @@ def _text(path: Path, verdict: Verdict) -> str:
     lines = [f"{path}: {f'ready: {done}' if verdict.ready else 'not ready'}"]
     for number, each in enumerate((*verdict.reasons, *verdict.warnings), 1):
         head = f"{number}." if number <= len(verdict.reasons) else "warning:"
-        at = f"{each.file}:{each.line}: " if each.file and each.line else ""
-        where = f" ({each.where or each.state})" if each.where or each.state else ""
-        message = each.message.removeprefix(at).replace("\n", "\n       ")
-        lines += [f"  {head} {at}{message}{where}", *(f"       {step}" for step in each.steps)]
+        text = each.text.replace("\n", "\n       ")
+        lines += [f"  {head} {text}", *(f"       {step}" for step in each.steps)]
         lines += [f"     > {hint}" for hint in each.hints]
     return "\n".join((*lines, *(f"  undecided by the model checker: `{name}`" for name in verdict.undecided)))

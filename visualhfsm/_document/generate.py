@@ -9,7 +9,6 @@ from codegen.diagnostics import Diagnostics
 from codegen.files import FilesNotWrittenError, apply, compare_with_disk, is_regular, read_regular
 from codegen.hfsm import compile_document
 from codegen.hfsm.document import Document
-from codegen.messages import Message
 from visualhfsm._base.errors import VisualHfsmError
 
 
@@ -44,13 +43,3 @@ def generate_component(
     if written is not None:
         written[path] = text
     return path
-
-
-def summary(diagnostics: Diagnostics) -> Message:
-    """Return why nothing was generated: the first error, and the number of the others."""
-    errors = diagnostics.errors
-    if len(errors) == 1:
-        return Message("nothing was generated: {error}", error=errors[0].message)
-    return Message(
-        "nothing was generated: {error} (and {more} more)", error=errors[0].message, more=len(errors) - 1
-    )

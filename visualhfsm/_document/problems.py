@@ -162,7 +162,7 @@ def find(
     def findings(report: ModelReport | None = None, pending: frozenset[str] = frozenset()) -> Findings:
         reported = (each for each in diagnostics if each.code != _NO_STATE or not _is_blank(document))
         found = sorted(reported, key=lambda each: _ORDER[each.severity])
-        problems = (_with_steps(_problem(each, file, locator, imports), report) for each in found)
+        problems = (_with_steps(problem_of(each, file, locator, imports), report) for each in found)
         return Findings(
             problems=tuple(problems if most is None else _listed(problems, most)),
             counts=Counter(each.severity for each in found),
@@ -222,7 +222,8 @@ def _view(result: PropertyResult) -> CounterexampleView | None:
     return typed.convert(found, CounterexampleView, from_attributes=True)
 
 
-def _problem(found: Diagnostic, file: Path, locator: Locator, imports: ImportedPlaces) -> Problem:
+def problem_of(found: Diagnostic, file: Path, locator: Locator, imports: ImportedPlaces) -> Problem:
+    """Return what was found in a document, or in what it imports, with the place that the locator knows."""
     location = found.location
     notes = tuple(
         Message("{note} ({place})", note=note.message, place=_where(note.location, file, locator, imports))

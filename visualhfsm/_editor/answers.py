@@ -83,7 +83,7 @@ class Judged(TypedDict):
 
     ready: bool
     reasons: int
-    found: Literal["", "checks", "model checker", "run", "tests", "files"]
+    found: Literal["", "checks", "model checker", "run", "tests"]
     message: Message
     place: Place | None
     proved: int

@@ -808,7 +808,8 @@ class Outside(Push):
     """The change of the file of a document by another program.
 
     `reloaded`: the document had no unsaved changes, and is now as the file, which can be undone. `changed`
-    and `deleted`: the user has to choose. `same`: the file is as it was.
+    and `deleted`: the user has to choose. `same`: the file is as it was. `message`: why it cannot be read, or
+    who has changed what, if that program has a name.
     """
 
     tab: int

@@ -17,10 +17,10 @@ from codegen.messages import NO_MESSAGE
 from visualhfsm._base.errors import MissingError
 from visualhfsm._document.diff import Difference, changed_lines, diff_documents
 from visualhfsm._document.places import search as search_document
+from visualhfsm._document.reasons import summary
 from visualhfsm._document.serialization import parse_file
 from visualhfsm._document.views import AutomatonView, view
 from visualhfsm._drawing.page import drawing_page
-from visualhfsm._processes.test_results import reason_of
 from visualhfsm.project._code_help.definition import define
 from visualhfsm.project._document import OpenDocument
 from visualhfsm.project._editing.files import read_file
@@ -84,7 +84,7 @@ async def judge(workspace: Workspace, _: Window, request: p.Judge) -> a.Judged:
         "ready": verdict.ready,
         "reasons": len(verdict.reasons),
         "found": "" if first is None else first.found,
-        "message": NO_MESSAGE if first is None else reason_of(first.message),
+        "message": NO_MESSAGE if first is None else summary(verdict.reasons),
         "place": None if first is None else first.place,
         "proved": len(verdict.proved),
         "tests": verdict.tests,

@@ -30,8 +30,9 @@ from visualhfsm._base.environment import child_environment
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._base.output_lines import LineReports, Lines
 from visualhfsm._base.work import PerDocument
-from visualhfsm._document.generate import generate_component, summary
+from visualhfsm._document.generate import generate_component
 from visualhfsm._document.origins import Origin, Origins, read_origins
+from visualhfsm._document.reasons import refusal
 from visualhfsm._monitor import messages
 from visualhfsm._processes.ahead import StartedAhead
 from visualhfsm._processes.bodies import body_option, require_body
@@ -380,12 +381,12 @@ class _Directory:
         self._target: Path | None = None
 
     def generate(self, source: messages.Source, *, beside: bool = False) -> _Generated:
-        """Write the component. Raises VisualHfsmError, which names the first error and counts the others.
+        """Write the component. Raises VisualHfsmError, with the first reason of a verdict after errors.
 
         `beside` writes it beside the file also when that lacks the changes. After that the place stays the
         same: a running component reloads its file.
         """
-        diagnostics = Diagnostics()
+        diagnostics = Diagnostics(decoded=True)
         path = source.path
         include: Sequence[Path] = self._include
         if path is not None and not source.dirty:
@@ -404,7 +405,7 @@ class _Directory:
                 file, target, diagnostics, include, document=content, written=written
             )
         if component is None:
-            raise VisualHfsmError(summary(diagnostics))
+            raise refusal(file, diagnostics, include, document=content, home=path)
         self._target = target
         origins = read_origins(file, component, include, home=path, content=content)
         return _Generated(component, origins, unsaved=file != path)

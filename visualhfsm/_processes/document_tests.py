@@ -27,7 +27,7 @@ END_OF_RESULTS: Final = b"\n\n"
 """How the results of tests end once all have run: with a blank line."""
 MOST_FILES: Final = 200
 MOST_TESTS: Final = 300
-_CONFIGURATIONS: Final = ("pyproject.toml", "pytest.ini", "tox.ini", "setup.cfg")
+CONFIGURATIONS: Final = ("pyproject.toml", "pytest.ini", "tox.ini", "setup.cfg")
 _LARGEST_FILE: Final = 1 << 20  # bytes
 _ONE_PROCESS: Final = ("-n0",) if importlib.util.find_spec("xdist") else ()
 """The option that runs all tests in one process, whatever a project prefers: it writes the results."""
@@ -131,7 +131,7 @@ def top_of(path: Path, root: Path) -> Path:
     for folder in path.parents:
         if not folder.is_relative_to(root):
             break
-        if any((folder / name).is_file() for name in _CONFIGURATIONS):
+        if any((folder / name).is_file() for name in CONFIGURATIONS):
             return folder
     return root if path.is_relative_to(root) else path.parent
 

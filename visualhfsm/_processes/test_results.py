@@ -1,22 +1,14 @@
-"""What pytest reports of the tests of a document, and what the page gets of it.
-
-Why a test failed is a message: what `run_until` says is translated, any other text stays as it is.
-"""
+"""What pytest reports of the tests of a document, and what the page gets of it."""
 
 from __future__ import annotations
 
-import re
-from typing import Final, Literal
+from typing import Literal
 
 import msgspec
 
 from codegen.messages import NO_MESSAGE, Message
-from visualhfsm._base.recognition import recognized
 from visualhfsm._document.places import Place
 from visualhfsm._monitor.messages import Push
-
-_PLACED: Final = re.compile(r"(?P<place>[^:\n]+:\d+): (?:BehaviorFailed: )?(?P<reason>.+)", re.DOTALL)
-_SENTENCE: Final = re.compile(r"(?P<what>.+?): (?P<where>at [\d.]+ s the behavior .+)\s*")
 
 
 class TestView(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
@@ -76,17 +68,3 @@ class TestsPush(Push, tag="tests"):
     """Why it is not known which lines ran."""
     outdated: bool = False
     error: Message = NO_MESSAGE
-
-
-def reason_of(text: str) -> Message:
-    """Return the reason of a failed test, which may begin with its place: `test_walk.py:6: …`."""
-    if placed := _PLACED.fullmatch(text):
-        return Message("{place}: {reason}", place=placed["place"], reason=_known(placed["reason"]))
-    return _known(text)
-
-
-def _known(text: str) -> Message:
-    if found := _SENTENCE.fullmatch(text):
-        what, where = recognized(found["what"]), recognized(found["where"])
-        return Message("{what}: {where}", what=what, where=where)
-    return recognized(text)

@@ -24,6 +24,7 @@ from codegen.reasons import reason
 from visualhfsm._base.environment import child_environment
 from visualhfsm._base.errors import MissingPackageError, VisualHfsmError
 from visualhfsm._base.languages import decode_message
+from visualhfsm._base.recognition import reason_of
 from visualhfsm._base.work import PerDocument
 from visualhfsm._document.places import Place
 from visualhfsm._monitor.messages import Source
@@ -40,7 +41,7 @@ from visualhfsm._processes.document_tests import (
     tests_command,
     top_of,
 )
-from visualhfsm._processes.test_results import Passed, PassedCode, TestsPush, TestView, reason_of
+from visualhfsm._processes.test_results import Passed, PassedCode, TestsPush, TestView
 from zenoh_ice.application.child import ChildProcess
 from zenoh_ice.data import typed
 

@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from visualhfsm._base.csv_file import write_csv as write_csv
     from visualhfsm._base.environment import child_environment as child_environment
     from visualhfsm._base.errors import MissingPackageError as MissingPackageError
+    from visualhfsm._base.html_file import check_place as check_place
+    from visualhfsm._base.html_file import html_file as html_file
     from visualhfsm._base.html_file import write_html as write_html
     from visualhfsm._base.languages import known_language as known_language
     from visualhfsm._base.languages import said as said
@@ -28,16 +30,19 @@ if TYPE_CHECKING:
     from visualhfsm._base.task_processes import EndedError as EndedError
     from visualhfsm._base.task_processes import TaskProcesses as TaskProcesses
     from visualhfsm._base.task_processes import answer_tasks as answer_tasks
+    from visualhfsm._document.reasons import summary as summary
     from visualhfsm._editor.views import TabEdit as TabEdit
     from visualhfsm._editor.views import TabRequest as TabRequest
     from visualhfsm._editor.views import View as View
     from visualhfsm._editor.views import ViewedDocument as ViewedDocument
     from visualhfsm._monitor.realm.automata import Automata as Automata
+    from visualhfsm._monitor.realm.description import describe as describe
     from visualhfsm._monitor.realm.realm import MONITOR_PREFIX as MONITOR_PREFIX
     from visualhfsm._monitor.recordings import recorded_run as recorded_run
     from visualhfsm._monitor.run_page import run_page as run_page
     from visualhfsm.project._root import Root as Root
     from visualhfsm.project._root import find_documents as find_documents
     from visualhfsm.project._verdict import digest_of as digest_of
+    from visualhfsm.trials._statistics import success_rate as success_rate
 
 __getattr__, __dir__ = import_on_use(__name__)

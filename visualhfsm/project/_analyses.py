@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from codegen.diagnostics import Diagnostics
-from codegen.hfsm import parse_document, resolve
+from codegen.hfsm import resolve
 from codegen.hfsm.document import Document
 from codegen.messages import Message
 from codegen.reasons import reason
 from visualhfsm._base.errors import EditError, MissingError, VisualHfsmError
-from visualhfsm._document.generate import generate_component, summary
+from visualhfsm._document.generate import generate_component
 from visualhfsm._document.imported_places import ImportedPlaces
 from visualhfsm._document.places import Place, texts_in
 from visualhfsm._document.problems import UNTITLED, Findings, Problem, Proof
+from visualhfsm._document.reasons import refusal
 from visualhfsm._document.serialization import parse_file, written
 from visualhfsm.project._code_help.protocol import Completions, Explanation, Signature, Wanted
 from visualhfsm.project._editing.files import read_file
@@ -27,6 +29,7 @@ from ._version import Version
 if TYPE_CHECKING:
     from visualhfsm.simulation import RobotKind
     from visualhfsm.simulation._behavior import Behavior
+    from visualhfsm.trials import Archive
 
     from ._project import Project
     from ._verdict import Verdict
@@ -102,28 +105,31 @@ class Analyses:
             )
         return [*findings.proofs]
 
-    def verdict(self, *, seconds: float = 10.0, patience: float = 60.0) -> Verdict:
+    def verdict(
+        self,
+        *,
+        seconds: float = 10.0,
+        patience: float = 60.0,
+        allow: Callable[[Archive], object] = lambda _: None,
+    ) -> Verdict:
         """Return whether the document is ready to drive a robot, or what is not; see `Verdict`.
 
-        Beside `check`, it runs for some seconds of virtual time, with the robot without physics, and its
-        tests are run: both in other processes, with a limit of `patience` s each. Raises EditError for a
-        document with changes that are not saved.
+        Its files are read once, and a copy is judged: beside `check`, it runs for some seconds of virtual
+        time, with the robot without physics, and its tests are run: both in other processes, with a limit of
+        `patience` s each. `allow` gets the files of a document without errors, and raises what keeps it from
+        running. Raises EditError for a document with changes that are not saved.
         """
-        version, what = self.version, Message("Cannot judge the document")
+        from ._copy import Copy  # only who judges waits for trials
+
+        version, what, project = self.version, Message("Cannot judge the document"), self._project
         if version.path is None:
             raise EditError(what, "it has no file yet", "save it first")
-
-        def check() -> tuple[Document, Findings]:
-            assert version.path is not None
-            document = parse_file(read_file(version.path)[0], version.path)
+        with Copy(version.path, project.root.directory) as copy:
+            document = parse_file(read_file(copy.document)[0], version.path)
             if document != version.document:
                 raise EditError(what, "it has changes that are not saved", "save it first")
-            findings = self.check(again=True)
-            if self.version.document is not version.document:
-                raise EditError(what, "it was changed meanwhile", "ask again")
-            return document, findings
-
-        return self._project.judge.judge(version.path, check, seconds=seconds, patience=patience)
+            findings = project.checks.check(document, copy.document, project.include)
+            return project.judge.judge(copy, document, findings, allow, seconds=seconds, patience=patience)
 
     # -- code ----------------------------------------------------------------------------------------------
 
@@ -160,19 +166,19 @@ class Analyses:
     def generate(self, directory: str | Path | None = None) -> Path:
         """Write the component of the document as it is now, with unsaved changes, and return its file.
 
-        It is written beside the document, or into a directory. Raises VisualHfsmError, which names the first
-        error and counts the others.
+        It is written beside the document, or into a directory. Raises VisualHfsmError, with the first reason
+        of its verdict, after errors.
         """
         version = self.version
         if version.path is None and directory is None:
             hint = Message("save it first, or name a directory")
             raise EditError("Cannot generate the component", "the document has no file yet", hint)
         output = None if directory is None else Path(directory)
-        diagnostics = Diagnostics()
+        diagnostics, include = Diagnostics(decoded=True), self._project.include
         file, content = self._source(version)
-        found = generate_component(file, output, diagnostics, self._project.include, document=content)
+        found = generate_component(file, output, diagnostics, include, document=content)
         if found is None:
-            raise VisualHfsmError(summary(diagnostics))
+            raise refusal(file, diagnostics, include, document=content)
         return found
 
     def simulate(self, robot: RobotKind | None = None, **options: Any) -> Behavior:  # noqa: ANN401 - of Behavior
@@ -219,11 +225,7 @@ class Analyses:
         file = version.path or self._project.root.directory / f"{version.component}.xml"
         if _holds(file, version.document):
             return file, None
-        diagnostics = Diagnostics()
-        content = parse_document(written(version.document), file, diagnostics)
-        if content is None:
-            raise VisualHfsmError(summary(diagnostics))
-        return file, content
+        return file, parse_file(written(version.document).encode(), file)
 
 
 def _holds(file: Path, document: Document) -> bool:

@@ -69,13 +69,10 @@ class CheckProcess:
                 continue
             if limit is None:
                 return found
-            return _with_warning(
-                found,
-                Message("this revision is not checked by the model checker, which took too long or failed"),
-            )
-        return _with_warning(
-            Findings(), Message("this revision is not checked by the checks, which took too long or failed")
-        )
+            what = Message("this revision is not checked by the model checker, which took too long or failed")
+            return _with(found, Severity.WARNING, what)
+        what = Message("this revision is not checked by the checks, which took too long or failed")
+        return _with(Findings(), Severity.ERROR, what)
 
     def give_up_search(self) -> None:
         """End what takes long of a check, if one runs: that returns what is found without it."""
@@ -98,7 +95,7 @@ class CheckProcess:
 _answer: Final = typed.json_decoder(Answer, dec_hook=decode_message)
 
 
-def _with_warning(found: Findings, message: Message) -> Findings:
-    warning = Problem(code="", severity=Severity.WARNING, message=message)
-    counts = Counter(found.counts) + Counter([warning.severity])
-    return msgspec.structs.replace(found, problems=(*found.problems, warning), counts=counts)
+def _with(found: Findings, severity: Severity, message: Message) -> Findings:
+    problem = Problem(code="", severity=severity, message=message)
+    counts = Counter(found.counts) + Counter([severity])
+    return msgspec.structs.replace(found, problems=(*found.problems, problem), counts=counts)

@@ -20,6 +20,7 @@ from codegen.reasons import reason
 from visualhfsm._base.errors import EditError, UnsavedError
 from visualhfsm._base.languages import ENGLISH
 from visualhfsm._document.commands import Command, decode_command
+from visualhfsm._document.commands.base import AS_FILE
 from visualhfsm._document.commands.paste import AddReadyState
 from visualhfsm._document.commands.transitions import TransitionType
 from visualhfsm._document.problems import Findings
@@ -59,7 +60,8 @@ class FileChanged:
     """Another program has changed the file of a document.
 
     `reloaded`: the document had no unsaved changes, and is now as the file, which can be undone. `changed`
-    and `deleted`: somebody has to choose how to `resolve` it; `message` says why the file cannot be read.
+    and `deleted`: somebody has to choose how to `resolve` it; `message` says why the file cannot be read, or
+    who has changed what, if that program has a name.
     `same`: the file is again as it was.
     """
 
@@ -405,10 +407,11 @@ class OpenDocument(Analyses):
         if edited.dirty:
             return FileChanged(self, "changed")
         try:
-            edited.resolve(Choice.THEIRS)
+            change = edited.resolve(Choice.THEIRS).change
         except EditError as error:  # it is not a document, or incomplete: try again
             return FileChanged(self, "changed", error.message)
-        return FileChanged(self, "reloaded")
+        said = NO_MESSAGE if change is None or change.name == AS_FILE else change.name
+        return FileChanged(self, "reloaded", said)
 
     def _settle(self) -> None:
         """Make the new version, and notify the listeners of it."""

@@ -60,7 +60,7 @@ class Project:
     directories with further packages of interfaces. Unsaved changes are kept in `journals`, by default the
     user's directory of journals, and outlive a crash; only one process at a time has them. At most `most`
     documents are open at a time. A change belongs to the step of a like one that is at most `merge_within` s
-    older.
+    older. Others who have a document open see what is saved here as steps of the `author`, if there is one.
 
     All methods may be called from any thread. Leaving it as a context closes what is open, and keeps unsaved
     changes for `recover`.
@@ -75,6 +75,7 @@ class Project:
         journals: Path | None = None,
         most: int | None = None,
         merge_within: float = MERGE_WITHIN,
+        author: str = "",
         checks: CheckProcess | None = None,
         code_help: CodeHelp | None = None,
     ) -> None:
@@ -87,6 +88,7 @@ class Project:
         self._shelves = Shelves(folder)
         self._most = most
         self._merge_within = merge_within
+        self._author = author
         self.listeners: Final = Listeners()
         self._opening = threading.RLock()
         """Held while a document is opened or gets a file, so that no two documents have the same one.
@@ -123,7 +125,7 @@ class Project:
         """What verdicts are made by, with its processes."""
         from ._verdict import Judge  # only who judges waits for trials
 
-        return Judge(self.root.directory, self.include)
+        return Judge(self.include)
 
     def subscribe(self, listener: Listener) -> Callable[[], None]:
         """Notify a listener of what happens to all documents; return the function that ends this."""
@@ -299,7 +301,7 @@ class Project:
             raise EditError("Cannot open a document", "the project is closed", "make another Project")
         self.require_room()
         edited = make()
-        edited.merge_within = self._merge_within
+        edited.merge_within, edited.author = self._merge_within, self._author
         opened = OpenDocument(edited, self, remarks)
         self._documents.append(opened)
         self.listeners.notify(Opened(opened))

@@ -6,13 +6,15 @@ world. Tests and trials stand on it; it knows no pytest.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from zenoh_ice.lazy import import_on_use
 
 if TYPE_CHECKING:
     from ._behavior import Behavior as Behavior
     from ._behavior import simulate as simulate
+    from ._kinds import CameraKind as CameraKind
+    from ._kinds import RobotKind as RobotKind
     from ._loading import DocumentInvalid as DocumentInvalid
     from ._loading import importable as importable
     from ._loading import load_component as load_component
@@ -21,11 +23,6 @@ if TYPE_CHECKING:
     from ._robot import served_interfaces as served_interfaces
     from ._team import Team as Team
     from ._team import simulate_team as simulate_team
-
-RobotKind = Literal["fake", "sim"]
-"""The fake robot, without physics, or the simulated one."""
-CameraKind = Literal["auto", "drawn", "rendered"]
-"""Where pictures come from; see `RobotUnderTest`."""
 
 # The robot needs libraries that a behavior without one does not: names are imported on first use.
 __getattr__, __dir__ = import_on_use(__name__)

@@ -18,7 +18,7 @@ from zenoh_ice import Object
 from ._loading import document_of, forget, load_component
 
 if TYPE_CHECKING:
-    from . import CameraKind, RobotKind
+    from ._kinds import CameraKind, RobotKind
     from ._robot import RobotUnderTest
 
 __tracebackhide__ = says_it_all

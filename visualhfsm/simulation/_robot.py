@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, cast
 
@@ -25,7 +25,7 @@ from naoserver.serving.assembly import Assembly
 from naoserver.serving.medium import Membership
 from zenoh_ice import Object, WallClock
 
-from . import CameraKind, RobotKind
+from ._kinds import CameraKind, RobotKind
 
 if TYPE_CHECKING:
     from naoserver_sim.robot import ArenaRobot
@@ -78,8 +78,8 @@ class RobotUnderTest:
     `camera` is the source of images: `drawn` paints the balls as discs, `rendered` lets the simulation render
     them, `auto` is `rendered` for the simulation where there is GL and `drawn` otherwise. Drawn images are
     the same on every machine. `body` is its body: the name of one that is known, the TOML file of one's own,
-    or a `Body`. `kind` may also be a robot that is there already. `member` says who it is in its team. Raises
-    RobotError when the body cannot be read.
+    or a `Body`. `kind` may also be a robot that is there already. `member` says who it is in its team.
+    `without` are servants that are not there. Raises RobotError when the body cannot be read.
     """
 
     def __init__(
@@ -91,6 +91,7 @@ class RobotUnderTest:
         camera: CameraKind = "auto",
         body: str | Path | Body = DEFAULT_BODY,
         options: ServerOptions | None = None,
+        without: Collection[str] = (),
         member: Membership | None = None,
         **settings: Any,  # noqa: ANN401 - those of the robot's constructor
     ) -> None:
@@ -99,7 +100,8 @@ class RobotUnderTest:
         options = options or ServerOptions()
         self._assembly: Final = Assembly(self.device, options, clock, hears=True, member=member)
         for identity, servant in self._assembly.servants.items():
-            network.serve(identity, servant)
+            if identity not in without:
+                network.serve(identity, servant)
         jobs = _VirtualJobs(clock, self._assembly.jobs)
         self._assembly.on_wake = network.on_listening = jobs.wake
         jobs.wake()
@@ -157,6 +159,11 @@ class RobotUnderTest:
     def place(self, **joints: float) -> None:
         """Set the angles of some joints in rad immediately, bypassing the safety layer."""
         cast("Any", self.device).place(joints)
+
+    def put(self, x: float, y: float, heading: float) -> None:
+        """Put it on its feet somewhere, in m and rad, as `Scene.placeRobot` does. Raises InvalidCommand."""
+        assert self.device.stage is not None  # there is none without a simulation
+        self.device.stage.place_robot(x, y, heading, self._assembly.end_motion)
 
     def hear(self, sentence: str) -> None:
         """Say a sentence to the robot, as `Scene.sayToRobot` does."""

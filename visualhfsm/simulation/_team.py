@@ -17,8 +17,8 @@ from naoserver.serving.medium import Membership
 from zenoh_ice import VirtualClock
 from zenoh_ice.data.text import sentence
 
-from . import CameraKind
 from ._behavior import Behavior, simulate
+from ._kinds import CameraKind
 from ._medium import VirtualMedium
 from ._robot import RobotUnderTest, as_camera, read_body
 
@@ -34,7 +34,7 @@ _TICK: Final = 10_000_000
 
 
 class Team:
-    """Behaviors that run together, each with a robot of one world and a clock of its own.
+    """Behaviors that run together, each with a robot of one world, and by its own clock.
 
     In each control tick the world moves first, then the behaviors run in their order: the same documents
     with the same seed do the same every time. A behavior reaches only its own robot; a robot beyond the

@@ -121,7 +121,7 @@ def parse_xml(content: bytes, path: Path, diagnostics: Diagnostics, above: int =
 def read_root(head: bytes) -> XmlElement | None:
     """Return the root element without its content, by the first bytes of a file; None if that is unclear."""
     builder = _TreeBuilder(Path(), Diagnostics())
-    with suppress(expat.ExpatError, LookupError, ValueError):
+    with suppress(expat.ExpatError, LookupError, ValueError, _TooLargeError):  # who reads it all says why
         builder.parse(head, is_whole=False)
     return None if builder.root is None else replace(builder.root, children=[])
 

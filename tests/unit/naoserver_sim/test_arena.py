@@ -1,6 +1,7 @@
 """Several robots in one world."""
 
 import math
+from contextlib import closing
 
 import msgspec
 import numpy as np
@@ -159,6 +160,29 @@ def test_a_sonar_hears_the_other_robot(put, clock):
     assert heard.left == heard.right == math.inf
 
 
+@pytest.mark.gl
+@pytest.mark.parametrize("skin", [True, False], ids=["shell", "blocks"])
+def test_a_camera_sees_the_shirt_of_the_other_robot(clock, skin):
+    def blue_pixels(shirt):
+        red, blue = FACING
+        places = red, msgspec.structs.replace(blue, shirt=shirt)
+        arena = Arena(msgspec.structs.replace(EMPTY, robots=places), clock=VirtualClock(), skin=skin)
+        with closing(arena):
+            frame = arena.robots[0].capture("Camera", 320, 240)
+        pixels = np.array(frame.pixels).astype(int)
+        return np.count_nonzero(pixels[..., 2] > 2 * pixels[..., :2].max(axis=2) + 30)
+
+    assert blue_pixels((0.1, 0.1, 0.9)) > 300
+    assert blue_pixels((0.9, 0.1, 0.1)) < 30
+
+
+@pytest.mark.gl
+def test_each_robot_has_cameras_of_its_own(put):
+    red, blue = put(*FACING).robots
+    assert not np.array_equal(red.capture("Camera", 320, 240).pixels, blue.capture("Camera", 320, 240).pixels)
+    assert red.camera_pose("Camera")[0][0] < 0.0 < blue.camera_pose("Camera")[0][0]
+
+
 def test_the_truth_names_all(put, clock):
     arena = put(*FACING, world=SOCCER)
     red, blue = arena.robots
@@ -214,11 +238,6 @@ def test_robots_without_places_stand_side_by_side(clock):
     assert [robot.name for robot in arena.robots] == ["gold", "gold2", "gold3", "gold4"]
     assert [round(float(place_of(robot)[1])) for robot in arena.robots] == [0, 1, -1, 2]
     arena.close()
-
-
-def test_robots_that_would_start_in_each_other_are_refused(put):
-    with pytest.raises(RobotError, match="red has no room where it starts: it overlaps blue"):
-        put(*(msgspec.structs.replace(place, position=(0.0, 0.0)) for place in FACING))
 
 
 WORLD = """

@@ -23,6 +23,7 @@ from visualhfsm._document.diff import Difference, diff_documents
 from visualhfsm._document.places import TEXTS, Place
 from visualhfsm._document.serialization import MAX_SIZE, copy_states, parse_file, written
 
+from .authors import sign, signed
 from .files import FileVersion, read_file, write_file
 from .journal import Done, Entry, Header, Journal, Redone, Saved, Undone, journal_directory
 from .merge import merge_documents, merge_typing
@@ -220,6 +221,8 @@ class EditedDocument:
         self.dialect = NATIVE if self.path is None else document.format
         self.revision = 0
         self.merge_within = MERGE_WITHIN
+        self.author = ""
+        """The name under which others see what is saved; blank for people."""
         self.steps = UndoStack(document, clock)
         self.saved = None if self.path is None else document
         """The document as it was read or saved last, None if it never was."""
@@ -227,6 +230,8 @@ class EditedDocument:
         self._journal = journal
         self._size_bound = size
         self._original: tuple[Document, bytes] | None = None
+        self._saved_at = 0
+        """The revision of the steps that was saved last."""
         self._kept: Header | None = header
         """The document as it was opened or saved last, with which a journal begins; None if nowhere."""
 
@@ -398,7 +403,10 @@ class EditedDocument:
                 "choose such a name",
             )
         content = self._content()
-        self._version = write_file(target, content)
+        if self.author:  # before, so that whoever sees the file sees the note
+            names = [each.name for each in self.steps.past if each.revision >= self._saved_at]
+            sign(target, content, self.author, ", ".join(dict.fromkeys(names)) or "Undo")
+        self._version, self._saved_at = write_file(target, content), self.steps.revision
         self.saved = self.document
         self.path = target
         self.name = target.stem
@@ -429,7 +437,8 @@ class EditedDocument:
         change: Change | None = None
         conflicts: tuple[str, ...] = ()
         if choice is Choice.THEIRS:
-            change = self.do(ReplaceDocument(content=written(theirs), name=str(AS_FILE)))
+            name = signed(self.path, version.digest) or str(AS_FILE)
+            change = self.do(ReplaceDocument(content=written(theirs), name=name))
         elif choice is Choice.MERGE:
             merged = merge_documents(self.saved or theirs, self.document, theirs)
             conflicts = merged.conflicts

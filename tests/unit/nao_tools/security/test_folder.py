@@ -41,7 +41,7 @@ def content(folder: SecurityFolder) -> dict[str, bytes]:
 
 def test_the_settings_are_returned_with_those_of_the_router_first(tmp_path: Path) -> None:
     files = SecurityFolder(tmp_path).create(realm="lab", hosts=["robot.lab"], port=7447, valid=DAY)
-    names = ["router", "robot", "operator", "gateway", "student"]
+    names = ["router", "robot", "operator", "gateway", "student", "agent"]
     assert files == [tmp_path / f"{name}.toml" for name in names]
     ports = {load_settings(file, environment={}).connect for file in files[1:]}
     assert ports == {("tls/robot.lab:7447",)}  # everybody's, where the operator has no other

@@ -10,7 +10,7 @@ import pytest
 from hfsm_runtime.virtual import BehaviorFailed, Execution
 from tests.support.documents import document, state, sub
 from visualhfsm._base.languages import said
-from visualhfsm._processes.test_results import reason_of
+from visualhfsm._base.recognition import reason_of
 from visualhfsm.simulation import Behavior, simulate
 
 

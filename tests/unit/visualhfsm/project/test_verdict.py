@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.util
-import threading
 from collections.abc import Iterator
 from importlib.machinery import ModuleSpec
 from pathlib import Path
@@ -13,7 +12,9 @@ import pytest
 
 from tests.support.documents import document, state, sub, transition
 from tests.support.limits import RUN_LIMIT
-from visualhfsm import Checked, EditError, OpenDocument, Place, Project, Reason, SetText, Verdict
+from visualhfsm import EditError, OpenDocument, Place, Project, Reason, SetText, Verdict, VisualHfsmError
+from visualhfsm._document.reasons import summary
+from visualhfsm.trials import Archive
 
 pytestmark = pytest.mark.slow
 
@@ -262,16 +263,56 @@ def test_tests_without_pytest_say_how_to_install_it(judged: Judged, monkeypatch:
 # -- files that change -------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["moves.xml", "helper.py"])
-def test_files_that_change_meanwhile_are_the_first_reason(judged: Judged, name: str) -> None:
-    file = judged.folder / name
-    tests = (
-        f"def test_it():\n    with open({str(file)!r}, 'a') as file:\n        file.write('\\n')\n"
-        "    raise OSError\n"
+CHANGES: Final = """
+from pathlib import Path
+
+def test_it(behavior):
+    Path({file!r}).write_text({text!r})
+    assert "moves" == Path(__file__).parent.name
+    behavior("moves.xml").advance(0.6)
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [("moves.xml", moves("raise OSError")), ("helper.py", "raise OSError"), ("test_moves.py", "")],
+)
+def test_files_that_change_meanwhile_are_judged_as_they_were_read(
+    judged: Judged, name: str, text: str
+) -> None:
+    folder = judged.folder / "moves"
+    folder.mkdir(exist_ok=True)
+    judged.folder = folder
+    (folder / "helper.py").write_text("ANGLE = 0.5\n")
+    (folder / "test_z.py").write_text(
+        '"""moves.xml"""\n\ndef test_z(behavior):\n    import helper\n    behavior("moves.xml").advance(0.6)\n'
     )
-    verdict = judged.verdict(moves(), tests)
-    assert [reason.found for reason in verdict.reasons] == ["files", "tests"]
-    assert verdict.reasons[0].hints == ("ask again",)
+    verdict = judged.verdict(
+        moves("helper.ANGLE", libraries=("import helper",)),
+        CHANGES.format(file=str(folder / name), text=text),
+    )
+    assert (verdict.ready, verdict.tests) == (True, 2), verdict
+    assert (folder / name).read_text() == text
+    assert judged.opened is not None
+    judged.opened.refresh()
+    changed = judged.opened.verdict(seconds=1.0)
+    assert (changed.digest == verdict.digest) == (name == "test_moves.py")
+    assert changed.ready == (name == "test_moves.py")
+
+
+def test_tests_find_what_stands_elsewhere_in_the_project(judged: Judged) -> None:
+    (judged.folder / "data.bin").write_bytes(b"1")
+    (judged.folder / "parts").mkdir(exist_ok=True)
+    (judged.folder / "parts" / "__init__.py").write_text("X = 1\n")
+    (judged.folder / "tests").mkdir(exist_ok=True)
+    (judged.folder / "tests" / "conftest.py").write_text("import sys; sys.path.insert(0, '.')\n")
+    (judged.folder / "tests" / "test_more.py").write_text(
+        "from pathlib import Path\nimport parts\n\ndef test_it(behavior):\n"
+        "    assert (Path(__file__).parents[1] / 'data.bin').read_bytes() == b'1'\n"
+        "    behavior('moves.xml').advance(parts.X)\n"
+    )
+    verdict = judged.verdict(moves())
+    assert (verdict.ready, verdict.tests) == (True, 1), verdict
 
 
 def test_a_document_without_a_file_is_refused(project: Project) -> None:
@@ -292,15 +333,37 @@ def test_changes_that_are_not_saved_are_refused(judged: Judged) -> None:
     assert not opened.verdict(seconds=1.0).ready
 
 
-def test_a_document_that_is_changed_while_it_is_checked_is_refused(judged: Judged) -> None:
-    opened = judged.open(moves())
+# -- what others say of the same errors --------------------------------------------------------------------
 
-    def change(event: object) -> None:
-        if isinstance(event, Checked) and not changed.is_set():
-            changed.set()
-            opened.apply(SetText(place=GO, text="raise ValueError"))
 
-    changed = threading.Event()
-    opened.subscribe(change)
-    with pytest.raises(EditError, match="it was changed meanwhile; ask again"):
-        opened.verdict()
+def test_a_document_with_errors_is_refused_in_the_words_of_its_verdict(judged: Judged) -> None:
+    imported = '<SubAutomata id="2" idFather="1"><import>part.xml</import></SubAutomata>\n'
+    for text in (
+        moves("print('a' 'b'"),
+        moves("x = 1\nself.Haed.stop()\ny ="),
+        moves(properties=stated("stays", "never", "go")),
+        document(sub(1, 0, state(1, "wait", initial=True, child=2)), imported),
+    ):
+        (judged.folder / "part.xml").write_text(document(sub(1, 0, state(1, "in", "x =", initial=True))))
+        opened = judged.open(text)
+        verdict = opened.verdict()
+        with pytest.raises(VisualHfsmError) as refused:
+            opened.generate()
+        assert str(refused.value) == f"it is not ready: {summary(verdict.reasons)}"
+        assert verdict.reasons[0].code.startswith("E")
+        assert verdict.reasons[0].text in str(refused.value)
+        opened.close()
+
+
+def test_nothing_of_a_document_that_may_not_run_is_run(judged: Judged) -> None:
+    wrote = judged.folder / "wrote"
+    opened = judged.open(
+        moves(f"open({str(wrote)!r}, 'w')"), f"def test_it():\n    open({str(wrote)!r}, 'w')\n"
+    )
+
+    def refuse(archive: Archive) -> None:
+        raise EditError("Cannot run", archive.document)
+
+    with pytest.raises(EditError, match=r"moves\.xml"):
+        opened.verdict(seconds=1.0, allow=refuse)
+    assert not wrote.exists()

@@ -175,7 +175,16 @@ const steps = new Sequence();
 let waiting = 0;
 
 /** Whether a step is possible, or may be after pending ones. @param {"undo" | "redo"} op */
-export const canStep = (op) => waiting > 0 || Boolean(page.document?.[op].length);
+export const canStep = (op) => waiting > 0 || hasStep(op, page.tab);
+
+/**
+ * Whether a tab has a step; what is being typed is one by the time the server is asked.
+ *
+ * @param {"undo" | "redo"} op @param {number} tab
+ */
+const hasStep = (op, tab) =>
+  Boolean(store.documents.get(tab)?.[op].length) ||
+  (op === "undo" && [...store.unsaved.values()].some((piece) => piece.tab === tab));
 
 /**
  * Undo or redo a step, after pending ones, and show its changes; a notice names it unless they were in sight.
@@ -197,7 +206,7 @@ export function step(op, isHere) {
 /** @param {"undo" | "redo"} op @param {number} tab @param {(place: Place) => boolean} [isHere] */
 async function takeStep(op, tab, isHere) {
   const former = store.documents.get(tab);
-  if (!former?.[op].length) return;
+  if (!former || !hasStep(op, tab)) return;
   const done = await ask(op, {tab});
   const document = store.documents.get(tab);
   if (!done?.place || !document || page.tab !== tab) return;

@@ -14,6 +14,8 @@ import {store} from "./store.js";
  * @type {Map<number, {asked: string, content: Automaton[], number?: number}>}
  */
 const imported = new Map();
+/** Settled when all that was requested is shown. @type {Promise<unknown>} */
+let shown = Promise.resolve();
 
 /** Request the imports of the shown document, now and whenever they may have changed. */
 export function showImports() {
@@ -29,8 +31,16 @@ export function showImports() {
   store.addEventListener("connection", () => store.online && lookAtImports(page.tab, true)); // not asked while offline
 }
 
+/** Resolves when the imports that the shown document has by now are shown. */
+export const importsShown = () => shown;
+
 /** @param {number} tab */
-async function lookAtImports(tab, again = false) {
+function lookAtImports(tab, again = false) {
+  shown = Promise.all([shown, request(tab, again)]);
+}
+
+/** @param {number} tab @param {boolean} again */
+async function request(tab, again) {
   const document = store.documents.get(tab);
   const asked = importsOf(document);
   const known = imported.get(tab);

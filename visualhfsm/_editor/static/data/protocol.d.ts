@@ -692,7 +692,7 @@ export interface JointLimits {
 
 /** Whether a document is ready, or the first reason why not, who found it, and how many there are. */
 export interface Judged {
-  found: "" | "checks" | "files" | "model checker" | "run" | "tests";
+  found: "" | "checks" | "model checker" | "run" | "tests";
   message: string;
   place: Place | null;
   proved: number;

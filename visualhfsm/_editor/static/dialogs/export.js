@@ -5,6 +5,7 @@ import {html} from "lit";
 import {askTab} from "../data/commands.js";
 import {download, pngOf, svgText} from "../canvas/export.js";
 import {icon} from "../kit/icons.js";
+import {importsShown} from "../data/imported-content.js";
 import {messageOf, notifyError} from "../kit/notices.js";
 import {page} from "../data/page.js";
 import {t} from "../kit/texts.js";
@@ -49,8 +50,11 @@ async function run(choice) {
   );
   if (choice === "svg") download(`${name}.svg`, new Blob([svgText(page.shownAutomaton)], {type: "image/svg+xml"}));
   else if (choice === "png") download(`${name}.png`, await pngOf(page.shownAutomaton));
-  else if (choice === "pages") await (await import("../onefile/print.js")).printComponent();
-  else {
+  else if (choice === "pages") {
+    const {printComponent} = await import("../onefile/print.js");
+    await importsShown(); // they are printed, too
+    await printComponent();
+  } else {
     const done = await askTab("export", {page: choice === "page"});
     if (done) download(done.name, new Blob([done.text], {type: choice === "page" ? "text/html" : "application/xml"}));
   }

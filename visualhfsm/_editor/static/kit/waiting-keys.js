@@ -20,6 +20,8 @@ const loading = new Set();
 let held = [];
 let hasFailed = false;
 let isLate = false;
+/** Removes what the user was told meanwhile. */
+let clearLate = () => {};
 /** The timer of a pause after a failure, in which keys go nowhere; 0 outside of one. */
 let pause = 0;
 
@@ -105,6 +107,7 @@ function letGo() {
   pause = 0;
   held = [];
   hasFailed = isLate = false;
+  clearLate();
 }
 
 /** After a click, the user continues elsewhere. */
@@ -112,7 +115,7 @@ addEventListener("pointerdown", letGo, true);
 
 function tellLate() {
   isLate = true;
-  notify(t("This takes long to load. What you type waits for it; Esc goes on without it."));
+  clearLate = notify(t("This takes long to load. What you type waits for it; Esc goes on without it."));
 }
 
 /** Let keys go nowhere, and those that follow until the user pauses. @param {number} count */

@@ -20,7 +20,7 @@ import {PageElement} from "../data/element.js";
 import {holdKeys} from "../kit/waiting-keys.js";
 import {icon} from "../kit/icons.js";
 import {listenForKeys} from "../kit/keys.js";
-import {notifyError, OFFLINE, clearErrors, showNoticesOf} from "../kit/notices.js";
+import {notify, notifyError, OFFLINE, clearErrors, showNoticesOf} from "../kit/notices.js";
 import {showImports} from "../data/imported-content.js";
 import {page} from "../data/page.js";
 import {stopButton} from "../run/bar.js";
@@ -100,6 +100,9 @@ export class HfsmApp extends PageElement {
     this.listen(store, "workspace", () => this.#follow());
     this.listen(store, "document", ({detail}) => {
       if (detail.tab === page.tab) page.prune();
+    });
+    store.addEventListener("outside", ({detail: {tab, state, message}}) => {
+      if (state === "reloaded" && message) notify(message, "info", undefined, {tab});
     });
     store.addEventListener("document", () => setTimeout(() => this.#loadLater(), UNHURRIED), {once: true});
     this.listen(store, "closed", ({detail}) => page.forget(detail.tab));

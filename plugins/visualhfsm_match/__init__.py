@@ -1,0 +1,1 @@
+"""Matches of football between documents, judged by a referee; `visualhfsm match` plays one."""

@@ -1,0 +1,45 @@
+"""A match as one HTML file, with all robots in 3D, and a tournament as a table with its matches."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Final
+
+import msgspec
+
+from visualhfsm.plugins import html_file
+from visualhfsm_match._film import Film
+from visualhfsm_match._match import SHIRTS, Plan, Result
+
+_STATIC: Final = Path(__file__).with_name("static")
+_STYLES: Final[tuple[str | Path, ...]] = (
+    "styles/theme",
+    "styles/shell",
+    "styles/panels",
+    _STATIC / "match-page.css",
+)
+
+
+def outcome_of(result: Result) -> str:
+    """Return what a match came to in one sentence."""
+    first, second = result.teams
+    score = f"{first} {result.score[0]} : {result.score[1]} {second}"
+    if result.reason:
+        return f"{score}; {result.reason.partition(chr(10))[0]}"
+    return f"{score}; {result.winner or 'nobody'} wins"
+
+
+def match_page(plan: Plan, result: Result, film: Film) -> str:
+    """Return the page of a match as HTML."""
+    first, second = result.teams
+    content: dict[str, Any] = {
+        "title": f"{first} : {second}",
+        "teams": result.teams,
+        "outcome": outcome_of(result),
+        "seed": plan.seed,
+        "rules": f"{plan.rules.book}; what is ours in it: rules.toml. Seed {plan.seed}.",
+        "events": result.events,
+        **film.content(SHIRTS, result.teams),
+    }
+    data = msgspec.json.encode(content)
+    return html_file(content["title"], _STATIC / "match-page.js", _STYLES, data)

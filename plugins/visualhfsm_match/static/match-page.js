@@ -1,0 +1,201 @@
+/**
+ * A match in one file, without a server: all robots in 3D, from anywhere, and the events in their order.
+ *
+ * @import {Described} from "visualhfsm/robot3d/robot-drawing.js"
+ * @import {WorldShape} from "visualhfsm/robot3d/world-drawing.js"
+ * @typedef {{name: string, shirt: [number, number, number], body: number, joints: string[]}} Robot
+ * @typedef {{time: number, kind: string, text: string, team: string, robot: string}} MatchEvent
+ * @typedef {{title: string, teams: string[], score: number[], outcome: string, seed: number, rules: string,
+ *   events: MatchEvent[], ball: string, bodies: Described[],
+ *   robots: Robot[], world: WorldShape[], frames: number[][]}} Content frames have
+ *   the time in s, the place of the ball, and for each robot that of its torso and the angles of its joints; from
+ *   plugins/visualhfsm_match/_page.py
+ */
+
+import {html, render} from "lit";
+import {
+  AmbientLight,
+  HemisphereLight,
+  Mesh,
+  MeshStandardMaterial,
+  OrbitControls,
+  PerspectiveCamera,
+  Scene,
+  SRGBColorSpace,
+  WebGLRenderer,
+} from "three";
+
+import {Body} from "visualhfsm/robot3d/body.js";
+import {Workshop} from "visualhfsm/robot3d/shapes.js";
+import {WorldDrawing} from "visualhfsm/robot3d/world-drawing.js";
+import {begin, themeButton} from "visualhfsm/onefile/frame.js";
+import {unpacked, unpackedData} from "visualhfsm/onefile/unpacked.js";
+import {decimal, t} from "visualhfsm/kit/texts.js";
+
+const BALL_PLACE = 4; // numbers of a frame before those of the robots
+const TORSO = 7;
+const SPEEDS = [0.5, 1, 2, 4, 8];
+const SEEN = 3; // s before an event from which it is shown
+
+/** The robots and the field as three.js draws them. */
+class MatchDrawing {
+  /** @param {Content} content @param {HTMLElement} stage */
+  constructor(content, stage) {
+    this.content = content;
+    this.renderer = new WebGLRenderer({antialias: true, alpha: true});
+    this.scene = new Scene();
+    this.camera = new PerspectiveCamera(40, 1, 0.05, 60);
+    this.camera.up.set(0, 0, 1);
+    this.camera.position.set(0, -8.5, 6);
+    this.controls = new OrbitControls(this.camera, this.renderer.domElement);
+    this.controls.addEventListener("change", () => this.draw());
+    this.world = new WorldDrawing();
+    this.world.build(content.world);
+    this.scene.add(new HemisphereLight(0xffffff, 0x8a929c, 2.4), new AmbientLight(0xffffff, 0.4), this.world);
+    this.bodies = content.robots.map((robot) => this.#dressed(robot));
+    stage.append(this.renderer.domElement);
+    this.renderer.domElement.setAttribute("role", "img");
+    this.renderer.domElement.setAttribute("aria-label", t("The match in 3D"));
+    new ResizeObserver(() => this.#resize(stage)).observe(stage);
+  }
+
+  /** A body whose trunk has the color of its shirt. @param {Robot} robot */
+  #dressed({body: number, shirt}) {
+    const described = this.content.bodies[number];
+    const workshop = new Workshop();
+    workshop.take(described.meshes, described.meshUnit);
+    const body = new Body(described);
+    const cloth = new MeshStandardMaterial({roughness: 0.8});
+    cloth.color.setRGB(...shirt, SRGBColorSpace);
+    for (const shape of described.shapes) {
+      const part = workshop.make(shape);
+      if (!part) continue;
+      const link = body.links.get(shape.link);
+      if (link === body.torso && part instanceof Mesh) part.material = cloth;
+      link?.add(part);
+    }
+    this.scene.add(body.torso);
+    return body;
+  }
+
+  /** Show a frame. @param {number[]} frame */
+  show(frame) {
+    let place = BALL_PLACE;
+    for (const [index, {joints}] of this.content.robots.entries()) {
+      const angles = frame.slice(place + TORSO, place + TORSO + joints.length);
+      this.bodies[index].pose({
+        torso: frame.slice(place, place + TORSO),
+        joints: Object.fromEntries(joints.map((name, at) => [name, angles[at]])),
+        tilt: null,
+      });
+      place += TORSO + joints.length;
+    }
+    this.world.pose({[this.content.ball]: [frame[1], frame[2], frame[3], 0, 0, 0, 1]});
+    this.draw();
+  }
+
+  draw() {
+    this.renderer.render(this.scene, this.camera);
+  }
+
+  /** @param {HTMLElement} stage */
+  #resize({clientWidth: width, clientHeight: height}) {
+    if (!width || !height) return;
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.renderer.setSize(width, height);
+    this.draw();
+  }
+}
+
+async function show() {
+  /** @type {Content} */
+  const content = unpacked(await unpackedData());
+  const {frames} = content;
+  const end = frames.at(-1)?.[0] ?? 0;
+  let [time, speed, playing, last] = [0, 1, false, 0];
+  /** @type {MatchDrawing[]} the one, once its place is there */
+  const drawings = [];
+  const at = () => frames[Math.max(0, frames.findLastIndex(([each]) => each <= time + 1e-6))];
+  const score = () => {
+    const goals = content.events.filter(({kind, time: when}) => kind === "goal" && when <= time);
+    return content.teams.map((team) => goals.filter((goal) => goal.team === team).length).join(" : ");
+  };
+  /** @param {number} when */
+  const go = (when) => {
+    time = Math.min(end, Math.max(0, when));
+    for (const drawing of drawings) drawing.show(at());
+    draw();
+  };
+  /** @param {number} now in ms */
+  const step = (now) => {
+    if (!playing) return;
+    go(time + ((now - last) / 1000) * speed);
+    last = now;
+    if (time >= end) playing = false;
+    if (playing) requestAnimationFrame(step);
+    else draw();
+  };
+  const toggle = () => {
+    playing = !playing;
+    if (playing && time >= end) time = 0;
+    last = performance.now();
+    if (playing) requestAnimationFrame(step);
+    draw();
+  };
+  const draw = () => {
+    const known = content.events.findLastIndex(({time: when}) => when <= time);
+    render(
+      html`<div class="match-page">
+        <header>
+          <h1>${content.title}</h1>
+          <p class="score" aria-live="polite">${score()}</p>
+          <p>${content.outcome}</p>
+          ${themeButton(draw)}
+        </header>
+        <main>
+          <div class="stage"></div>
+          <div class="controls">
+            <button type="button" class="action" @click=${toggle}>${playing ? t("Pause") : t("Play")}</button>
+            <input
+              type="range"
+              min="0"
+              max=${end}
+              step="0.1"
+              .value=${String(time)}
+              aria-label=${t("Time")}
+              @input=${(/** @type {any} */ event) => go(Number(event.target.value))}
+            />
+            <output>${decimal(time, 1)} s</output>
+            <select
+              aria-label=${t("Speed")}
+              @change=${(/** @type {any} */ event) => (speed = Number(event.target.value))}
+            >
+              ${SPEEDS.map((each) => html`<option value=${each} ?selected=${each === speed}>× ${decimal(each, 1)}</option>`)}
+            </select>
+          </div>
+        </main>
+        <aside aria-label=${t("Events")}>
+          <ol>
+            ${content.events.map(
+              (event, index) =>
+                html`<li class=${event.kind} aria-current=${index === known ? "step" : "false"}>
+                  <button type="button" @click=${() => go(event.time - SEEN)}>
+                    <span>${decimal(event.time, 1)} s</span> ${event.text}
+                  </button>
+                </li>`,
+            )}
+          </ol>
+          <p class="faint">${content.rules}</p>
+        </aside>
+      </div>`,
+      document.body,
+    );
+  };
+  draw();
+  drawings.push(new MatchDrawing(content, /** @type {HTMLElement} */ (document.querySelector(".stage"))));
+  go(0);
+}
+
+begin(show);
