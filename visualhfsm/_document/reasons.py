@@ -1,4 +1,4 @@
-"""Why a document is not ready: what a verdict says of it, and whoever refuses to run it."""
+"""Why a document is not ready: what a verdict says of it, and a refusal to run it."""
 
 from __future__ import annotations
 

@@ -79,10 +79,9 @@ class Opened(TypedDict):
 
 
 class Judged(TypedDict):
-    """Whether a document is ready, or the first reason why not, who found it, and how many there are."""
+    """Whether a document is ready, or the first reason why not, and who found it."""
 
     ready: bool
-    reasons: int
     found: Literal["", "checks", "model checker", "run", "tests"]
     message: Message
     place: Place | None

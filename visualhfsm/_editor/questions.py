@@ -82,7 +82,6 @@ async def judge(workspace: Workspace, _: Window, request: p.Judge) -> a.Judged:
     first = verdict.reasons[0] if verdict.reasons else None
     return {
         "ready": verdict.ready,
-        "reasons": len(verdict.reasons),
         "found": "" if first is None else first.found,
         "message": NO_MESSAGE if first is None else summary(verdict.reasons),
         "place": None if first is None else first.place,

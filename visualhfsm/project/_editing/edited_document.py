@@ -403,7 +403,7 @@ class EditedDocument:
                 "choose such a name",
             )
         content = self._content()
-        if self.author:  # before, so that whoever sees the file sees the note
+        if self.author:  # before, so that who sees the file sees the note
             names = [each.name for each in self.steps.past if each.revision >= self._saved_at]
             sign(target, content, self.author, ", ".join(dict.fromkeys(names)) or "Undo")
         self._version, self._saved_at = write_file(target, content), self.steps.revision

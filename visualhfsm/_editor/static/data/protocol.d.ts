@@ -690,14 +690,13 @@ export interface JointLimits {
   maxTorque: number;
 }
 
-/** Whether a document is ready, or the first reason why not, who found it, and how many there are. */
+/** Whether a document is ready, or the first reason why not, and who found it. */
 export interface Judged {
   found: "" | "checks" | "model checker" | "run" | "tests";
   message: string;
   place: Place | null;
   proved: number;
   ready: boolean;
-  reasons: number;
   seconds: number;
   tests: number;
 }
