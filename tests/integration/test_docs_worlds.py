@@ -13,6 +13,7 @@ from naoserver_sim.world import (
     CarriedBall,
     Light,
     LooseBall,
+    RobotPlace,
     StartPose,
     Wall,
     World,
@@ -43,10 +44,13 @@ def block(language):
 
 
 def test_its_world_is_one_with_every_key():
-    (text,) = block("toml")
+    text, robots = block("toml")
     assert parse_world(text, "worlds.md").names == ("BallBlue", "Ball", "Crate")
     tables = tomllib.loads(text)
-    assert tables.keys() == {field.name for field in msgspec.structs.fields(World)}
+    assert tables.keys() | {"robots"} == {field.name for field in msgspec.structs.fields(World)}
+    (place,) = tomllib.loads(robots)["robots"]
+    assert place.keys() == {field.name for field in msgspec.structs.fields(RobotPlace)}
+    assert [robot.name for robot in parse_world(robots, "worlds.md").robots] == ["red1"]
     for name, kind in TABLES.items():
         table = tables[name] if isinstance(tables[name], dict) else tables[name][0]
         assert table.keys() == {field.name for field in msgspec.structs.fields(kind)}
@@ -58,8 +62,8 @@ def test_its_defaults_of_a_field_are_the_defaults():
 
 
 def test_it_names_the_worlds_that_come_along():
-    assert set(bundled_worlds()) == {"balls", "empty", "soccer", "room"}
-    assert re.findall(r"^\| `(\w+)` \|", PAGE, flags=re.M) == ["balls", "empty", "soccer", "room"]
+    assert set(bundled_worlds()) == {"balls", "empty", "soccer", "match", "room"}
+    assert re.findall(r"^\| `(\w+)` \|", PAGE, flags=re.M) == ["balls", "empty", "soccer", "match", "room"]
 
 
 def test_its_program_runs(monkeypatch, capsys):
