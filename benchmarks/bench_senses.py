@@ -50,8 +50,9 @@ def cost_of_standing(rounds: int, *, noise: bool) -> tuple[float, float]:
     """
     robot = SimulatedRobot(clock=VirtualClock(), skin=False, noise=noise, seed=1)
     simulator = robot._simulator
-    mj, data = robot._model.mj, simulator.data
-    watchers, step = list(simulator.watchers), simulator._stepper.tick
+    mj, data = simulator.physics.mj, simulator.physics.data
+    watchers, physics = list(simulator.watchers), simulator.physics
+    step = physics._stepper.tick
 
     def bare_step() -> None:
         mj.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
@@ -59,13 +60,13 @@ def cost_of_standing(rounds: int, *, noise: bool) -> tuple[float, float]:
 
     def bare() -> None:
         simulator.watchers.clear()
-        simulator._stepper.tick = bare_step  # type: ignore[method-assign]
-        simulator.advance(TICKS)
+        physics._stepper.tick = bare_step  # type: ignore[method-assign]
+        physics.advance(TICKS)
 
     def feeling() -> None:
         simulator.watchers[:] = watchers
-        simulator._stepper.tick = step  # type: ignore[method-assign]
-        simulator.advance(TICKS)
+        physics._stepper.tick = step  # type: ignore[method-assign]
+        physics.advance(TICKS)
 
     best = least(rounds, {"bare": bare, "feeling": feeling})
     return best["bare"] / TICKS, (best["feeling"] - best["bare"]) / TICKS
@@ -75,7 +76,7 @@ def cost_of_walking(rounds: int, *, noise: bool) -> float:
     """Return the time of a control tick in s of a robot that walks, with its senses."""
     robot = SimulatedRobot(clock=VirtualClock(), skin=False, noise=noise, seed=1)
     present(robot.walker).command(WalkVelocity(forward=0.1))
-    return least(rounds, {"walk": lambda: robot._simulator.advance(TICKS)})["walk"] / TICKS
+    return least(rounds, {"walk": lambda: robot._simulator.physics.advance(TICKS)})["walk"] / TICKS
 
 
 def main() -> None:

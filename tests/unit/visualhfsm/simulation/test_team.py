@@ -6,6 +6,7 @@ from hfsm_runtime.virtual.errors import BehaviorFailed, UnknownName
 from interfaces.nao import SafetyPrx, TeamPrx
 from naoserver_sim.world import RobotPlace, World
 from tests.support.places import ROOT
+from tests.support.present import present
 from visualhfsm.simulation import simulate_team
 
 pytestmark = pytest.mark.sim
@@ -62,7 +63,7 @@ def test_the_same_seed_gives_the_same_states_bit_by_bit():
         with simulate_team([DANCE] * 3, camera="drawn", seed=seed, noise=True) as team:
             team.advance(3.0)
             robots = [behavior.robot.device for behavior in team.behaviors]
-            return [repr((robot.read(), robot.senses.read())) for robot in robots]
+            return [repr((robot.read(), present(robot.senses).read())) for robot in robots]
 
     first = states(1)
     assert states(1) == first
