@@ -45,7 +45,7 @@ class Player:
     `start_x`, `start_y` and `start_heading`, if it has them; and ends when play stops. Raises
     DocumentInvalid, and what the component's code raises.
 
-    It has a clock of its own, which calls `follow_clock` in each control tick: code that sleeps leaves others
+    It has its own clock, which calls `follow_clock` in each control tick: code that sleeps leaves others
     alone.
     """
 
