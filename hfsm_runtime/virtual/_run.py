@@ -180,10 +180,6 @@ class VirtualRun(ComponentRun):
         starts: bool = True,
         limits: RuntimeLimits = LIMITS,
     ) -> None:
-        self.alone = True
-        """Whether no other component has the same clock."""
-        self._over = False
-        """Set once its end has been seen by `advance`."""
         self._on_end = on_end or (lambda: None)
         self._commands_accepted = commands_accepted
         clock = clock or TaskClock()
@@ -253,20 +249,6 @@ class VirtualRun(ComponentRun):
         """Whether an error has ended the run."""
         return self.failed and self.ended.is_set()
 
-    @property
-    def due(self) -> int:
-        """The time of the clock in ns at which `advance` has something to do, but for code that sleeps."""
-        now = self._task_clock.moment
-        if self.ended.is_set():
-            return NEVER if self._over else now
-        if self._woken:
-            return now
-        if self.refusal is not None:
-            return now if self._retry_at is None else round(self._retry_at * SECOND)
-        if self.component_time.paused or not self._due:
-            return NEVER
-        return now + max(0, self._due[0][0] - self.component_time.now())
-
     def start(self) -> None:
         """Enter the initial states, at the time 0."""
         self.component_time.restart()
@@ -307,12 +289,11 @@ class VirtualRun(ComponentRun):
                 self._move_to(wake)
                 clock.advance(0.0)
                 clock.wake_due()
-                self.let_late_ones_begin()
+                self._let_late_ones_begin()
         if ended.is_set():
             self.end_cycles()
-            if not (had_ended if self.alone else self._over):
+            if not had_ended:
                 self._on_end()
-            self._over = True
         self._move_to(end)
 
     def run_cycle(self, actor: Actor, at: int) -> None:
@@ -335,8 +316,7 @@ class VirtualRun(ComponentRun):
     def end_cycles(self) -> None:
         """End all code that sleeps or waits, since the component has ended."""
         if self.is_driven_here:
-            own = None if self.alone else {*self._kept.values()}
-            self._task_clock.end_sleepers(ComponentStoppedError, own)
+            self._task_clock.end_sleepers(ComponentStoppedError)
             self._kept.clear()
 
     def replace(
@@ -409,9 +389,9 @@ class VirtualRun(ComponentRun):
             code = self._kept[actor] = _Cycles(self, actor)
         code.begin(at)
         if self._followers:
-            self.let_late_ones_begin()
+            self._let_late_ones_begin()
 
-    def let_late_ones_begin(self) -> None:
+    def _let_late_ones_begin(self) -> None:
         """Schedule at once automata that waited for code that slept: for its decision, or its entry."""
         with self.tree.lock:
             self._due[:] = [

@@ -6,7 +6,7 @@ import heapq
 import math
 import threading
 import time
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Final
 
@@ -92,13 +92,9 @@ class TaskClock(VirtualClock):
         while self.asleep and self.asleep[0][:2] < (self.moment, number):
             heapq.heappop(self.asleep)[2].go()
 
-    def end_sleepers(self, error: type[BaseException], only: Collection[Coroutine] | None = None) -> None:
-        """End all code that sleeps, or `only` some, by an exception where it does."""
+    def end_sleepers(self, error: type[BaseException]) -> None:
+        """End all code that sleeps, by an exception where it does."""
         asleep, self.asleep = self.asleep, []
-        if only is not None:
-            self.asleep = [each for each in asleep if each[2] not in only]
-            asleep = [each for each in asleep if each[2] in only]
-            heapq.heapify(self.asleep)
         for _, _, code in asleep:
             code.close(error)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from functools import cached_property
 from typing import Any, Final, Self
 
@@ -117,10 +117,6 @@ class Execution(VirtualRun):
             self._tell(end)
             raise
         self._check()
-
-    def time_shown(self) -> AbstractContextManager[None]:
-        """Let the functions of `time` follow the clock in the component's code, in a `with` block."""
-        return self._time_module.shown_to(self.component)
 
     def step(self, automaton: int) -> None:
         """Run one cycle of one automaton, or of all with 0, while paused: see `ComponentRun`.

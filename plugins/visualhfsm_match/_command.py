@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
+from naoserver.bodies import DEFAULT_BODY
 from visualhfsm.plugins import examples
 from visualhfsm_match._rules import RULES
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from visualhfsm_match._match import Plan
 
 _PATIENCE: Final = 10.0
-"""s by the wall that a match may take for each of its own, and `_BEGIN` more."""
+"""s by the wall that a match may take for each of its seconds, and `_BEGIN` more."""
 _BEGIN: Final = 120.0
 
 match: Final = typer.Typer(add_completion=False)
@@ -25,7 +26,7 @@ tournament: Final = typer.Typer(add_completion=False)
 _Players = Annotated[int, typer.Option(metavar="N", min=1, max=4, help="Robots of each team.")]
 _Minutes = Annotated[float, typer.Option(metavar="N", min=0.1, max=90.0, help="How long a match lasts.")]
 _Seed = Annotated[int, typer.Option(metavar="N", min=0, help="Seed of all that is drawn.")]
-_Body = Annotated[str, typer.Option(metavar="NAME", help="The robots, such as H25 or T1.")]
+_Body = Annotated[str, typer.Option(metavar="NAME", help="The robots, such as T1.")]
 _Noise = Annotated[bool, typer.Option("--noise", help="Senses, pictures and gears as of real robots.")]
 _Rules = Annotated[
     Path,
@@ -54,7 +55,7 @@ def play(
     players: _Players = 2,
     minutes: _Minutes = 4.0,
     seed: _Seed = 1,
-    body: _Body = "H25",
+    body: _Body = DEFAULT_BODY,
     noise: _Noise = False,
     rules: _Rules = RULES,
     report: Annotated[
@@ -111,7 +112,7 @@ def play_tournament(
         int, typer.Option(metavar="N", min=1, max=100, help="Matches of each two, sides change.")
     ] = 2,
     seed: _Seed = 1,
-    body: _Body = "H25",
+    body: _Body = DEFAULT_BODY,
     noise: _Noise = False,
     rules: _Rules = RULES,
     workers: Annotated[
@@ -124,7 +125,7 @@ def play_tournament(
 ) -> None:
     """Let everybody's document play against everybody's: a table, and the page of each match.
 
-    Each match has a process of its own: a document that raises an error, hangs or ends its process loses its
+    Each match has a separate process: a document that raises an error, hangs or ends its process loses its
     matches, and changes no other. Code of the documents runs as you: let only documents play that you trust.
     """
     from rich.console import Console

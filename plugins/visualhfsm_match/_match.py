@@ -13,17 +13,18 @@ import msgspec
 import numpy as np
 
 from hfsm_runtime.virtual import ExecutionError, TaskClock
-from hfsm_runtime.virtual.together import Together
 from naoserver.bodies import find_body
 from naoserver.errors import InvalidCommand, RobotError
 from naoserver.soccer_field.model import Field
 from naoserver_sim.arena import Arena
 from naoserver_sim.world import RobotPlace, World, load_world
+from visualhfsm.plugins import VirtualMedium
 from visualhfsm_match._errors import MatchError
 from visualhfsm_match._film import Film
-from visualhfsm_match._player import Player
+from visualhfsm_match._player import TICK, Player
 from visualhfsm_match._referee import BALL_RADIUS, PERIOD, Event, Put, Referee, Seen, Sight
 from visualhfsm_match._rules import Rules
+from zenoh_ice import VirtualClock
 
 BALL: Final = "Ball"
 COLORS: Final = ("red", "blue")
@@ -31,6 +32,7 @@ SHIRTS: Final = ((0.85, 0.15, 0.12), (0.12, 0.3, 0.85))
 """Of the first team, and of the second."""
 _ASIDE: Final = 0.35
 """m by which a robot is put elsewhere where there is no room."""
+_NANOSECONDS: Final = 1_000_000_000
 _LONGEST_REASON: Final = 2000
 
 
@@ -84,7 +86,7 @@ class _Match:
         names = [tuple(f"{color}{number + 1}" for number in range(plan.players)) for color in COLORS]
         self._plan: Final = plan
         self._on_turn: Final = on_turn
-        self._clock: Final = TaskClock()
+        self._clock: Final = VirtualClock()
         self._names: Final = [name for each in names for name in each]
         self._numbers: Final = {team: number + 1 for number, team in enumerate(plan.teams)}
         world = load_world("soccer")
@@ -107,13 +109,15 @@ class _Match:
         self._waiting.clear()  # all begin there
         self._tries: dict[str, int] = {}
         self._players: list[Player | None] = []
-        self._together: Final = Together(self._clock, self._note_turn)
+        medium = VirtualMedium.noisy(plan.seed) if plan.noise else VirtualMedium()
         for name, robot in zip(self._names, self._arena.robots, strict=True):
             team = self._referee.players[name].team
             document = Path(plan.documents[plan.teams.index(team)])
             player: Player | None = None
             with self._judged(team):
-                player = Player(name, robot, document, self._referee, self._clock)
+                player = Player(
+                    name, robot, document, referee=self._referee, medium=medium, follow_clock=self._follow
+                )
                 ends.callback(player.close)
             self._players.append(player)
 
@@ -141,14 +145,31 @@ class _Match:
                 if player is not None and not referee.over:
                     with self._judged(player.team):
                         player.follow()
-            self._together.runs = [None if player is None else player.run for player in self._players]
-            self._together.advance(PERIOD, self._failed)
+            self._advance()
             self._arena.check()
             sight = self._sight()
             self._waiting.update((put.name, put) for put in referee.see(sight))
             self._put()
             film.look(sight.time)
         return self._result(film)
+
+    def _advance(self) -> None:
+        """Let a period pass, tick by tick: in each the world moves first, then the players in their order."""
+        start = self._clock.moment
+        for tick in range(1, round(PERIOD / TICK) + 1):
+            moment = start + round(tick * TICK * _NANOSECONDS)
+            for player in self._players:
+                if player is not None and not self._referee.over:
+                    with self._judged(player.team):
+                        player.advance(moment)
+            self._follow_to(moment)
+
+    def _follow(self, clock: TaskClock) -> None:
+        """Move the world to the time of a player, unless another one was there before."""
+        self._follow_to(clock.moment)
+
+    def _follow_to(self, moment: int) -> None:
+        self._clock.advance(max(0, moment - self._clock.moment) / _NANOSECONDS)
 
     def _sight(self) -> Sight:
         x, y, _ = self._arena.truth().objects[BALL].position
@@ -184,19 +205,11 @@ class _Match:
         finally:
             self._on_turn(0)
 
-    def _failed(self, number: int, error: Exception) -> None:
-        self._lose(self._referee.players[self._names[number]].team, error)
-        self._together.runs = [None] * len(self._names)
-
     def _lose(self, team: str, error: Exception) -> None:
         text = str(error) or type(error).__name__
         if not isinstance(error, ExecutionError | RobotError):
             text = f"{type(error).__name__}: {text}"
         self._referee.forfeit(team, text.partition("\ntimeline of")[0][:_LONGEST_REASON])
-
-    def _note_turn(self, number: int | None) -> None:
-        player = None if number is None else self._players[number]
-        self._on_turn(0 if player is None else self._numbers[player.team])
 
     def _result(self, film: Film) -> Result:
         referee = self._referee

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
@@ -10,12 +11,17 @@ from hfsm_runtime.component import parameters_of, proxies_of
 from hfsm_runtime.virtual import Execution, TaskClock, VirtualWorld
 from interfaces.nao import RefereePrx
 from naoserver.protocol.robot import Robot
+from naoserver.serving.medium import Membership
+from visualhfsm.plugins import VirtualMedium
 from visualhfsm.simulation import RobotUnderTest, load_component
 from visualhfsm_match._referee import Put, Referee
 from visualhfsm_match._servant import IDENTITY, RefereeI
 
 _HIDDEN: Final = ("GroundTruth", "Scene")
 """Servants of a simulation alone, with which a document would cheat."""
+TICK: Final = 0.01
+"""s from one control tick of the robots to the next: so far one player runs ahead of the others."""
+_NANOSECONDS: Final = 1_000_000_000
 _KEPT: Final = 50
 """Events and calls that are remembered, for errors to tell."""
 
@@ -38,19 +44,34 @@ class Player:
     when it returns from a penalty, as if somebody pressed a button: with its place in its parameters
     `start_x`, `start_y` and `start_heading`, if it has them; and ends when play stops. Raises
     DocumentInvalid, and what the component's code raises.
+
+    It has its own clock, which calls `follow_clock` in each control tick: code that sleeps leaves others
+    alone.
     """
 
-    def __init__(self, name: str, robot: Robot, document: Path, referee: Referee, clock: TaskClock) -> None:
+    def __init__(
+        self,
+        name: str,
+        robot: Robot,
+        document: Path,
+        *,
+        referee: Referee,
+        medium: VirtualMedium,
+        follow_clock: Callable[[TaskClock], None],
+    ) -> None:
         self.name: Final = name
         self.team: Final = referee.players[name].team
         self.run: Execution | None = None
         """The component that plays; None while the referee holds it."""
         self._referee: Final = referee
         self._document: Final = document
-        self._surroundings: Final = _Surroundings(clock, kept=_KEPT)
+        self._clock: Final = TaskClock()
+        self._clock.call_every(TICK, lambda: follow_clock(self._clock))
+        self._surroundings: Final = _Surroundings(self._clock, kept=_KEPT)
         self._servant: Final = RefereeI(referee, name)
+        member = Membership(name, self.team, medium.at(self._clock), session=referee.players[name].number)
         self.robot: Final = RobotUnderTest(
-            robot, clock, self._surroundings.network, camera="rendered", without=_HIDDEN
+            robot, self._clock, self._surroundings.network, member=member, without=_HIDDEN
         )
         self._surroundings.network.serve(IDENTITY, self._servant)
         self._component: Final = load_component(document)
@@ -66,11 +87,16 @@ class Player:
             self.run = Execution(self._component(), self._surroundings, parameters=self._start())
         self._servant.publish()
 
+    def advance(self, moment: int) -> None:
+        """Let its time pass until a moment in ns; raises what the component's code raises."""
+        behind = moment - self._clock.moment
+        if behind >= 0:  # code that waited may be ahead
+            (self.run or self._clock).advance(behind / _NANOSECONDS)
+
     def stop(self) -> None:
         """End the component."""
         run, self.run = self.run, None
         if run is not None:
-            run.alone = False
             run.close()
 
     def put(self, place: Put) -> None:

@@ -30,7 +30,7 @@ class Fixture(NamedTuple):
 
 
 def play_match(fixture: Fixture, limit: float, longest_turn: float = LONGEST_TURN) -> Result:
-    """Play a match in a process of its own, within `limit` s by the wall. Raises MatchError.
+    """Play a match in a separate process, within `limit` s by the wall. Raises MatchError.
 
     A team whose code ran when the process ended, or was ended, loses. A piece of code may compute for
     `longest_turn` s of processor time.
