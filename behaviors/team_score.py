@@ -65,14 +65,18 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
     PACE = 0.08  # m/s, of a walk to the ball and round it
     FAR = 60.0  # s, the cost of what nobody can say
 
-    def take_role(self):
-        """Report the team what this robot knows, and return which role it has: one robot strikes, one keeps the goal."""
+    def take_role(self, role):
+        """Report the team what this robot knows, and return its role, which was `role`: one strikes, one keeps the goal."""
         here, facing = self.place()
         self.Team.reportPlace(here.real, here.imag, cmath.phase(facing))
         ball, seen_at = self.sight
         if ball is not None and seen_at != self.reported_at:
             self.reported_at = seen_at
             self.Team.reportBall(ball.real, ball.imag)
+        moving = self.Postures.getPostureState().status, self.Motions.getMotionState().status
+        if role and ActionStatus.Moving in moving:  # it cannot let go within a kick
+            self.Team.claim(role, 0.0)
+            return role
         if self.Team.claim("striker", self.seconds_to_ball()):
             self.Team.release("keeper")
             return "striker"
@@ -440,7 +444,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         def state_support():
             nonlocal corner, role, spot
             # <code 1.1>
-            role = self.take_role()
+            role = self.take_role(role)
             spot = self.take_place(self.spot_beside_ball(), spot)
             corner = self.search(corner)
             # </code 1.1>
@@ -467,7 +471,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         def state_strike():
             nonlocal role
             # <code 1.2>
-            role = self.take_role()
+            role = self.take_role(role)
             # </code 1.2>
 
         state_2 = State(
@@ -489,7 +493,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         def state_keep():
             nonlocal corner, role, spot
             # <code 1.3>
-            role = self.take_role()
+            role = self.take_role(role)
             spot = self.take_place(self.spot_in_goal(), spot)
             corner = self.search(corner)
             # </code 1.3>
@@ -530,7 +534,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         def state_scored():
             nonlocal role
             # <code 1.5>
-            role = self.take_role()
+            role = self.take_role(role)
             # </code 1.5>
 
         state_5 = State("scored", id=5, entry=entry_scored, code=state_scored)
@@ -586,6 +590,16 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
 
         transition_12 = Transition("tries again", state_4, state_4, id=12, seconds=12.0)
 
+        transition_13 = Transition("refused", state_1, state_4, id=13, event="refused")
+
+        transition_14 = Transition("refused", state_2, state_4, id=14, event="refused")
+
+        transition_15 = Transition("refused", state_3, state_4, id=15, event="refused")
+
+        transition_16 = Transition("refused", state_5, state_4, id=16, event="refused")
+
+        transition_17 = Transition("refused", state_4, state_4, id=17, event="refused")
+
         return Automaton(
             "team_score",
             id=1,
@@ -610,6 +624,11 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
                 transition_10,
                 transition_11,
                 transition_12,
+                transition_13,
+                transition_14,
+                transition_15,
+                transition_16,
+                transition_17,
             ),
         )
 
@@ -933,6 +952,21 @@ SOURCE_MAP = source_map(__file__, (  # the document, element by element: lines w
         6, "trigger 1.11", 1,
     ),
     ("transition 1.12",
+        8,
+    ),
+    ("transition 1.13",
+        8,
+    ),
+    ("transition 1.14",
+        8,
+    ),
+    ("transition 1.15",
+        8,
+    ),
+    ("transition 1.16",
+        8,
+    ),
+    ("transition 1.17",
         8,
     ),
     ("annotation 1.1",
