@@ -30,6 +30,8 @@ BALL: Final = "Ball"
 COLORS: Final = ("red", "blue")
 SHIRTS: Final = ((0.85, 0.15, 0.12), (0.12, 0.3, 0.85))
 """Of the first team, and of the second."""
+_SCATTER: Final = 0.1
+"""Standard deviation in m of the places where a match begins, and in rad of the headings."""
 _ASIDE: Final = 0.35
 """m by which a robot is put elsewhere where there is no room."""
 _NANOSECONDS: Final = 1_000_000_000
@@ -94,7 +96,9 @@ class _Match:
         self._referee: Final = Referee(
             plan.rules, self._field, dict(zip(plan.teams, names, strict=True)), plan.seconds, plan.seed % 2
         )
-        self._waiting: Final = {put.name: put for put in self._referee.begin(0.0)}
+        self._referee.begin(0.0)
+        self._referee.scatter(np.random.default_rng(plan.seed), _SCATTER)
+        self._waiting: Final = {player.name: player.place for player in self._referee.players.values()}
         try:
             self._arena: Final = Arena(
                 self._world(world),
@@ -131,7 +135,6 @@ class _Match:
                 shirt=SHIRTS[self._plan.teams.index(self._referee.players[name].team)],
             )
             for name, put in self._waiting.items()
-            if name
         )
         return msgspec.structs.replace(world, robots=robots)
 

@@ -11,6 +11,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Final, Literal, NamedTuple
 
+import numpy as np
+
 from interfaces.nao import MatchPhase, Offense
 from naoserver.soccer_field.model import Field
 from visualhfsm_match._rules import Rules
@@ -204,6 +206,13 @@ class Referee:
         """Begin the match at a time in s."""
         self._start = self.now = time
         return [*self._ready(self.kick_off)]
+
+    def scatter(self, random: np.random.Generator, deviation: float) -> None:
+        """Let robots begin somewhat elsewhere, by `deviation` in m, and in rad of their headings."""
+        for player in self.players.values():
+            x, y, heading = np.clip(random.normal(0.0, deviation, 3), -2 * deviation, 2 * deviation).tolist()
+            place = player.place
+            player.place = Put(player.name, place.x + x, place.y + y, place.heading + heading)
 
     def forfeit(self, team: str, why: str) -> None:
         """End the match: a team has lost it."""

@@ -217,6 +217,42 @@ def test_who_pushes_for_long_is_taken_off_but_not_who_stands():
     assert penalty_of(match, "blue2") is None
 
 
+def test_who_meet_front_to_front_do_not_push():
+    match = Match().whistle()
+    for step in range(90):
+        apart = max(0.3, 1.5 - 2 * WALK * step)
+        match.robots["red2"] = Seen(2.0 - apart / 2, 1.5)
+        match.robots["blue2"] = Seen(2.0 + apart / 2, 1.5)
+        match.pass_time()
+    assert penalty_of(match, "red2") is None
+    assert penalty_of(match, "blue2") is None
+
+
+def test_a_penalty_does_not_pass_while_all_stand_still():
+    match = Match().whistle()
+    match.robots["red2"] = Seen(-2.4, 3.8)
+    match.pass_time()
+    assert not match.referee.may_play("red2")
+    assert match.referee.may_play("red1")
+    match.kick("red1", 4.7, 0.0)
+    match.pass_time(2.1)
+    assert match.referee.phase.name == "Set"
+    left = match.referee.players["red2"].left
+    match.pass_time(2.0)
+    assert match.referee.players["red2"].left == left
+    match.pass_time(2.0)
+    assert match.referee.players["red2"].left < left
+
+
+def test_a_ball_counts_where_it_crossed_the_line():
+    match = Match().whistle()
+    match.ball = 4.4, 0.6
+    match.pass_time()
+    match.ball = 4.9, 0.85  # the middle of a post is at 0.8
+    match.pass_time()
+    assert match.referee.score == {"red": 1, "blue": 0}
+
+
 def test_the_others_stay_out_of_the_circle_until_the_ball_is_free():
     match = Match().whistle()
     match.robots["blue1"] = Seen(0.5, 0.0)
