@@ -218,13 +218,19 @@ class Setpoints:
     def __init__(self, joints: Sequence[JointFacts]) -> None:
         self._joints = {joint.name: joint for joint in joints}
         self._ways = {joint.name: _Way(-math.inf, 0.0, 0.0, 0.0) for joint in joints}
+        self._limp = frozenset[str]()  # according to the newest report
 
     def at(self, time: float) -> tuple[float, ...]:
         """Return every setpoint at a time in s."""
         return tuple(way.at(time) for way in self._ways.values())
 
     def send(self, joint: str, target: float, speed: float, time: float) -> bool:
-        """Move a setpoint to a target at a speed; return False if it already rests there."""
+        """Move a setpoint to a target at a speed; return False if it already rests there.
+
+        That of a limp motor stays with its joint.
+        """
+        if joint in self._limp:
+            return True
         facts, value = self._joints[joint], self._ways[joint].at(time)
         if value == target and not self.moving(joint, time):
             return False
@@ -254,7 +260,8 @@ class Setpoints:
 
         The setpoint of a limp motor follows its joint.
         """
-        reports = zip(self._ways.copy(), commands, positions, stiffnesses, strict=True)
+        reports = [*zip(self._ways, commands, positions, stiffnesses, strict=True)]
+        self._limp = frozenset(joint for joint, _, _, stiffness in reports if stiffness == 0.0)
         for joint, command, position, stiffness in reports:
             if stiffness == 0.0:
                 self._ways[joint] = _Way(-math.inf, position, 0.0, position)
@@ -308,15 +315,14 @@ class NaoqiState:
         asked = self._clock.now()
         values = call(link, "ALMemory.getListData", layout.keys, timeout=self._limits.silence)
         answered = self._clock.now()
-        time = (asked + answered) / 2
         try:
-            measured = layout.read(values, time)
+            measured = layout.read(values, asked)  # no earlier: who waits for a time sees what came after it
         except (TypeError, ValueError) as error:
             raise CallFailed(f"ALMemory.getListData: {error}") from None
         joints = measured.joints
-        self._history.append((time, joints.positions))
+        self._history.append((asked, joints.positions))
         first, positions = self._history[0]
-        passed = time - first
+        passed = asked - first
 
         def measured_velocity(velocity: float, now: float, before: float) -> float:
             if not math.isnan(velocity):

@@ -98,6 +98,15 @@ def test_that_of_a_limp_motor_goes_along_with_its_joint(setpoints):
     assert setpoints.at(10.6)[YAW] == -0.7
 
 
+def test_that_of_a_limp_motor_heeds_no_command_until_it_is_stiff(setpoints):
+    setpoints.report(REST, REST, (0.0,) * 26, 9.9, 9.9)
+    assert setpoints.send("HeadYaw", 1.0, 1.0, 10.0)
+    assert setpoints.at(10.5)[YAW] == 0.0
+    setpoints.report(REST, REST, STIFF, 11.0, 11.0)
+    setpoints.send("HeadYaw", 1.0, 1.0, 11.0)
+    assert setpoints.at(11.5)[YAW] == 0.5
+
+
 class Interrupted(VirtualClock):
     """A clock at which something else happens, right after it was read."""
 
