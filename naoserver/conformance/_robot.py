@@ -84,8 +84,8 @@ class ServedRobot:
         return seen
 
     def watched(self, seconds: float) -> list[JointReading]:
-        """Return the robot's readings of some seconds of its time."""
-        end = self.robot.read().time + seconds
+        """Return the robot's readings from now to some seconds of its time later."""
+        end = self.robot.clock.now() + seconds
         return self.readings(lambda reading: reading.time >= end, "the time of readings goes on")
 
     def is_free(self, joint: str) -> bool:

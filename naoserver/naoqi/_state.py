@@ -218,13 +218,19 @@ class Setpoints:
     def __init__(self, joints: Sequence[JointFacts]) -> None:
         self._joints = {joint.name: joint for joint in joints}
         self._ways = {joint.name: _Way(-math.inf, 0.0, 0.0, 0.0) for joint in joints}
+        self._limp = frozenset[str]()  # according to the newest report
 
     def at(self, time: float) -> tuple[float, ...]:
         """Return every setpoint at a time in s."""
         return tuple(way.at(time) for way in self._ways.values())
 
     def send(self, joint: str, target: float, speed: float, time: float) -> bool:
-        """Move a setpoint to a target at a speed; return False if it already rests there."""
+        """Move a setpoint to a target at a speed; return False if it already rests there.
+
+        That of a limp motor stays with its joint.
+        """
+        if joint in self._limp:
+            return True
         facts, value = self._joints[joint], self._ways[joint].at(time)
         if value == target and not self.moving(joint, time):
             return False
@@ -243,21 +249,31 @@ class Setpoints:
         self._ways[joint] = _Way(time, value, 0.0, value)
 
     def report(
-        self, commands: Sequence[float], positions: Sequence[float], stiffnesses: Sequence[float], time: float
+        self,
+        commands: Sequence[float],
+        positions: Sequence[float],
+        stiffnesses: Sequence[float],
+        asked: float,
+        answered: float,
     ) -> None:
-        """Take NAOqi's report of every joint; the setpoint of a limp motor follows its joint."""
-        reports = zip(self._ways.copy(), commands, positions, stiffnesses, strict=True)
+        """Take NAOqi's report of every joint, which it made at some time between two in s.
+
+        The setpoint of a limp motor follows its joint.
+        """
+        reports = [*zip(self._ways, commands, positions, stiffnesses, strict=True)]
+        self._limp = frozenset(joint for joint, _, _, stiffness in reports if stiffness == 0.0)
         for joint, command, position, stiffness in reports:
             if stiffness == 0.0:
                 self._ways[joint] = _Way(-math.inf, position, 0.0, position)
                 continue
             way = self._ways[joint]
-            value = way.at(time)
-            if time > way.arrival + _REPORT:
-                if command != value or way.rate:
+            if asked > way.arrival + _REPORT:
+                if command != way.at(asked) or way.rate:
                     self._ways[joint] = _Way(-math.inf, command, 0.0, command)
-            elif time > way.time + _REPORT and abs(command - value) > _SLACK + abs(way.rate) * _REPORT:
-                self._ways[joint] = replace(way, time=time, value=command)  # something else moved it
+            elif asked > way.time + _REPORT:
+                low, high = sorted((way.at(asked), way.at(answered)))
+                if max(low - command, command - high) > _SLACK + abs(way.rate) * _REPORT:
+                    self._ways[joint] = replace(way, time=answered, value=command)  # something else moved it
 
 
 class NaoqiState:
@@ -296,17 +312,17 @@ class NaoqiState:
         """Measure. Raises CallFailed, CallTimeout or LinkLost."""
         layout = self._layout
         assert layout is not None
-        begun = self._clock.now()
+        asked = self._clock.now()
         values = call(link, "ALMemory.getListData", layout.keys, timeout=self._limits.silence)
-        time = (begun + self._clock.now()) / 2
+        answered = self._clock.now()
         try:
-            measured = layout.read(values, time)
+            measured = layout.read(values, asked)  # no earlier: who waits for a time sees what came after it
         except (TypeError, ValueError) as error:
             raise CallFailed(f"ALMemory.getListData: {error}") from None
         joints = measured.joints
-        self._history.append((time, joints.positions))
+        self._history.append((asked, joints.positions))
         first, positions = self._history[0]
-        passed = time - first
+        passed = asked - first
 
         def measured_velocity(velocity: float, now: float, before: float) -> float:
             if not math.isnan(velocity):
@@ -315,7 +331,7 @@ class NaoqiState:
 
         velocities = tuple(map(measured_velocity, joints.velocities, joints.positions, positions))
         with self._lock:
-            self._setpoints.report(joints.commands, joints.positions, joints.stiffnesses, time)
+            self._setpoints.report(joints.commands, joints.positions, joints.stiffnesses, asked, answered)
         self._newest = measured._replace(joints=replace(joints, velocities=velocities))
 
     def freeze(self) -> None:
@@ -324,9 +340,11 @@ class NaoqiState:
 
     def joints(self) -> JointReading:
         """Return the newest reading of the joints; the setpoints are those of this moment."""
+        # The reading first: its time is never after that of its setpoints.
+        newest, now = self._require().joints, self._now()
         with self._lock:
-            commands = self._setpoints.at(self._now())
-        return replace(self._require().joints, commands=commands)
+            commands = self._setpoints.at(now)
+        return replace(newest, commands=commands)
 
     def send(self, ways: Mapping[str, tuple[float, float]]) -> list[str]:
         """Move setpoints to targets at speeds from now on, by joint; return the joints that this changes."""

@@ -60,7 +60,6 @@ from visualhfsm._monitor.followers import Followers
 from visualhfsm._monitor.messages import PartLimits, Present, Snapshot, Stale, Structure
 from visualhfsm._monitor.realm.description import nao
 from visualhfsm._monitor.realm.follower import Follower, LiveStructure, Silence
-from visualhfsm._monitor.realm.pictures import OLDEST
 from visualhfsm._monitor.realm.robot import RobotMonitor, RobotState
 from visualhfsm._monitor.realm.run_log import LiveSnapshot
 from visualhfsm._monitor.recordings import open_recording
@@ -838,10 +837,10 @@ def test_a_run_has_pictures_of_all_cameras_from_its_beginning_though_no_window_s
 ) -> None:
     async def go(opened: Page) -> None:
         await opened.attach()
-        first = await opened.snapshot()
         for camera in ("Camera", "CameraBottom"):
-            while (jpeg := await opened.service.picture("walker", camera, first.at + OLDEST)) is None:
-                await opened.snapshot()
+            live = await opened.snapshot()
+            while (jpeg := await opened.service.picture("walker", camera, live.at)) is None:
+                live = await opened.snapshot()
             with Image.open(io.BytesIO(jpeg)) as image:
                 assert image.size == (320, 240)
 

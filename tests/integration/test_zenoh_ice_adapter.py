@@ -209,5 +209,6 @@ class TestLife:
 
 def waiting(pair: Pair, identity: str) -> int:
     """Return how many calls of a servant wait for their turn."""
+    gripper(pair.client, identity)  # who has heard of a servant can ask its process
     status = pair.client.processStatus(pair.server.client_id)
     return status.servants[f"{identity}@nao"].waiting

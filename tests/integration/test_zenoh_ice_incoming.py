@@ -220,8 +220,20 @@ class TestProcessStatus:
         assert is_used(carrier)
 
     def test_process_that_is_not_there_reports_nothing(self, pair: Pair) -> None:
-        with pytest.raises(ConnectionLostException, match="c0ffee"):
+        with pytest.raises(ConnectionLostException, match=r"c0ffee.*: it is gone, or not known here yet"):
             pair.client.processStatus("c0ffee")
+
+    def test_process_that_hangs_reports_nothing_within_the_limit(self, pair: Pair) -> None:
+        asked: list[zenoh.Query] = []
+
+        def ask() -> bool:
+            with pytest.raises(ConnectionLostException) as failure:
+                pair.client.processStatus("c0ffee", timeout=0.1)
+            return "c0ffee of realm nao did not report its status: there was no answer" in str(failure.value)
+
+        with session_of(pair.server).declare_queryable("@process/nao/c0ffee/status", asked.append):
+            until(ask)
+        assert asked
 
     @pytest.mark.parametrize(
         ("answer", "reason"),

@@ -195,7 +195,8 @@ class Network:
         return Registration(partial(undeclare, queryable))
 
     def ask_status(self, realm: str, process: str, timeout: float) -> Buffer:
-        with suppress(zenoh.ZError):  # no answer
+        why = "it is gone, or not known here yet, or access control denies it"
+        with suppress(zenoh.ZError):  # nobody is known who would answer: this ends at once
             reply = self.session.get(
                 f"@process/{realm}/{process}/status",
                 timeout=timeout,
@@ -205,10 +206,9 @@ class Network:
             ).recv()
             if reply.ok is not None:
                 return reply.ok.payload
-        raise ConnectionLostException(
-            f"the process {process} of realm {realm} did not report its status within {timeout:g} s: it is "
-            "gone, or hangs, or access control denies it"
-        )
+            why = f"there was no answer within {timeout:g} s"
+        what = f"the process {process} of realm {realm} did not report its status"
+        raise ConnectionLostException(f"{what}: {why}")
 
     def close(self) -> None:
         with self._lock:
