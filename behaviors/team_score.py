@@ -590,15 +590,10 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
 
         transition_12 = Transition("tries again", state_4, state_4, id=12, seconds=12.0)
 
-        transition_13 = Transition("refused", state_1, state_4, id=13, event="refused")
+        def guard_fell_13():
+            return not self.Team.getReport().ready  # <trigger 1.13/>
 
-        transition_14 = Transition("refused", state_2, state_4, id=14, event="refused")
-
-        transition_15 = Transition("refused", state_3, state_4, id=15, event="refused")
-
-        transition_16 = Transition("refused", state_5, state_4, id=16, event="refused")
-
-        transition_17 = Transition("refused", state_4, state_4, id=17, event="refused")
+        transition_13 = Transition("fell", state_2, state_4, id=13, priority=2, guard=guard_fell_13)
 
         return Automaton(
             "team_score",
@@ -625,10 +620,6 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
                 transition_11,
                 transition_12,
                 transition_13,
-                transition_14,
-                transition_15,
-                transition_16,
-                transition_17,
             ),
         )
 
@@ -955,19 +946,7 @@ SOURCE_MAP = source_map(__file__, (  # the document, element by element: lines w
         8,
     ),
     ("transition 1.13",
-        8,
-    ),
-    ("transition 1.14",
-        8,
-    ),
-    ("transition 1.15",
-        8,
-    ),
-    ("transition 1.16",
-        8,
-    ),
-    ("transition 1.17",
-        8,
+        7, "trigger 1.13", 1,
     ),
     ("annotation 1.1",
         7,

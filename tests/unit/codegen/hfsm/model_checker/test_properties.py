@@ -9,6 +9,7 @@ import pytest
 
 from codegen.diagnostics import Diagnostics, Severity
 from codegen.hfsm import parse_document, read_document, resolve, write_document
+from codegen.hfsm.codes import Code
 from codegen.hfsm.document import Document
 from codegen.hfsm.known_interfaces import find_interfaces
 from codegen.hfsm.model_checker import Verdict, check_model, read_operations, report_model
@@ -48,8 +49,10 @@ def test_the_behaviors_raise_no_alarm(path: Path) -> None:
     operations = read_operations(doc, KNOWN, diagnostics)
     report = check_model(doc, path, operations=operations)
     report_model(report, diagnostics)
-    assert list(diagnostics) == []
-    assert report.complete
+    # Two automata of team_score look and walk with code that the checker cannot follow, and it says where.
+    is_followed = path.stem != "team_score"
+    assert [each.code for each in diagnostics] == ([] if is_followed else [Code.UNCLEAR_CODE] * 3)
+    assert report.complete == is_followed
 
 
 @pytest.fixture(scope="module")
