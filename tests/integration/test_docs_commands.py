@@ -37,6 +37,7 @@ ELSEWHERE: Final = {
     r"pip install": "downloads; `make_environment` does what it does",
     r"naoserver-naoqi --robot tcp://nao\.local": "needs a real robot; test_naoqi_command starts it beside a NAOqi",
     r"export|ros2": "ROS is not installed; test_ros_zenoh_peer talks with its wire format",
+    r"visualhfsm (match|tournament)": "takes minutes; test_match plays one",
     r"visualhfsm trials behaviors/score": "takes half an hour; test_football_trials runs some of its trials",
     r"zenohd": "a router that is not ours is not installed",
 }

@@ -47,7 +47,7 @@ WEIGHT_TOLERANCE = 0.1
 RATE_TOLERANCE = 0.1
 """In rad/s, at rest."""
 
-ALWAYS = {"Body", "Clock", "Description", "Health", "Safety"}
+ALWAYS = {"Body", "Clock", "Description", "Health", "Safety", "Team"}
 OF_A_PART: Final[Mapping[str, Callable[[Body], object]]] = {
     "Battery": lambda body: body.battery,
     "Encoders": lambda body: body.walk,

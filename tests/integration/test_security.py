@@ -170,6 +170,7 @@ def test_a_user_who_declares_and_ends_tokens_of_another_does_not_end_that_one(
         "operator": {"call": ["**"]},
         "student": {"call": ["*.get*"]},
         "gateway": {},
+        "agent": {},
     }
     with routing(own_keys.settings("router", security={"roles": roles})):
         robot, operator, student = (

@@ -137,7 +137,8 @@ class Assets:
             plain = path.read_bytes()
             if not name.startswith(_LIBRARIES) and (strip := _STRIPPED.get(path.suffix)) is not None:
                 plain = strip(plain.decode()).encode()
-            packed = gzip.compress(plain, 6, mtime=0) if path.suffix in _COMPRESSED else None
+            # As small as it gets: it is packed once.
+            packed = gzip.compress(plain, mtime=0) if path.suffix in _COMPRESSED else None
             known = self._files[name] = _File(stamp, plain, packed)
         return known
 

@@ -51,6 +51,7 @@ _WORLDS: Final = (
     Message("A floor, and a red and a green ball that are moved by BallRedMotors and BallGreenMotors"),
     Message("Four walls, a table, a crate, boxes that can be pushed, and a ball"),
     Message("A field of the Standard Platform League, a ball on its center, the robot behind it"),
+    Message("A field of the Standard Platform League, a ball on its center, two robots of each team"),
 )
 """The descriptions in the files of the simulation's worlds."""
 

@@ -177,11 +177,7 @@ let waiting = 0;
 /** Whether a step is possible, or may be after pending ones. @param {"undo" | "redo"} op */
 export const canStep = (op) => waiting > 0 || hasStep(op, page.tab);
 
-/**
- * Whether a tab has a step; what is being typed is one by the time the server is asked.
- *
- * @param {"undo" | "redo"} op @param {number} tab
- */
+/** What is being typed becomes a step, too. @param {"undo" | "redo"} op @param {number} tab */
 const hasStep = (op, tab) =>
   Boolean(store.documents.get(tab)?.[op].length) ||
   (op === "undo" && [...store.unsaved.values()].some((piece) => piece.tab === tab));

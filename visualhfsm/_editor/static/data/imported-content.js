@@ -31,7 +31,7 @@ export function showImports() {
   store.addEventListener("connection", () => store.online && lookAtImports(page.tab, true)); // not asked while offline
 }
 
-/** Resolves when the imports that the shown document has by now are shown. */
+/** Resolves when all imports are shown. */
 export const importsShown = () => shown;
 
 /** @param {number} tab */

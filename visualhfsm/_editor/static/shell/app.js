@@ -101,8 +101,8 @@ export class HfsmApp extends PageElement {
     this.listen(store, "document", ({detail}) => {
       if (detail.tab === page.tab) page.prune();
     });
-    store.addEventListener("outside", ({detail: {tab, state, message}}) => {
-      if (state === "reloaded" && message) notify(message, "info", undefined, {tab});
+    this.listen(store, "outside", ({detail}) => {
+      if (detail.state === "reloaded" && detail.message) notify(detail.message, "info", undefined, detail);
     });
     store.addEventListener("document", () => setTimeout(() => this.#loadLater(), UNHURRIED), {once: true});
     this.listen(store, "closed", ({detail}) => page.forget(detail.tab));

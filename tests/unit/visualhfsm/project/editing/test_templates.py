@@ -22,6 +22,7 @@ def test_there_is_an_empty_template_and_the_behaviors_without_importing_them() -
         "follow_ball",
         "get_up",
         "score",
+        "team_score",
     ]
     assert all(each.description for each in templates)
     assert not {name for name in set(sys.modules) - modules if name.startswith("behaviors")}
