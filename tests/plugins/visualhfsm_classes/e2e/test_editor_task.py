@@ -67,6 +67,7 @@ def test_marks_and_pictures_that_lie_beside_it_are_shown_and_nothing_else(
     text = "# Draw\n![a robot](robot.png) ![another](../other.png) [bad](javascript:alert(1)) [web](https://a.example)"
     path.with_name("task.md").write_text(text)
     path.with_name("marks.md").write_text(MARKS)
+    expect(task(shown)).to_be_visible()  # it opens by itself; opened again, it shows what lies there by now
     shown.press("Alt+k", "Alt+k")
     expect(task(shown)).to_contain_text("Your marks")
     expect(task(shown)).to_contain_text("<img src=x onerror=alert(1)>")
