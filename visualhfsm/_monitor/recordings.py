@@ -365,10 +365,11 @@ class _Reader:
             self._intervention = None
 
     def _precede(self, time: float) -> None:
-        """Let the last intervention precede the changes after it: a late cycle has the time of its slot."""
+        """Let the interventions precede the changes after them: a late cycle has the time of its slot."""
         if self._intervention is not None and time <= self._intervention.since:
             since = max(0.0, time - _JUST_BEFORE)
             self._intervention = msgspec.structs.replace(self._intervention, since=since)
+            self.log.interventions.precede(since)
 
     def _keep_intervention(self) -> None:
         """Note the last intervention, which was not refused."""

@@ -128,6 +128,13 @@ class Interventions:
             self._lost += len(self._kept) == _MOST_INTERVENTIONS
             self._kept.append(intervention)
 
+    def precede(self, since: float) -> None:
+        """Let all that are kept have been done after a component time in s at most."""
+        with self._lock:
+            late = [each for each in self._kept if each.since > since]
+            for each in late:
+                self._kept[self._kept.index(each)] = msgspec.structs.replace(each, since=since)
+
 
 class RunLog:
     """The moments of one run, the newest that fit. It may be used from any thread."""

@@ -289,3 +289,10 @@ def test_the_newest_interventions_are_kept_in_order_and_long_values_are_not() ->
     assert (len(kept), made.lost) == (1000, 200)
     assert [each.since for each in kept] == [*range(300), *range(500, 1200)]
     assert [each.since for each in kept if each.value is None] == [500]
+
+
+def test_what_was_done_before_keeps_its_place_when_the_last_is_found_to_be_earlier() -> None:
+    done = Interventions([Intervention("setVariable", 1.0, 1.1, name="x")])
+    done.precede(0.5)
+    done.add(Intervention("setVariable", 0.5, 1.2, name="bold"))
+    assert [each.name for each in done.kept] == ["x", "bold"]
