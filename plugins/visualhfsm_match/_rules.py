@@ -41,11 +41,6 @@ class Rules(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     kick_off: Places
     waiting: Places
 
-    @property
-    def most_players(self) -> int:
-        """Return for how many robots of a team there are places to begin."""
-        return min(len(self.kick_off), len(self.waiting))
-
 
 def load_rules(path: Path = RULES) -> Rules:
     """Return the rules of a TOML file. Raises MatchError."""

@@ -131,9 +131,8 @@ class Interventions:
     def precede(self, since: float) -> None:
         """Let all that are kept have been done after a component time in s at most."""
         with self._lock:
-            late = [each for each in self._kept if each.since > since]
-            for each in late:
-                self._kept[self._kept.index(each)] = msgspec.structs.replace(each, since=since)
+            earlier = (msgspec.structs.replace(each, since=min(each.since, since)) for each in self._kept)
+            self._kept = deque(earlier, _MOST_INTERVENTIONS)
 
 
 class RunLog:
