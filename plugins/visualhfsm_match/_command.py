@@ -11,7 +11,7 @@ import typer
 
 from naoserver.bodies import DEFAULT_BODY
 from visualhfsm.plugins import examples
-from visualhfsm_match._rules import RULES
+from visualhfsm_match._rules import RULES, Rules, load_rules
 
 if TYPE_CHECKING:
     from visualhfsm_match._match import Plan
@@ -80,7 +80,7 @@ def play(
         minutes=minutes,
         seed=seed,
         body=body,
-        rules=rules,
+        rules=load_rules(rules),
         noise=noise,
     )
     result = play_match(Fixture(plan, report.resolve()), _limit(minutes))
@@ -140,7 +140,7 @@ def play_tournament(
     if len(documents) < 2:
         raise MatchError.because("{folder}: a tournament needs two documents", folder=str(folder))
     out.mkdir(parents=True, exist_ok=True)
-    fixtures = []
+    fixtures, judged = [], load_rules(rules)
     for number, pair in enumerate(combinations(documents, 2)):
         for again in range(matches):
             sides = pair if again % 2 == 0 else pair[::-1]
@@ -150,7 +150,7 @@ def play_tournament(
                 minutes=minutes,
                 seed=seed + again,
                 body=body,
-                rules=rules,
+                rules=judged,
                 noise=noise,
                 among=documents,
             )
@@ -177,12 +177,11 @@ def _plan(
     minutes: float,
     seed: int,
     body: str,
-    rules: Path,
+    rules: Rules,
     noise: bool,
     among: list[Path] | None = None,
 ) -> Plan:
     from visualhfsm_match._match import Plan
-    from visualhfsm_match._rules import load_rules
     from visualhfsm_match._series import team_names
 
     among = among or [*documents]
@@ -196,7 +195,7 @@ def _plan(
         players=players,
         seconds=60.0 * minutes,
         seed=seed,
-        rules=load_rules(rules),
+        rules=rules,
         body=body,
         noise=noise,
     )
