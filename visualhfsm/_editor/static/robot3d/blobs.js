@@ -14,9 +14,9 @@ export class Blobs extends Group {
   /** @type {Map<Object3D, {blob: Mesh<CircleGeometry, MeshBasicMaterial>, radius: number}>} */
   #blobs = new Map();
 
-  /** Place one below each visible thing. @param {Object3D} torso @param {Object3D[]} things */
-  place(torso, things) {
-    const seen = new Set(torso.visible ? [torso, ...things] : things);
+  /** Place one below each visible robot and thing. @param {Object3D[]} torsos @param {Object3D[]} things */
+  place(torsos, things) {
+    const seen = new Set([...torsos.filter(({visible}) => visible), ...things]);
     for (const [thing, {blob}] of this.#blobs)
       if (!seen.has(thing)) {
         blob.material.dispose();
@@ -24,9 +24,10 @@ export class Blobs extends Group {
         this.#blobs.delete(thing);
       }
     for (const thing of seen) {
-      const {blob, radius} = this.#of(thing, thing === torso);
+      const isTorso = torsos.includes(thing);
+      const {blob, radius} = this.#of(thing, isTorso);
       const {x, y, z} = thing.position;
-      const height = thing === torso ? 0 : Math.max(0, z - radius);
+      const height = isTorso ? 0 : Math.max(0, z - radius);
       blob.position.set(x, y, LIFT);
       blob.material.opacity = DARKEST * Math.max(0, 1 - height / HIGHEST);
     }
