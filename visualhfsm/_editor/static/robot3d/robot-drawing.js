@@ -26,6 +26,7 @@ import {WorldDrawing} from "./world-drawing.js";
 const SUN = new Vector3(1.2, -0.9, 3);
 const SHADED = 1.6;
 const SHADOW_PIXELS = 1024;
+const SOFT = 4; // pixels of the shadow over which its edge fades
 
 const SIMPLE = 0.75; // pixels of a simple picture per pixel of the screen, along a side
 
@@ -109,9 +110,14 @@ export class RobotDrawing {
     return this.others.get(this.watched)?.body ?? this.body;
   }
 
+  /** What a view from around shows besides: things and other robots. */
+  get #around() {
+    const torsos = Array.from(this.others.values(), ({body}) => body.torso);
+    return [...this.world.seen, ...torsos.filter(({visible}) => visible)];
+  }
+
   #fit() {
-    const size = this.#followed?.size;
-    this.viewpoints.fit(size?.height, size?.width);
+    this.viewpoints.fit(this.#followed?.size);
   }
 
   /** Place everything; returns whether anything of the robot is known. @param {Moment} moment */
@@ -128,10 +134,11 @@ export class RobotDrawing {
     world.pose(moment.objects);
     const followed = this.#followed;
     if (followed) {
-      viewpoints.keep(followed, world.seen);
+      viewpoints.keep(followed, this.#around);
       world.center(viewpoints.at);
-      const bodies = [...(body ? [body] : []), ...Array.from(this.others.values(), (other) => other.body)];
-      const torsos = bodies.map(({torso}) => torso);
+      const torsos = [body, ...Array.from(this.others.values(), (other) => other.body)].flatMap(
+        (each) => each?.torso ?? [],
+      );
       if (this.blobs.visible) this.blobs.place(torsos, world.seen);
       this.sun.position.copy(viewpoints.at).add(SUN);
       this.sun.target.position.copy(viewpoints.at);
@@ -149,7 +156,7 @@ export class RobotDrawing {
 
   /** Show it from another viewpoint. @param {View} view */
   look(view) {
-    this.viewpoints.choose(view, this.#followed, this.world.seen);
+    this.viewpoints.choose(view, this.#followed, this.#around);
   }
 
   /** Resolves when the present places have been drawn. */
@@ -175,9 +182,11 @@ export class RobotDrawing {
       this.#frame = undefined;
       if (this.#hidden) return this.redraw();
       this.#drawn = performance.now();
+      if (this.#followed?.torso.visible) this.viewpoints.turn(this.#drawn);
       this.renderer.render(this.scene, this.viewpoints.camera);
       for (const resolve of this.#waiting.splice(0)) resolve();
       this.#after.port2.postMessage(null);
+      if (this.viewpoints.turning) this.redraw();
     });
   }
 
@@ -237,6 +246,7 @@ function sunlight() {
   const sun = new DirectionalLight(0xffffff, 1.9);
   sun.shadow.mapSize.set(SHADOW_PIXELS, SHADOW_PIXELS);
   Object.assign(sun.shadow.camera, {left: -SHADED, right: SHADED, top: SHADED, bottom: -SHADED, near: 0.5, far: 6});
+  sun.shadow.radius = SOFT;
   sun.shadow.bias = -0.0004;
   sun.shadow.normalBias = 0.003;
   return sun;
