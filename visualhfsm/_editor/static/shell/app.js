@@ -374,6 +374,7 @@ export class HfsmApp extends PageElement {
   async #loadLater() {
     this.#restore();
     if (viewing.on) return; // who may not draw needs no shelf
+    import("../canvas/first-sentence.js").then(({invite}) => invite(this.canvas));
     await this.panels.load("hfsm-shelf");
     this.requestUpdate();
   }
