@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, Self
 
 from hfsm_runtime import Component
@@ -41,11 +42,18 @@ class Team:
     documents stands where it is. `close`, or the end of a `with` block, ends all.
     """
 
-    def __init__(self, arena: Arena, clock: VirtualClock, medium: VirtualMedium) -> None:
+    def __init__(
+        self,
+        arena: Arena,
+        clock: VirtualClock,
+        medium: VirtualMedium,
+        simulate: Callable[..., Behavior] = simulate,
+    ) -> None:
         self.arena: Final = arena
         """The world, with its `robots`, to look at and to place them."""
         self._clock: Final = clock
         self._medium: Final = medium
+        self._simulate: Final = simulate
         self._closing: Final = ExitStack()
         self._closing.callback(arena.close)
         self.behaviors: list[Behavior] = []
@@ -61,7 +69,7 @@ class Team:
             medium = self._medium.at(clock)
             member = Membership(device.name, device.team, medium, session=len(self.behaviors))
         made = partial(RobotUnderTest, as_camera(device, camera), clock, member=member)
-        behavior = simulate(document, robot=made, clock=clock, **options)
+        behavior = self._simulate(document, robot=made, clock=clock, **options)
         self._closing.callback(behavior.close)
         self.behaviors.append(behavior)
 
@@ -122,13 +130,16 @@ def simulate_team(
     seed: int | None = None,
     noise: bool = False,
     posture: str | None = None,
+    parameters: Mapping[str, object] | Sequence[Mapping[str, object]] = MappingProxyType({}),
+    simulate: Callable[..., Behavior] = simulate,
     **options: Any,  # noqa: ANN401 - those of Behavior
 ) -> Team:
     """Return behaviors in virtual time with a robot each in one world; close it, or use a `with` block.
 
     Without a list of robots in the `world` they stand side by side; `body` is what those are whose place
-    names none. `options` are those of each behavior, such as `parameters`. Raises ValueError for more
-    documents than robots, and what `simulate` and `Arena` raise.
+    names none. `parameters` are those of all behaviors, or a list with those of each. `simulate` makes a
+    behavior, with `options` such as `on_error`. Raises ValueError for more documents than robots, and what
+    `simulate` and `Arena` raise.
     """
     from naoserver_sim.arena import Arena  # load MuJoCo only when it is used
     from naoserver_sim.world import DEFAULT_WORLD, load_world, side_by_side
@@ -149,10 +160,12 @@ def simulate_team(
         noise=noise,
         posture=posture,
     )
-    team = Team(arena, clock, VirtualMedium.noisy(seed or 0) if noise else VirtualMedium())
+    medium = VirtualMedium.noisy(seed or 0) if noise else VirtualMedium()
+    team = Team(arena, clock, medium, simulate)
+    each = [parameters] * len(documents) if isinstance(parameters, Mapping) else parameters
     try:
-        for document in documents:
-            team.add(document, camera, **options)
+        for document, values in zip(documents, each, strict=True):
+            team.add(document, camera, parameters=values, **options)
     except BaseException:
         team.close()
         raise

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import io
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -38,11 +38,12 @@ class Archive:
     digest: str
 
 
-def make_archive(document: Path, content: bytes | None = None) -> Archive:
+def make_archive(document: Path, content: bytes | None = None, others: Sequence[str] = ()) -> Archive:
     """Pack a document's folder, without what is hidden and documents of others, and its project's interfaces.
 
     Generated components are left out, too: each trial compiles its own. `content` is that of the document if
-    its changes are not saved. Raises TrialsError when they are too many or too large.
+    its changes are not saved, and `others` are the names of documents beside it that run with it. Raises
+    TrialsError when they are too many or too large.
     """
     folder = document.parent.resolve()
     name = folder.name or "documents"
@@ -51,7 +52,11 @@ def make_archive(document: Path, content: bytes | None = None) -> Archive:
     if beside.is_dir() and name != INTERFACES and str(beside) not in interfaces.__path__:
         parts[INTERFACES] = beside
     document = document.resolve()
-    packed = _pack(parts, _documents(document), {} if content is None else {document: content})
+    packed = _pack(
+        parts,
+        _documents(document, *map(folder.joinpath, others)),
+        {} if content is None else {document: content},
+    )
     return Archive(f"{name}/{document.name}", packed, hashlib.sha256(packed).hexdigest())
 
 
@@ -91,9 +96,9 @@ def _pack(parts: dict[str, Path], documents: frozenset[Path], contents: Mapping[
     return packed.getvalue()
 
 
-def _documents(document: Path) -> frozenset[Path]:
-    """Return a document and those whose automata it imports; its run reports what is wrong in them."""
-    return frozenset(reached([document], _imports))
+def _documents(*documents: Path) -> frozenset[Path]:
+    """Return documents and those whose automata they import; a run reports what is wrong in them."""
+    return frozenset(reached(documents, _imports))
 
 
 def _imports(path: Path) -> Iterator[Path]:

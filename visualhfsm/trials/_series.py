@@ -70,7 +70,7 @@ class Series:
         plan.check_names()
         check_scene(plan)
         self.plan: Final = plan
-        self.archive: Final[Archive] = make_archive(Path(plan.document), content)
+        self.archive: Final[Archive] = make_archive(Path(plan.document), content, plan.others)
 
     @property
     def header(self) -> Header:

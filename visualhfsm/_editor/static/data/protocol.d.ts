@@ -801,6 +801,12 @@ export interface Origin {
   commit: string;
 }
 
+/** Another robot of the world, which has a realm of its own. */
+export interface OtherRobot {
+  realm: string;
+  title: string;
+}
+
 /** A line that a component wrote, and the piece of code to which it refers, if any. */
 export interface OutputLine {
   text: string;
@@ -1266,6 +1272,7 @@ export interface RobotPush {
   simulation?: Simulation;
   hasBalls?: boolean;
   postures?: string[];
+  others?: OtherRobot[];
   trouble?: string;
 }
 

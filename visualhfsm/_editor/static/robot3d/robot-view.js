@@ -1,6 +1,7 @@
 /**
  * The robot and its world in 3D, at the shown moment. three.js is loaded with this module.
  *
+ * @import {Other} from "./robot-drawing.js"
  * @import {WorldShape} from "./world-drawing.js"
  */
 
@@ -44,6 +45,7 @@ export class RobotView extends MonitorElement {
     says: {state: true},
     sees: {state: true},
     heard: {state: true},
+    watched: {state: true},
   };
 
   constructor() {
@@ -81,6 +83,10 @@ export class RobotView extends MonitorElement {
     this.shown = undefined;
     /** @type {Grabbing | undefined} */
     this.grabbing = undefined;
+    /** Other robots of the world of which it is asked how they look. @type {Set<string>} */
+    this.coming = new Set();
+    /** The other robot of the world that the view follows, until *Home* is chosen. */
+    this.watched = "";
     /** Whether this browser cannot draw in 3D. */
     this.impossible = false;
   }
@@ -96,7 +102,7 @@ export class RobotView extends MonitorElement {
       <div class="view-tools" role="toolbar" aria-label=${t("View")}>
         ${VIEWS.filter(({id}) => this.sees || id !== "head").map(
           ({id, label, title}) =>
-            html`<button type="button" title=${title} @click=${() => this.drawing?.look(id)}>${label}</button>`,
+            html`<button type="button" title=${title} @click=${() => this.#look(id)}>${label}</button>`,
         )}
         ${
           this.#mayTouch
@@ -199,6 +205,7 @@ export class RobotView extends MonitorElement {
   #hint() {
     if (!monitor.looking && monitor.newest?.robot.health?.fallen && !this.simulated)
       return t("It has fallen. A real robot reports how far it is tilted, but not to which side.");
+    if (this.watched) return t("This is {name}. Home returns to your own robot.", {name: this.watched});
     if (this.pushes) return t("Drag the robot to push it, a ball to carry it.");
     return this.#mayTouch
       ? t("Drag to turn, with Shift to move, use the wheel to zoom. Drag a ball to carry it.")
@@ -298,6 +305,7 @@ export class RobotView extends MonitorElement {
       return;
     }
     await this.#wear();
+    this.#meet(moment.others ?? {});
     const known = this.drawing?.pose(moment);
     this.problem = known ? undefined : this.why || whyUnknown();
     if (!document.hidden) await this.drawing?.drawn();
@@ -332,6 +340,30 @@ export class RobotView extends MonitorElement {
     } catch {
       if (hash === this.worn) this.worn = ""; // the next moment asks again
     }
+  }
+
+  /** Draw the other robots of the world, once it is known how they look. @param {Record<string, Other>} others */
+  #meet(others) {
+    const {drawing} = this;
+    if (!drawing) return;
+    for (const name of drawing.others.keys()) if (!others[name]) drawing.part(name);
+    if (!others[this.watched]) this.watched = "";
+    if (drawing.watched !== this.watched && (!this.watched || drawing.others.has(this.watched)))
+      drawing.watch(this.watched);
+    for (const [name, {body}] of Object.entries(others)) {
+      if (drawing.others.get(name)?.hash === body || this.coming.has(name)) continue;
+      this.coming.add(name);
+      bodyOf(body)
+        .then((described) => this.drawing?.meet(name, body, described))
+        .catch(() => undefined) // the next moment asks again
+        .finally(() => this.coming.delete(name));
+    }
+  }
+
+  /** @param {import("./viewpoints.js").View} view */
+  #look(view) {
+    if (view === "home") this.watched = "";
+    this.drawing?.look(view);
   }
 
   /** Show the moment of the past or of a dry run, never mixed with the present robot. */

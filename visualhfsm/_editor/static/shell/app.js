@@ -289,14 +289,10 @@ export class HfsmApp extends PageElement {
           ${actionButton("up", this.context, {label: false})}<hfsm-breadcrumbs></hfsm-breadcrumbs>
         </div>
         <hfsm-tools ?hidden=${starting}></hfsm-tools>
-        <div class="toolbar" role="toolbar" aria-label=${t("View")} ?hidden=${starting}>
-          ${["undo", "redo", "zoomOut", "zoomIn", "fit", ...(monitor.hasRobot ? ["robotDock"] : [])].map((id) =>
-            actionButton(id, this.context, {label: false}),
-          )}
-        </div>
+        ${monitor.hasRobot && !starting ? actionButton("robotDock", this.context, {label: false}) : nothing}
       </div>
       ${banner(this.context)}
-      <div class="work ${isBeside ? "beside" : ""} ${this.tree}">
+      <div class="work ${isBeside ? "beside" : ""} ${this.side === "hfsm-code-panel" ? "with-code" : ""} ${this.tree}">
         <aside class="left" aria-label=${t("Automata and shelf")} ?hidden=${starting}>
           <div class="stacked">
             <nav aria-label=${t("Tree of automata")}><hfsm-tree></hfsm-tree></nav>
@@ -306,7 +302,12 @@ export class HfsmApp extends PageElement {
         </aside>
         <main aria-label=${t("Canvas")}>
           <div class="center" ?hidden=${starting}>
-            <div class="drawing">${this.canvas}</div>
+            <div class="drawing">
+              ${this.canvas}
+              <div class="toolbar" role="toolbar" aria-label=${t("View")}>
+                ${["undo", "redo", "zoomOut", "zoomIn", "fit"].map((id) => actionButton(id, this.context, {label: false}))}
+              </div>
+            </div>
             <div class="column" ?hidden=${!isBeside}>
               ${resizer({
                 name: t("Width of the panel"),
