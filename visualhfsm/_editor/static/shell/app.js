@@ -66,6 +66,8 @@ export class HfsmApp extends PageElement {
     this.knownTabs = undefined;
     /** Resolves when the overlay of the canvas has loaded. @type {Promise<void> | undefined} */
     this.overlay = undefined;
+    /** Resolves when what was shown before is asked for. @type {Promise<void> | undefined} */
+    this.restored = undefined;
   }
 
   /** Tags of the elements that were last requested beside and below the canvas; they may still be loading. */
@@ -133,8 +135,7 @@ export class HfsmApp extends PageElement {
     this.listen(store, "connection", () => this.#showBreakpoints());
     this.listen(store, "connection", () => this.#welcome());
     listenForStop();
-    if (browserStorage.getItem("visualhfsm.layout"))
-      import("./layouts.js").then((module) => module.restoreLayout(this));
+    if (windowStorage.getItem("visualhfsm.left") ?? browserStorage.getItem("visualhfsm.layout")) this.#restore();
     showImports();
     store.connect();
   }
@@ -365,9 +366,16 @@ export class HfsmApp extends PageElement {
       <footer><hfsm-status></hfsm-status></footer>`;
   }
 
+  /** Show what was shown before the page was loaded again. */
+  #restore() {
+    this.restored ??= import("./layouts.js").then((module) => module.restore(this));
+  }
+
   /** Load what the first picture does not need. */
   async #loadLater() {
+    this.#restore();
     if (viewing.on) return; // who may not draw needs no shelf
+    import("../canvas/first-sentence.js").then(({invite}) => invite(this.canvas));
     await this.panels.load("hfsm-shelf");
     this.requestUpdate();
   }

@@ -30,7 +30,7 @@ const BEGINNINGS = [
   {
     template: "dance",
     name: t("Dance"),
-    text: t("Both arms move from pose to pose, following the encoders."),
+    text: t("Both arms move from pose to pose."),
     picture: svg`${arcs("M33 20Q90 8 147 20M160 33V55M147 66Q90 78 33 66M20 55V33")}
       ${circle(20, 20, false, true)}${circle(160, 20)}${circle(160, 66)}${circle(20, 66)}`,
   },
