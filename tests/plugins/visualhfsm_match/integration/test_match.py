@@ -12,8 +12,9 @@ import msgspec
 import pytest
 from typer.testing import CliRunner
 
+from tests.support.dask_cluster import DaskCluster
 from tests.support.documents import document, state, sub
-from visualhfsm.trials import ProcessPool, run_tasks
+from visualhfsm.trials import ProcessPool, find_runner, run_tasks
 from visualhfsm_match._command import match
 from visualhfsm_match._errors import MatchError
 from visualhfsm_match._match import Plan, Result
@@ -85,6 +86,16 @@ def test_the_same_seed_gives_the_same_match_bit_by_bit(tmp_path: Path, matches: 
     )
     assert first == second
     assert first.digest != other.digest
+
+
+def test_random_numbers_are_those_of_a_robot_and_the_seed(tmp_path: Path, matches: Matches) -> None:
+    rolls = written(tmp_path, "rolls", "raise ValueError(random.random())", libraries=("random",))
+    sides = [(rolls, standing(tmp_path)), (standing(tmp_path), rolls), (standing(tmp_path), rolls)]
+    first, second, again = (
+        matches.run(between(*each, seconds=16)).result.reason.partition(":")[2] for each in sides
+    )
+    assert "ValueError" in first
+    assert first != second == again
 
 
 @pytest.mark.parametrize(
@@ -193,3 +204,13 @@ def test_rules_with_too_few_places_are_refused_at_the_start(tmp_path: Path) -> N
     done = CliRunner().invoke(match, [document, document, "--players", "4", "--rules", str(rules)])
     assert isinstance(done.exception, MatchError), done.output
     assert "there are 3 places for --players 4" in str(done.exception)
+
+
+def test_a_cluster_plays_the_same_match(tmp_path: Path, matches: Matches) -> None:
+    walks = written(tmp_path, "walks", "self.Motors.setV(0.2)", proxy("Motors", "Motors"))
+    match = between(walks, standing(tmp_path), seconds=5.5, page=True)
+    here = matches.run(match)
+    with DaskCluster(tmp_path, workers=1) as cluster, find_runner(cluster.address) as pool:
+        ((number, there),) = run_tasks([(7, match)], pool)
+    assert (number, there.result) == (7, here.result)
+    assert len(there.page) == len(here.page)  # they differ by nonces alone
