@@ -16,7 +16,6 @@ import statistics
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterable
 from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Final
@@ -25,9 +24,11 @@ from interfaces.jderobot import MotorsPrx
 from interfaces.nao import JointsPrx, JointState, SafetyPrx
 from naoserver.bodies import DEFAULT_BODY
 from tests.support.processes import ComponentProcess, free_endpoint, module
+from visualhfsm.trials import ProcessPool, run_tasks
 from visualhfsm_match._match import Plan, Result
+from visualhfsm_match._page import outcome_of
 from visualhfsm_match._rules import RULES, load_rules
-from visualhfsm_match._series import Fixture, play_all
+from visualhfsm_match._series import Match, Matches, pack, team_names
 from zenoh_ice import Communicator, Sample, ZenohIceError, initialize
 
 BEHAVIORS: Final = Path(__file__).resolve().parents[1] / "behaviors"
@@ -107,48 +108,52 @@ def stops(runs: int, seed: int) -> None:
     print(f"the others went on in {others} of {3 * runs}")
 
 
-def plan(first: str, second: str, seed: int, minutes: float) -> Fixture:
-    """Return a match of two of our documents; they change sides with the seed."""
-    sides = (first, second) if seed % 2 else (second, first)
-    teams = sides if first != second else (f"{first}_1", f"{second}_2")
-    return Fixture(
-        Plan(
-            documents=(str(BEHAVIORS / f"{sides[0]}.xml"), str(BEHAVIORS / f"{sides[1]}.xml")),
-            teams=teams,
+def fixtures(first: str, second: str, given: argparse.Namespace) -> dict[int, Match]:
+    """Return matches of two of our documents by their seeds; they change sides."""
+    archive, paths = pack([BEHAVIORS / f"{first}.xml", BEHAVIORS / f"{second}.xml"])
+    teams = team_names([BEHAVIORS / first, BEHAVIORS / second])
+    found = {}
+    for seed in range(given.seed, given.seed + given.runs):
+        order = slice(None, None, 1 if seed % 2 else -1)
+        plan = Plan(
+            documents=tuple(paths[order]),  # type: ignore[arg-type]
+            teams=tuple(teams[order]),  # type: ignore[arg-type]
             players=2,
-            seconds=60.0 * minutes,
+            seconds=60.0 * given.minutes,
             seed=seed,
             rules=load_rules(RULES),
-            body=DEFAULT_BODY,
+            body=given.body,
+            patience=_LONGEST,
         )
-    )
+        found[seed] = Match(plan, seed, archive)
+    return found
 
 
-def played(fixtures: Iterable[Fixture], workers: int) -> dict[int, Result]:
-    """Play matches, print each, and return them by their seeds."""
+def played(matches: dict[int, Match], workers: int) -> dict[int, Result]:
+    """Play matches, print each, and return what they came to by their seeds."""
     results = {}
-    for (one, _), result in play_all(fixtures, workers, _LONGEST):
-        results[one.seed] = result
-        score = f"{result.teams[0]} {result.score[0]} : {result.score[1]} {result.teams[1]}"
-        lying = f", lying: {', '.join(result.lying)}" if result.lying else ""
-        print(f"seed {one.seed}: {score}; {result.reason or result.winner or 'nobody'}{lying}", flush=True)
+    with ProcessPool(Matches(), workers) as pool:
+        for seed, each in run_tasks(matches.items(), pool):
+            results[seed] = each.result
+            lying = f", lying: {', '.join(each.result.lying)}" if each.result.lying else ""
+            print(f"seed {seed}: {outcome_of(each.result)}{lying}", flush=True)
     return results
 
 
-def same(runs: int, seed: int, minutes: float) -> None:
+def same(matches: dict[int, Match]) -> None:
     """Play each match alone, and again beside another one, and compare all their states."""
-    fixtures = [plan("team_score", "team_score", seed + number, minutes) for number in range(runs)]
-    alone, beside = played(fixtures, 1), played(fixtures, 2)
+    alone, beside = played(matches, 1), played(matches, 2)
     equal = sum(alone[each].digest == beside[each].digest for each in alone)
-    print(f"{equal} of {runs} matches are the same, bit by bit")
+    print(f"{equal} of {len(matches)} matches are the same, bit by bit")
 
 
-def play(second: str, runs: int, seed: int, minutes: float, workers: int) -> None:
-    """Let the team's document play, and print what came of it."""
-    fixtures = [plan("team_score", second, seed + number, minutes) for number in range(runs)]
-    results = played(fixtures, workers).values()
-    won = Counter(result.winner.rstrip("_12") or "nobody" for result in results)
-    print(f"{runs} matches: {sum(not each.reason for each in results)} ended by the clock or the score,")
+def play(matches: dict[int, Match], workers: int) -> None:
+    """Play matches, and print what came of them."""
+    results = played(matches, workers).values()
+    won = Counter(result.winner or "nobody" for result in results)
+    print(
+        f"{len(matches)} matches: {sum(not each.reason for each in results)} ended by the clock or the score,"
+    )
     print(f"goals in {sum(any(each.score) for each in results)}, robots that lie at the end in", end=" ")
     print(f"{sum(bool(each.lying) for each in results)}; won by {dict(won)}")
 
@@ -163,14 +168,15 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--minutes", type=float, default=4.0)
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--body", default=DEFAULT_BODY)
     given = parser.parse_args()
     if given.what == "stops":
         stops(given.runs, given.seed)
     elif given.what == "same":
-        same(given.runs, given.seed, given.minutes)
+        same(fixtures("team_score", "team_score", given))
     else:
         other = "score" if given.what == "against" else "team_score"
-        play(other, given.runs, given.seed, given.minutes, given.workers)
+        play(fixtures("team_score", other, given), given.workers)
 
 
 if __name__ == "__main__":
