@@ -5,7 +5,7 @@ import {html, render} from "lit";
 import {page} from "../data/page.js";
 import {store} from "../data/store.js";
 import {browserStorage} from "../kit/location.js";
-import {rich, t} from "../kit/texts.js";
+import {rich} from "../kit/texts.js";
 import {viewing} from "../kit/viewers.js";
 
 const EDITED = "visualhfsm.edited";
@@ -35,8 +35,8 @@ export function invite(canvas) {
 function sentence() {
   const {automaton, component} = page;
   if (!automaton || automaton.imported || store.isRecorded(page.tab)) return undefined;
-  const others = automaton.states.toSorted((one, other) => Number(one.initial) - Number(other.initial));
-  const state = others.find(({code, children}) => code.trim() && !children.length) ?? others.find(({name}) => name);
+  const states = automaton.states.toSorted((one, other) => Number(other.initial) - Number(one.initial));
+  const state = states.find(({code, children}) => code.trim() && !children.length) ?? states.find(({name}) => name);
   if (!state) return undefined;
   const words = {title: html`<b>${component}</b>`, state: html`<b>${state.name}</b>`};
   if (state.children.length) return rich("This is {title}. Double-click {state} to see what is inside.", words);
