@@ -364,3 +364,12 @@ def test_all_is_done_with_the_keyboard_alone(shown: EditorPage, root: Path) -> N
         ("wait", False, False),
         ("go", True, True),
     ]
+
+
+def test_a_state_that_is_drawn_on_another_one_is_put_beside_it(shown: EditorPage) -> None:
+    shown.press("s")
+    shown.page.mouse.click(*shown.middle_of("dance"))
+    shown.name("another")
+    shown.expect_states("followBall", "dance", "another")
+    apart = [abs(a - b) for a, b in zip(shown.middle_of("another"), shown.middle_of("dance"), strict=True)]
+    assert sum(each**2 for each in apart) ** 0.5 > 2 * shown.radius_of("dance")

@@ -85,7 +85,8 @@ export class StateTool extends PlacingTool {
 
   /** @override */
   put() {
-    this.canvas.add("state", "addState", this.point);
+    const covers = page.automaton?.states.some((state) => distance(state, this.point) < 2 * RADIUS);
+    this.canvas.add("state", "addState", covers ? freePlace(this.canvas, this.point) : this.point);
   }
 }
 
