@@ -155,7 +155,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         return corner if self.ball_of_team() is not None else self.sweep(corner)
     # </functions 1>
 
-    # <functions 2>
+    # <functions 3>
     # Places on the floor are complex numbers, x + iy in m: a turn is a product.
     RADIUS = 0.05  # of the ball in m
 
@@ -422,37 +422,95 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         off = cmath.phase(self.to_goal(ball) / facing)
         reaches = any(kick.reaches(at.real, at.imag) for kick in self.body.kicks.values())
         return reaches and abs(off) < 0.2 and self.is_sure()
-    # </functions 2>
+    # </functions 3>
 
     def automaton(self) -> Automaton:
         """Return the automaton of the component."""
         # <variables 1>
-        role = ""  # what this robot has in its team now: "striker", "keeper" or nothing
-        corner = 0  # where it looks for the ball next
-        spot = None  # where it walks to, x + iy on the field in m
         posture = ActionStatus.Moving
         fallen = False
         # </variables 1>
 
+        state_1 = State("play", id=1, initial=True, children=(self.automaton_play(),), restart=True)
+
+        def entry_get_up():
+            # <entry 1.2>
+            self.Team.reportDoing("gets up")
+            self.Postures.goToPosture("StandInit", 1.0)
+            # </entry 1.2>
+
+        def state_get_up():
+            nonlocal fallen, posture
+            # <code 1.2>
+            fallen = not self.Team.getReport().ready
+            posture = self.Postures.getPostureState().status
+            # </code 1.2>
+
+        def exit_get_up():
+            nonlocal posture
+            # <exit 1.2>
+            posture = ActionStatus.Moving
+            # </exit 1.2>
+
+        state_2 = State("get up", id=2, entry=entry_get_up, code=state_get_up, exit=exit_get_up)
+
+        transition_1 = Transition("refused", state_1, state_2, id=1, priority=1, event="refused")
+
+        def guard_fell():
+            return not self.Team.getReport().ready  # <trigger 1.2/>
+
+        transition_2 = Transition("fell", state_1, state_2, id=2, priority=2, guard=guard_fell)
+
+        def guard_stands():
+            return posture is not ActionStatus.Moving and not fallen  # <trigger 1.3/>
+
+        transition_3 = Transition("stands", state_2, state_1, id=3, guard=guard_stands)
+
+        transition_4 = Transition("tries again", state_2, state_2, id=4, seconds=12.0)
+
+        return Automaton(
+            "team_score",
+            id=1,
+            period=0.1,
+            states=(
+                state_1,
+                state_2,
+            ),
+            transitions=(
+                transition_1,
+                transition_2,
+                transition_3,
+                transition_4,
+            ),
+        )
+
+    def automaton_play(self) -> Automaton:
+        """Return the automaton of the state 'play'."""
+        # <variables 2>
+        role = ""  # what this robot has in its team now: "striker", "keeper" or nothing
+        corner = 0  # where it looks for the ball next
+        spot = None  # where it walks to, x + iy on the field in m
+        # </variables 2>
+
         def entry_support():
             nonlocal spot
-            # <entry 1.1>
+            # <entry 2.1>
             self.Team.reportDoing("supports")
             spot = None
-            # </entry 1.1>
+            # </entry 2.1>
 
         def state_support():
             nonlocal corner, role, spot
-            # <code 1.1>
+            # <code 2.1>
             role = self.take_role(role)
             spot = self.take_place(self.spot_beside_ball(), spot)
             corner = self.search(corner)
-            # </code 1.1>
+            # </code 2.1>
 
         def exit_support():
-            # <exit 1.1>
+            # <exit 2.1>
             self.Walk.stop()
-            # </exit 1.1>
+            # </exit 2.1>
 
         state_1 = State(
             "support",
@@ -464,15 +522,15 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         )
 
         def entry_strike():
-            # <entry 1.2>
+            # <entry 2.2>
             self.Team.reportDoing("strikes")
-            # </entry 1.2>
+            # </entry 2.2>
 
         def state_strike():
             nonlocal role
-            # <code 1.2>
+            # <code 2.2>
             role = self.take_role(role)
-            # </code 1.2>
+            # </code 2.2>
 
         state_2 = State(
             "strike",
@@ -485,126 +543,82 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
 
         def entry_keep():
             nonlocal spot
-            # <entry 1.3>
+            # <entry 2.3>
             self.Team.reportDoing("keeps the goal")
             spot = None
-            # </entry 1.3>
+            # </entry 2.3>
 
         def state_keep():
             nonlocal corner, role, spot
-            # <code 1.3>
+            # <code 2.3>
             role = self.take_role(role)
             spot = self.take_place(self.spot_in_goal(), spot)
             corner = self.search(corner)
-            # </code 1.3>
+            # </code 2.3>
 
         def exit_keep():
-            # <exit 1.3>
+            # <exit 2.3>
             self.Walk.stop()
-            # </exit 1.3>
+            # </exit 2.3>
 
         state_3 = State("keep", id=3, entry=entry_keep, code=state_keep, exit=exit_keep)
 
-        def entry_get_up():
-            # <entry 1.4>
-            self.Team.reportDoing("gets up")
-            self.Postures.goToPosture("StandInit", 1.0)
-            # </entry 1.4>
-
-        def state_get_up():
-            nonlocal fallen, posture
-            # <code 1.4>
-            fallen = not self.Team.getReport().ready
-            posture = self.Postures.getPostureState().status
-            # </code 1.4>
-
-        def exit_get_up():
-            nonlocal posture
-            # <exit 1.4>
-            posture = ActionStatus.Moving
-            # </exit 1.4>
-
-        state_4 = State("get up", id=4, entry=entry_get_up, code=state_get_up, exit=exit_get_up)
-
         def entry_scored():
-            # <entry 1.5>
+            # <entry 2.4>
             self.Team.reportDoing("scored")
-            # </entry 1.5>
+            # </entry 2.4>
 
         def state_scored():
             nonlocal role
-            # <code 1.5>
+            # <code 2.4>
             role = self.take_role(role)
-            # </code 1.5>
+            # </code 2.4>
 
-        state_5 = State("scored", id=5, entry=entry_scored, code=state_scored)
+        state_4 = State("scored", id=4, entry=entry_scored, code=state_scored)
 
         def guard_strikes():
-            return role == "striker"  # <trigger 1.1/>
+            return role == "striker"  # <trigger 2.1/>
 
         transition_1 = Transition("strikes", state_1, state_2, id=1, guard=guard_strikes)
 
         def guard_another_strikes():
-            return role == ""  # <trigger 1.2/>
+            return role == ""  # <trigger 2.2/>
 
         transition_2 = Transition("another strikes", state_2, state_1, id=2, guard=guard_another_strikes)
 
         def guard_keeps():
-            return role == "keeper"  # <trigger 1.3/>
+            return role == "keeper"  # <trigger 2.3/>
 
         transition_3 = Transition("keeps", state_1, state_3, id=3, guard=guard_keeps)
 
         def guard_another_keeps():
-            return role == ""  # <trigger 1.4/>
+            return role == ""  # <trigger 2.4/>
 
         transition_4 = Transition("another keeps", state_3, state_1, id=4, guard=guard_another_keeps)
 
         def guard_strikes_5():
-            return role == "striker"  # <trigger 1.5/>
+            return role == "striker"  # <trigger 2.5/>
 
         transition_5 = Transition("strikes", state_3, state_2, id=5, guard=guard_strikes_5)
 
         def guard_keeps_6():
-            return role == "keeper"  # <trigger 1.6/>
+            return role == "keeper"  # <trigger 2.6/>
 
         transition_6 = Transition("keeps", state_2, state_3, id=6, guard=guard_keeps_6)
 
-        transition_7 = Transition("goal", state_2, state_5, id=7, priority=1, finished=True)
+        transition_7 = Transition("goal", state_2, state_4, id=7, priority=1, finished=True)
 
-        transition_8 = Transition("again", state_5, state_1, id=8, seconds=3.0)
-
-        def guard_fell():
-            return not self.Team.getReport().ready  # <trigger 1.9/>
-
-        transition_9 = Transition("fell", state_1, state_4, id=9, priority=2, guard=guard_fell)
-
-        def guard_fell_10():
-            return not self.Team.getReport().ready  # <trigger 1.10/>
-
-        transition_10 = Transition("fell", state_3, state_4, id=10, priority=2, guard=guard_fell_10)
-
-        def guard_stands():
-            return posture is not ActionStatus.Moving and not fallen  # <trigger 1.11/>
-
-        transition_11 = Transition("stands", state_4, state_1, id=11, guard=guard_stands)
-
-        transition_12 = Transition("tries again", state_4, state_4, id=12, seconds=12.0)
-
-        def guard_fell_13():
-            return not self.Team.getReport().ready  # <trigger 1.13/>
-
-        transition_13 = Transition("fell", state_2, state_4, id=13, priority=2, guard=guard_fell_13)
+        transition_8 = Transition("again", state_4, state_1, id=8, seconds=3.0)
 
         return Automaton(
-            "team_score",
-            id=1,
+            "play",
+            id=2,
             period=0.1,
             states=(
                 state_1,
                 state_2,
                 state_3,
                 state_4,
-                state_5,
             ),
             transitions=(
                 transition_1,
@@ -615,17 +629,12 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
                 transition_6,
                 transition_7,
                 transition_8,
-                transition_9,
-                transition_10,
-                transition_11,
-                transition_12,
-                transition_13,
             ),
         )
 
     def automaton_strike(self) -> Automaton:
         """Return the automaton of the state 'strike', from score.xml."""
-        # <variables 2>
+        # <variables 3>
         ball = seen = None  # x + iy on the field, in m
         seen_at = 0.0
         corner = 0
@@ -638,40 +647,40 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         spot_at = 0.0
         miss = 0.0  # m by which the ball lay too far left before the foot when it looked
         posture = motion = None
-        # </variables 2>
+        # </variables 3>
 
         def entry_search():
             nonlocal ball, corner, miss
-            # <entry 2.1>
+            # <entry 3.1>
             corner = self.first_corner(ball)
             miss = 0.0
             ball = None
-            # </entry 2.1>
+            # </entry 3.1>
 
         def state_search():
             nonlocal ball, corner, lost
-            # <code 2.1>
+            # <code 3.1>
             ball = self.find_ball() if self.is_still() else None
             if ball is None:
                 corner = self.sweep(corner)
             elif lost:
                 ball = self.settle_half(ball, known)
                 lost = False
-            # </code 2.1>
+            # </code 3.1>
 
         state_1 = State("search", id=1, initial=True, entry=entry_search, code=state_search)
 
         def entry_approach():
             nonlocal foot, seen_at, sights, spot
-            # <entry 2.2>
+            # <entry 3.2>
             foot = spot = None
             sights = 0
             seen_at = self.clock.now()
-            # </entry 2.2>
+            # </entry 3.2>
 
         def state_approach():
             nonlocal ball, before, doubts, foot, known, seen, seen_at, sights, spot, spot_at
-            # <code 2.2>
+            # <code 3.2>
             seen = self.find_ball()
             if seen is not None:
                 ball = seen if abs(seen - ball) > 0.1 else 0.7 * ball + 0.3 * seen  # a walk shakes the picture
@@ -683,72 +692,72 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
             foot = foot or self.choose_foot(ball)
             before, spot = spot, self.walk_behind(ball, foot - 1j * miss, spot)
             spot_at = spot_at if spot == before else self.clock.now()
-            # </code 2.2>
+            # </code 3.2>
 
         def exit_approach():
-            # <exit 2.2>
+            # <exit 3.2>
             self.Walk.stop()
-            # </exit 2.2>
+            # </exit 3.2>
 
         state_2 = State("approach", id=2, entry=entry_approach, code=state_approach, exit=exit_approach)
 
         def state_stand():
             nonlocal posture
-            # <code 2.3>
+            # <code 3.3>
             if posture is not None:
                 posture = self.Postures.getPostureState().status
             elif self.is_standing():
                 self.Postures.goToPosture("StandInit", 1.0)
                 posture = ActionStatus.Moving
-            # </code 2.3>
+            # </code 3.3>
 
         def exit_stand():
             nonlocal posture
-            # <exit 2.3>
+            # <exit 3.3>
             posture = None
-            # </exit 2.3>
+            # </exit 3.3>
 
         state_3 = State("stand", id=3, code=state_stand, exit=exit_stand)
 
         def state_look():
             nonlocal ball, doubts, looks, seen
-            # <code 2.4>
+            # <code 3.4>
             looks = self.look_at(self.beside(ball))
             seen = self.find_ball()
             doubts = 0 if self.is_sure() else doubts + 1
             ball = seen or ball
-            # </code 2.4>
+            # </code 3.4>
 
         def exit_look():
             nonlocal miss, tries
-            # <exit 2.4>
+            # <exit 3.4>
             aside = (self.beside(ball) - foot).imag
             miss = max(-0.06, min(0.06, miss + 0.5 * aside)) if abs(aside) < 0.1 else 0.0  # a walk ends where it sways to
             tries += 1 if seen is not None or not self.in_sight(ball) else 2  # it may lie nearer than it can see
-            # </exit 2.4>
+            # </exit 3.4>
 
         state_4 = State("look", id=4, code=state_look, exit=exit_look)
 
         def entry_kick():
             nonlocal doubts, known, miss, tries
-            # <entry 2.5>
+            # <entry 3.5>
             tries = doubts = 0
             miss = 0.0
             known = ball + self.to_goal(ball)
             self.Motions.play(self.kick_for(ball), self.pace_for(ball))
-            # </entry 2.5>
+            # </entry 3.5>
 
         def state_kick():
             nonlocal motion
-            # <code 2.5>
+            # <code 3.5>
             motion = self.Motions.getMotionState().status
-            # </code 2.5>
+            # </code 3.5>
 
         def exit_kick():
             nonlocal motion
-            # <exit 2.5>
+            # <exit 3.5>
             motion = None
-            # </exit 2.5>
+            # </exit 3.5>
 
         state_5 = State("kick", id=5, entry=entry_kick, code=state_kick, exit=exit_kick)
 
@@ -756,18 +765,18 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
 
         def entry_orient():
             nonlocal corner, doubts, knows, lost, stands, tries
-            # <entry 2.7>
+            # <entry 3.7>
             corner = tries = doubts = 0
             knows = False
             lost = True
             stands = False
             self.Walk.walkTo(0.0 if ball is None else -0.3, 0.0, 0.0)  # away from the ball, which hides lines
             self.localizer.look_around()
-            # </entry 2.7>
+            # </entry 3.7>
 
         def state_orient():
             nonlocal corner, knows, moves, stands
-            # <code 2.7>
+            # <code 3.7>
             moves = ActionStatus.Moving in (self.Postures.getPostureState().status, self.Walk.getWalkState().status)
             if not moves and not stands:
                 stands = True
@@ -784,64 +793,64 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
                     else:
                         self.Walk.walkTo(0.3, 0.0, 1.5)
                         self.localizer.look_around()
-            # </code 2.7>
+            # </code 3.7>
 
         def exit_orient():
-            # <exit 2.7>
+            # <exit 3.7>
             self.Walk.stop()
-            # </exit 2.7>
+            # </exit 3.7>
 
         state_7 = State("orient", id=7, entry=entry_orient, code=state_orient, exit=exit_orient)
 
         def guard_found():
-            return ball is not None  # <trigger 2.2/>
+            return ball is not None  # <trigger 3.2/>
 
         transition_2 = Transition("found", state_1, state_2, id=2, guard=guard_found)
 
         def guard_lost():
-            return self.clock.now() - seen_at > (3.0 if self.in_sight(ball) else self.MEMORY)  # <trigger 2.3/>
+            return self.clock.now() - seen_at > (3.0 if self.in_sight(ball) else self.MEMORY)  # <trigger 3.3/>
 
         transition_3 = Transition("lost", state_2, state_1, id=3, guard=guard_lost)
 
         def guard_there():
-            return spot is not None and (self.is_standing() or self.clock.now() - spot_at > 3.0 and abs(self.beside(spot)) < 0.05)  # <trigger 2.4/>
+            return spot is not None and (self.is_standing() or self.clock.now() - spot_at > 3.0 and abs(self.beside(spot)) < 0.05)  # <trigger 3.4/>
 
         transition_4 = Transition("there", state_2, state_3, id=4, guard=guard_there)
 
         def guard_stands():
-            return posture not in (None, ActionStatus.Moving)  # <trigger 2.5/>
+            return posture not in (None, ActionStatus.Moving)  # <trigger 3.5/>
 
         transition_5 = Transition("stands", state_3, state_4, id=5, guard=guard_stands)
 
         def guard_before_the_foot():
-            return looks and (seen is not None or not self.in_sight(ball)) and self.can_kick(ball)  # <trigger 2.6/>
+            return looks and (seen is not None or not self.in_sight(ball)) and self.can_kick(ball)  # <trigger 3.6/>
 
         transition_6 = Transition("before the foot", state_4, state_5, id=6, guard=guard_before_the_foot)
 
         transition_7 = Transition("not yet", state_4, state_2, id=7, seconds=1.2)
 
         def guard_kicked():
-            return motion not in (None, ActionStatus.Moving)  # <trigger 2.8/>
+            return motion not in (None, ActionStatus.Moving)  # <trigger 3.8/>
 
         transition_8 = Transition("kicked", state_5, state_1, id=8, guard=guard_kicked)
 
         def guard_goal():
-            return sights >= 5  # <trigger 2.9/>
+            return sights >= 5  # <trigger 3.9/>
 
         transition_9 = Transition("goal", state_2, state_6, id=9, priority=1, guard=guard_goal)
 
         def guard_unsure():
-            return doubts > 20  # <trigger 2.10/>
+            return doubts > 20  # <trigger 3.10/>
 
         transition_10 = Transition("unsure", state_2, state_7, id=10, guard=guard_unsure)
 
         def guard_cannot():
-            return tries >= 4  # <trigger 2.11/>
+            return tries >= 4  # <trigger 3.11/>
 
         transition_11 = Transition("cannot", state_4, state_7, id=11, priority=1, guard=guard_cannot)
 
         def guard_knows():
-            return knows  # <trigger 2.12/>
+            return knows  # <trigger 3.12/>
 
         transition_12 = Transition("knows", state_7, state_1, id=12, guard=guard_knows)
 
@@ -849,8 +858,8 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
 
         return Automaton(
             "strike",
-            id=2,
-            source="score.xml",  # <automaton 2/>
+            id=3,
+            source="score.xml",  # <automaton 3/>
             period=0.1,
             states=(
                 state_1,
@@ -895,58 +904,22 @@ SOURCE_MAP = source_map(__file__, (  # the document, element by element: lines w
         1,
     ),
     ("state 1.1",
-        5, "entry 1.1", 0, "code 1.1", 0, "exit 1.1", 1,
+        7,
     ),
     ("state 1.2",
-        6, "entry 1.2", 0, "code 1.2", 1,
-    ),
-    ("state 1.3",
-        5, "entry 1.3", 0, "code 1.3", 0, "exit 1.3", 1,
-    ),
-    ("state 1.4",
-        5, "entry 1.4", 0, "code 1.4", 0, "exit 1.4", 1,
-    ),
-    ("state 1.5",
-        5, "entry 1.5", 0, "code 1.5", 1,
+        5, "entry 1.2", 0, "code 1.2", 0, "exit 1.2", 1,
     ),
     ("transition 1.1",
-        6, "trigger 1.1", 1,
+        9,
     ),
     ("transition 1.2",
-        6, "trigger 1.2", 1,
+        7, "trigger 1.2", 1,
     ),
     ("transition 1.3",
         6, "trigger 1.3", 1,
     ),
     ("transition 1.4",
-        6, "trigger 1.4", 1,
-    ),
-    ("transition 1.5",
-        6, "trigger 1.5", 1,
-    ),
-    ("transition 1.6",
-        6, "trigger 1.6", 1,
-    ),
-    ("transition 1.7",
-        9,
-    ),
-    ("transition 1.8",
         8,
-    ),
-    ("transition 1.9",
-        7, "trigger 1.9", 1,
-    ),
-    ("transition 1.10",
-        7, "trigger 1.10", 1,
-    ),
-    ("transition 1.11",
-        6, "trigger 1.11", 1,
-    ),
-    ("transition 1.12",
-        8,
-    ),
-    ("transition 1.13",
-        7, "trigger 1.13", 1,
     ),
     ("annotation 1.1",
         7,
@@ -958,7 +931,55 @@ SOURCE_MAP = source_map(__file__, (  # the document, element by element: lines w
         0, "variables 1", 0,
     ),
     ("functions of automaton 1",
-        0, "functions 1", 9,
+        0, "functions 1", 2,
+    ),
+    ("automaton 2",
+        1,
+    ),
+    ("state 2.1",
+        5, "entry 2.1", 0, "code 2.1", 0, "exit 2.1", 1,
+    ),
+    ("state 2.2",
+        6, "entry 2.2", 0, "code 2.2", 1,
+    ),
+    ("state 2.3",
+        5, "entry 2.3", 0, "code 2.3", 0, "exit 2.3", 1,
+    ),
+    ("state 2.4",
+        5, "entry 2.4", 0, "code 2.4", 1,
+    ),
+    ("transition 2.1",
+        6, "trigger 2.1", 1,
+    ),
+    ("transition 2.2",
+        6, "trigger 2.2", 1,
+    ),
+    ("transition 2.3",
+        6, "trigger 2.3", 1,
+    ),
+    ("transition 2.4",
+        6, "trigger 2.4", 1,
+    ),
+    ("transition 2.5",
+        6, "trigger 2.5", 1,
+    ),
+    ("transition 2.6",
+        6, "trigger 2.6", 1,
+    ),
+    ("transition 2.7",
+        9,
+    ),
+    ("transition 2.8",
+        8,
+    ),
+    ("iteration_time of automaton 2",
+        1,
+    ),
+    ("variables of automaton 2",
+        0, "variables 2", 0,
+    ),
+    ("functions of automaton 2",
+        9,
     ),
     ("library cmath",
         0, "library import cmath", 0,
@@ -989,77 +1010,77 @@ SOURCE_MAP = source_map(__file__, (  # the document, element by element: lines w
     ("parameter goal_y",
         7,
     ),
-    ("automaton 2",
-        0, "automaton 2", 0,
+    ("automaton 3",
+        0, "automaton 3", 0,
     ),
-    ("state 2.1",
-        5, "entry 2.1", 0, "code 2.1", 1,
+    ("state 3.1",
+        5, "entry 3.1", 0, "code 3.1", 1,
     ),
-    ("state 2.2",
-        5, "entry 2.2", 0, "code 2.2", 0, "exit 2.2", 1,
+    ("state 3.2",
+        5, "entry 3.2", 0, "code 3.2", 0, "exit 3.2", 1,
     ),
-    ("state 2.3",
-        5, "code 2.3", 0, "exit 2.3", 1,
+    ("state 3.3",
+        5, "code 3.3", 0, "exit 3.3", 1,
     ),
-    ("state 2.4",
-        5, "code 2.4", 0, "exit 2.4", 1,
+    ("state 3.4",
+        5, "code 3.4", 0, "exit 3.4", 1,
     ),
-    ("state 2.5",
-        5, "entry 2.5", 0, "code 2.5", 0, "exit 2.5", 1,
+    ("state 3.5",
+        5, "entry 3.5", 0, "code 3.5", 0, "exit 3.5", 1,
     ),
-    ("state 2.6",
+    ("state 3.6",
         7,
     ),
-    ("state 2.7",
-        5, "entry 2.7", 0, "code 2.7", 0, "exit 2.7", 1,
+    ("state 3.7",
+        5, "entry 3.7", 0, "code 3.7", 0, "exit 3.7", 1,
     ),
-    ("transition 2.2",
-        6, "trigger 2.2", 1,
+    ("transition 3.2",
+        6, "trigger 3.2", 1,
     ),
-    ("transition 2.3",
-        6, "trigger 2.3", 1,
+    ("transition 3.3",
+        6, "trigger 3.3", 1,
     ),
-    ("transition 2.4",
-        6, "trigger 2.4", 1,
+    ("transition 3.4",
+        6, "trigger 3.4", 1,
     ),
-    ("transition 2.5",
-        6, "trigger 2.5", 1,
+    ("transition 3.5",
+        6, "trigger 3.5", 1,
     ),
-    ("transition 2.6",
-        6, "trigger 2.6", 1,
+    ("transition 3.6",
+        6, "trigger 3.6", 1,
     ),
-    ("transition 2.7",
+    ("transition 3.7",
         8,
     ),
-    ("transition 2.8",
-        6, "trigger 2.8", 1,
+    ("transition 3.8",
+        6, "trigger 3.8", 1,
     ),
-    ("transition 2.9",
-        7, "trigger 2.9", 1,
+    ("transition 3.9",
+        7, "trigger 3.9", 1,
     ),
-    ("transition 2.10",
-        6, "trigger 2.10", 1,
+    ("transition 3.10",
+        6, "trigger 3.10", 1,
     ),
-    ("transition 2.11",
-        7, "trigger 2.11", 1,
+    ("transition 3.11",
+        7, "trigger 3.11", 1,
     ),
-    ("transition 2.12",
-        6, "trigger 2.12", 1,
+    ("transition 3.12",
+        6, "trigger 3.12", 1,
     ),
-    ("transition 2.13",
+    ("transition 3.13",
         8,
     ),
-    ("annotation 2.1",
+    ("annotation 3.1",
         8,
     ),
-    ("annotation 2.2",
+    ("annotation 3.2",
         7,
     ),
-    ("variables of automaton 2",
-        0, "variables 2", 0,
+    ("variables of automaton 3",
+        0, "variables 3", 0,
     ),
-    ("functions of automaton 2",
-        0, "functions 2", 5,
+    ("functions of automaton 3",
+        0, "functions 3", 5,
     ),
     ("library cv2",
         0, "library import cv2", 0,

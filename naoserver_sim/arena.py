@@ -54,6 +54,7 @@ class Arena:
                 model,
                 self._running,
                 team=place.team,
+                shirt=place.shirt,
                 seed=None if seed is None else seed + number,
                 noise=noise,
                 camera_limits=camera_limits,

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import copy
 import ctypes
 import importlib
 import logging
+import math
 import os
 import queue
 import threading
@@ -122,6 +124,8 @@ _QUEUE_LENGTH: Final = 16
 _MORE_GEOMS: Final = 400
 """Room in a scene for what is drawn besides the geoms of the model."""
 _SMALL: Final = (32, 24)
+_OUTSIDE_GROUP: Final = 5
+"""The group of the geoms that no view meets: the last of MuJoCo's, and never drawn."""
 # The passes that camera images omit: without a GPU, they cost more than all others together.
 # Shadows are drawn only in worlds whose light casts them.
 _FLAGS_OFF: Final = ("REFLECTION", "FOG", "HAZE")
@@ -336,7 +340,9 @@ class _Scene:
 
     def __init__(self, mj: mujoco.MjModel) -> None:
         """Set up GL. Raises HardwareFailure without GL, and exceptions of MuJoCo if it is unusable."""
-        self._mj = mj
+        self._lit = mj
+        self._mj = copy.copy(mj)  # sonars read the groups of the other one, in which geoms are hidden here
+        self._groups = mj.geom_group.copy()
         with contextlib.ExitStack() as made:
             made.enter_context(_current_context(mj.vis.global_.offwidth, mj.vis.global_.offheight))
             self._context = mujoco.MjrContext(mj, mujoco.mjtFontScale.mjFONTSCALE_50)
@@ -359,15 +365,40 @@ class _Scene:
     def render(self, qpos: NDArray[np.float64], camera: str, width: int, height: int) -> NDArray[np.uint8]:
         """Return the view of a camera as (height, width, 3) bytes, row 0 on top."""
         mj, data = self._mj, self._data
+        mj.mat_rgba[:], mj.mat_emission[:] = self._lit.mat_rgba, self._lit.mat_emission
         put_cameras(mj, data, qpos)
         self._view.fixedcamid = mj.camera(camera).id
         everything = mujoco.mjtCatBit.mjCAT_ALL
+        if not self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW]:  # what is not seen may cast one
+            mujoco.mjv_updateCamera(mj, data, self._view, self._scene)
+            mj.geom_group[:] = np.where(self._outside(width / height), _OUTSIDE_GROUP, self._groups)
         mujoco.mjv_updateScene(mj, data, self._options, self._perturb, self._view, everything, self._scene)
         viewport = mujoco.MjrRect(0, 0, width, height)
         mujoco.mjr_render(viewport, self._scene, self._context)
         bottom_up = np.empty((height, width, 3), np.uint8)
         mujoco.mjr_readPixels(bottom_up, None, viewport, self._context)
         return np.ascontiguousarray(bottom_up[::-1])
+
+    def _outside(self, aspect: float) -> NDArray[np.bool_]:
+        """Return which geoms the view does not meet. Without a GPU, each of their triangles costs time."""
+        eyes = self._scene.camera
+        first = eyes[0]
+        forward, up = first.forward.astype(float), first.up.astype(float)
+        from_eye = self._data.geom_xpos - (first.pos + eyes[1].pos) / 2.0
+        depth = from_eye @ forward
+        center, half = first.frustum_center, aspect * (first.frustum_top - first.frustum_bottom) / 2.0
+        radius = self._mj.geom_rbound
+        outside: NDArray[np.bool_] = depth < -radius
+        near, right = first.frustum_near, np.cross(forward, up)
+        for axis, low, high in (
+            (right, center - half, center + half),
+            (up, first.frustum_bottom, first.frustum_top),
+        ):
+            across = near * (from_eye @ axis)
+            outside |= low * depth - across > math.hypot(low, near) * radius
+            outside |= across - high * depth > math.hypot(high, near) * radius
+        outside &= radius > 0.0  # that of a plane is 0
+        return outside
 
     def turning(self, qvel: NDArray[np.float64], camera: str) -> NDArray[np.float64]:
         """Return the turning rate of a camera, as last drawn, in rad/s about right, up and backwards."""

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from naoserver.bodies import DEFAULT_BODY, find_body
-from naoserver.bodies.capabilities import JointCommand, OwnPostures
+from naoserver.bodies.capabilities import Color, JointCommand, OwnPostures
 from naoserver.bodies.footsteps import Footsteps
 from naoserver.bodies.looks.description import write_looks
 from naoserver.bodies.parts import Steps, Wheels
@@ -175,7 +175,8 @@ def _locomotion_of(
 class ArenaRobot(SimulatedDevice):
     """A robot that others may stand beside, in physics whose time runs without it; implements `Robot`.
 
-    `name` is what it is called, and `team` whom it plays for. `start` and `close` are for its cameras only.
+    `name` is what it is called, `team` whom it plays for, `shirt` the color of its trunk. `start` and `close`
+    are for its cameras only.
     """
 
     postures: OwnPostures | None = None
@@ -187,6 +188,7 @@ class ArenaRobot(SimulatedDevice):
         running: RunningPhysics,
         *,
         team: str = "",
+        shirt: Color | None = None,
         seed: int | None = None,
         noise: bool = False,
         camera_limits: CameraLimits = _CAMERA_LIMITS,
@@ -202,6 +204,7 @@ class ArenaRobot(SimulatedDevice):
         self._running: Final = running
         self.clock: Final = running.clock
         self.team: Final = team
+        self._shirt: Final = shirt
         super().__init__(name, simulator, model.robot)
         self.body: Final = body
         self.cameras: Final = model.cameras
@@ -252,7 +255,7 @@ class ArenaRobot(SimulatedDevice):
         return self.senses.record.encoded(angles)
 
     def looks(self) -> str:
-        return write_looks(self.body)
+        return write_looks(self.body, self._shirt)
 
     def state(self) -> BodyState:
         at = self._model.base.qpos

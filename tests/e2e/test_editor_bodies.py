@@ -27,6 +27,11 @@ ON_THE_FLOOR = """() => {
   return height > 0.3 && height < 1;
 }"""
 
+PICTURES = """() => {
+  const images = [...document.querySelectorAll("hfsm-start .robot-cards img")];
+  return images.length === 5 && images.every((each) => each.naturalWidth === 144);
+}"""
+
 
 @pytest.fixture
 def shown(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
@@ -47,12 +52,15 @@ def shown(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
 @pytest.mark.sim
 def test_a_robot_of_the_project_is_chosen_on_the_start_page_and_seen_in_3d(shown: EditorPage) -> None:
     page = shown.page
-    choice = page.get_by_role("combobox", name="Robot")
-    assert choice.evaluate("(each) => each.value") == "H25"
-    choice.select_option("robots/faulty.toml")
+    choice = page.get_by_role("radiogroup", name="Robot")
+    expect(choice.get_by_role("radio", name="Nao H25")).to_be_checked()
+    expect(choice.get_by_role("radio")).to_have_count(7)
+    comes_true(shown, PICTURES)  # those that come with the page
+    assert shown.violations("hfsm-start") == []
+    choice.get_by_text("faulty").click()
     shown.button("No robot: start a simulation").click()
     expect(page.get_by_text("robots/faulty.toml:2")).to_be_visible(timeout=STARTED)
-    choice.select_option(label="An arm")
+    choice.get_by_text("An arm").click()
     shown.button("No robot: start a simulation").click()
     expect(page.get_by_role("button", name="Simulated An arm")).to_be_visible(timeout=STARTED)
     shown.button("Empty Start with a blank sheet.").click()
@@ -76,8 +84,8 @@ def test_a_robot_of_the_project_is_chosen_on_the_start_page_and_seen_in_3d(shown
 
 def test_try_it_moves_the_robot_that_was_chosen(shown: EditorPage) -> None:
     page = shown.page
-    page.get_by_role("combobox", name="Robot").select_option("T1")
-    shown.button("Dance Both arms move from pose to pose, following the encoders.").click()
+    page.get_by_role("radiogroup", name="Robot").get_by_text("Booster T1").click()
+    shown.button("Dance Both arms move from pose to pose.").click()
     page.locator(".state").first.wait_for()
     shown.press("Alt+Shift+t")
     expect(status(shown)).to_contain_text("Trying", timeout=STARTED)

@@ -55,7 +55,7 @@ def test_the_start_page_and_the_canvas_are_accessible(shown: EditorPage) -> None
             areas.append(area)
         if area == "footer" and "left" in areas:
             break
-    order = ["tools", "toolbar", "left", "hfsm-canvas", "footer"]
+    order = ["tools", "left", "hfsm-canvas", "toolbar", "footer"]
     found = [area for area in areas if area in order]
     start = found.index("tools")
     assert found[start : start + len(order)] == order

@@ -19,6 +19,7 @@ from tests.support.monitor import (
     started_elsewhere,
     status,
 )
+from tests.support.panels import edit
 from tests.support.robot_server import ServedRobot
 
 
@@ -56,11 +57,26 @@ def show(shown: EditorPage, document: str) -> None:
 
 
 def test_a_page_that_is_loaded_again_shows_what_it_has_started_and_steers_it(shown: EditorPage) -> None:
+    page = shown.page
+    moment = page.get_by_role("slider", name="Moment of the run")
     run(shown)
-    shown.page.reload()
+    shown.transition("late").locator(".handle").click()
+    shown.press("Alt+Enter")
+    expect_current(shown, "go")
+    edit(shown, "go")
+    shown.press("Control+m", "Escape")
+    problems = page.get_by_role("tab", name="Problems", selected=True)
+    expect(problems).to_be_visible()
+    begun = float(moment.get_attribute("aria-valuemin") or "nan")
+    page.reload()
     expect_running(shown)
-    expect_current(shown, "wait")
+    expect_current(shown, "go")
     expect(steering(shown)).to_be_checked()
+    expect(page.get_by_role("textbox", name="Code of the state go")).to_be_visible()
+    expect(problems).to_be_visible()
+    page.get_by_role("tab", name="Timeline").click()
+    assert float(moment.get_attribute("aria-valuemin") or "nan") <= begun
+    expect(page.get_by_role("list", name="Changes, the latest first")).to_contain_text("late")
     shown.press("F8")
     expect(status(shown)).to_have_text("Paused")
 

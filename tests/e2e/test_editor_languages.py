@@ -25,7 +25,7 @@ from visualhfsm._monitor.run_page import Figure, Run, write_run_page
 WORDS: Final = """(known) => {
     // The names of the document, code, keys, and what a user reads of other programs.
     const others = ".cm-content, .cm-gutters, code, kbd, pre, .mono, [data-name], .state .name, .transition .label, " +
-      ".lines, .component, .brand, .stop-button, hfsm-tree .text, hfsm-tabs .text, select.pick, .folder, option, .joints th, .when";
+      ".lines, .component, .brand, .stop-button, hfsm-tree .text, hfsm-tabs .text, select.pick, .folder, option, .joints th, .when, .robot-cards label span";
     const attributes = ["aria-label", "title", "placeholder", "aria-valuetext", "aria-description"];
     const found = [];
     const note = (element, text) => {

@@ -50,11 +50,11 @@ COVERS = """() => {
   for (let x = 0.02; x < 1; x += 0.04)
     for (let y = 0.02; y < 1; y += 0.04) {
       const seen = document.elementFromPoint(left + x * width, top + y * height);
-      if (!canvas.contains(seen)) found.add(seen.outerHTML.slice(0, 80));
+      if (!canvas.contains(seen) && !seen.closest(".drawing > .toolbar")) found.add(seen.outerHTML.slice(0, 80));
     }
   return [...found];
 }"""
-"""What lies over the drawing."""
+"""What lies over the drawing, but for the buttons in its corner."""
 SMALL_TARGETS = """() => [...document.querySelectorAll("button:not(.link), select, input, [role=tab], .branch")]
   .filter((each) => each.checkVisibility({opacityProperty: true}) && !each.closest("label"))
   .filter((each) => Math.min(each.offsetWidth, each.offsetHeight) < 44)
@@ -138,23 +138,30 @@ class TestBesideARobot:
         assert Box.of(drawing).area >= WITHOUT_TREE * 1280 * 800
         assert live.radius_of("go") == scale
 
-    def test_the_second_row_is_one_line_that_scrolls(self, live: EditorPage) -> None:
-        for width in (1280, 1101, 901, 683):
-            live.resize(width, 800)
-            assert live.page.locator(".second-row").evaluate("row => row.scrollWidth - row.clientWidth") == 0
+    def test_what_a_run_says_takes_what_the_second_row_has_free(self, live: EditorPage) -> None:
         status = live.page.locator(".live-status")
         words = status.evaluate_handle("status => status.lastChild")  # as long as what an error may say
         words.evaluate("words => words.textContent = words.textContent.repeat(30)")
-        for width in (1440, 1280, 683, 390):
+        for width in (1440, 1280, 1101, 901, 683, 390):
             live.resize(width, 800)
-            row = Box.of(live.page.get_by_role("region", name="Run and draw"))
-            for name in ("Pause", "State", "See the robot"):
-                button = live.page.locator(".second-row").get_by_role("button", name=name).first
-                button.focus()
-                assert Box.of(button).is_within(row)
+            second_row = live.page.get_by_role("region", name="Run and draw")
+            assert second_row.evaluate("row => row.scrollWidth - row.clientWidth") == 0
+            buttons = second_row.get_by_role("button").filter(visible=True).all()
+            assert len(buttons) >= 9
+            assert all(Box.of(button).is_within(Box.of(second_row)) for button in buttons)
             assert Box.of(status).height < 1.5 * Box.of(live.button("Pause")).height
             assert live.page.evaluate(HANGS_OUT) == [0, 0, 0]
         live.page.evaluate("document.querySelector('hfsm-monitor-bar').requestUpdate()")
+
+    def test_a_click_on_what_a_run_says_shows_the_rest(self, live: EditorPage) -> None:
+        live.resize(390, 800)
+        whole = live.page.locator("#status-words")
+        expect(whole).to_be_hidden()
+        live.page.locator(".live-status").click()
+        expect(whole).to_be_visible()
+        assert not live.page.evaluate(COVERED)
+        live.press("Escape")
+        expect(whole).to_be_hidden()
 
     @pytest.mark.parametrize(("width", "height"), SIZES)
     def test_the_drawing_has_most_of_the_window_beside_a_panel(

@@ -130,7 +130,7 @@ def test_an_output_is_declared_taken_and_seen_live(shown: EditorPage, path: Path
     expect(values.get_by_role("table", name="ball").get_by_role("textbox", name="steps")).to_have_value("5")
     picture(shown, "live")
     shown.press("Control+Shift+Space")
-    expect(status(shown)).to_have_text(re.compile("^Ended"))
+    expect(status(shown)).to_have_text(re.compile(r"^\s*Ended"))
 
 
 def test_an_output_of_nobody_is_a_problem_at_its_result(shown: EditorPage, path: Path) -> None:

@@ -26,6 +26,14 @@ TURNED = """([view, joint]) => {
   return found && found.link.quaternion.angleTo(found.turn) > 0.5;
 }"""
 
+INKED = """async (image) => {
+  await image.decode();
+  const context = new OffscreenCanvas(image.naturalWidth, image.naturalHeight).getContext("2d");
+  context.drawImage(image, 0, 0);
+  const {data} = context.getImageData(0, 0, image.naturalWidth, image.naturalHeight);
+  return data.filter((value, index) => index % 4 === 3 && value).length;
+}"""
+
 
 @pytest.fixture
 def settings() -> Settings:
@@ -100,7 +108,9 @@ def test_a_model_is_seen_corrected_saved_started_and_moved(
     expect(dialog).to_have_count(0, timeout=READ)
     expect(page.get_by_role("button", name="Simulated Mine")).to_be_visible(timeout=STARTED)
     assert [each.name for each in sorted((tmp_path / "robots").iterdir())] == ["arm.urdf", "mine.toml"]
-    assert page.get_by_role("combobox", name="Robot").evaluate("(each) => each.value") == "robots/mine.toml"
+    card = page.get_by_role("radiogroup", name="Robot").locator("label", has_text="Mine")
+    expect(card.get_by_role("radio")).to_be_checked()
+    assert card.locator("img").evaluate(INKED) > 300  # pixels of the robot, in its picture
 
     shown.button("Empty Start with a blank sheet.").click()
     shown.press("Alt+l")
@@ -134,7 +144,7 @@ def test_what_was_typed_outlives_a_closed_dialog_and_no_file_is_replaced_unasked
     expect(page.get_by_text("robots/other.toml is saved")).to_be_visible()
     assert "Typed" in (tmp_path / "robots" / "other.toml").read_text()
     shown.press("Escape")
-    expect(page.get_by_role("combobox", name="Robot").get_by_role("option", name="Typed")).to_be_attached()
+    expect(page.get_by_role("radiogroup", name="Robot").get_by_role("radio", name="Typed")).to_be_checked()
 
 
 def test_a_model_elsewhere_is_refused_with_what_to_do(shown: EditorPage) -> None:

@@ -57,8 +57,6 @@ def test_a_page_connects_again_and_recovers_what_was_not_saved_when_the_editor_w
         with editor(root, path, port=port):
             expect(offline).to_have_count(0)
             recover = shown.page.get_by_role("alert").filter(has_text="were not saved")
-            unsent = shown.page.get_by_role("alert").filter(has_text="did not reach a document")
-            expect(unsent).to_contain_text("pass12")
             shown.expect_states("wait", "go")
             recover.get_by_role("button", name="Recover them").click()
             shown.expect_states("wait")
@@ -67,12 +65,49 @@ def test_a_page_connects_again_and_recovers_what_was_not_saved_when_the_editor_w
             expect(shown.page.get_by_role("tablist", name="Open documents").get_by_role("tab")).to_have_count(
                 1
             )
-            expect(edit(shown, "wait")).to_have_text("pass1")
-            unsent.get_by_role("button", name="Discard it").click()
-            expect(unsent).to_have_count(0)
+            code = shown.page.get_by_role("textbox", name="Code of the state wait")
+            expect(code).to_have_text("pass12")  # the panel is open as before, and has what was typed
+            notice = shown.page.get_by_role("status").filter(has_text="is in walk again")
+            expect(notice).to_be_visible()
             shown.page.reload()
-            shown.expect_states("wait")
+            expect(code).to_have_text("pass12")
             shown.state("wait").click()
+            shown.press("Control+z")
+            expect(code).to_have_text("pass1")
             shown.press("Control+z", "Control+z")
             shown.expect_states("wait", "go")
+        shown.mishaps.clear()  # Chromium logs each request that is refused
+
+
+def test_what_was_typed_offline_is_merged_with_a_file_that_was_changed_meanwhile_or_is_offered(
+    browser: Browser, root: Path, path: Path
+) -> None:
+    port = free_port()
+    with contextlib.ExitStack() as first:
+        former = first.enter_context(editor(root, path, port=port))
+        shown = first.enter_context(editor_page(browser, former))
+        code = edit(shown, "wait")
+        former.stop()
+        offline = shown.page.get_by_role("alert").filter(has_text="No connection since")
+        offline.wait_for()
+        shown.press("Home")
+        shown.type("typed = 1; ")
+        path.write_text(path.read_text().replace("<code>pass</code>", "<code>pass\nmore = 2</code>", 1))
+        with editor(root, path, port=port) as again:
+            expect(offline).to_have_count(0)
+            expect(code).to_have_text("typed = 1; passmore = 2")  # its lines
+            shown.press("Control+s")
+            expect(shown.page.get_by_role("status").filter(has_text="Saved")).to_be_visible()
+            assert "typed = 1; pass\nmore = 2" in path.read_text()
+            again.stop()
+            offline.wait_for()
+            code.focus()
+            shown.press("End")
+            shown.type("lost")
+            path.write_text(path.read_text().replace('id="1">', 'id="3">', 2))
+        with editor(root, path, port=port):
+            unsent = shown.page.get_by_role("alert").filter(has_text="did not reach a document")
+            expect(unsent).to_contain_text("lost")
+            unsent.get_by_role("button", name="Discard it").click()
+            expect(unsent).to_have_count(0)
         shown.mishaps.clear()  # Chromium logs each request that is refused

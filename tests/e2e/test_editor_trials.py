@@ -288,7 +288,7 @@ def test_what_was_forced_and_set_by_hand_is_in_the_test_of_a_run(browser: Browse
         expect(status(shown)).to_have_text("Paused")
         shown.press("Control+F10")  # a cycle by hand, which is not in the test
         shown.press("Shift+F5")
-        expect(status(shown)).to_have_text(re.compile("^Ended"))
+        expect(status(shown)).to_have_text(re.compile(r"^\s*Ended"))
         shown.press("Alt+x")
         page.get_by_role("button", name="Record the run as a test").click()
         panel = page.get_by_role("region", name="Panel below the canvas")

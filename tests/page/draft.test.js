@@ -171,3 +171,18 @@ test("a closed document has nothing to send", async () => {
   await flushEdits();
   assert.deepEqual(asked(), []);
 });
+
+test("a text that may have arrived before a restart is kept with the text in which it was typed", async () => {
+  draft.type("xy");
+  flushEdits();
+  socket.lose();
+  await settled();
+  draft.type("xyz");
+  store.dispatchEvent(new Event("restarted"));
+  delete store.do; // until the page is loaded again nothing is sent
+  const [{text, base, lost, command}] = JSON.parse(sessionStorage.getItem("visualhfsm.typed"));
+  assert.deepEqual(
+    {text, base, lost, command},
+    {text: "xyz", base: "x", lost: ["xy"], command: {command: "setText", text: "xyz"}},
+  );
+});

@@ -19,9 +19,10 @@ class Surface extends EventTarget {
 }
 
 /** What is seen from a view, and where on the picture, from -1 to 1, a robot at `x`, `y` and things around it are. */
-function looking(view, {x = 0, y = 0, heading = 0, things = [], width = 400, height = 300}) {
+function looking(view, {x = 0, y = 0, heading = 0, things = [], width = 400, height = 300, size}) {
   const viewpoints = new Viewpoints(new Surface(), () => {});
   viewpoints.resize(width, height);
+  viewpoints.fit(size);
   const torso = new Object3D();
   torso.position.set(x, y, 0.33);
   torso.quaternion.setFromAxisAngle(new Vector3(0, 0, 1), heading);
@@ -30,6 +31,7 @@ function looking(view, {x = 0, y = 0, heading = 0, things = [], width = 400, hei
   viewpoints.camera.updateMatrixWorld();
   const onPicture = (place) => place.clone().project(viewpoints.camera);
   return {
+    camera: viewpoints.camera,
     robot: onPicture(new Vector3(x, y, 0.29)),
     parts: [onPicture(new Vector3(x, y, 0)), onPicture(new Vector3(x, y, 0.58))],
     things: placed.map(({position}) => onPicture(position)),
@@ -59,20 +61,51 @@ test("a view shows the robot in the middle, with what is near it, in windows of 
       }
 });
 
-test("at home the robot fills most of the picture, from its face, whatever is near it", () => {
-  const heights = [
+test("at home all that the robot can reach is seen, in windows of any form, as large as possible", () => {
+  for (const [width, height] of [
     [400, 300],
     [900, 200],
-  ].map(([width, height]) => {
-    const {parts, distance} = looking("home", {x: 3, y: -2, heading: 2, things: [[1.4, 0.6]], width, height});
-    for (const each of parts) assert.ok(isSeen(each));
-    return {part: Math.abs(parts[1].y - parts[0].y) / 2, distance};
-  });
-  for (const {part} of heights) assert.ok(part > 0.75 && part < 0.95, `${part}`);
-  const narrow = looking("home", {width: 200, height: 500});
-  assert.ok(narrow.distance > heights[0].distance, "its arms are seen, too");
+    [200, 500],
+  ])
+    for (const size of [undefined, {height: 1.2, middle: 0.7, reach: 0.9, breadth: 0.8}]) {
+      const {middle = 0.33, reach = 0.435, breadth = 0.406} = size ?? {};
+      const {camera} = looking("home", {x: 3, y: -2, heading: 2, things: [[1.4, 0.6]], width, height, size});
+      const seen = (/** @type {number} */ along, /** @type {number} */ up) => {
+        const aside = new Vector3(1, 0, 0).applyQuaternion(camera.quaternion).multiplyScalar(along);
+        return new Vector3(3, -2, middle + up).add(aside).project(camera);
+      };
+      const edges = [...[breadth, -breadth].map((at) => seen(at, 0)), ...[reach, -reach].map((at) => seen(0, at))];
+      for (const edge of edges) assert.ok(isSeen(edge), `${width}x${height}`);
+      const largest = Math.max(...edges.flatMap(({x, y}) => [Math.abs(x), Math.abs(y)]));
+      assert.ok(largest > 0.75, `${width}x${height}: ${largest}`);
+    }
   const ahead = looking("home", {things: [[0.3, 0, 0.29]]});
   assert.ok(ahead.things[0].z < ahead.robot.z, "what is in front of its face is nearer");
+});
+
+test("at first sight it goes around once, until it is touched, and not for who wants no motion", () => {
+  const surface = new Surface();
+  const viewpoints = new Viewpoints(surface, () => {});
+  viewpoints.resize(400, 300);
+  const bearing = () => Math.atan2(viewpoints.camera.position.y, viewpoints.camera.position.x);
+  for (const now of [1000, 4000, 7000]) viewpoints.turn(now);
+  assert.ok(viewpoints.turning);
+  const turned = bearing();
+  assert.ok(Math.abs(turned - Math.atan2(0.6, 1)) > 0.3);
+  surface.dispatchEvent(new Event("keydown"));
+  for (const now of [8000, 12000]) viewpoints.turn(now);
+  assert.deepEqual([viewpoints.turning, bearing()], [false, turned]);
+
+  const whole = new Viewpoints(new Surface(), () => {});
+  whole.resize(400, 300);
+  for (let now = 1000; now < 30_000; now += 500) whole.turn(now);
+  assert.equal(whole.turning, false);
+  assert.ok(Math.abs(whole.camera.position.y / whole.camera.position.x - 0.6) < 0.01, "it ends where it began");
+
+  globalThis.matchMedia = () => /** @type {MediaQueryList} */ ({matches: true});
+  const still = new Viewpoints(new Surface(), () => {});
+  for (const now of [1000, 4000]) still.turn(now);
+  assert.equal(still.turning, false);
 });
 
 test("what is far does not make the robot small, and one alone is seen closely", () => {

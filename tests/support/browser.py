@@ -543,7 +543,7 @@ def new_window(browser: Browser, language: str | None = None) -> Page:
 
 def forget(page: Page, origin: str) -> None:
     """Leave a page, and clear all that its window remembers: the page, its storage and how it was used."""
-    page.evaluate("sessionStorage.clear()")
+    page.evaluate("addEventListener('pagehide', () => sessionStorage.clear())")  # after the page's own
     page.unroute_all()
     page.goto("about:blank")
     page.mouse.move(0, 0)

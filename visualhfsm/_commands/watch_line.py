@@ -14,10 +14,11 @@ from interfaces.hfsm import ComponentSnapshot, Mark
 from interfaces.jderobot import CameraPrx
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._monitor.realm.automata import Automata
+from visualhfsm._monitor.realm.body import STALE
 from visualhfsm._monitor.realm.follower import Follower
 from visualhfsm._monitor.realm.pictures import Pictures, encode_jpeg
 from visualhfsm._monitor.realm.realm import Newest, PolledValue, has_interface
-from visualhfsm._monitor.realm.robot import STALE, RobotMonitor, RobotState
+from visualhfsm._monitor.realm.robot import RobotMonitor, RobotState
 from visualhfsm._monitor.realm.run_log import RunLog
 from visualhfsm._monitor.run_page import MOST_PICTURES, Figure, Run
 from zenoh_ice import Communicator

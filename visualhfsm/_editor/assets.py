@@ -47,7 +47,12 @@ _COMPRESSED: Final = frozenset({".css", ".html", ".js", ".json", ".svg", ".txt"}
 _LIBRARIES: Final = "vendor/"
 _COMMENTS: Final = re.compile(r"^[ \t]*(?://.*|/\*(?:(?!\*/)[\s\S])*\*/[ \t]*)$", re.MULTILINE)
 _CSS_COMMENTS: Final = re.compile(r"/\*(?:(?!\*/)[\s\S])*\*/")
-_TYPES: Final = {".js": "text/javascript", ".svg": "image/svg+xml", ".txt": "text/plain"}
+_TYPES: Final = {
+    ".js": "text/javascript",
+    ".svg": "image/svg+xml",
+    ".txt": "text/plain",
+    ".webp": "image/webp",
+}
 
 
 @dataclass(frozen=True, slots=True)

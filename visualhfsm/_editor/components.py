@@ -36,6 +36,7 @@ class Components:
         self._workspace = workspace
         self._parts = workspace.parts
         self._stops: set[asyncio.Task[object]] = set()
+        self._leaving: set[asyncio.Task[None]] = set()
 
     def require_rest(self) -> None:
         """Raise VisualHfsmError while components start or run: they would drive a robot that comes."""
@@ -216,6 +217,20 @@ class Components:
             await self._parts.followers.unfollow(component)
 
     async def leave(self, window: Window) -> None:
-        """Stop sending a window anything."""
+        """Stop sending a window anything; what nobody follows any more is followed on for a while."""
         for component in self._workspace.windows.followed_by(window):
-            await self.unfollow(window, component)
+            if self._workspace.windows.unfollow(window, component):
+                leaving = asyncio.create_task(self._forget_later(component), name="a page that may return")
+                self._leaving.add(leaving)
+                leaving.add_done_callback(self._leaving.discard)
+
+    async def _forget_later(self, component: str) -> None:
+        await asyncio.sleep(self._workspace.limits.return_seconds)
+        if not self._workspace.windows.follows(component):
+            await self._parts.followers.unfollow(component)
+
+    async def close(self) -> None:
+        """Wait for no page any more."""
+        for leaving in self._leaving:
+            leaving.cancel()
+        await asyncio.gather(*self._leaving, return_exceptions=True)

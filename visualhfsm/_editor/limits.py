@@ -60,6 +60,9 @@ class Limits:
     component_leaving_seconds: float = 1.0
     """The time for which a component that has ended may still be listed as running."""
 
+    return_seconds: float = 30.0
+    """The time for which a run that no window follows is kept: a page that is loaded again wants its past."""
+
     merge_seconds: float = MERGE_WITHIN
     """The time after a change in which another one of the same kind belongs to the same step."""
 

@@ -47,6 +47,10 @@ class Windows:
         """Return the components that a window follows."""
         return [component for component, followers in self._followers.items() if window in followers]
 
+    def follows(self, component: str) -> bool:
+        """Return whether any window follows a component."""
+        return component in self._followers
+
     def follow(self, window: Window, component: str) -> None:
         """Send a window what a component does from now on."""
         self._followers.setdefault(component, set()).add(window)

@@ -114,6 +114,7 @@ class Workspace:
         """Close everything; what fails, or takes too long, keeps nothing else open."""
         await _end("the checks", asyncio.to_thread(self.project.end_processes))
         await _end("the checks", self._checks.close())
+        await _end("what pages had followed", self.components.close())
         parts = self.parts
         for part in (parts.tests, parts.trials, parts.started, parts.robot, parts.followers):
             await _end(type(part).__name__, part.close())

@@ -396,6 +396,7 @@ class Followers:
         shown = (
             self._robot.described,
             nao(),
+            *(described for _, described in self._robot.others.bodies().values()),
             *(follower.described for follower in self._followers.values()),
             *self._recordings.described(),
         )

@@ -200,6 +200,14 @@ class Simulation(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
     body: str = ""
 
 
+class OtherRobot(msgspec.Struct, frozen=True):
+    """Another robot of the world, which has another realm."""
+
+    realm: str
+    title: Message
+    """Its name for people."""
+
+
 class Robot(Push, omit_defaults=True):
     """The robot of the realm, and what the editor runs for it.
 
@@ -227,6 +235,8 @@ class Robot(Push, omit_defaults=True):
     """True if it has balls that can be moved."""
     postures: tuple[str, ...] = ()
     """The postures that it can be brought into, as far as they are known."""
+    others: tuple[OtherRobot, ...] = ()
+    """The other robots of its world."""
     trouble: Message = NO_MESSAGE
     """Why the robot that was started here has ended, or is not seen."""
 

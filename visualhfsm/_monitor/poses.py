@@ -28,6 +28,14 @@ _REPEAT: Final = 1.0
 """Seconds after which a state that has not changed is sent again."""
 
 
+class OtherState(msgspec.Struct, frozen=True):
+    """Another robot of the world, whose place is that of the object of its name."""
+
+    body: str
+    """The hash of its description."""
+    joints: dict[str, float]
+
+
 class BodyState(msgspec.Struct, frozen=True):
     """The robot and the movable objects around it at one moment, as far as they are known."""
 
@@ -38,7 +46,9 @@ class BodyState(msgspec.Struct, frozen=True):
     torso: Placement | None
     """The place of the torso, known only in a simulation."""
     objects: dict[str, Placement]
-    """The balls and other movable objects by name, as far as they are known."""
+    """The balls and other movable objects by name, as far as they are known, and other robots."""
+    others: dict[str, OtherState]
+    """The other robots of the world by their realms, as far as they can be drawn."""
 
 
 class PoseStream:
@@ -84,4 +94,8 @@ class PoseStream:
     def state(self) -> BodyState:
         """Return the present state, as far as it is known."""
         robot, world = self._robot, self._robot.world
-        return BodyState(robot.joints(), robot.tilt(), world.torso(), world.objects())
+        others = {
+            name: OtherState(described.hash, body.joints())
+            for name, (body, described) in robot.others.bodies().items()
+        }
+        return BodyState(robot.joints(), robot.tilt(), world.torso(), world.objects(), others)

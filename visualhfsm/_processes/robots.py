@@ -134,6 +134,7 @@ class StartedRobot:
             simulation=msgspec.structs.replace(self._simulation, balls=moving or self._simulation.balls),
             has_balls=seen.has_balls,
             postures=seen.postures,
+            others=tuple(messages.OtherRobot(realm, called(title)) for realm, title in seen.others),
             trouble=self._trouble,
         )
 

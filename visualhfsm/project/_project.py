@@ -205,12 +205,13 @@ class Project:
     def recoverable(self) -> list[Abandoned]:
         """Return the documents that can be recovered: those below the root, and those without a file.
 
-        The process that had them open ended without closing them.
+        The process that had them open ended without closing them, and they differ from their files.
         """
         found = [
             each
             for each in find_abandoned(self.journals)
-            if each.path is None or self.root.contains(each.path)
+            if each.path is None
+            or (self.root.contains(each.path) and not EditedDocument.drop_saved(each.file))
         ]
         self._abandoned = {each.file.name: each for each in found}
         return found

@@ -41,6 +41,8 @@ Function = Annotated[
     str, Meta(pattern=r"^[\w./-]+\.py:\w+\Z", description="write FILE.py:FUNCTION, such as judge.py:is_good")
 ]
 
+Beside = Annotated[str, Meta(pattern=r"^[\w-][\w.-]*\Z", description="write the name of a file beside it")]
+
 
 class Disturbance(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, omit_defaults=True):
     """Something that happens to the robot at a time, one of: `push`, `move`, `offline`, `late`."""
@@ -131,6 +133,8 @@ class Plan(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, omit_d
     camera: CameraKind = "auto"
     stand_ins: bool = False
     """True if calls that nobody serves are answered with blank values, as in a dry run."""
+    others: Annotated[tuple[Beside, ...], Meta(max_length=15)] = ()
+    """Documents in its folder that drive the other robots of its world, in their order."""
     scene: dict[str, Quantity] = {}
     """Where the robot and the things are, and how well they are seen, by names; see `_scene`."""
     parameters: dict[str, Quantity] = {}

@@ -21,7 +21,12 @@ if TYPE_CHECKING:
     from visualhfsm.simulation import Behavior
 
 _SETTINGS: Final[Mapping[str, type]] = {"body": str, "posture": str, "world": str, "noise": bool}
-_THINGS: Final = {"carried_balls": (CARRIED, ()), "balls": ("xy", ()), "boxes": ("xy", ("heading",))}
+_THINGS: Final = {
+    "carried_balls": (CARRIED, ()),
+    "balls": ("xy", ()),
+    "boxes": ("xy", ("heading",)),
+    "robots": ("xy", ("heading",)),
+}
 """The axes of the things of a world, and what else they have."""
 _FAKE: Final = frozenset({"body"})
 """Settings that the fake robot has, too."""
@@ -48,7 +53,7 @@ def check_scene(plan: Plan) -> None:
     for name, quantity in plan.scene.items():
         if isinstance(quantity, tuple) and any(isinstance(each, str | bool) for each in quantity):
             for each in dict.fromkeys(quantity):
-                Scene(_beside(plan, {**drawn, name: each}), plan.robot)
+                scene_of(plan, {**drawn, name: each})
 
 
 def _choices(quantity: Quantity | None) -> list[str]:
@@ -57,12 +62,15 @@ def _choices(quantity: Quantity | None) -> list[str]:
     return [each for each in names if isinstance(each, str) and not each.endswith(".toml")]
 
 
-def _beside(plan: Plan, values: Values) -> Values:
-    """Return values of a scene whose world, if it is a file, is found from anywhere."""
+def scene_of(plan: Plan, values: Values) -> Scene:
+    """Return the scene of a trial with some values; a world that is a file stands beside the document.
+
+    Raises TrialsError.
+    """
     world = values.get("world")
     if isinstance(world, str) and world.endswith(".toml"):
-        return {**values, "world": str(Path(plan.document).parent / world)}
-    return values
+        values = {**values, "world": str(Path(plan.document).parent / world)}
+    return Scene(values, plan.robot)
 
 
 class Scene:
@@ -126,13 +134,14 @@ class Scene:
         with TrialsError.in_place_of((RobotError, ValueError), "the scene is not possible: {reason}"):
             world = load_world(self.settings.get("world", DEFAULT_WORLD))
             for thing, place in self._places.items():
-                if thing == "robot":
+                if thing == "robot" and not world.robots:
                     world = _with(world, robot=_moved(thing, world.robot, place, "xy", ("heading",)))
                 elif thing == "light":
                     light = world.light or Light()
                     world = _with(world, light=_moved(thing, light, place, (), ("brightness", "ambient")))
                 else:
-                    world = _with_thing(world, thing, place)
+                    own = world.robots[0].name if thing == "robot" else thing
+                    world = _with_thing(world, own, place)
             return world
 
 
@@ -148,7 +157,8 @@ def _with_thing(world: World, name: str, place: Mapping[str, float]) -> World:
             if thing.name == name:
                 things[index] = _moved(name, thing, place, *keys)
                 return _with(world, **{kind: tuple(things)})
-    known = ", ".join(("robot", "light", *world.names))
+    robots = (robot.name for robot in world.robots)
+    known = ", ".join(("robot", "light", *world.names, *robots))
     raise TrialsError.because(
         "{name}: there is no such thing in the world; there are {known}", name=name, known=known
     )

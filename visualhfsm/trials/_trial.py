@@ -19,7 +19,7 @@ from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import Actor, ChangeKind
 from hfsm_runtime.virtual.errors import BehaviorFailed, UnknownName
 from naoserver.errors import RobotError
-from visualhfsm.simulation import Behavior, simulate
+from visualhfsm.simulation import Behavior, Team, simulate, simulate_team
 from visualhfsm.simulation._properties import stated_properties
 
 from ._disturbances import Disturbances
@@ -28,7 +28,7 @@ from ._functions import FunctionFailed, call_function, load_function
 from ._outcomes import Outcome, StateChange
 from ._plan import SAMPLED, Plan
 from ._quantities import Value, Values
-from ._scene import Scene
+from ._scene import scene_of
 
 _PERIOD: Final = 0.1
 """s between two samples."""
@@ -85,30 +85,45 @@ def run_trial(
     seed = plan.seed_of(number)
     random.seed(seed)
     np.random.seed(seed)
-    scene = Scene({name: values[name] for name in plan.scene}, plan.robot)
+    scene = scene_of(plan, {name: values[name] for name in plan.scene})
+    parameters = {name: values[f"parameters.{name}"] for name in plan.parameters}
+    settings = {"stand_ins": plan.stand_ins, **scene.settings}
+    if plan.robot == "sim":
+        settings |= {"camera": plan.camera, "seed": seed}
     try:
-        behavior = simulate(
-            plan.document,
-            robot=None if plan.robot == "none" else plan.robot,
-            parameters={name: values[f"parameters.{name}"] for name in plan.parameters},
-            **_settings(plan, scene, seed),
-        )
+        running = _begin(plan, simulate, parameters, settings)
     except (RobotError, UnknownName) as error:
         raise TrialsError.because(
             "trial {number} is not possible: {reason}", number=number, reason=reason(error)
         ) from error
     except BehaviorFailed as failure:
         return _not_begun(number, values, failure)
-    with closing(behavior):
+    with closing(running):
+        behavior = running if isinstance(running, Behavior) else running.behaviors[0]
         scene.set_up(behavior)
         if recording is None:
-            return _watched(_Trial(plan, number, values, behavior), witness)
+            return _watched(_Trial(plan, number, values, behavior, running.advance), witness)
         from ._recording import BehaviorRecording  # needs Pillow
 
         with closing(BehaviorRecording(behavior, recording)) as recorded:
-            trial = _Trial(plan, number, values, behavior)
+            trial = _Trial(plan, number, values, behavior, running.advance)
             trial.watchers.append(recorded.write)
             return _watched(trial, witness)
+
+
+def _begin(
+    plan: Plan, simulate: Callable[..., Behavior], parameters: Values, settings: dict[str, Any]
+) -> Behavior | Team:
+    """Make the behavior, or with others beside it a team whose first one it is."""
+    if not plan.others:
+        robot = None if plan.robot == "none" else plan.robot
+        return simulate(plan.document, robot=robot, parameters=parameters, **settings)
+    if plan.robot != "sim":
+        raise TrialsError.because('others: there is one world for several robots only with robot = "sim"')
+    documents = [plan.document, *(str(Path(plan.document).with_name(each)) for each in plan.others)]
+    each = [parameters, *({} for _ in plan.others)]
+    with TrialsError.in_place_of(ValueError, "others: {reason}"):
+        return simulate_team(documents, parameters=each, simulate=simulate, **settings)
 
 
 def _watched(trial: _Trial, witness: Witness | None) -> Outcome:
@@ -122,13 +137,6 @@ def _watched(trial: _Trial, witness: Witness | None) -> Outcome:
     return outcome
 
 
-def _settings(plan: Plan, scene: Scene, seed: int) -> dict[str, Any]:
-    settings = {"stand_ins": plan.stand_ins, **scene.settings}
-    if plan.robot == "sim":
-        settings |= {"camera": plan.camera, "seed": seed}
-    return settings
-
-
 def _not_begun(number: int, values: Values, failure: BehaviorFailed) -> Outcome:
     error = str(failure)[:_LONGEST_ERROR]
     reason = error.partition("\n")[0]
@@ -138,8 +146,11 @@ def _not_begun(number: int, values: Values, failure: BehaviorFailed) -> Outcome:
 class _Trial:
     """A trial that runs."""
 
-    def __init__(self, plan: Plan, number: int, values: Values, behavior: Behavior) -> None:
+    def __init__(
+        self, plan: Plan, number: int, values: Values, behavior: Behavior, advance: Callable[[float], object]
+    ) -> None:
         self._plan = plan
+        self._advance = advance
         self._number = number
         self.values = values
         self.behavior = behavior
@@ -209,7 +220,7 @@ class _Trial:
             if passed >= self._plan.limit - 1e-9:
                 return f"not in {success.state} after {self._plan.limit:g} s" if success.state else ""
             step += 1
-            behavior.advance(max(0.0, min(step * _PERIOD, self._plan.limit) - passed))
+            self._advance(max(0.0, min(step * _PERIOD, self._plan.limit) - passed))
 
     def _sample(self) -> bool:
         """Take the samples, and return whether the robot lies on the floor."""

@@ -1,5 +1,5 @@
-"""Draw the pictures of this folder: robots from several sides and in motion, side by side on one scale, and
-while they run a behavior.
+"""Draw the pictures of this folder, and those of the editor's start page: robots from several sides, in
+motion, side by side on one scale, while they run a behavior, and cut out.
 
 python docs/pictures/robots/draw.py
 """
@@ -113,6 +113,12 @@ BESIDE: Final = Side(150.0, -12.0)
 HALF_LEFT: Final = Side(218.0, -10.0)
 BEHIND: Final = Side(325.0, -10.0)
 FAMILY: Final = ("Cart", "H25", "T1", "G1")
+CARDS: Final = (*FAMILY, "H21")
+"""Robots that the start page of the editor shows."""
+CARD_FOLDER: Final = FOLDER.parents[2] / "visualhfsm/_editor/static/pictures"
+CUT_OUT: Final = 144
+"""Width and height of a card's picture in pixels."""
+CUT_OUT_DRAWN: Final = 900
 FAMILY_FRAME: Final = Frame(0.6, 2.2)
 
 
@@ -209,6 +215,33 @@ def view(
     return np.asarray(image.resize(SIZE, Image.Resampling.LANCZOS))
 
 
+def cut_out(model: Model) -> Image.Image:
+    """Return a robot at rest without anything around it, as large as fits."""
+    data, camera, options = posed(model, {}), mujoco.MjvCamera(), mujoco.MjvOption()
+    options.geomgroup[:] = 0
+    options.geomgroup[VISUAL_GROUP] = 1
+    model.mj.vis.quality.offsamples = 4
+    camera.azimuth, camera.elevation = HALF_LEFT
+    camera.lookat, camera.distance = (0.0, 0.0, 0.6), 2.4
+    with mujoco.Renderer(model.mj, CUT_OUT_DRAWN, CUT_OUT_DRAWN) as renderer:
+        renderer.update_scene(data, camera, options)
+        for flag in (mujoco.mjtRndFlag.mjRND_SHADOW, mujoco.mjtRndFlag.mjRND_HAZE):
+            renderer.scene.flags[flag] = 0
+        colors = renderer.render()
+        renderer.enable_segmentation_rendering()
+        renderer.update_scene(data, camera, options)
+        mask = (renderer.render()[..., 0] >= 0).astype(np.uint8) * 255
+    image = Image.fromarray(np.dstack([colors, mask]))
+    image = image.crop(image.getbbox())
+    scale = CUT_OUT / max(image.size)
+    size = round(image.width * scale), round(image.height * scale)
+    whole = Image.new("RGBA", (CUT_OUT, CUT_OUT))
+    # Its edge is blended with nothing, so that it is the same on a dark page.
+    small = image.convert("RGBa").resize(size, Image.Resampling.LANCZOS).convert("RGBA")
+    whole.paste(small, ((CUT_OUT - size[0]) // 2, CUT_OUT - size[1]))
+    return whole
+
+
 def save(name: str, row: Sequence[NDArray[np.uint8]]) -> None:
     """Write views side by side."""
     Image.fromarray(np.hstack(row)).quantize(256).save(FOLDER / f"{name}.png", optimize=True)
@@ -216,8 +249,13 @@ def save(name: str, row: Sequence[NDArray[np.uint8]]) -> None:
 
 def main() -> None:
     """Write the pictures."""
-    models = {name: build_model(world=load_world("empty"), body=find_body(name)) for name in FAMILY}
-    save("family", [view(model, posed(model, {}), FAMILY_FRAME, HALF_LEFT) for model in models.values()])
+    models = {name: build_model(world=load_world("empty"), body=find_body(name)) for name in CARDS}
+    for name, model in models.items():
+        cut_out(model).save(CARD_FOLDER / f"{name}.webp", quality=80, method=6)
+    save(
+        "family",
+        [view(model, posed(model, {}), FAMILY_FRAME, HALF_LEFT) for model in map(models.__getitem__, FAMILY)],
+    )
     for name, (body, frame, pose) in PICTURES.items():
         model = models[body]
         row = [view(model, posed(model, {}), frame, side) for side in (FRONT, HALF_LEFT, BEHIND)]

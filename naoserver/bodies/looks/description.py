@@ -114,9 +114,13 @@ def describe_looks(looks: Looks, colors: Mapping[str, Color]) -> dict[str, Any]:
     }
 
 
-def write_looks(body: Body) -> str:
-    """Return the looks of a body as JSON."""
-    return json.dumps(describe_looks(looks_of(body), start_of(body)), separators=(",", ":"), allow_nan=False)
+def write_looks(body: Body, shirt: Color | None = None) -> str:
+    """Return the looks of a body as JSON, its trunk in the color of a shirt if it has one."""
+    described = describe_looks(looks_of(body), start_of(body))
+    for shape in described["shapes"] if shirt is not None else ():
+        if shape["link"] == body.root.name and "glow" not in shape:
+            shape["color"] = shirt
+    return json.dumps(described, separators=(",", ":"), allow_nan=False)
 
 
 def _form(part: Part, meshes: Mapping[str, int]) -> dict[str, Any]:

@@ -16,17 +16,13 @@ import {html, render} from "lit";
 import {
   AmbientLight,
   HemisphereLight,
-  Mesh,
-  MeshStandardMaterial,
   OrbitControls,
   PerspectiveCamera,
   Scene,
-  SRGBColorSpace,
   WebGLRenderer,
 } from "three";
 
-import {Body} from "visualhfsm/robot3d/body.js";
-import {Workshop} from "visualhfsm/robot3d/shapes.js";
+import {figureOf} from "visualhfsm/robot3d/figure.js";
 import {WorldDrawing} from "visualhfsm/robot3d/world-drawing.js";
 import {begin, themeButton} from "visualhfsm/onefile/frame.js";
 import {unpacked, unpackedData} from "visualhfsm/onefile/unpacked.js";
@@ -52,30 +48,12 @@ class MatchDrawing {
     this.world = new WorldDrawing();
     this.world.build(content.world);
     this.scene.add(new HemisphereLight(0xffffff, 0x8a929c, 2.4), new AmbientLight(0xffffff, 0.4), this.world);
-    this.bodies = content.robots.map((robot) => this.#dressed(robot));
+    this.bodies = content.robots.map(({body, shirt}) => figureOf(content.bodies[body], undefined, shirt));
+    for (const {torso} of this.bodies) this.scene.add(torso);
     stage.append(this.renderer.domElement);
     this.renderer.domElement.setAttribute("role", "img");
     this.renderer.domElement.setAttribute("aria-label", t("The match in 3D"));
     new ResizeObserver(() => this.#resize(stage)).observe(stage);
-  }
-
-  /** A body whose trunk has the color of its shirt. @param {Robot} robot */
-  #dressed({body: number, shirt}) {
-    const described = this.content.bodies[number];
-    const workshop = new Workshop();
-    workshop.take(described.meshes, described.meshUnit);
-    const body = new Body(described);
-    const cloth = new MeshStandardMaterial({roughness: 0.8});
-    cloth.color.setRGB(...shirt, SRGBColorSpace);
-    for (const shape of described.shapes) {
-      const part = workshop.make(shape);
-      if (!part) continue;
-      const link = body.links.get(shape.link);
-      if (link === body.torso && part instanceof Mesh) part.material = cloth;
-      link?.add(part);
-    }
-    this.scene.add(body.torso);
-    return body;
   }
 
   /** Show a frame. @param {number[]} frame */

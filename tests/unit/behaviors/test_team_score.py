@@ -8,7 +8,9 @@ from collections.abc import Callable
 import pytest
 
 from interfaces.nao import RoleClaim, Teammate
+from naoserver.errors import InvalidCommand
 from naoserver.serving.medium import REPORT, Membership
+from tests.support.present import present
 from visualhfsm.testing import Behavior, MakeBehavior
 from zenoh_ice.transport import Registration
 
@@ -65,12 +67,13 @@ def play(behavior: MakeBehavior) -> Callable[[Mate], Behavior]:
 
 def test_alone_it_strikes(behavior: MakeBehavior) -> None:
     b = behavior(DOCUMENT, robot="fake", camera="drawn")
-    b.run_until("strike", limit=0.5)
+    b.run_until("play/strike", limit=0.5)
     assert b.component.Team.getReport().doing == "strikes"
 
 
 @pytest.mark.parametrize(
-    ("roles", "state"), [(["striker"], "keep"), (["keeper"], "strike"), (["striker", "keeper"], "support")]
+    ("roles", "state"),
+    [(["striker"], "play/keep"), (["keeper"], "play/strike"), (["striker", "keeper"], "play/support")],
 )
 def test_it_does_what_the_team_leaves_it(
     play: Callable[[Mate], Behavior], roles: list[str], state: str
@@ -87,9 +90,9 @@ def test_it_strikes_when_the_striker_is_gone(play: Callable[[Mate], Behavior]) -
     mate = Mate("striker", "keeper")
     b = play(mate)
     b.advance(2.0)
-    assert b.is_active("support")
+    assert b.is_active("play/support")
     mate.is_there = False
-    b.run_until("strike", limit=HAND_OVER)
+    b.run_until("play/strike", limit=HAND_OVER)
 
 
 def test_a_supporter_goes_where_the_ball_is_that_a_mate_sees(play: Callable[[Mate], Behavior]) -> None:
@@ -113,11 +116,27 @@ def test_a_robot_that_has_fallen_gets_up_and_leaves_the_rest_to_the_others(
     behavior: MakeBehavior,
 ) -> None:
     b = behavior(DOCUMENT, robot="fake", camera="drawn")
-    b.run_until("strike", limit=0.5)
+    b.run_until("play/strike", limit=0.5)
     standing = b.robot.device.state
     fallen = type(standing())(torso_tilt=1.5, fallen=True, real_time_factor=1.0, lag=0.0)
     b.robot.device.state = lambda: fallen  # type: ignore[method-assign]
     b.run_until("get up", limit=0.5)
     assert b.component.Team.getRobotOf("striker") == ""
     b.robot.device.state = standing  # type: ignore[method-assign]
-    b.run_until("strike", limit=20.0)
+    b.run_until("play/strike", limit=20.0)
+
+
+def test_a_walk_that_is_refused_ends_no_play(play: Callable[[Mate], Behavior]) -> None:
+    b = play(Mate("striker", "keeper", ball=2.0 + 1.0j))
+    b.run_until("play/support", limit=1.0)
+
+    def refuse(velocity: object) -> None:
+        raise InvalidCommand("velocity", "the robot lies")
+
+    walker = present(b.robot.device.walker)
+    command = walker.command
+    walker.command = refuse  # type: ignore[method-assign]
+    b.run_until("get up", limit=2.0)
+    walker.command = command  # type: ignore[method-assign]
+    b.run_until("play/support", limit=20.0)
+    assert not b.errors

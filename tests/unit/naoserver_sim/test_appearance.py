@@ -2,6 +2,7 @@
 
 from contextlib import closing
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -9,7 +10,7 @@ from naoserver.bodies import BODY_NAMES, find_body
 from naoserver.bodies.looks import read_looks, skin_names
 from naoserver_sim._simulator import Snapshot
 from naoserver_sim.appearance import VISUAL_GROUP, Lamps
-from naoserver_sim.cameras import CameraRenderer
+from naoserver_sim.cameras import CameraRenderer, create_context, put_cameras
 from naoserver_sim.model import build_model
 from naoserver_sim.standing import build_standing
 from naoserver_sim.world import load_world
@@ -84,3 +85,37 @@ def test_a_camera_looks_out_of_the_link_that_carries_it(name, skin):
     picture = picture_of(model, data)
     model.mj.geom_group[seen(model.mj, body.cameras[0].link)] = HIDDEN
     assert np.array_equal(picture, picture_of(model, data))
+
+
+def drawn_whole(mj, data, camera):
+    """Return what a camera sees when MuJoCo draws every geom."""
+    options, view = mujoco.MjvOption(), mujoco.MjvCamera()
+    options.geomgroup[:] = [1, 1, 0, 0, 0, 0]
+    options.sitegroup[:] = 0
+    view.type, view.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, mj.camera(camera).id
+    scene = mujoco.MjvScene(mj, mj.ngeom)
+    everything = mujoco.mjtCatBit.mjCAT_ALL
+    mujoco.mjv_updateScene(mj, data, options, mujoco.MjvPerturb(), view, everything, scene)
+    for flag in ("SHADOW", "REFLECTION", "FOG", "HAZE"):
+        scene.flags[getattr(mujoco.mjtRndFlag, f"mjRND_{flag}")] = 0
+    picture, viewport = np.empty((240, 320, 3), np.uint8), mujoco.MjrRect(0, 0, 320, 240)
+    context = create_context(320, 240)
+    with context.as_current():
+        resources = mujoco.MjrContext(mj, mujoco.mjtFontScale.mjFONTSCALE_50)
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, resources)
+        mujoco.mjr_render(viewport, scene, resources)
+        mujoco.mjr_readPixels(picture, None, viewport, resources)
+        resources.free()
+    context.free()
+    return picture[::-1]
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("name", BODY_NAMES)
+@pytest.mark.parametrize("seed", range(3))
+def test_a_picture_lacks_nothing_of_what_mujoco_draws(name, seed):
+    model, data = build_standing(load_world("soccer"), None, skin=True, body=find_body(name))
+    data.qpos[:] += np.random.default_rng(seed).normal(0.0, 0.2, model.mj.nq)
+    picture = picture_of(model, data)
+    put_cameras(model.mj, data, data.qpos)
+    assert np.array_equal(picture, drawn_whole(model.mj, data, model.cameras[0].name))

@@ -234,12 +234,12 @@ def nao() -> DescribedRobot:
 
 
 class DescriptionMonitor:
-    """Fetch the description of the robot of an identity; `update` it a few times a second."""
+    """Fetch the description that a proxy of this text serves; `update` it a few times a second."""
 
     def __init__(self, communicator: Communicator, identity: str = DESCRIPTION) -> None:
         self._communicator = communicator
-        self._target = Target(communicator.realm, identity)
         proxy = DescriptionPrx.uncheckedCast(communicator.stringToProxy(identity))
+        self._target = Target(proxy.ice_getRealm(), proxy.ice_getIdentity())
         self._body = PolledValue(proxy.getBody.begin)
         self._looks = PolledValue(proxy.getLooks.begin)
         self._served: tuple[str, float] | None = None

@@ -7,23 +7,21 @@ from typing import Final, NamedTuple
 
 import msgspec
 
-from codegen.messages import NO_MESSAGE, Message
+from codegen.messages import Message
 from interfaces.jderobot import CameraPrx
 from interfaces.nao import ClockPrx, HealthPrx, HealthReport, JointLimits, JointsPrx, PoseHeadPrx, SafetyPrx
 from visualhfsm._monitor.realm.audible import AudibleMonitor
-from visualhfsm._monitor.realm.description import DescribedRobot, DescriptionMonitor, nao
+from visualhfsm._monitor.realm.body import BODY, STALE, BodyMonitor, Others
+from visualhfsm._monitor.realm.description import DescribedRobot
 from visualhfsm._monitor.realm.realm import Newest, PolledValue, has_interface
 from visualhfsm._monitor.realm.world import Placement, WorldMonitor
 from zenoh_ice import Communicator
 from zenoh_ice.data.text import printable
 
-STALE: Final = 0.8
-"""Wall seconds after which a value that is sent at least ten times a second is too old."""
 _STALE_HEALTH: Final = 2.0
-"""The same for reports of health and safety, which are sent twice a second."""
+"""Wall seconds after which a report of health or safety, which are sent twice a second, is too old."""
 _LONGEST_REASON: Final = 200
-_BODY: Final = "Body"
-_PARTS: Final = frozenset({_BODY, "Health", "Head"})
+_PARTS: Final = frozenset({BODY, "Health", "Head"})
 """Identities of which every robot has one."""
 
 
@@ -71,6 +69,8 @@ class RobotPresence(NamedTuple):
     """Its name for people, if it is known."""
     postures: tuple[str, ...] = ()
     """The postures that it can be brought into, as far as they are known."""
+    others: tuple[tuple[str, str], ...] = ()
+    """The other robots of its world, each with its realm, and its name for people."""
 
 
 class RobotFacts(msgspec.Struct, frozen=True, rename="camel"):
@@ -86,55 +86,38 @@ class RobotMonitor:
     def __init__(self, communicator: Communicator) -> None:
         self._communicator = communicator
         proxy = communicator.stringToProxy
-        body = JointsPrx.uncheckedCast(proxy(_BODY))
         self._head = Newest(PoseHeadPrx.uncheckedCast(proxy("Head")).getPose.latest)
-        self._joints = Newest(body.getJointState.latest)
+        self._body = BodyMonitor(communicator, communicator.realm)
         self._health = Newest(HealthPrx.uncheckedCast(proxy("Health")).getHealth.latest)
         self._safety = Newest(
             SafetyPrx.uncheckedCast(proxy("Safety")).getSafetyState.latest, oldest=_STALE_HEALTH
         )
         self._clock = Newest(ClockPrx.uncheckedCast(proxy("Clock")).getTime.latest)
-        self._names = PolledValue(body.getJointNames.begin)
-        self._limits = PolledValue(body.getJointLimits.begin)
-        self._described = DescriptionMonitor(communicator)
+        self._limits = PolledValue(JointsPrx.uncheckedCast(proxy(BODY)).getJointLimits.begin)
         self.world: Final = WorldMonitor(communicator)
+        self.others: Final = Others(communicator)
         self.audible: Final = AudibleMonitor(communicator)
 
     def update(self) -> None:
         """Request missing data; without a robot, request nothing."""
         self.world.update()
-        self._described.update()
-        if _BODY in self._communicator.identities():
-            self._names.poll()
+        self.others.update(self.world.others())
+        self._body.update()
+        if self._body.is_present:
             self._limits.poll()
         else:
             self._safety.forget()  # another robot may appear
-            if self._names.value is not None:
-                self._names.forget()
-                self._limits.forget()
+            self._limits.forget()
 
     @property
     def described(self) -> DescribedRobot | None:
-        """The robot as it is drawn; None for one whose body is not known, or not yet.
-
-        Without a robot it is the last one, or the Nao, as for a server of a Nao that describes none.
-        """
-        described = self._described
-        if described.is_present:
-            return described.robot
-        names = self._names.value
-        if _BODY not in self._communicator.identities():
-            return described.robot or nao()
-        return None if names is None or not nao().joints.issuperset(names) else nao()
+        """The robot as it is drawn, as `BodyMonitor` has it."""
+        return self._body.described
 
     @property
     def undescribed(self) -> Message:
         """Why a present robot cannot be drawn; empty for one that can, or that is not known yet."""
-        if self._described.is_present:
-            return Message.verbatim(self._described.trouble)
-        if self.described is None and self._names.value is not None:
-            return Message("This robot's server does not describe its body, so that it cannot be drawn.")
-        return NO_MESSAGE
+        return self._body.undescribed
 
     def facts(self) -> RobotFacts:
         """Return the constants."""
@@ -150,11 +133,7 @@ class RobotMonitor:
 
     def joints(self, oldest: float = STALE) -> dict[str, float]:
         """Return the angles of the joints in rad by name; none when unknown or older than `oldest` s."""
-        body, names = self._joints(), self._names.value
-        if body is None or names is None or body.age > oldest:
-            return {}
-        pairs = zip(names, body.value.positions, strict=False)
-        return {name: angle for name, angle in pairs if math.isfinite(angle)}
+        return self._body.joints(oldest)
 
     def tilt(self) -> float | None:
         """Return the angle between the torso's z axis and the vertical in rad; None when it is unknown."""
@@ -178,6 +157,7 @@ class RobotMonitor:
             stopped=self.stop_reason(),
             title=described.title if described else "",
             postures=described.postures if described else (),
+            others=tuple((name, each.title) for name, (_, each) in self.others.bodies().items()),
         )
 
     def stop_reason(self) -> str | None:
@@ -189,7 +169,7 @@ class RobotMonitor:
 
     def age(self) -> float:
         """Return the wall seconds since the robot sent anything; infinite when it never did."""
-        samples = (self._head(), self._joints(), self._health())
+        samples = (self._head(), self._body.state(), self._health())
         return min((sample.age for sample in samples if sample is not None), default=math.inf)
 
     def read(self, *, stale: bool = False) -> RobotState:
@@ -213,6 +193,6 @@ class RobotMonitor:
 
     def _trouble(self) -> str:
         """Return why the joints of a present robot are unknown, such as an interface that differs."""
-        if _BODY not in self._communicator.identities():
+        if not self._body.is_present:
             return ""
-        return printable(self._joints.trouble or self._names.trouble)[:_LONGEST_REASON]
+        return printable(self._body.state.trouble or self._body.names.trouble)[:_LONGEST_REASON]

@@ -85,6 +85,12 @@ class WorldMonitor:
             return {name: at for name, at in carried.items() if at is not None}
         return sound_objects({name: values_of(pose) for name, pose in truth.value.objects.items()})
 
+    def others(self) -> list[str]:
+        """Return what has a place and no shape: the other robots of the world, by their realms."""
+        shaped = {shape.object for shape in self.shapes}
+        known = self._reported.value is not None and self._truth() is not None
+        return [name for name in self.objects() if name not in shaped] if known else []
+
     def _carried(self, name: str) -> Placement | None:
         """Return where a ball is: its mechanism turns by `pan`, reaches out by `x` and lifts by `z`."""
         sample = self._encoders[name]()

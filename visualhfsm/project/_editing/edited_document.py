@@ -264,12 +264,13 @@ class EditedDocument:
         return edited
 
     @classmethod
-    def recover(cls, file: Path) -> EditedDocument:
+    def recover(cls, file: Path, *, reads: bool = False) -> EditedDocument:
         """Open a document again that was open when its process ended, with all its steps.
 
-        Raises EditError when its journal cannot be read, or another process has it open.
+        Its journal stays as it is for who only `reads`. Raises EditError when that cannot be read, or another
+        process has it open.
         """
-        journal, entries = Journal.take_over(file)
+        journal, entries = Journal.take_over(file, reads=reads)
         header = journal.header
         path = None if header.path is None else Path(header.path)
         try:
@@ -280,10 +281,25 @@ class EditedDocument:
         version = None if path is None else FileVersion(0, len(header.content), header.digest)
         edited = cls(document, journal, version, MAX_SIZE)
         edited._keep_original(document, header.content)
-        edited._replay(entries)
+        try:
+            edited._replay(entries)
+        except BaseException:
+            journal.close(keep=True)
+            raise
         edited.steps.seal()
         edited._notice_saved()
         return edited
+
+    @classmethod
+    def drop_saved(cls, file: Path) -> bool:
+        """Remove the journal of a document that is as its file holds it, and return whether it was one."""
+        try:
+            edited = cls.recover(file, reads=True)
+        except EditError:  # who recovers it is told
+            return False
+        is_saved = not edited.dirty and not edited.is_changed_outside()
+        edited._journal.close(keep=not is_saved)
+        return is_saved
 
     @property
     def document(self) -> Document:
@@ -528,8 +544,8 @@ class EditedDocument:
         return self.text().encode()
 
     def _notice_saved(self) -> None:
-        """Detect that the document was saved though its journal lacks the entry, after a crash in between."""
-        if self.path is None or not self.is_changed_outside():
+        """Detect that the file holds the document, though its journal lacks the entry, or steps led back."""
+        if self.path is None or not (self.dirty or self.is_changed_outside()):
             return
         try:
             content, version = read_file(self.path)

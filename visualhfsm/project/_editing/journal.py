@@ -105,11 +105,13 @@ class Journal:
         """The file, None before the first entry."""
         self._descriptor = -1
         self._has_gap = False
+        self._is_only_read = False
 
     @classmethod
-    def take_over(cls, file: Path) -> tuple[Journal, Iterator[tuple[Entry, int]]]:
+    def take_over(cls, file: Path, *, reads: bool = False) -> tuple[Journal, Iterator[tuple[Entry, int]]]:
         """Return a journal to be continued, and its entries, each with its place for `cut`.
 
+        One of which somebody only `reads` what it says stays as it is; an invalid entry raises EditError.
         Raises EditError when it cannot be read, or another process has its document open.
         """
         what = Message("Cannot recover from {file}", file=file.name)
@@ -134,13 +136,14 @@ class Journal:
                     Message("it is of version {version}", version=header.version),
                     "open it with the release that wrote it",
                 )
-            # A line that was cut off by the crash is removed, so that the next one does not continue it.
-            os.ftruncate(descriptor, _end_of_lines(descriptor))
+            if not reads:
+                # A line that was cut off by the crash is removed, so that the next one does not continue it.
+                os.ftruncate(descriptor, _end_of_lines(descriptor))
         except BaseException:
             os.close(descriptor)
             raise
         journal = cls(file.parent, header)
-        journal.file, journal._descriptor = file, descriptor
+        journal.file, journal._descriptor, journal._is_only_read = file, descriptor, reads
         return journal, journal._entries(len(first))
 
     def add(self, entry: Entry, whole: Callable[[], Entry], saved: Header | None = None) -> None:
@@ -179,6 +182,9 @@ class Journal:
     def cut(self, place: int, why: Exception) -> None:
         """Drop the invalid entry at a place, and all that follow; a copy of the file is kept."""
         assert self.file is not None
+        if self._is_only_read:
+            what = Message("Cannot recover from {file}", file=self.file.name)
+            raise EditError(what, "it contains an invalid entry", "recover what precedes it") from why
         copy = self.file.with_name(self.file.name + _UNREADABLE)
         _logger.warning("%s: what follows is dropped, and kept in %s: %s", self.file, copy, why)
         try:

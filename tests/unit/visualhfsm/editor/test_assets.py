@@ -17,6 +17,7 @@ from starlette.requests import Request
 from tests.support.places import ROOT
 from visualhfsm._base.html_file import STATIC
 from visualhfsm._editor.assets import Assets, without_comments
+from visualhfsm._processes.bodies import find_bodies
 
 PAGE = '<script type="importmap">%IMPORT_MAP%</script>\n%PRELOADS%\n<script src="./static/%VERSION%/shell/app.js"></script>'
 LIGHT = 150_000
@@ -124,6 +125,21 @@ def test_what_the_page_loads_before_the_first_need_stays_light() -> None:
     total = sum(sizes.values()) + len(gzip.compress(html, 6))
     heaviest = sorted(sizes.items(), key=lambda item: -item[1])[:10]
     assert total < LIGHT, f"{total} bytes, compressed; the heaviest: {heaviest}"
+
+
+def test_each_robot_that_is_installed_has_a_small_picture(tmp_path: Path) -> None:
+    sizes = {body.name: len(sent_whole(f"pictures/{body.name}.webp")) for body in find_bodies(tmp_path)}
+    assert len(sizes) >= 5
+    assert max(sizes.values()) < 6_000, sizes
+
+
+def sent_whole(name: str) -> bytes:
+    """A picture as a browser receives it."""
+    assets = Assets()
+    scope = {"type": "http", "headers": [], "path_params": {"version": version(assets), "path": name}}
+    answer = asyncio.run(assets.file(Request(scope)))
+    assert answer.headers["content-type"] == "image/webp"
+    return bytes(answer.body)
 
 
 def test_style_sheets_are_sent_without_their_comments(static: Path) -> None:

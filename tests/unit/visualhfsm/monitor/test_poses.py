@@ -23,4 +23,4 @@ def test_without_a_robot_the_stream_begins_with_a_nao_the_balls_and_a_state_with
     robot, world, state = asyncio.run(first(3))
     assert robot == {"body": nao().hash, "why": ""}
     assert {shape["object"] for shape in world["world"]} == {"BallGreen", "BallRed"}
-    assert state == {"joints": {}, "tilt": None, "torso": None, "objects": {}}
+    assert state == {"joints": {}, "tilt": None, "torso": None, "objects": {}, "others": {}}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import signal
 import subprocess
 import sys
 import threading
@@ -28,6 +29,7 @@ from visualhfsm import (
     TooManyError,
     WouldOverwriteError,
 )
+from visualhfsm._base.environment import child_environment
 
 SCXML = (
     '<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" initial="a"><state id="a">'
@@ -189,6 +191,63 @@ def test_unsaved_changes_of_a_project_that_ended_can_be_recovered(root: Path) ->
             with pytest.raises(MissingError, match="cannot be recovered any more"):
                 again(names["waver"])
         document.undo()
+
+
+KILLED_WITHOUT_CHANGES = """
+import os, signal, sys
+from pathlib import Path
+from visualhfsm import AddState, Project, SetText
+from visualhfsm._document.places import Place
+
+root, journals = sys.argv[1:]
+project = Project(root, journals=Path(journals))
+reloaded, typed, crashed, lost = (project.open(f"{name}.xml") for name in ("reloaded", "typed", "crashed", "lost"))
+for document in (reloaded, typed, crashed, lost):
+    document.apply(AddState(automaton=1, x=0, y=0, name="kept"))
+reloaded.save()
+reloaded.path.write_text(typed.path.read_text())  # another program
+reloaded.refresh()
+place = Place(kind="automaton", automaton=1, part="functions")
+typed.save()
+for text in ("x = 1", ""):
+    typed.apply(SetText(place=place, text=text))
+crashed.path.write_text(crashed.text())  # it ends before the journal has that
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_what_a_file_holds_is_not_offered_after_a_kill(root: Path) -> None:
+    journals = root.with_name("journals")
+    for name in ("reloaded", "typed", "crashed", "lost"):
+        (root / f"{name}.xml").write_text(write_document(tree()))
+    killed = subprocess.run(
+        [sys.executable, "-c", KILLED_WITHOUT_CHANGES, str(root), str(journals)],
+        env=child_environment([Path.cwd()]),
+        check=False,
+    )
+    assert killed.returncode == -signal.SIGKILL
+    with Project(root, journals=journals) as project:
+        (found,) = project.recoverable()
+        assert found.name == "lost"
+        assert [*journals.iterdir()] == [found.file]
+        before = found.file.read_bytes(), found.changed_at
+        (again,) = project.recoverable()
+        assert (again.file.read_bytes(), again.changed_at) == before, "who looks changes nothing"
+        assert "kept" in project.recover(found.file.name).text()
+
+
+def test_a_journal_with_an_entry_that_nobody_reads_is_offered_as_it_is(root: Path) -> None:
+    journals = root.with_name("journals")
+    with Project(root, journals=journals) as project:
+        project.open("waver.xml").apply(AddState(automaton=1, x=0, y=0, name="kept"))
+    (file,) = journals.iterdir()
+    with file.open("ab") as stream:
+        stream.write(b'{"entry": "of a later release"}\n')
+    content = file.read_bytes()
+    with Project(root, journals=journals) as project:
+        (found,) = project.recoverable()
+        assert file.read_bytes() == content
+        assert "kept" in project.recover(found.file.name).text()
 
 
 def test_directories_come_first_and_hidden_files_not_at_all(project: Project, root: Path) -> None:

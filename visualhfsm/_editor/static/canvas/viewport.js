@@ -19,8 +19,8 @@ const LEGIBLE = 0.55;
 const SMALLEST = 0.02; // to which one zooms; a larger drawing is fitted at a smaller one
 const FIT_SMALLEST = 0.0001;
 const LARGEST = 4;
-/** Pixels of the window around what is fitted; a banner that comes takes some above. */
-const FIT = {side: 36, top: 50, bottom: 28};
+/** Pixels of the window around what is fitted; a banner that comes takes some above, buttons some below. */
+const FIT = {side: 36, top: 50, bottom: 44};
 const TIGHT = {side: 8, top: 8, bottom: 8}; // around what keeps its scale
 export const FIT_LARGEST = 1.25;
 

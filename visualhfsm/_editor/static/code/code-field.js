@@ -25,7 +25,7 @@ export class CodeField extends LitElement {
     ...properties("tab", "place", "text", "failed", "ready"),
     label: {},
     hint: {},
-    wraps: {type: Boolean},
+    short: {type: Boolean},
     readonly: {type: Boolean},
   };
 
@@ -46,12 +46,16 @@ export class CodeField extends LitElement {
     }
     pre {
       margin: 0;
-      padding: 6px 8px 6px 46px;
+      padding: 6px 6px 6px 32px;
       font: 13px/1.5 var(--code-font);
       color: var(--code-faint);
       overflow: hidden;
       height: 100%;
       box-sizing: border-box;
+      white-space: pre-wrap;
+    }
+    :host([short]) pre {
+      padding-left: 6px;
     }
     .failed {
       padding: 8px;
@@ -67,7 +71,8 @@ export class CodeField extends LitElement {
     this.text = "";
     this.label = t("Code");
     this.hint = "";
-    this.wraps = false;
+    /** Whether it mostly has one line: then that needs no number. */
+    this.short = false;
     this.readonly = false;
     this.failed = "";
     this.ready = false;
@@ -196,9 +201,9 @@ export class CodeField extends LitElement {
   }
 
   #content() {
-    const {tab, place, label, hint, wraps} = this;
+    const {tab, place, label, hint, short} = this;
     const readonly = this.readonly || store.isRecorded(tab);
-    return {text: this.#draft.text, cursor: this.#cursor, tab, place, label, hint, wraps, readonly};
+    return {text: this.#draft.text, cursor: this.#cursor, tab, place, label, hint, short, readonly};
   }
 
   /** @param {string} text @param {boolean} whole */

@@ -14,6 +14,7 @@ import {notify, notifyError, clearErrors} from "../kit/notices.js";
 import {page} from "../data/page.js";
 import {RequestError, store} from "../data/store.js";
 import {decimal, t} from "../kit/texts.js";
+import {keepTyped} from "./typed-offline.js";
 
 const PAUSE = 250; // ms
 const LONGEST = 1_000_000; // characters, the limit of the server (`Code` of visualhfsm/_editor/protocol.py)
@@ -52,6 +53,10 @@ store.addEventListener("request", () => flushEdits());
 addEventListener("pagehide", () => flushEdits());
 // Text typed while the server was offline is sent after reconnecting.
 store.addEventListener("connection", () => store.online && flushEdits());
+// After a restart of the editor the page is loaded again, and sends it then.
+store.addEventListener("restarted", () =>
+  keepTyped([...unsaved.values()].filter((each) => each.typed).map((each) => each.kept)),
+);
 store.addEventListener("closed", ({detail}) => {
   for (const piece of unsaved.values()) if (piece.tab === detail.tab) piece.drop();
 });
@@ -89,6 +94,12 @@ class Piece {
   /** Whether the document does not yet have what stands in the field. */
   get busy() {
     return this.typed || this.#unanswered > 0;
+  }
+
+  /** What is kept of it, to be sent to the editor that is started again. @returns {import("./typed-offline.js").Piece} */
+  get kept() {
+    const {tab, text, send} = this;
+    return {tab, text, send, base: this.merges ? this.#base : undefined, lost: [...this.#lost]};
   }
 
   /** @param {string} text */

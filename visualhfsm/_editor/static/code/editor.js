@@ -95,7 +95,18 @@ const theme = EditorView.theme({
   ".cm-scroller": {fontFamily: "var(--code-font)", lineHeight: "1.5"},
   ".cm-content": {caretColor: "var(--code-caret)", padding: "6px 0"},
   ".cm-cursor": {borderLeftColor: "var(--code-caret)", borderLeftWidth: "2px"},
-  ".cm-gutters": {backgroundColor: "var(--code-gutter)", color: "var(--code-faint)", border: "none"},
+  // One narrow gutter: marks lie over the numbers, and the sign to fold comes with the mouse.
+  ".cm-gutters": {minWidth: "26px", backgroundColor: "var(--code-gutter)", color: "var(--code-faint)", border: "none"},
+  "&.cm-short:not(:has(.cm-tested)) .cm-gutters": {display: "none"},
+  ".cm-lineNumbers": {flexGrow: "1"},
+  ".cm-lineNumbers .cm-gutterElement": {padding: "0 8px 0 4px", fontSize: "11.5px", lineHeight: "20px"},
+  ".cm-gutter:not(.cm-lineNumbers)": {position: "absolute", width: "100%"},
+  ".cm-gutter-lint, .cm-testedGutter": {pointerEvents: "none"},
+  ".cm-gutter-lint .cm-gutterElement": {display: "flex", justifyContent: "end", padding: "3px 2px"},
+  ".cm-gutterElement:has(> .cm-lint-marker, > .failed)": {backgroundColor: "var(--code-gutter)"},
+  ".cm-lint-marker, .cm-tested": {pointerEvents: "auto"},
+  ".cm-foldGutter .cm-gutterElement": {cursor: "pointer", textAlign: "right"},
+  "@media (hover: hover)": {".cm-gutters:not(:hover) .cm-foldGutter span": {opacity: "0"}},
   ".cm-activeLine, .cm-activeLineGutter": {backgroundColor: "transparent"},
   "&.cm-focused .cm-activeLine": {backgroundColor: "var(--code-line)"},
   "&.cm-focused .cm-activeLineGutter": {backgroundColor: "var(--code-line)", color: "var(--code-text)"},
@@ -105,8 +116,6 @@ const theme = EditorView.theme({
   ".cm-selectionMatch, .cm-searchMatch": {backgroundColor: "var(--code-match)"},
   "&.cm-focused .cm-matchingBracket": {backgroundColor: "var(--code-match)"},
   ".cm-placeholder": {color: "var(--code-faint)", fontStyle: "italic"},
-  ".cm-foldGutter .cm-gutterElement": {cursor: "default", minWidth: "24px", textAlign: "center"},
-  ".cm-foldGutter .cm-gutterElement > span": {cursor: "pointer"},
   ".cm-tooltip": {
     backgroundColor: "var(--code-popup)",
     color: "var(--code-text)",
@@ -132,11 +141,7 @@ const theme = EditorView.theme({
   ".cm-help .now": {fontWeight: "700", textDecoration: "underline"},
   ".cm-help p": {margin: "4px 0 0"},
   ".cm-failedLine": {backgroundColor: "var(--code-failed)"},
-  // It takes the width that there is, and no more.
   ".cm-failed": {
-    width: "0",
-    minWidth: "100%",
-    boxSizing: "border-box",
     padding: "0 8px 4px 6px",
     backgroundColor: "var(--code-failed)",
     color: "var(--code-error)",
@@ -177,6 +182,7 @@ const typedOverSelection = EditorView.domEventHandlers({
 });
 
 const shared = [
+  EditorView.lineWrapping,
   lineNumbers(),
   highlightActiveLineGutter(),
   highlightSpecialChars(),
@@ -207,7 +213,7 @@ const shared = [
 
 /**
  * @typedef {{text: string, cursor: number, place: import("../data/protocol.js").Place, tab: number, label: string, hint:
- *   string, wraps: boolean, readonly: boolean}} Content `cursor` is its initial position in the text
+ *   string, short: boolean, readonly: boolean}} Content `cursor` is its initial position in the text
  * @typedef {{typed: (text: string) => void, undo: () => void, redo: () => void, save: () => void,
  *   problems: () => import("./assistance.js").Known,
  *   tested: (place: import("../data/protocol.js").Place) => import("../data/protocol.js").PassedCode | undefined}} Actions
@@ -313,7 +319,7 @@ export class Editor {
   }
 
   /** @param {Content} content */
-  #stateOf({text, cursor, place, tab, label, hint, wraps, readonly}) {
+  #stateOf({text, cursor, place, tab, label, hint, short, readonly}) {
     const {typed, undo, redo, save, problems, tested} = this.#actions;
     const lines = testedLines(() => tested(place));
     this.#label = label;
@@ -358,7 +364,7 @@ export class Editor {
           "aria-description": [lines.words(view.state), t("Escape returns to the canvas")].filter(Boolean).join(". "),
         })),
         placeholder(hint),
-        wraps ? EditorView.lineWrapping : [],
+        short ? EditorView.editorAttributes.of(({state}) => (state.doc.lines === 1 ? {class: "cm-short"} : null)) : [],
         EditorState.readOnly.of(readonly),
         EditorView.updateListener.of((update) => {
           if (!update.docChanged || update.transactions.some((each) => each.annotation(fromDocument))) return;

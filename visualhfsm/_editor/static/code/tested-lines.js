@@ -44,12 +44,12 @@ const MARKS = {passed: new Mark("passed"), missed: new Mark("missed"), failed: n
 
 /** Bars, one for each line: error marks are discs and triangles. */
 const theme = EditorView.theme({
-  ".cm-testedGutter .cm-gutterElement": {display: "flex", justifyContent: "center", width: "13px"},
+  ".cm-testedGutter .cm-gutterElement": {display: "flex"},
   ".cm-tested": {boxSizing: "border-box", width: "4px", background: "var(--code-passed)"},
   ".cm-tested.missed": {
-    width: "7px",
+    width: "5px",
     margin: "2px 0",
-    border: "1.5px solid var(--code-missed)",
+    border: "1px solid var(--code-missed)",
     borderRadius: "2px",
     background: "none",
   },

@@ -43,6 +43,7 @@ const NO_ROBOT = {
   simulation: {world: "balls", speed: "1", balls: false, body: ""},
   hasBalls: false,
   postures: [],
+  others: [],
   trouble: "",
 };
 /**

@@ -1,4 +1,4 @@
-/** Typed text that did not reach the server: it is sent after reconnecting, or can at least be copied. */
+/** Typed text that did not reach the server, and could not be put back later: it can at least be copied. */
 
 import {html, nothing} from "lit";
 
@@ -9,18 +9,15 @@ import {t} from "../kit/texts.js";
 
 const KEPT = "visualhfsm.unsent";
 
-/** The texts that could not be sent, while the server is offline. */
-const waiting = () => [...store.unsaved.values()].filter((piece) => piece.typed).map((piece) => piece.text);
-
-// After a restart of the editor the page is loaded again: its documents are not the same ones.
-store.addEventListener("restarted", () => {
-  const texts = waiting();
-  if (texts.length) windowStorage.setItem(KEPT, texts.join("\n\n"));
-});
+/** Offer a text that no document took. @param {string} text */
+export function leaveUnsent(text) {
+  const former = windowStorage.getItem(KEPT);
+  windowStorage.setItem(KEPT, former ? `${former}\n\n${text}` : text);
+}
 
 /** A button to copy the unsent text. */
 export function copyUnsent() {
-  const texts = waiting();
+  const texts = [...store.unsaved.values()].filter((piece) => piece.typed).map((piece) => piece.text);
   if (!texts.length) return nothing;
   return html`<button type="button" @click=${() => copyText(texts.join("\n\n"))}>
     ${t("Copy what was not sent")}
@@ -30,7 +27,7 @@ export function copyUnsent() {
 /** The text that was not sent before the editor was restarted. @param {() => void} redraw */
 export function unsentBanner(redraw) {
   const text = windowStorage.getItem(KEPT);
-  if (!text || store.restarted) return nothing; // a click would be lost with the page that is about to be loaded again
+  if (!text) return nothing;
   const drop = () => {
     windowStorage.removeItem(KEPT);
     redraw();

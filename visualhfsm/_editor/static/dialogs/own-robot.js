@@ -15,6 +15,7 @@ import {spokenAngle, spokenPlace} from "../run/values.js";
 import {messageOf, notify, notifyError} from "../kit/notices.js";
 import {required} from "../kit/existence.js";
 import {chooseBody, simulate} from "../data/robot.js";
+import {keepPicture, SIZE} from "../data/robot-pictures.js";
 import {RequestError, store} from "../data/store.js";
 import {t} from "../kit/texts.js";
 import {showDialog} from "../kit/dialog.js";
@@ -271,6 +272,7 @@ class OwnRobotElement extends PageElement {
       store.request("saveRobot", {...draft, overwrite: overwrite || own}),
     );
     if (!done) return;
+    await this.#takePicture(done.path);
     store.greeting.bodies = done.bodies;
     chooseBody(done.path);
     drafts.delete(this.path);
@@ -279,6 +281,21 @@ class OwnRobotElement extends PageElement {
     if (!starts) return;
     this.close();
     await simulate().catch(notifyError);
+  }
+
+  /** Keep a small picture of the robot as it is seen here. @param {string} name */
+  async #takePicture(name) {
+    const {drawing} = this;
+    if (!drawing?.body) return;
+    const picture = document.createElement("canvas");
+    picture.width = picture.height = SIZE;
+    await drawing.drawn(); // until the next frame its pixels can be read
+    const drawn = drawing.renderer.domElement;
+    const side = Math.min(drawn.width, drawn.height);
+    picture
+      .getContext("2d")
+      ?.drawImage(drawn, (drawn.width - side) / 2, (drawn.height - side) / 2, side, side, 0, 0, SIZE, SIZE);
+    keepPicture(name, picture.toDataURL("image/webp", 0.8));
   }
 
   /**

@@ -77,6 +77,14 @@ export const rich = (text, values) =>
 export const decimal = (value, digits) =>
   value.toLocaleString(language, {minimumFractionDigits: digits, maximumFractionDigits: digits});
 
+/** A component time for display. @param {number} seconds @param {number} [digits] after the point */
+export function spokenSeconds(seconds, digits = 1) {
+  if (!Number.isFinite(seconds)) return "–";
+  const minutes = Math.floor(seconds / 60);
+  const rest = `${decimal(seconds - minutes * 60, digits)} s`;
+  return minutes ? `${minutes} min ${rest}` : rest;
+}
+
 /** The parts of a text in which names stand between backticks, these as elements. @param {string} text @returns {(string | HTMLElement)[]} */
 export const coded = (text) =>
   text.split("`").map((part, index) => {

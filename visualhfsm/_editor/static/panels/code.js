@@ -10,8 +10,10 @@
 import {html} from "lit";
 import {PageElement} from "../data/element.js";
 import {page} from "../data/page.js";
+import {FAILED} from "../data/problems.js";
 import {store} from "../data/store.js";
 import {t} from "../kit/texts.js";
+import {problemsOf} from "../code/places.js";
 import {leave} from "./fields.js";
 import {annotationEditor} from "./annotation-editor.js";
 import {PARTS, isSetByArguments, stateEditor} from "./state-editor.js";
@@ -69,7 +71,11 @@ class CodePanel extends PageElement {
       : transition
         ? transitionEditor({...about, transition})
         : annotation && annotationEditor({...about, annotation});
-    return editor ? html`<div class="code-panel" @keydown=${leave}>${editor}</div>` : this.#hint();
+    if (!editor) return this.#hint();
+    const {id = 0} = state ?? transition ?? {};
+    const shown = problemsOf(document.problems, {kind: state ? "state" : "transition", automaton: automaton.id, id});
+    const failed = shown.some(({code}) => code === FAILED);
+    return html`<div class="code-panel ${failed ? "failed" : ""}" @keydown=${leave}>${editor}</div>`;
   }
 
   #hint() {

@@ -13,9 +13,6 @@ import "../code/code-field.js";
 import "../code/text-field.js";
 import {page} from "../data/page.js";
 
-/** Parts that are wrapped: lines of statements are not. */
-const EXPRESSION = /^(trigger|guard|argument)$/;
-
 /** @param {About} about @param {Place} place @param {string} text @param {OfText} field */
 export const textField = (about, place, text, {label, hint = "", look = "section", kind = "text", ...more}) =>
   html`<hfsm-text-field
@@ -49,7 +46,7 @@ export const codeField = (about, place, text, {label, example = "", hint = examp
     .tab=${about.tab}
     .place=${place}
     .text=${text}
-    ?wraps=${EXPRESSION.test(place.part ?? "")}
+    ?short=${look === "grow"}
     ?readonly=${about.readonly}
   ></hfsm-code-field>`;
 

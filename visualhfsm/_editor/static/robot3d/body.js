@@ -110,10 +110,23 @@ export class Body {
     return this.head.children.filter((child) => child instanceof Mesh);
   }
 
-  /** The height and width in m of what is visible of it in its present pose; undefined when nothing is. */
+  /**
+   * The height in m of what is visible of it in its present pose, that of its torso above the lowest part, and whatever
+   * its joints do, how far any part can get from the torso, and how far to its side; undefined when nothing is visible.
+   * To the side, legs do not count.
+   */
   get size() {
-    const {min, max} = new Box3().setFromObject(this.torso);
-    return max.z > min.z ? {height: max.z - min.z, width: max.y - min.y} : undefined;
+    const {torso} = this;
+    torso.updateMatrixWorld(true);
+    const {min, max} = new Box3().setFromObject(torso);
+    if (max.z <= min.z) return undefined;
+    const legs = torso.children.filter((child) => this.soles.some(({foot}) => child.getObjectById(foot.id)));
+    return {
+      height: max.z - min.z,
+      middle: torso.position.z - min.z,
+      reach: reachOf(torso),
+      breadth: reachOf(torso, legs),
+    };
   }
 
   /**
@@ -170,6 +183,30 @@ export class Body {
     const heights = [...this.links.values()].map((link) => link.getWorldPosition(new Vector3()).z);
     torso.position.z += THICKNESS - Math.min(...heights);
   }
+}
+
+/**
+ * How far the farthest corner of a link's parts, and of the links that it carries, can be from its origin; without
+ * `legs`, from its z axis.
+ *
+ * @param {import("three").Object3D} link @param {import("three").Object3D[]} [legs]
+ */
+function reachOf(link, legs) {
+  /** @param {Vector3} at */
+  const away = (at) => (legs ? Math.hypot(at.x, at.y) : at.length());
+  let farthest = 0;
+  for (const child of link.children) {
+    if (legs?.includes(child)) continue;
+    if (child instanceof Mesh) {
+      child.geometry.computeBoundingBox();
+      const {min, max} = required(child.geometry.boundingBox, "box");
+      for (const x of [min.x, max.x])
+        for (const y of [min.y, max.y])
+          for (const z of [min.z, max.z])
+            farthest = Math.max(farthest, away(new Vector3(x, y, z).applyMatrix4(child.matrix)));
+    } else farthest = Math.max(farthest, away(child.position) + reachOf(child));
+  }
+  return farthest;
 }
 
 /**

@@ -15,6 +15,7 @@ import {t} from "../kit/texts.js";
 import {Camera, cameraNames, titleOf} from "./cameras.js";
 import {MonitorElement} from "../run/element.js";
 import {monitor} from "../run/monitor.js";
+import {store} from "../data/store.js";
 
 const IN_3D = "3D";
 const OUTSIDE = "CameraOutside";
@@ -72,7 +73,9 @@ export class RobotDock extends MonitorElement {
           aria-label=${t("Picture of the robot")}
           @change=${(/** @type {From<HTMLSelectElement>} */ {target}) => this.#choose(target.value)}
         >
-          <option value=${IN_3D} ?disabled=${this.view?.impossible} .selected=${shown === IN_3D}>${t("In 3D")}</option>
+          <option value=${IN_3D} ?disabled=${this.view?.impossible} .selected=${shown === IN_3D}>
+            ${t("{robot} in 3D", {robot: store.robot.title || t("Robot")})}
+          </option>
           ${this.#cameras.map(
             (name) => html`<option value=${name} .selected=${name === shown}>${titleOf(name)}</option>`,
           )}
@@ -130,7 +133,7 @@ export class RobotDock extends MonitorElement {
     browserStorage.setItem(FOLDED, folded ? "yes" : "no");
     await this.updateComplete;
     /** @type {HTMLElement | null} */
-    const button = this.context.app.querySelector(".toolbar [data-action=robotDock]");
+    const button = this.context.app.querySelector(".second-row [data-action=robotDock]");
     if (hadFocus) button?.focus();
   }
 

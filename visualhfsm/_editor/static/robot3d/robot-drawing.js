@@ -1,22 +1,24 @@
 /**
  * The robot and its world as three.js draws them: the geometry once, then each known state.
  *
- * @import {BodyState, DescribedBody} from "./body.js"
+ * @import {Body, BodyState, DescribedBody} from "./body.js"
  * @import {DescribedMesh, Shape} from "./shapes.js"
  * @import {View} from "./viewpoints.js"
  * @import {Placement} from "./world-drawing.js"
  * @typedef {DescribedBody & {meshUnit: number, meshes: DescribedMesh[], shapes: (Shape & {link: string})[]}} Described
  *   as visualhfsm/_monitor/realm/description.py makes it
- * @typedef {BodyState & {objects: Record<string, Placement>}} Moment
+ * @typedef {BodyState & {objects: Record<string, Placement>, others?: Record<string, Other>}} Moment
+ * @typedef {{body: string, joints: Record<string, number>}} Other another robot of the world, whose place is that of
+ *   the object of its name
  */
 
 import {AmbientLight, Color, DirectionalLight, HemisphereLight, Scene, Vector3, WebGLRenderer} from "three";
 
 import {t} from "../kit/texts.js";
 import {Blobs} from "./blobs.js";
-import {Body} from "./body.js";
+import {figureOf} from "./figure.js";
 import {Pace} from "./pace.js";
-import {dispose, Workshop} from "./shapes.js";
+import {dispose} from "./shapes.js";
 import {Viewpoints} from "./viewpoints.js";
 import {WorldDrawing} from "./world-drawing.js";
 
@@ -24,6 +26,7 @@ import {WorldDrawing} from "./world-drawing.js";
 const SUN = new Vector3(1.2, -0.9, 3);
 const SHADED = 1.6;
 const SHADOW_PIXELS = 1024;
+const SOFT = 4; // pixels of the shadow over which its edge fades
 
 const SIMPLE = 0.75; // pixels of a simple picture per pixel of the screen, along a side
 
@@ -48,6 +51,10 @@ export class RobotDrawing {
     this.scene.add(this.world, this.blobs);
     /** @type {Body | undefined} */
     this.body = undefined;
+    /** The other robots of the world, by their names. @type {Map<string, {hash: string, body: Body}>} */
+    this.others = new Map();
+    /** The name of the one that the view follows instead of the own. */
+    this.watched = "";
     this.#after.port1.onmessage = () => {
       if (this.pace.note(performance.now() - this.#drawn)) this.#choosePace();
     };
@@ -70,44 +77,86 @@ export class RobotDrawing {
   /** Create the body. @param {Described} described */
   build(described) {
     this.clear();
-    const workshop = new Workshop();
-    workshop.take(described.meshes, described.meshUnit);
+    this.body = this.#figure(described);
+    this.#fit();
+  }
+
+  /** Create another robot, or replace it. @param {string} name @param {string} hash @param {Described} described */
+  meet(name, hash, described) {
+    this.part(name);
+    this.others.set(name, {hash, body: this.#figure(described)});
+  }
+
+  /** Remove another robot. @param {string} name */
+  part(name) {
+    const other = this.others.get(name);
+    if (!other) return;
+    this.scene.remove(other.body.torso);
+    dispose([other.body.torso]);
+    this.others.delete(name);
+  }
+
+  /** @param {Described} described */
+  #figure(described) {
     const color = new Color(getComputedStyle(document.documentElement).getPropertyValue("--accent").trim());
-    const body = (this.body = new Body(described, color));
-    for (const shape of described.shapes) {
-      const part = workshop.make(shape);
-      if (!part) continue;
-      part.castShadow = true;
-      body.links.get(shape.link)?.add(part);
-    }
+    const body = figureOf(described, color);
     body.torso.visible = false;
     this.scene.add(body.torso);
-    this.viewpoints.fit(body.size?.height, body.size?.width);
+    return body;
+  }
+
+  /** The robot that the view follows. */
+  get #followed() {
+    return this.others.get(this.watched)?.body ?? this.body;
+  }
+
+  /** What a view from around shows besides: things and other robots. */
+  get #around() {
+    const torsos = Array.from(this.others.values(), ({body}) => body.torso);
+    return [...this.world.seen, ...torsos.filter(({visible}) => visible)];
+  }
+
+  #fit() {
+    this.viewpoints.fit(this.#followed?.size);
   }
 
   /** Place everything; returns whether anything of the robot is known. @param {Moment} moment */
   pose(moment) {
     const {body, world, viewpoints} = this;
-    if (!body) {
-      world.pose(moment.objects);
-      this.redraw();
-      return false;
+    for (const [name, other] of this.others) {
+      const {joints = {}} = moment.others?.[name] ?? {};
+      const torso = moment.objects[name];
+      other.body.torso.visible = Boolean(torso) && Object.keys(joints).length > 0;
+      if (other.body.torso.visible) other.body.pose({joints, torso, tilt: null});
     }
-    body.torso.visible = Object.keys(moment.joints).length > 0;
-    if (body.torso.visible) body.pose(moment);
+    if (body) body.torso.visible = Object.keys(moment.joints).length > 0;
+    if (body?.torso.visible) body.pose(moment);
     world.pose(moment.objects);
-    viewpoints.keep(body, world.seen);
-    world.center(viewpoints.at);
-    if (this.blobs.visible) this.blobs.place(body.torso, world.seen);
-    this.sun.position.copy(viewpoints.at).add(SUN);
-    this.sun.target.position.copy(viewpoints.at);
+    const followed = this.#followed;
+    if (followed) {
+      viewpoints.keep(followed, this.#around);
+      world.center(viewpoints.at);
+      const torsos = [body, ...Array.from(this.others.values(), (other) => other.body)].flatMap(
+        (each) => each?.torso ?? [],
+      );
+      if (this.blobs.visible) this.blobs.place(torsos, world.seen);
+      this.sun.position.copy(viewpoints.at).add(SUN);
+      this.sun.target.position.copy(viewpoints.at);
+    }
     this.redraw();
-    return body.torso.visible;
+    return Boolean(body?.torso.visible);
+  }
+
+  /** Let the view follow another robot; without a name the own. @param {string} name */
+  watch(name) {
+    this.watched = name;
+    this.#fit();
+    this.look("home");
   }
 
   /** Show it from another viewpoint. @param {View} view */
   look(view) {
-    this.viewpoints.choose(view, this.body, this.world.seen);
+    this.viewpoints.choose(view, this.#followed, this.#around);
   }
 
   /** Resolves when the present places have been drawn. */
@@ -133,9 +182,11 @@ export class RobotDrawing {
       this.#frame = undefined;
       if (this.#hidden) return this.redraw();
       this.#drawn = performance.now();
+      if (this.#followed?.torso.visible) this.viewpoints.turn(this.#drawn);
       this.renderer.render(this.scene, this.viewpoints.camera);
       for (const resolve of this.#waiting.splice(0)) resolve();
       this.#after.port2.postMessage(null);
+      if (this.viewpoints.turning) this.redraw();
     });
   }
 
@@ -168,6 +219,7 @@ export class RobotDrawing {
 
   close() {
     this.clear();
+    for (const name of this.others.keys()) this.part(name);
     this.world.close();
     this.blobs.close();
     this.sizes.disconnect();
@@ -194,6 +246,7 @@ function sunlight() {
   const sun = new DirectionalLight(0xffffff, 1.9);
   sun.shadow.mapSize.set(SHADOW_PIXELS, SHADOW_PIXELS);
   Object.assign(sun.shadow.camera, {left: -SHADED, right: SHADED, top: SHADED, bottom: -SHADED, near: 0.5, far: 6});
+  sun.shadow.radius = SOFT;
   sun.shadow.bias = -0.0004;
   sun.shadow.normalBias = 0.003;
   return sun;

@@ -1,6 +1,7 @@
 /**
  * The robot and its world in 3D, at the shown moment. three.js is loaded with this module.
  *
+ * @import {Other} from "./robot-drawing.js"
  * @import {WorldShape} from "./world-drawing.js"
  */
 
@@ -37,6 +38,8 @@ const VIEWS = [
 export class RobotView extends MonitorElement {
   /** @type {typeof MonitorElement.kinds} */
   static kinds = ["mode", "shown"];
+  /** @type {typeof MonitorElement.watches} */
+  static watches = {page: ["change"], store: ["document"]};
   static properties = {
     problem: {state: true},
     message: {state: true},
@@ -46,6 +49,7 @@ export class RobotView extends MonitorElement {
     sees: {state: true},
     heard: {state: true},
     films: {state: true},
+    watched: {state: true},
   };
 
   constructor() {
@@ -85,6 +89,12 @@ export class RobotView extends MonitorElement {
     this.shown = undefined;
     /** @type {Grabbing | undefined} */
     this.grabbing = undefined;
+    /** Other robots of the world of which it is asked how they look. @type {Set<string>} */
+    this.coming = new Set();
+    /** Places by a click, once that has loaded. @type {import("./pointing.js").Pointing | undefined} */
+    this.pointing = undefined;
+    /** The other robot of the world that the view follows, until *Home* is chosen. */
+    this.watched = "";
     /** Whether this browser cannot draw in 3D. */
     this.impossible = false;
   }
@@ -100,7 +110,7 @@ export class RobotView extends MonitorElement {
       <div class="view-tools" role="toolbar" aria-label=${t("View")}>
         ${VIEWS.filter(({id}) => this.sees || id !== "head").map(
           ({id, label, title}) =>
-            html`<button type="button" title=${title} @click=${() => this.drawing?.look(id)}>${label}</button>`,
+            html`<button type="button" title=${title} @click=${() => this.#look(id)}>${label}</button>`,
         )}
         ${
           this.#mayTouch
@@ -163,6 +173,11 @@ export class RobotView extends MonitorElement {
   /** Whether the robot that is shown can be pushed and spoken to, and its balls carried. */
   get #mayTouch() {
     return this.simulated && !monitor.looking && !viewing.on;
+  }
+
+  /** Whether the selected state can get a place that is pointed at. */
+  get #mayPoint() {
+    return !this.pushes && !this.watched && !monitor.looking && !monitor.recording && !viewing.on;
   }
 
   /** What the present robot says and plays, unless another moment or a dry run is shown. */
@@ -230,6 +245,9 @@ export class RobotView extends MonitorElement {
   #hint() {
     if (!monitor.looking && monitor.newest?.robot.health?.fallen && !this.simulated)
       return t("It has fallen. A real robot reports how far it is tilted, but not to which side.");
+    if (this.watched) return t("This is {name}. Home returns to your own robot.", {name: this.watched});
+    const aimed = this.pointing?.aimed;
+    if (aimed) return t("Click a place: the state {name} gets it.", {name: aimed.state.name});
     if (this.pushes) return t("Drag the robot to push it, a ball to carry it.");
     return this.#mayTouch
       ? t("Drag to turn, with Shift to move, use the wheel to zoom. Drag a ball to carry it.")
@@ -245,6 +263,10 @@ export class RobotView extends MonitorElement {
     this.#showPast();
     this.loudspeaker.hear(this.#heardNow);
     this.#listen();
+    if (this.pointing) {
+      this.pointing.enabled = this.#mayPoint && store.online;
+      this.pointing.show();
+    }
     if (!this.grabbing) return;
     this.grabbing.enabled = this.#mayTouch && store.online;
     this.grabbing.pushes = this.pushes;
@@ -274,10 +296,11 @@ export class RobotView extends MonitorElement {
     this.frames?.close();
     this.#listenNoMore();
     this.grabbing?.close();
+    this.pointing?.close();
     this.loudspeaker.close();
     this.heard = silenced(this.heard);
     this.drawing?.close();
-    this.frames = this.drawing = this.grabbing = this.shown = undefined;
+    this.frames = this.drawing = this.grabbing = this.pointing = this.shown = undefined;
     this.worn = "";
   }
 
@@ -301,6 +324,7 @@ export class RobotView extends MonitorElement {
       push: (force, seconds) => store.request("pushRobot", {force, seconds}),
       report: (message) => (this.message = message),
     });
+    if (!store.exported) this.#loadPointing(this.drawing);
     this.frames = receiveFrames("poses", {
       draw: async (frame) => {
         if (!this.drawing) return;
@@ -320,6 +344,14 @@ export class RobotView extends MonitorElement {
     });
   }
 
+  /** @param {RobotDrawing} drawing */
+  async #loadPointing(drawing) {
+    const {Pointing} = await import("./pointing.js");
+    if (this.drawing !== drawing) return;
+    this.pointing = new Pointing(drawing);
+    this.requestUpdate();
+  }
+
   /** @param {import("./robot-drawing.js").Moment} moment */
   async #showNow(moment) {
     this.simulated = moment.torso !== null && !monitor.isDryRun;
@@ -329,8 +361,10 @@ export class RobotView extends MonitorElement {
       return;
     }
     await this.#wear();
+    this.#meet(moment.others ?? {});
     const known = this.drawing?.pose(moment);
     this.problem = known ? undefined : this.why || whyUnknown();
+    this.pointing?.show();
     if (!document.hidden) await this.drawing?.drawn();
   }
 
@@ -363,6 +397,30 @@ export class RobotView extends MonitorElement {
     } catch {
       if (hash === this.worn) this.worn = ""; // the next moment asks again
     }
+  }
+
+  /** Draw the other robots of the world, once it is known how they look. @param {Record<string, Other>} others */
+  #meet(others) {
+    const {drawing} = this;
+    if (!drawing) return;
+    for (const name of drawing.others.keys()) if (!others[name]) drawing.part(name);
+    if (!others[this.watched]) this.watched = "";
+    if (drawing.watched !== this.watched && (!this.watched || drawing.others.has(this.watched)))
+      drawing.watch(this.watched);
+    for (const [name, {body}] of Object.entries(others)) {
+      if (drawing.others.get(name)?.hash === body || this.coming.has(name)) continue;
+      this.coming.add(name);
+      bodyOf(body)
+        .then((described) => this.drawing?.meet(name, body, described))
+        .catch(() => undefined) // the next moment asks again
+        .finally(() => this.coming.delete(name));
+    }
+  }
+
+  /** @param {import("./viewpoints.js").View} view */
+  #look(view) {
+    if (view === "home") this.watched = "";
+    this.drawing?.look(view);
   }
 
   /** Show the moment of the past or of a dry run, never mixed with the present robot. */

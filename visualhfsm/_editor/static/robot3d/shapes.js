@@ -46,9 +46,9 @@ export class Workshop {
   /** @type {BufferGeometry[]} */
   #meshes = [];
 
-  /** Set the meshes that shapes refer to by number. @param {DescribedMesh[]} meshes @param {number} unit in m */
+  /** Set the meshes that shapes refer to by number, once. @param {DescribedMesh[]} meshes @param {number} unit in m */
   take(meshes, unit) {
-    this.#meshes = meshes.map((each) => geometryOf(each, unit));
+    if (!this.#meshes.length) this.#meshes = meshes.map((each) => geometryOf(each, unit));
   }
 
   /** A mesh of a shape; undefined when its form is unknown. @param {Shape} shape @returns {Mesh | undefined} */

@@ -26,10 +26,12 @@ const SWING = 0.2; // part of the remaining way at each moment
 
 const FAR = 2; // m from the robot beyond which things are not framed
 const HEIGHT = 0.58; // m, that of a robot of which none is known
+const MIDDLE = 0.57; // height of its torso, relative to its own
+const REACH = 0.75; // from its torso, relative to its height
+const BREADTH = 0.7; // the same to its side
 const RADIUS = 0.9; // around its middle in which the robot is, with a margin, relative to its height
 const MARGIN = 0.12; // m around the middle of a thing
-const CLOSE = 0.08; // around a robot that is seen alone, relative to its height
-const SLIM = 0.3; // from its middle to its sides, relative to its height, where its width is not known
+const TURN = 24_000; // ms in which the view goes around the robot once, at first sight
 /** Metres that a robot may sway before the view follows it. */
 const NEAR = 0.05;
 
@@ -51,6 +53,9 @@ export class Viewpoints {
     this.controls.update();
     this.controls.addEventListener("change", changed);
     this.controls.addEventListener("start", () => (this.view = undefined));
+    for (const kind of ["pointerdown", "keydown"])
+      // what the controls do not begin to turn by, too
+      element.addEventListener(kind, () => this.rest(), {capture: true});
     /** The chosen view; undefined once the user has turned it. @type {View | undefined} */
     this.view = "home";
     /** The place of the robot when the view last followed it. */
@@ -61,19 +66,49 @@ export class Viewpoints {
   #changed;
   #framed = -1; // things that were framed
   #height = HEIGHT;
-  #width = 2 * SLIM * HEIGHT;
+  #middle = MIDDLE * HEIGHT;
+  #reach = REACH * HEIGHT;
+  #breadth = BREADTH * HEIGHT;
   #heading = 0;
+  /** When it began to go around the robot in ms; undefined before, and 0 afterwards. @type {number | undefined} */
+  #begun = undefined;
+  #turned = 0; // radians that it has gone around
 
-  /** Show a robot of another height and width in m. @param {number} [height] @param {number} [width] */
-  fit(height = HEIGHT, width = 2 * SLIM * height) {
-    this.#height = height;
-    this.#width = width;
+  /** Show a robot of another size. @param {Body["size"]} [size] */
+  fit(size) {
+    this.#height = size?.height ?? HEIGHT;
+    this.#middle = size?.middle ?? MIDDLE * HEIGHT;
+    this.#reach = size?.reach ?? REACH * HEIGHT;
+    this.#breadth = size?.breadth ?? BREADTH * HEIGHT;
     this.#framed = -1;
+  }
+
+  /** Whether it goes around the robot, once, as long as nobody has touched anything. */
+  get turning() {
+    return Boolean(this.#begun) && this.view === "home";
+  }
+
+  /** Go around the robot, unless the user has chosen a view, or wants no motion. @param {number} now in ms */
+  turn(now) {
+    if (this.#begun === undefined && this.view === "home" && wantsMotion()) this.#begun = now;
+    if (!this.#begun || this.view !== "home") return;
+    const part = Math.min(1, (now - this.#begun) / TURN);
+    this.#turned = Math.PI * (1 - Math.cos(Math.PI * part)); // begins and ends slowly
+    if (part === 1) this.rest();
+    this.#framed = -1;
+    this.#frame(undefined, FROM.home);
+  }
+
+  /** Stay where it is: somebody has touched it. */
+  rest() {
+    this.#begun = 0;
   }
 
   /** @param {View} view @param {Body | undefined} body @param {Object3D[]} things */
   choose(view, body, things) {
     this.view = view;
+    this.rest();
+    this.#turned = 0;
     this.#framed = -1;
     this.camera.fov = view === "head" ? HEAD_ANGLE : ANGLE;
     this.camera.updateProjectionMatrix();
@@ -112,8 +147,8 @@ export class Viewpoints {
   }
 
   /**
-   * Show the robot in the middle, and include things around it as they become known; without any, show it as large as
-   * the picture allows.
+   * Show the robot in the middle, and include things around it as they become known; without any, show all that it can
+   * reach as large as the picture allows.
    *
    * @param {Object3D[] | undefined} things
    * @param {Vector3} from
@@ -125,12 +160,15 @@ export class Viewpoints {
     if (near.length <= this.#framed) return;
     this.#framed = near.length;
     const {camera, controls} = this;
-    const away = from.clone().applyAxisAngle(UP, this.#heading).normalize();
+    const away = from
+      .clone()
+      .applyAxisAngle(UP, this.#heading + this.#turned)
+      .normalize();
     const right = new Vector3().crossVectors(UP, away).normalize();
     const above = new Vector3().crossVectors(away, right);
     const half = (camera.fov * Math.PI) / 360;
     const [high, wide] = [Math.tan(half), Math.tan(half) * camera.aspect];
-    const middle = new Vector3(this.at.x, this.at.y, this.#height / 2);
+    const middle = new Vector3(this.at.x, this.at.y, things ? this.#height / 2 : this.#middle);
     controls.target.copy(middle);
     /** @param {Vector3} position @param {number} margin */
     const distanceFor = (position, margin) => {
@@ -138,15 +176,12 @@ export class Viewpoints {
       const across = (Math.abs(offset.dot(right)) + margin) / wide;
       return offset.dot(away) + Math.max(across, (Math.abs(offset.dot(above)) + margin) / high);
     };
-    const radius = RADIUS * this.#height;
     const distances = things
       ? [
-          radius / Math.sin(half) / Math.min(1, camera.aspect),
+          (RADIUS * this.#height) / Math.sin(half) / Math.min(1, camera.aspect),
           ...near.map((each) => distanceFor(each.position, MARGIN)),
         ]
-      : [UP.clone().multiplyScalar(this.#height / 2), right.clone().multiplyScalar(this.#width / 2)]
-          .flatMap((offset) => [middle.clone().add(offset), middle.clone().sub(offset)])
-          .map((position) => distanceFor(position, CLOSE * this.#height));
+      : [this.#reach / Math.sin(half), this.#breadth / Math.sin(Math.atan(wide))];
     camera.position.copy(middle).addScaledVector(away, Math.max(...distances));
     this.controls.update();
   }
@@ -180,3 +215,6 @@ export class Viewpoints {
     this.controls.dispose();
   }
 }
+
+/** Whether the user has not asked for less motion. */
+const wantsMotion = () => !globalThis.matchMedia?.("(prefers-reduced-motion: reduce)").matches;

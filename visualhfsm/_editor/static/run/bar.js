@@ -15,10 +15,10 @@ import {isEnabled, perform} from "../kit/registry.js";
 import {viewing} from "../kit/viewers.js";
 import {needsRobot} from "../data/robot.js";
 import {started, spokenEnd} from "../data/component-status.js";
-import {coded, n, t} from "../kit/texts.js";
+import {coded, n, t, spokenSeconds} from "../kit/texts.js";
 import {actionButton, menuButton} from "../kit/buttons.js";
 import {store} from "../data/store.js";
-import {clockTime, MonitorElement, spokenSeconds} from "./element.js";
+import {clockTime, MonitorElement} from "./element.js";
 import {monitor, spokenStatus, STATUS} from "./monitor.js";
 import {STOP_KEY} from "./stop.js";
 
@@ -68,11 +68,7 @@ class MonitorBar extends MonitorElement {
   #followed() {
     const {status, word, why} = statusOf();
     const {recording, writable, looking} = monitor;
-    return html`<span
-        class="live-status ${status}"
-        title=${`${word}\n${monitor.ended && monitor.isOver ? t("Ended at {time}", {time: clockTime(monitor.ended.at)}) : (why ?? "")}`}
-        ><span class="sign" aria-hidden="true"></span>${coded(word)}</span
-      >
+    return html`${spokenWhole(status, word, monitor.ended && monitor.isOver ? t("Ended at {time}", {time: clockTime(monitor.ended.at)}) : why)}
       ${monitor.isOver ? failureLink(failedRun()) : nothing}
       <strong class="component" title=${monitor.recording?.file || monitor.component}
         >${monitor.component.replace(/^recording:\d+:/, "")}</strong
@@ -111,10 +107,10 @@ class MonitorBar extends MonitorElement {
     const run = started.of(page.tab);
     if (run?.status !== "ended" || !run.place) return nothing;
     const failed = started.failed(page.tab);
-    return html`<span class="live-status ${failed ? "failed" : "ended"}" title=${spokenEnd(started.endOf(run))}
-        ><span class="sign" aria-hidden="true"></span>${coded(spokenEnd(started.endOf(run)))}</span
-      >
-      ${failureLink(failed)}<strong class="component">${run.component}</strong>`;
+    return html`${spokenWhole(failed ? "failed" : "ended", spokenEnd(started.endOf(run)))} ${failureLink(failed)}<strong
+        class="component"
+        >${run.component}</strong
+      >`;
   }
 
   /** The button that reloads the component; it has a label when the document has changed. */
@@ -249,6 +245,13 @@ class MonitorBar extends MonitorElement {
     </button>`;
   }
 }
+
+/** How it is, as much of it as there is room for, and the rest by a click. @param {string} kind @param {string} word */
+const spokenWhole = (kind, word, why = "") =>
+  html`<button type="button" class="live-status ${kind}" title=${`${word}\n${why}`} popovertarget="status-words">
+      <span class="sign" aria-hidden="true"></span>${coded(word)}
+    </button>
+    <div id="status-words" class="status-words" popover><strong>${coded(word)}</strong> ${coded(`\n${why}`)}</div>`;
 
 /** The operator's button. @param {import("../kit/registry.js").Context} context */
 export const stopButton = (context) =>

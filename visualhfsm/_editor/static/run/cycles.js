@@ -4,8 +4,8 @@ import {html} from "lit";
 
 import {page} from "../data/page.js";
 import {wordButton} from "../kit/buttons.js";
-import {decimal, n, t} from "../kit/texts.js";
-import {MonitorElement, spokenSeconds} from "./element.js";
+import {decimal, n, t, spokenSeconds} from "../kit/texts.js";
+import {MonitorElement} from "./element.js";
 import {monitor} from "./monitor.js";
 
 /** @param {number} seconds */

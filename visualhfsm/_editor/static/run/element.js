@@ -8,7 +8,7 @@ import {html} from "lit";
 
 import {offers} from "../kit/buttons.js";
 import {PageElement} from "../data/element.js";
-import {decimal, language, t} from "../kit/texts.js";
+import {language, t} from "../kit/texts.js";
 import {monitor} from "./monitor.js";
 
 /**
@@ -53,14 +53,6 @@ export class MonitorElement extends PageElement {
     super.disconnectedCallback();
     waiting.delete(this);
   }
-}
-
-/** A component time for display. @param {number} seconds */
-export function spokenSeconds(seconds) {
-  if (!Number.isFinite(seconds)) return "–";
-  const minutes = Math.floor(seconds / 60);
-  const rest = `${decimal(seconds - minutes * 60, 1)} s`;
-  return minutes ? `${minutes} min ${rest}` : rest;
 }
 
 /** What one may do where nothing runs. @param {import("../kit/registry.js").Context} context */

@@ -3,8 +3,8 @@
 import {html, nothing} from "lit";
 
 import {SEVERITIES} from "../data/problems.js";
-import {coded, n, t} from "../kit/texts.js";
-import {MonitorElement, spokenSeconds} from "./element.js";
+import {coded, n, t, spokenSeconds} from "../kit/texts.js";
+import {MonitorElement} from "./element.js";
 import {show} from "./failing-code.js";
 import {monitor} from "./monitor.js";
 

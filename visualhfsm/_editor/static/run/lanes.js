@@ -1,7 +1,7 @@
 /** Draws the states of automata over time, a lane each. */
 
 import {required} from "../kit/existence.js";
-import {decimal} from "../kit/texts.js";
+import {spokenSeconds} from "../kit/texts.js";
 import {monitor} from "./monitor.js";
 
 const NAMED = 34; // px, the least width of a span with a name
@@ -89,15 +89,15 @@ function drawSpan(pen, colors, {state, ghost}, {id, left, right, top, laneHeight
  * @param {{range: Range, x: (time: number) => number, width: number, top: number}} where
  */
 function drawAxis(pen, colors, {range, x, width, top}) {
-  const step = stepOf((range.end - range.start) / (width / 90));
+  const step = stepOf((range.end - range.start) / (width / 100));
   pen.fillStyle = colors.muted;
   pen.textBaseline = "top";
   for (let time = Math.ceil(range.start / step) * step; time <= range.end; time += step) {
     const at = x(time);
     pen.fillRect(at, top - 2, 1, 3);
-    const text = step < 1 ? decimal(time, 1) : `${Math.round(time)}`;
-    const wide = pen.measureText(`${text} s`).width;
-    if (at + wide / 2 < width) pen.fillText(`${text} s`, Math.max(0, at - wide / 2), top + 2);
+    const text = spokenSeconds(time, step < 1 ? 1 : 0);
+    const wide = pen.measureText(text).width;
+    pen.fillText(text, Math.max(0, Math.min(width - wide, at - wide / 2)), top + 2);
   }
 }
 

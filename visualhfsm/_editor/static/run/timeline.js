@@ -13,15 +13,15 @@ import {iconButton} from "../kit/icons.js";
 import {keyOf} from "../kit/keys.js";
 import {page} from "../data/page.js";
 import {required} from "../kit/existence.js";
-import {n, t} from "../kit/texts.js";
-import {MonitorElement, nothingRuns, spokenSeconds} from "./element.js";
-import {drawLanes, wasActive} from "./lanes.js";
+import {n, t, spokenSeconds} from "../kit/texts.js";
+import {MonitorElement, nothingRuns} from "./element.js";
+import {drawLanes, seen, wasActive} from "./lanes.js";
 import {monitor} from "./monitor.js";
 import {scrubbing} from "./scrubbing.js";
 
-const LANE = 21; // px
-const GAP = 3;
-const AXIS = 17;
+/** Pixels of a lane, below it, and of the times below all: in the panel, and below the canvas. */
+const WIDE = {laneHeight: 21, gap: 3, axis: 17};
+const NARROW = {laneHeight: 17, gap: 2, axis: 14};
 const MOST_LANES = 3; // below the canvas
 const LISTED = 200; // changes in the list
 const WINDOW = 60; // s that are shown of a longer run by default
@@ -60,14 +60,15 @@ class Timeline extends MonitorElement {
   render() {
     if (!monitor.component) return html`<div class="empty">${nothingRuns(this.context)}</div>`;
     const lanes = (this.lanes = this.#findLanes());
-    const height = lanes.length * (LANE + GAP) + AXIS;
+    const {laneHeight, gap, axis} = this.#heights;
+    const height = lanes.length * (laneHeight + gap) + axis;
     const {start, end} = monitor.past;
     const {time} = scrubbing;
     const live = !monitor.looking;
     return html`<div class="timeline ${this.compact ? "compact" : ""}">
       <div class="timeline-tools" role="group" aria-label=${t("Playback")}>
         ${iconButton(
-          scrubbing.plays ? "pause" : "run",
+          scrubbing.plays ? "pause" : "history",
           scrubbing.plays ? t("Pause the playback") : t("Play from here"),
           () => (scrubbing.plays ? scrubbing.pause() : scrubbing.play()),
         )}
@@ -175,11 +176,15 @@ class Timeline extends MonitorElement {
     return {start: right - long, end: right};
   }
 
+  get #heights() {
+    return this.compact ? NARROW : WIDE;
+  }
+
   #draw() {
     const canvas = this.querySelector("canvas");
     if (!canvas?.clientWidth) return;
     const range = this.#range();
-    const x = drawLanes(canvas, {lanes: this.lanes, range, laneHeight: LANE, gap: GAP, axis: AXIS});
+    const x = drawLanes(canvas, {lanes: this.lanes, range, ...this.#heights});
     /** @type {HTMLElement | null} */
     const cursor = this.querySelector(".cursor");
     if (!cursor) return;
@@ -265,10 +270,21 @@ class Timeline extends MonitorElement {
     scrubbing.to(this.#timeAt(event));
   };
 
-  /** @param {PointerEvent} event */
+  /** @param {PointerEvent & From<HTMLElement>} event */
   #move = (event) => {
     if (this.#dragged) scrubbing.to(this.#timeAt(event));
+    else this.#name(event);
   };
+
+  /** Say what is below the pointer: narrow spans have no name. @param {PointerEvent & From<HTMLElement>} event */
+  #name(event) {
+    const {laneHeight, gap} = this.#heights;
+    const {top} = event.currentTarget.getBoundingClientRect();
+    const {id = 0} = this.lanes[Math.floor((event.clientY - top) / (laneHeight + gap))] ?? {};
+    const time = this.#timeAt(event);
+    const [span] = seen(monitor.past.spans.get(id) ?? [], {start: time, end: time});
+    event.currentTarget.title = span ? `${monitor.stateName(id, span.state)}, ${spokenSeconds(time)}` : "";
+  }
 
   #up = () => {
     this.#dragged = undefined;

@@ -66,6 +66,8 @@ export class HfsmApp extends PageElement {
     this.knownTabs = undefined;
     /** Resolves when the overlay of the canvas has loaded. @type {Promise<void> | undefined} */
     this.overlay = undefined;
+    /** Resolves when what was shown before is asked for. @type {Promise<void> | undefined} */
+    this.restored = undefined;
   }
 
   /** Tags of the elements that were last requested beside and below the canvas; they may still be loading. */
@@ -133,8 +135,7 @@ export class HfsmApp extends PageElement {
     this.listen(store, "connection", () => this.#showBreakpoints());
     this.listen(store, "connection", () => this.#welcome());
     listenForStop();
-    if (browserStorage.getItem("visualhfsm.layout"))
-      import("./layouts.js").then((module) => module.restoreLayout(this));
+    if (windowStorage.getItem("visualhfsm.left") ?? browserStorage.getItem("visualhfsm.layout")) this.#restore();
     showImports();
     store.connect();
   }
@@ -288,14 +289,9 @@ export class HfsmApp extends PageElement {
           ${actionButton("up", this.context, {label: false})}<hfsm-breadcrumbs></hfsm-breadcrumbs>
         </div>
         <hfsm-tools ?hidden=${starting}></hfsm-tools>
-        <div class="toolbar" role="toolbar" aria-label=${t("View")} ?hidden=${starting}>
-          ${["undo", "redo", "zoomOut", "zoomIn", "fit", ...(monitor.hasRobot ? ["robotDock"] : [])].map((id) =>
-            actionButton(id, this.context, {label: false}),
-          )}
-        </div>
+        ${monitor.hasRobot && !starting ? actionButton("robotDock", this.context, {label: false}) : nothing}
       </div>
-      ${banner(this.context)}
-      <div class="work ${isBeside ? "beside" : ""} ${this.tree}">
+      <div class="work ${isBeside ? "beside" : ""} ${this.side ? "with-side" : ""} ${this.tree}">
         <aside class="left" aria-label=${t("Automata and shelf")} ?hidden=${starting}>
           <div class="stacked">
             <nav aria-label=${t("Tree of automata")}><hfsm-tree></hfsm-tree></nav>
@@ -304,8 +300,14 @@ export class HfsmApp extends PageElement {
           ${resizer({name: t("Width of the tree"), variable: "--left", along: "x", sign: 1, smallest: 120, largest: 480})}
         </aside>
         <main aria-label=${t("Canvas")}>
+          <div class="banners">${banner(this.context)}</div>
           <div class="center" ?hidden=${starting}>
-            <div class="drawing">${this.canvas}</div>
+            <div class="drawing">
+              ${this.canvas}
+              <div class="toolbar" role="toolbar" aria-label=${t("View")}>
+                ${["undo", "redo", "zoomOut", "zoomIn", "fit"].map((id) => actionButton(id, this.context, {label: false}))}
+              </div>
+            </div>
             <div class="column" ?hidden=${!isBeside}>
               ${resizer({
                 name: t("Width of the panel"),
@@ -364,9 +366,16 @@ export class HfsmApp extends PageElement {
       <footer><hfsm-status></hfsm-status></footer>`;
   }
 
+  /** Show what was shown before the page was loaded again. */
+  #restore() {
+    this.restored ??= import("./layouts.js").then((module) => module.restore(this));
+  }
+
   /** Load what the first picture does not need. */
   async #loadLater() {
+    this.#restore();
     if (viewing.on) return; // who may not draw needs no shelf
+    import("../canvas/first-sentence.js").then(({invite}) => invite(this.canvas));
     await this.panels.load("hfsm-shelf");
     this.requestUpdate();
   }

@@ -127,6 +127,7 @@ class RobotMenu extends PageElement {
               changed || !runs ? "primary" : "",
             )
       }
+      ${isHere && store.robot.others.length ? this.#others() : nothing}
       ${isHere && simulated ? this.#button("up", t("Put the robot upright"), () => store.request("standRobot")) : nothing}
       ${isHere && store.robot.stopped ? this.#button("reload", t("Reset the emergency stop"), () => store.request("resetEmergencyStop")) : nothing}
       ${
@@ -144,6 +145,20 @@ class RobotMenu extends PageElement {
               ${this.#button("link", t("Connect to a real robot"), connect)}`
       }
     `;
+  }
+
+  /** The other robots of its world. */
+  #others() {
+    return html`<p class="title">${t("Also in this world")}</p>
+      ${store.robot.others.map(({realm, title}) =>
+        this.#button("robot", t("Look at {name} ({title})", {name: realm, title}), async () => {
+          const {theView} = await import("../robot3d/robot-view.js");
+          const view = theView();
+          view.watched = realm;
+          if (!view.isConnected) await this.context.app.showLive("view");
+        }),
+      )}
+      <div role="separator"></div>`;
   }
 
   /** @param {string} image @param {string} label @param {() => Promise<unknown>} work */

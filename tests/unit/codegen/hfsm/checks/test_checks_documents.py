@@ -50,7 +50,7 @@ def test_a_planted_fault_is_found_at_its_line_and_nothing_else() -> None:
 @pytest.mark.slow
 def test_a_clean_document_brings_nothing() -> None:
     found = {path.stem: found_in(path) for path in (*CLEAN, *BEHAVIORS)}
-    unclear = found.pop("team_score")  # two of its automata run code that the model checker cannot follow
+    unclear = found.pop("team_score")  # three of its automata run code that the model checker cannot follow
     assert {each.code for each in unclear} == {Code.UNCLEAR_CODE}
     assert {stem: each.render() for stem, each in found.items() if len(each)} == {}
 
