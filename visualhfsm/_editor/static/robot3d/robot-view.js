@@ -8,7 +8,7 @@
 import {html, nothing} from "lit";
 
 import {icon} from "../kit/icons.js";
-import {messageOf, notify} from "../kit/notices.js";
+import {messageOf, notify, notifyError} from "../kit/notices.js";
 import {required} from "../kit/existence.js";
 import {store} from "../data/store.js";
 import {t} from "../kit/texts.js";
@@ -20,6 +20,7 @@ import {Grabbing} from "./grabbing.js";
 import {Loudspeaker, SILENT, silenced} from "./robot-sound.js";
 import {monitor} from "../run/monitor.js";
 import {RobotDrawing} from "./robot-drawing.js";
+import {scrubbing} from "../run/scrubbing.js";
 
 const IDLE = 200; // ms between two frames that are received but not shown
 /** @type {WorldShape[]} */
@@ -47,11 +48,14 @@ export class RobotView extends MonitorElement {
     says: {state: true},
     sees: {state: true},
     heard: {state: true},
+    films: {state: true},
     watched: {state: true},
   };
 
   constructor() {
     super();
+    /** Whether a video is being made. */
+    this.films = false;
     /** Why nothing is drawn. @type {string | undefined} */
     this.problem = undefined;
     /** The result of moving something. */
@@ -131,6 +135,19 @@ export class RobotView extends MonitorElement {
             : nothing
         }
         ${
+          monitor.looking && !store.exported
+            ? html`<button
+                type="button"
+                class="video"
+                title=${t("Save what is seen here until the end, or until you pause, as a video")}
+                aria-pressed=${this.films}
+                @click=${this.#toggleVideo}
+              >
+                ${t("Save as video")}
+              </button>`
+            : nothing
+        }
+        ${
           monitor.recording
             ? nothing
             : html`<button
@@ -175,6 +192,20 @@ export class RobotView extends MonitorElement {
       ${says ? html`<p dir="auto">${t("“{text}”", {text: says})}</p>` : nothing}
       ${sound ? html`<p><span aria-hidden="true">♪</span> ${sound}</p>` : nothing}
     </div>`;
+  }
+
+  /** Make a video, or end the one that is being made. */
+  async #toggleVideo() {
+    if (this.films) return scrubbing.pause();
+    if (!this.drawing) return undefined;
+    this.films = true;
+    try {
+      await (await import("./video.js")).saveVideo(this.drawing);
+    } catch (error) {
+      notifyError(error);
+    }
+    this.films = false;
+    return undefined;
   }
 
   #toggleSound() {
