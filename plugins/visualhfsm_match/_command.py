@@ -82,11 +82,12 @@ def play(
 
     check_place(report)
     plan = _plan(players, minutes, seed, body, rules, noise=noise)
+    _require_sandbox(unsafe=unsafe)
     archive, documents = pack([first.resolve(), second.resolve()])
     plan = _between(plan, documents, team_names([first, second]))
     console = Console()
     with closing(Matches()) as matches:
-        played = matches.run(Match(plan, 1, archive, page=True, unsafe=unsafe))
+        played = matches.run(Match(plan, 1, archive, page=True, unsafe=unsafe)).require()
     for event in played.result.events:
         console.print(f"{event.clock}  {event.text}", markup=False, soft_wrap=True)
     console.print(f"\n{outcome_of(played.result)}", markup=False, soft_wrap=True)
@@ -148,6 +149,8 @@ def play_tournament(
     if len(found) < 2:
         raise MatchError.because("{folder}: a tournament needs two documents", folder=str(folder))
     plan = _plan(players, minutes, seed, body, rules, noise=noise)
+    if cluster is None:
+        _require_sandbox(unsafe=unsafe)
     archive, documents = pack(found)
     teams = team_names(found)
     out.mkdir(parents=True, exist_ok=True)
@@ -160,18 +163,36 @@ def play_tournament(
             fixtures[number] = Match(of, number, archive, page=True, unsafe=unsafe)
     console = Console()
     results: dict[int, Result] = {}
+    failed: list[str] = []
     with find_runner(cluster) if cluster else ProcessPool(Matches(), workers) as pool:
-        for number, played in run_tasks(fixtures.items(), pool):
+        for number, answer in run_tasks(fixtures.items(), pool):
+            if (played := answer.played) is None:  # the others go on
+                where = " : ".join(fixtures[number].plan.teams)
+                failed.append(f"error: {where}: the match cannot be judged: {answer.refused}")
+                continue
             results[number] = played.result
             write_html(out / f"match{number}.html", played.page)
             console.print(outcome_of(played.result), markup=False, soft_wrap=True)
-    rows = table_of(teams, [results[number] for number in fixtures])
-    write_table(out, rows, {f"match{number}.html": results[number] for number in fixtures})
+    in_order = [number for number in fixtures if number in results]
+    rows = table_of(teams, [results[number] for number in in_order])
+    write_table(out, rows, {f"match{number}.html": results[number] for number in in_order})
     table = Table(*HEAD)
     for row in rows:
         table.add_row(*row.cells)
     console.print(table)
     console.print(f"{out / 'index.html'} has all matches", markup=False, soft_wrap=True)
+    for text in failed:
+        console.print(text, style="red", markup=False, soft_wrap=True)
+    if failed:
+        raise typer.Exit(1)
+
+
+def _require_sandbox(*, unsafe: bool) -> None:
+    """Raise VisualHfsmError if this computer cannot contain the code of documents."""
+    from visualhfsm.trials import find_sandbox
+
+    with find_sandbox(files=(), unsafe=unsafe):
+        pass
 
 
 def _plan(players: int, minutes: float, seed: int, body: str, rules: Path, *, noise: bool) -> Plan:

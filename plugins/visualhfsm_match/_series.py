@@ -50,8 +50,8 @@ class Match:
         """Return the same match with another archive."""
         return replace(self, archive=archive)
 
-    def run(self) -> Played:
-        """Play it in a process of the thread that calls this. Raises MatchError."""
+    def run(self) -> Answer:
+        """Play it in a process of the thread that calls this."""
         return _of_this_process.run(self)
 
 
@@ -73,6 +73,12 @@ class Answer(msgspec.Struct, frozen=True):
     played: Played | None = None
     refused: str = ""
 
+    def require(self) -> Played:
+        """Return the match. Raises MatchError if nobody can judge it."""
+        if self.played is None:
+            raise MatchError.because("the match cannot be judged: {reason}", reason=self.refused)
+        return self.played
+
 
 class Matches(TaskProcesses[Answer]):
     """Processes that play matches, one for each thread."""
@@ -80,26 +86,19 @@ class Matches(TaskProcesses[Answer]):
     def __init__(self) -> None:
         super().__init__(f"{__package__}._process", Answer, PREFIX)
 
-    def run(self, match: Match) -> Played:
-        """Play a match in the process of this thread. Raises MatchError if nobody can judge it."""
-        why = ""
+    def run(self, match: Match) -> Answer:
+        """Play a match in the process of this thread. Raises MatchError when they have been ended."""
+        answer = Answer()
         for _ in range(_ATTEMPTS):
             try:
                 answer = self.ask(match, match.patience)
             except EndedError as error:
                 raise MatchError.of("the matches have been ended") from error
             except NoAnswerError as error:
-                why = str(error)
-            else:
-                if answer.played is not None:
-                    return answer.played
-                why = answer.refused
-        raise MatchError.because(
-            "{first} : {second}: the match cannot be judged: {reason}",
-            first=match.plan.teams[0],
-            second=match.plan.teams[1],
-            reason=why,
-        )
+                answer = Answer(refused=str(error))
+            if answer.played is not None:
+                break
+        return answer
 
 
 _of_this_process = Matches()

@@ -11,15 +11,18 @@ from pathlib import Path
 import msgspec
 import pytest
 from typer.testing import CliRunner
+from typer.testing import Result as Done
 
 from tests.support.dask_cluster import DaskCluster
 from tests.support.documents import document, state, sub
+from visualhfsm import VisualHfsmError
 from visualhfsm.trials import ProcessPool, find_runner, run_tasks
 from visualhfsm_match._command import match
+from visualhfsm_match._command import tournament as play_all
 from visualhfsm_match._errors import MatchError
 from visualhfsm_match._match import Plan, Result
 from visualhfsm_match._rules import RULES, load_rules
-from visualhfsm_match._series import Match, Matches, pack, team_names
+from visualhfsm_match._series import Match, Matches, Played, pack, team_names
 
 pytestmark = [pytest.mark.sim, pytest.mark.slow]
 
@@ -68,9 +71,13 @@ def between(
     return Match(plan, 1, archive, page=page)
 
 
+def run(matches: Matches, match: Match) -> Played:
+    return matches.run(match).require()
+
+
 def test_two_teams_that_stand_draw(tmp_path: Path, matches: Matches) -> None:
-    played = matches.run(
-        between(standing(tmp_path), standing(tmp_path, "other"), players=2, seconds=10, page=True)
+    played = run(
+        matches, between(standing(tmp_path), standing(tmp_path, "other"), players=2, seconds=10, page=True)
     )
     found = played.result
     assert [event.kind for event in found.events] == ["kick-off", "whistle", "end"]
@@ -82,7 +89,7 @@ def test_the_same_seed_gives_the_same_match_bit_by_bit(tmp_path: Path, matches: 
     code = "self.Motors.setV(0.2)\nself.Motors.setW(random.uniform(-1, 1))"
     walks = written(tmp_path, "walks", code, proxy("Motors", "Motors"), libraries=("random",))
     first, second, other = (
-        matches.run(between(walks, standing(tmp_path), seed=seed)).result for seed in (2, 2, 4)
+        run(matches, between(walks, standing(tmp_path), seed=seed)).result for seed in (2, 2, 4)
     )
     assert first == second
     assert first.digest != other.digest
@@ -92,7 +99,7 @@ def test_random_numbers_are_those_of_a_robot_and_the_seed(tmp_path: Path, matche
     rolls = written(tmp_path, "rolls", "raise ValueError(random.random())", libraries=("random",))
     sides = [(rolls, standing(tmp_path)), (standing(tmp_path), rolls), (standing(tmp_path), rolls)]
     first, second, again = (
-        matches.run(between(*each, seconds=16)).result.reason.partition(":")[2] for each in sides
+        run(matches, between(*each, seconds=16)).result.reason.partition(":")[2] for each in sides
     )
     assert "ValueError" in first
     assert first != second == again
@@ -121,7 +128,7 @@ def test_a_document_that_raises_cheats_or_is_broken_loses(
 ) -> None:
     libraries = ("from interfaces.nao import MatchPhase, Vector3",)
     bad = written(tmp_path, "bad", code, *proxies, libraries=libraries)
-    found = matches.run(between(standing(tmp_path), bad)).result
+    found = run(matches, between(standing(tmp_path), bad)).result
     assert found.winner == "ours"
     assert found.reason.startswith("theirs loses: ")
     assert why in found.reason
@@ -130,7 +137,7 @@ def test_a_document_that_raises_cheats_or_is_broken_loses(
 def test_a_team_that_takes_all_the_time_loses(tmp_path: Path, matches: Matches) -> None:
     slow = written(tmp_path, "slow", "threading.Event().wait(4)", libraries=("threading",))
     match = between(standing(tmp_path), slow)
-    found = matches.run(replace(match, plan=msgspec.structs.replace(match.plan, patience=20.0))).result
+    found = run(matches, replace(match, plan=msgspec.structs.replace(match.plan, patience=20.0))).result
     assert found.reason == "theirs loses: it took most of 20 s"
 
 
@@ -194,7 +201,8 @@ def tournament(folder: Path) -> dict[str, Result]:
         plan = msgspec.structs.replace(plan, documents=(ours, their), teams=("walks", name))
         tasks.append((number, Match(plan, number, archive)))
     with ProcessPool(Matches(), 2) as pool:
-        return {played.result.teams[1]: played.result for _, played in run_tasks(tasks, pool)}
+        results = [answer.require().result for _, answer in run_tasks(tasks, pool)]
+    return {result.teams[1]: result for result in results}
 
 
 def test_rules_with_too_few_places_are_refused_at_the_start(tmp_path: Path) -> None:
@@ -209,8 +217,47 @@ def test_rules_with_too_few_places_are_refused_at_the_start(tmp_path: Path) -> N
 def test_a_cluster_plays_the_same_match(tmp_path: Path, matches: Matches) -> None:
     walks = written(tmp_path, "walks", "self.Motors.setV(0.2)", proxy("Motors", "Motors"))
     match = between(walks, standing(tmp_path), seconds=5.5, page=True)
-    here = matches.run(match)
+    here = run(matches, match)
     with DaskCluster(tmp_path, workers=1) as cluster, find_runner(cluster.address) as pool:
         ((number, there),) = run_tasks([(7, match)], pool)
-    assert (number, there.result) == (7, here.result)
-    assert len(there.page) == len(here.page)  # they differ by nonces alone
+    played = there.require()
+    assert (number, played.result) == (7, here.result)
+    assert len(played.page) == len(here.page)  # they differ by nonces alone
+
+
+def test_a_tournament_writes_a_table_and_pages(tmp_path: Path) -> None:
+    standing(tmp_path)
+    written(tmp_path, "raises", "1 / 0", proxy("Referee", "Referee"))  # which begins before a whistle
+    done = tournament_of(tmp_path, "--matches", "1")
+    assert (done.exception, done.exit_code) == (None, 0), done.output
+    assert "raises loses" in done.output
+    assert (tmp_path / "out" / "table.csv").read_text().splitlines()[1].startswith("stands,1,1,0,0,")
+    assert 'href="match1.html"' in (tmp_path / "out" / "index.html").read_text()
+    assert (tmp_path / "out" / "match1.html").is_file()
+
+
+def test_a_match_that_nobody_can_judge_is_named(tmp_path: Path) -> None:
+    rules = tmp_path / "rules.toml"
+    rules.write_text(RULES.read_text().replace("[-2.4, 0.9]", "[-0.75, 0.05]", 1))
+    standing(tmp_path)
+    standing(tmp_path, "other")
+    done = tournament_of(tmp_path, "--matches", "1", "--players", "2", "--rules", str(rules))
+    assert done.exit_code == 1
+    assert "other : stands: the match cannot be judged: robot" in done.output
+    assert "index.html has all matches" in done.output
+
+
+def test_where_nothing_contains_code_nothing_is_played(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    standing(tmp_path)
+    standing(tmp_path, "other")
+    monkeypatch.setenv("PATH", "")
+    done = tournament_of(tmp_path)
+    assert isinstance(done.exception, VisualHfsmError), done.output
+    assert "run them with --unsafe" in str(done.exception)
+
+
+def tournament_of(folder: Path, *options: str) -> Done:
+    out = ("--out", str(folder / "out"), "--minutes", "0.1", "--players", "1", "--workers", "1")
+    return CliRunner().invoke(play_all, [str(folder), *out, *options])
