@@ -139,7 +139,7 @@ def rate() -> Rows:
     series = Series(Plan(document=str(follow), limit=10.0, camera="drawn", scene={"noise": True}))
     with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
         cluster = stack.enter_context(DaskCluster(Path(folder), workers=4))
-        pools: dict[str, Pool] = {
+        pools: dict[str, Pool[Outcome]] = {
             "1 process": stack.enter_context(LocalPool(1)),
             "2 processes": stack.enter_context(LocalPool(2)),
             "4 Dask workers": stack.enter_context(Cluster(cluster.address)),

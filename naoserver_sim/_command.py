@@ -25,8 +25,9 @@ from naoserver.body import Body
 from naoserver.errors import RobotError
 from naoserver.options import CameraOptions, ServerOptions, capped
 from naoserver.safety.latch import latch_of
-from naoserver.serving.entrances import Entrance, find_entrances, flag, later_port, options_of
+from naoserver.serving.entrances import Entrance, Served, find_entrances, flag, later_port, options_of
 from naoserver.serving.server import JointSpeed, ResumeAfterReset, TeamName, problem_of, serve
+from naoserver.soccer_field.model import Field
 from naoserver_sim.arena import Arena
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import DEFAULT_WORLD, bundled_worlds, load_world, side_by_side
@@ -200,10 +201,11 @@ def naoserver_sim(
         return
     facts = _named_body(body, arguments)
     entrances = [entrance for entrance in entered.entrances if entrance.is_wanted(entered.options)]
-    if entrances and settings.security != Security():
-        asked = flag(entrances[0].asked_by)
+    programs = [entrance for entrance in entrances if entrance.serve is not None]
+    if programs and settings.security != Security():
+        asked = flag(programs[0].asked_by)
         raise ConfigurationException(
-            f"{asked} beside [security]: programs of {entrances[0].programs} have no passwords, so that any"
+            f"{asked} beside [security]: programs of {programs[0].programs} have no passwords, so that any"
             f" would do what no role grants; leave out {asked}, or serve the robot without [security]"
         )
     if robots > 1 and apart:
@@ -228,7 +230,9 @@ def naoserver_sim(
         arena.start(
             cameras=bool(options.cameras)
         )  # first: clients that find the server wait only briefly for its servants
-        _serve(arena, settings, options, entered._replace(entrances=entrances), stop)
+        _serve(
+            arena, settings, options, entered._replace(entrances=entrances), stop, field=surroundings.field
+        )
 
 
 def _named_body(name: str, arguments: Mapping[str, str]) -> Body:
@@ -245,10 +249,12 @@ def _serve(
     options: ServerOptions,
     entered: _Entered,
     stop: threading.Event,
+    *,
+    field: Field | None,
 ) -> None:
     """Serve started robots until `stop` is set, each in its realm, also by entrances."""
     with ExitStack() as also:
-        served = []
+        served, robots = [], []
         for number, robot in enumerate(arena.robots):
             own = settings
             if isinstance(arena, Arena):
@@ -258,7 +264,11 @@ def _serve(
             adapter = communicator.createObjectAdapter("NaoServer")
             teamed = dataclasses.replace(options, team=robot.team or options.team)
             assembly = also.enter_context(serve(robot, adapter, teamed, latch=latch))
+            robots.append(Served(robot, assembly, adapter, teamed.team))
+            served.append((own, robot, partial(problem_of, communicator, assembly)))
             for entrance in entered.entrances:
+                if entrance.serve is None:
+                    continue
                 values = {
                     name: entrance.apart[name](value, number) if number and name in entrance.apart else value
                     for name, value in entered.options.items()
@@ -266,8 +276,12 @@ def _serve(
                 typer.echo(
                     f"{entrance.programs}: {also.enter_context(entrance.serve(robot, assembly, values))}"
                 )
-            adapter.activate()
-            served.append((own, robot, partial(problem_of, communicator, assembly)))
+        for entrance in entered.entrances:
+            if entrance.serve_world is not None:
+                said = also.enter_context(entrance.serve_world(robots, field, entered.options))
+                typer.echo(f"{entrance.programs}: {said}")
+        for each in robots:
+            each.adapter.activate()
         text = "; ".join(
             f"realm {own.realm}, {', '.join(own.reached_at)}, {len(robot.cameras)} cameras"
             for own, robot, _ in served

@@ -59,6 +59,7 @@ if TYPE_CHECKING:
     from ._document.commands.text import Correction as Correction
     from ._document.commands.text import CorrectName as CorrectName
     from ._document.commands.text import ReplaceText as ReplaceText
+    from ._document.commands.text import SetArguments as SetArguments
     from ._document.commands.text import SetText as SetText
     from ._document.commands.text import StraightenText as StraightenText
     from ._document.commands.transitions import AddTransition as AddTransition

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
-from typing import Any, Final, Protocol
+from typing import Any, Final, NamedTuple, Protocol
 
 from naoserver.protocol.robot import Robot
 from naoserver.serving.assembly import Assembly
-from zenoh_ice import plugins
+from naoserver.soccer_field.model import Field
+from zenoh_ice import ObjectAdapter, plugins
 
 _PORT: Final = re.compile(r":(\d+)(?=$|[?#/])")
 
@@ -25,18 +26,40 @@ class Serve(Protocol):
         """Serve it through the guards of `assembly`, which is closed later; may raise RobotError."""
 
 
+class Served(NamedTuple):
+    """A robot of a world as it is served."""
+
+    robot: Robot
+    assembly: Assembly
+    adapter: ObjectAdapter
+    """Which is not active yet: more servants can be added."""
+    team: str
+
+
+class ServeWorld(Protocol):
+    """Serve more of a world in a `with` block, which gets what to say, until it ends."""
+
+    def __call__(
+        self, robots: Sequence[Served], field: Field | None, options: Mapping[str, Any]
+    ) -> AbstractContextManager[str]:
+        """Serve it beside its robots, on the soccer field if there is one; may raise RobotError."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Entrance:
     """What an entry point of the seam `naoserver.entrances` names."""
 
     programs: str
-    """Whose programs come in, as people call them: `NAOqi`."""
+    """Whose programs come in, as people call them: `NAOqi`; or who does."""
     options: Mapping[str, tuple[Any, Any]]
     """The options that it adds to `naoserver-sim`: annotation, with typer's, and default, by parameter. The
     first one asks for the entrance; entrances may have one in common."""
-    serve: Serve
     example: tuple[str, str]
     """A command line, and what it does, for the command's help."""
+    serve: Serve | None = None
+    """Serves each robot."""
+    serve_world: ServeWorld | None = None
+    """Serves all robots of a world together."""
     apart: Mapping[str, Callable[[Any, int], object]] = field(default_factory=dict)
     """Options that several robots cannot share: what that of robot 0, 1, ... is, by the given one."""
 

@@ -89,6 +89,10 @@ class Containment:
             for behavior in self._behaviors:
                 behavior.end_code()
 
+    def read(self, document: str | Path) -> Document:
+        """Return what a document says. Raises DocumentInvalid if it cannot run."""
+        return self._submission(Path(document)).document
+
     def simulate(self, document: str | Path, **options: Any) -> Behavior:  # noqa: ANN401 - those of Behavior
         """Return a behavior in virtual time, as `visualhfsm.simulation.simulate` does; close it.
 

@@ -98,7 +98,7 @@ def _bubblewrap(include: Sequence[Path], hidden: Sequence[Path]) -> list[str]:
     if bwrap is None:
         raise SandboxUnavailable.because(
             "bubblewrap is missing, so that nothing contains a stranger's program: install it "
-            "(apt-get install bubblewrap), or trust the submissions and grade with --unsafe"
+            "(apt-get install bubblewrap), or trust the documents and run them with --unsafe"
         )
     python = Path(os.path.realpath(getattr(sys, "_base_executable", sys.executable)))
     seen = _seen(python, include)
@@ -217,7 +217,7 @@ def _probe(command: tuple[str, ...]) -> None:
         said = " ".join(found.stderr.split())[:300] or f"exit code {found.returncode}"
         raise SandboxUnavailable.because(
             "bubblewrap cannot make walls here ({said}): it needs version 0.8 and user "
-            "namespaces, which some containers and systems forbid; or trust the submissions and "
-            "grade with --unsafe",
+            "namespaces, which some containers and systems forbid; or trust the documents and "
+            "run them with --unsafe",
             said=said,
         )

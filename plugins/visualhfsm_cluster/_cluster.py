@@ -9,12 +9,15 @@ import warnings
 from collections.abc import Mapping
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from contextlib import suppress
-from dataclasses import dataclass, replace
-from typing import Any, Final
+from dataclasses import dataclass
+from typing import Any, Final, TypeVar
 
 from codegen.messages import Message
 from codegen.reasons import reason
-from visualhfsm.trials import Archive, Outcome, Task, TrialsError, run_task, versions
+from visualhfsm import VisualHfsmError
+from visualhfsm.trials import Archive, TrialsError, Work, versions
+
+R = TypeVar("R")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,25 +80,26 @@ class Cluster:
         for log, level in self._levels.items():
             log.setLevel(level)
 
-    def submit(self, task: Task) -> Future[Outcome]:
+    def submit(self, task: Work[R]) -> Future[R]:
         """Begin to run a task, as soon as a worker has time."""
-        self._patience = task.plan.patience
+        self._patience = task.patience
         self._note_move()
-        there = self._client.submit(_run, task.without_archive, self._send(task.archive), pure=False)
+        light = task.with_archive(task.archive.without_content)
+        there = self._client.submit(_run, light, self._send(task.archive), pure=False)
         loop = self._client.loop.asyncio_loop
-        here = asyncio.run_coroutine_threadsafe(self._receive(there, task.number), loop)
+        here: Future[R] = asyncio.run_coroutine_threadsafe(self._receive(there, task.number), loop)
         here.add_done_callback(self._note_move)
         return here
 
-    async def _receive(self, there: Any, number: int) -> Outcome:  # noqa: ANN401 - a future of Dask
+    async def _receive(self, there: Any, number: int) -> Any:  # noqa: ANN401 - a future of Dask
         """Return the outcome of a task when it has ended.
 
         The futures of Dask's own executor never end when this fails, as for an outcome that was lost with its
         worker, and cannot be computed again.
         """
         try:
-            outcome: Outcome = await there  # `gather` that is cancelled leaves errors that are printed later
-        except TrialsError:
+            outcome = await there  # `gather` that is cancelled leaves errors that are printed later
+        except VisualHfsmError:
             raise
         except CancelledError as error:
             if self._client.status != "running":
@@ -245,5 +249,5 @@ def _hold(archive: Archive) -> Archive:
     return archive
 
 
-def _run(task: Task, archive: Archive) -> Outcome:
-    return run_task(replace(task, archive=archive))
+def _run(task: Work[R], archive: Archive) -> R:
+    return task.with_archive(archive).run()

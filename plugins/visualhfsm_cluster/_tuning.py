@@ -100,7 +100,7 @@ class Tuning:
     def search(
         self,
         file: Path,
-        pool: Pool,
+        pool: Pool[Outcome],
         ended: Callable[[int], object] = lambda _: None,
         stop: threading.Event | None = None,
         *,
@@ -202,7 +202,7 @@ class _Runs:
         self,
         series: Series,
         record: Record,
-        pool: Pool,
+        pool: Pool[Outcome],
         ended: Callable[[int], object],
         stop: threading.Event | None,
     ) -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import os
+from collections.abc import Sequence
+from contextlib import closing
 from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
@@ -11,10 +12,10 @@ import typer
 
 from naoserver.bodies import DEFAULT_BODY
 from visualhfsm.plugins import examples
-from visualhfsm_match._rules import RULES, Rules, load_rules
+from visualhfsm_match._rules import RULES, load_rules
 
 if TYPE_CHECKING:
-    from visualhfsm_match._match import Plan
+    from visualhfsm_match._match import Plan, Result
 
 _PATIENCE: Final = 10.0
 """s by the wall that a match may take for each of its seconds, and `_BEGIN` more."""
@@ -40,6 +41,11 @@ _Rules = Annotated[
 ]
 
 
+_Unsafe = Annotated[
+    bool, typer.Option("--unsafe", help="Run code of documents as you, where nothing can contain it.")
+]
+
+
 @match.command(
     "match",
     epilog=examples(
@@ -58,39 +64,34 @@ def play(
     body: _Body = DEFAULT_BODY,
     noise: _Noise = False,
     rules: _Rules = RULES,
+    unsafe: _Unsafe = False,
     report: Annotated[
         Path, typer.Option(metavar="HTML", dir_okay=False, help="The page of the match, in 3D.")
     ] = Path("match.html"),
 ) -> None:
     """Let two documents play football against each other in virtual time, judged by a referee.
 
-    The same documents and seed give the same match. A document that raises an error, hangs or cannot be run
-    loses. Code of the documents runs as you: let only documents play that you trust.
+    The same documents and seed give the same match. Their code runs in processes that reach neither files
+    nor network. A document that raises an error, hangs or cannot be run loses.
     """
     from rich.console import Console
 
-    from visualhfsm.plugins import check_place
+    from visualhfsm.plugins import check_place, write_html
     from visualhfsm_match._page import outcome_of
-    from visualhfsm_match._series import Fixture, play_match
+    from visualhfsm_match._series import Match, Matches, pack, team_names
 
     check_place(report)
-    plan = _plan(
-        (first, second),
-        players=players,
-        minutes=minutes,
-        seed=seed,
-        body=body,
-        rules=load_rules(rules),
-        noise=noise,
-    )
-    result = play_match(Fixture(plan, report.resolve()), _limit(minutes))
+    plan = _plan(players, minutes, seed, body, rules, noise=noise)
+    archive, documents = pack([first.resolve(), second.resolve()])
+    plan = _between(plan, documents, team_names([first, second]))
     console = Console()
-    for event in result.events:
-        minute, second_ = divmod(event.time, 60.0)
-        console.print(f"{minute:3.0f}:{second_:04.1f}  {event.text}", markup=False, soft_wrap=True)
-    console.print(f"\n{outcome_of(result)}", markup=False, soft_wrap=True)
-    if report.is_file():
-        console.print(f"{report} shows it in 3D", markup=False, soft_wrap=True)
+    with closing(Matches()) as matches:
+        played = matches.run(Match(plan, 1, archive, page=True, unsafe=unsafe))
+    for event in played.result.events:
+        console.print(f"{event.clock}  {event.text}", markup=False, soft_wrap=True)
+    console.print(f"\n{outcome_of(played.result)}", markup=False, soft_wrap=True)
+    write_html(report, played.page)
+    console.print(f"{report} shows it in 3D", markup=False, soft_wrap=True)
 
 
 @tournament.command(
@@ -98,6 +99,7 @@ def play(
     epilog=examples(
         "tournament documents --out tournament",
         "tournament documents --matches 4 --workers 2",
+        "tournament documents --cluster tcp://lab:8786",
         notes="Exit codes: 0 played, 1 an error, 2 wrong usage, 130 Ctrl-C.",
     ),
 )
@@ -119,50 +121,52 @@ def play_tournament(
         int | None,
         typer.Option(metavar="N", min=1, max=1000, help="Matches at a time.", show_default="one a processor"),
     ] = None,
+    cluster: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Play on a cluster of Dask, such as tcp://lab:8786.")
+    ] = None,
+    unsafe: _Unsafe = False,
     out: Annotated[
         Path, typer.Option(metavar="DIR", file_okay=False, help="Where table and matches are written.")
     ] = Path("tournament"),
 ) -> None:
     """Let everybody's document play against everybody's: a table, and the page of each match.
 
-    Each match has a separate process: a document that raises an error, hangs or ends its process loses its
-    matches, and changes no other. Code of the documents runs as you: let only documents play that you trust.
+    Their code runs in processes that reach neither files nor network. A document that raises an error, hangs
+    or ends its process loses its matches, and changes no other.
     """
     from rich.console import Console
     from rich.table import Table
 
+    from visualhfsm.plugins import write_html
+    from visualhfsm.trials import ProcessPool, find_runner, run_tasks
     from visualhfsm_match._errors import MatchError
     from visualhfsm_match._page import outcome_of
-    from visualhfsm_match._series import Fixture, play_all, team_names
+    from visualhfsm_match._series import Match, Matches, pack, team_names
     from visualhfsm_match._table import HEAD, table_of, write_table
 
-    documents = sorted(folder.glob("*.xml"))
-    if len(documents) < 2:
+    found = sorted(folder.glob("*.xml"))
+    if len(found) < 2:
         raise MatchError.because("{folder}: a tournament needs two documents", folder=str(folder))
+    plan = _plan(players, minutes, seed, body, rules, noise=noise)
+    archive, documents = pack(found)
+    teams = team_names(found)
     out.mkdir(parents=True, exist_ok=True)
-    fixtures, judged = [], load_rules(rules)
-    for number, pair in enumerate(combinations(documents, 2)):
+    fixtures: dict[int, Match] = {}
+    for pair in combinations(range(len(found)), 2):
         for again in range(matches):
             sides = pair if again % 2 == 0 else pair[::-1]
-            plan = _plan(
-                sides,
-                players=players,
-                minutes=minutes,
-                seed=seed + again,
-                body=body,
-                rules=judged,
-                noise=noise,
-                among=documents,
-            )
-            fixtures.append(Fixture(plan, (out / f"match{number * matches + again + 1}.html").resolve()))
+            of = _between(plan, [documents[side] for side in sides], [teams[side] for side in sides], again)
+            number = len(fixtures) + 1
+            fixtures[number] = Match(of, number, archive, page=True, unsafe=unsafe)
     console = Console()
-    played = {}
-    for fixture, result in play_all(fixtures, workers or len(os.sched_getaffinity(0)), _limit(minutes)):
-        played[fixture.page] = result
-        console.print(outcome_of(result), markup=False, soft_wrap=True)
-    results = {fixture.page.name: played[fixture.page] for fixture in fixtures if fixture.page is not None}
-    rows = table_of(team_names(documents), [*results.values()])
-    write_table(out, rows, results)
+    results: dict[int, Result] = {}
+    with find_runner(cluster) if cluster else ProcessPool(Matches(), workers) as pool:
+        for number, played in run_tasks(fixtures.items(), pool):
+            results[number] = played.result
+            write_html(out / f"match{number}.html", played.page)
+            console.print(outcome_of(played.result), markup=False, soft_wrap=True)
+    rows = table_of(teams, [results[number] for number in fixtures])
+    write_table(out, rows, {f"match{number}.html": results[number] for number in fixtures})
     table = Table(*HEAD)
     for row in rows:
         table.add_row(*row.cells)
@@ -170,36 +174,35 @@ def play_tournament(
     console.print(f"{out / 'index.html'} has all matches", markup=False, soft_wrap=True)
 
 
-def _plan(
-    documents: tuple[Path, ...],
-    *,
-    players: int,
-    minutes: float,
-    seed: int,
-    body: str,
-    rules: Rules,
-    noise: bool,
-    among: list[Path] | None = None,
-) -> Plan:
+def _plan(players: int, minutes: float, seed: int, body: str, rules: Path, *, noise: bool) -> Plan:
+    """Return the plan of a match whose documents are not known yet. Raises MatchError."""
+    from visualhfsm_match._errors import MatchError
     from visualhfsm_match._match import Plan
-    from visualhfsm_match._series import team_names
 
-    among = among or [*documents]
-    names = team_names(among)
-    first, second = documents
-    index = among.index(first)
-    other = among.index(second, index + 1) if first == second else among.index(second)
+    judged = load_rules(rules)
+    if judged.most_players < players:
+        raise MatchError.because(
+            "{rules}: there are {count} places for --players {players}: add some, or play with fewer",
+            rules=str(rules),
+            count=judged.most_players,
+            players=players,
+        )
     return Plan(
-        documents=(str(first.resolve()), str(second.resolve())),
-        teams=(names[index], names[other]),
         players=players,
         seconds=60.0 * minutes,
         seed=seed,
-        rules=rules,
+        rules=judged,
         body=body,
         noise=noise,
+        patience=_BEGIN + _PATIENCE * 60.0 * minutes,
     )
 
 
-def _limit(minutes: float) -> float:
-    return _BEGIN + _PATIENCE * 60.0 * minutes
+def _between(plan: Plan, documents: Sequence[str], teams: Sequence[str], again: int = 0) -> Plan:
+    import msgspec
+
+    first, second = documents
+    ours, theirs = teams
+    return msgspec.structs.replace(
+        plan, documents=(first, second), teams=(ours, theirs), seed=plan.seed + again
+    )

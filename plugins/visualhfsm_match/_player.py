@@ -3,25 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+import random
 from pathlib import Path
 from typing import Final
 
-from hfsm_runtime.component import parameters_of, proxies_of
-from hfsm_runtime.virtual import Execution, TaskClock, VirtualWorld
-from interfaces.nao import RefereePrx
+import numpy as np
+
+from hfsm_runtime.virtual import TaskClock, VirtualWorld
 from naoserver.protocol.robot import Robot
 from naoserver.serving.medium import Membership
-from visualhfsm.plugins import VirtualMedium
-from visualhfsm.simulation import RobotUnderTest, load_component
+from visualhfsm.plugins import VirtualMedium, catch_up
+from visualhfsm.simulation import Behavior, RobotUnderTest
+from visualhfsm.trials import Sandbox
 from visualhfsm_match._referee import Put, Referee
 from visualhfsm_match._servant import IDENTITY, RefereeI
 
-_HIDDEN: Final = ("GroundTruth", "Scene")
-"""Servants of a simulation alone, with which a document would cheat."""
-TICK: Final = 0.01
-"""s from one control tick of the robots to the next: so far one player runs ahead of the others."""
-_NANOSECONDS: Final = 1_000_000_000
 _KEPT: Final = 50
 """Events and calls that are remembered, for errors to tell."""
 
@@ -37,16 +33,24 @@ class _Surroundings(VirtualWorld):
         super().close()
 
 
+class _Robot(RobotUnderTest):
+    """The robot of these components."""
+
+    def close(self) -> None:
+        """Stay, too."""
+
+    def end(self) -> None:
+        """End all but the robot itself, which is the arena's."""
+        super().close()
+
+
 class Player:
-    """A document on a robot of a match.
+    """A document on a robot of a match, whose code runs in a sandbox.
 
     One that reads `Referee` runs from the beginning to the end. Any other one begins at each whistle, and
     when it returns from a penalty, as if somebody pressed a button: with its place in its parameters
-    `start_x`, `start_y` and `start_heading`, if it has them; and ends when play stops. Raises
-    DocumentInvalid, and what the component's code raises.
-
-    It has its own clock, which calls `follow_clock` in each control tick: code that sleeps leaves others
-    alone.
+    `start_x`, `start_y` and `start_heading`, if it has them; and ends when play stops. Its random numbers
+    come from `seed`. Raises DocumentInvalid, and BehaviorFailed for what its code does.
     """
 
     def __init__(
@@ -55,28 +59,30 @@ class Player:
         robot: Robot,
         document: Path,
         *,
+        sandbox: Sandbox,
         referee: Referee,
         medium: VirtualMedium,
-        follow_clock: Callable[[TaskClock], None],
+        clock: TaskClock,
+        seed: int,
     ) -> None:
         self.name: Final = name
         self.team: Final = referee.players[name].team
-        self.run: Execution | None = None
+        self.run: Behavior | None = None
         """The component that plays; None while the referee holds it."""
         self._referee: Final = referee
+        self._sandbox: Final = sandbox
         self._document: Final = document
-        self._clock: Final = TaskClock()
-        self._clock.call_every(TICK, lambda: follow_clock(self._clock))
-        self._surroundings: Final = _Surroundings(self._clock, kept=_KEPT)
+        self._clock: Final = clock
+        self._seed: Final = [seed, [*referee.players].index(name)]
+        self._begun = 0
+        said = sandbox.read(document)
+        self._parameters: Final = {each.name for each in said.parameters}
+        self._reads: Final = any(each.identity == IDENTITY for each in said.interfaces)
+        self._surroundings: Final = _Surroundings(clock, kept=_KEPT)
         self._servant: Final = RefereeI(referee, name)
-        member = Membership(name, self.team, medium.at(self._clock), session=referee.players[name].number)
-        self.robot: Final = RobotUnderTest(
-            robot, self._clock, self._surroundings.network, member=member, without=_HIDDEN
-        )
+        member = Membership(name, self.team, medium.at(clock), session=referee.players[name].number)
+        self.robot: Final = _Robot(robot, clock, self._surroundings.network, member=member)
         self._surroundings.network.serve(IDENTITY, self._servant)
-        self._component: Final = load_component(document)
-        declared = proxies_of(self._component).values()
-        self._reads: Final = any(issubclass(each.type, RefereePrx) for each in declared)
 
     def follow(self) -> None:
         """Begin, go on or end, as the referee says."""
@@ -84,14 +90,23 @@ class Player:
         if self.run is not None and (not wanted or (self.run.finished and not self._reads)):
             self.stop()
         if self.run is None and wanted:
-            self.run = Execution(self._component(), self._surroundings, parameters=self._start())
+            self._begin()
         self._servant.publish()
 
+    def _begin(self) -> None:
+        self._begun += 1
+        random.seed(str([*self._seed, self._begun]))  # the state of which its process gets
+        np.random.seed([*self._seed, self._begun])
+        self.run = self._sandbox.simulate(
+            self._document,
+            surroundings=self._surroundings,
+            robot=lambda _network: self.robot,
+            parameters=self._start(),
+        )
+
     def advance(self, moment: int) -> None:
-        """Let its time pass until a moment in ns; raises what the component's code raises."""
-        behind = moment - self._clock.moment
-        if behind >= 0:  # code that waited may be ahead
-            (self.run or self._clock).advance(behind / _NANOSECONDS)
+        """Let its time pass until a moment in ns. Raises BehaviorFailed."""
+        catch_up(self.run or self._clock, moment)
 
     def stop(self) -> None:
         """End the component."""
@@ -107,7 +122,7 @@ class Player:
         """End everything but the robot, which is the arena's."""
         try:
             self.stop()
-            self.robot.close()
+            self.robot.end()
         finally:
             self._surroundings.end()
 
@@ -121,4 +136,4 @@ class Player:
             x -= math.cos(heading) * walked.x - math.sin(heading) * walked.y
             y -= math.sin(heading) * walked.x + math.cos(heading) * walked.y
         wanted = {"start_x": x, "start_y": y, "start_heading": heading}
-        return {name: value for name, value in wanted.items() if name in parameters_of(self._component)}
+        return {name: value for name, value in wanted.items() if name in self._parameters}

@@ -19,6 +19,7 @@ from visualhfsm_match._rules import Rules
 
 PERIOD: Final = 0.1
 """s between two sights."""
+BALL: Final = "Ball"
 BALL_RADIUS: Final = 0.05
 _BESIDE: Final = 0.3
 """m outside of the touch line at which a penalized robot waits."""
@@ -76,6 +77,12 @@ class Event:
     text: str
     team: str = ""
     robot: str = ""
+
+    @property
+    def clock(self) -> str:
+        """The time as people read it."""
+        minutes, seconds = divmod(self.time, 60.0)
+        return f"{minutes:3.0f}:{seconds:04.1f}"
 
 
 class Put(NamedTuple):
@@ -284,7 +291,7 @@ class Referee:
         for player in self.players.values():
             if player.offense is None:
                 places = self.rules.kick_off if player.team == kick_off else self.rules.waiting
-                yield self._place(player, *self.turned(player.team, *places[player.number % len(places)]))
+                yield self._place(player, *self.turned(player.team, *places[player.number]))
         yield Put("", 0.0, 0.0)
 
     def _finish(self) -> None:

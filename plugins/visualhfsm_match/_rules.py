@@ -41,6 +41,11 @@ class Rules(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     kick_off: Places
     waiting: Places
 
+    @property
+    def most_players(self) -> int:
+        """How many robots of a team have a place to begin at, whoever has the kick-off."""
+        return min(len(self.kick_off), len(self.waiting))
+
 
 def load_rules(path: Path = RULES) -> Rules:
     """Return the rules of a TOML file. Raises MatchError."""

@@ -1,73 +1,121 @@
-"""Matches in processes, one each: what a document does to its process, it does to its own match alone."""
+"""Matches in processes of this computer or of a cluster, each as if it were alone."""
 
 from __future__ import annotations
 
 import re
-import tempfile
-from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from itertools import islice
+import zlib
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Final
 
-from visualhfsm.plugins import NoAnswerError, TaskProcesses
+import msgspec
+
+from codegen.files import read_regular
+from visualhfsm.plugins import EndedError, NoAnswerError, TaskProcesses
+from visualhfsm.trials import Archive, documents_of
 from visualhfsm_match._errors import MatchError
 from visualhfsm_match._match import Plan, Result
-from visualhfsm_match._process import LONGEST_TURN, Answer, Task
-from visualhfsm_match._referee import Event
 
-_MODULE: Final = "visualhfsm_match._process"
-_PREFIX: Final = "visualhfsm-match-"
+PREFIX: Final = "visualhfsm-match-"
 _TEAM: Final = re.compile(r"\W+")
 _LONGEST_NAME: Final = 24
+_LARGEST: Final = 2 << 20
+"""Bytes of a document."""
+_SPARE: Final = 180.0
+"""s by which the process of a match may be later than its patience."""
+_ATTEMPTS: Final = 3
+"""The most attempts at a match for which the computer has no time, or no process."""
 
 
-class Fixture(NamedTuple):
-    """A match to play, and the file of its page if there is to be one."""
+@dataclass(frozen=True, slots=True)
+class Match:
+    """A match to play, with the files of its documents. Implements `Work`."""
 
     plan: Plan
-    page: Path | None = None
+    number: int
+    archive: Archive
+    page: bool = False
+    """Whether there is to be a page."""
+    unsafe: bool = False
+    """Whether the code of documents runs without walls."""
+
+    @property
+    def patience(self) -> float:
+        """How long it may take by the wall, in s."""
+        return self.plan.patience + _SPARE
+
+    def with_archive(self, archive: Archive) -> Match:
+        """Return the same match with another archive."""
+        return replace(self, archive=archive)
+
+    def run(self) -> Played:
+        """Play it in a process of the thread that calls this. Raises MatchError."""
+        return _of_this_process.run(self)
 
 
-def play_match(fixture: Fixture, limit: float, longest_turn: float = LONGEST_TURN) -> Result:
-    """Play a match in a separate process, within `limit` s by the wall. Raises MatchError.
+class Played(msgspec.Struct, frozen=True):
+    """What a match came to, with its page."""
 
-    A team whose code ran when the process ended, or was ended, loses. A piece of code may compute for
-    `longest_turn` s of processor time.
-    """
-    plan, page = fixture
-    processes = TaskProcesses(_MODULE, Answer, _PREFIX)
-    try:
-        with tempfile.TemporaryDirectory(prefix=_PREFIX) as folder:
-            turns = Path(folder, "turn")
-            turns.write_bytes(b"\0")
+    result: Result
+    packed: bytes = b""
+
+    @property
+    def page(self) -> str:
+        """The page as HTML; empty if there is none."""
+        return zlib.decompress(self.packed).decode()
+
+
+class Answer(msgspec.Struct, frozen=True):
+    """A match that was played, or why nobody can judge it."""
+
+    played: Played | None = None
+    refused: str = ""
+
+
+class Matches(TaskProcesses[Answer]):
+    """Processes that play matches, one for each thread."""
+
+    def __init__(self) -> None:
+        super().__init__(f"{__package__}._process", Answer, PREFIX)
+
+    def run(self, match: Match) -> Played:
+        """Play a match in the process of this thread. Raises MatchError if nobody can judge it."""
+        why = ""
+        for _ in range(_ATTEMPTS):
             try:
-                answer = processes.ask(Task(plan, str(turns), str(page or ""), longest_turn), limit)
+                answer = self.ask(match, match.patience)
+            except EndedError as error:
+                raise MatchError.of("the matches have been ended") from error
             except NoAnswerError as error:
-                return _lost(plan, turns.read_bytes()[0], str(error))
-    finally:
-        processes.close()
-    if answer.result is None:
-        raise MatchError.of(answer.refused)
-    return answer.result
+                why = str(error)
+            else:
+                if answer.played is not None:
+                    return answer.played
+                why = answer.refused
+        raise MatchError.because(
+            "{first} : {second}: the match cannot be judged: {reason}",
+            first=match.plan.teams[0],
+            second=match.plan.teams[1],
+            reason=why,
+        )
 
 
-def play_all(fixtures: Iterable[Fixture], workers: int, limit: float) -> Iterator[tuple[Fixture, Result]]:
-    """Yield matches with their results, as they end. Raises MatchError."""
-    left = iter(fixtures)
-    with ThreadPoolExecutor(workers) as pool:
-        running: dict[Future[Result], Fixture] = {}
-        try:
-            while True:
-                for each in islice(left, workers - len(running)):
-                    running[pool.submit(play_match, each, limit)] = each
-                if not running:
-                    return
-                for future in wait(running, return_when=FIRST_COMPLETED).done:
-                    yield running.pop(future), future.result()
-        finally:
-            for future in running:
-                future.cancel()
+_of_this_process = Matches()
+
+
+def pack(documents: Sequence[Path]) -> tuple[Archive, list[str]]:
+    """Pack documents, each with those of its folder that it imports; return their paths in the archive.
+
+    What cannot be read is left out, so that its team loses.
+    """
+    files = {
+        f"{number}/{name}": content
+        for number, path in enumerate(documents)
+        for name, content in _files(path.parent.resolve() / path.name).items()
+    }
+    return Archive.of(files.items()), [f"{number}/{path.name}" for number, path in enumerate(documents)]
 
 
 def team_names(documents: Sequence[Path]) -> list[str]:
@@ -80,15 +128,21 @@ def team_names(documents: Sequence[Path]) -> list[str]:
     return names
 
 
-def _lost(plan: Plan, turn: int, why: str) -> Result:
-    if not 1 <= turn <= len(plan.teams):
-        raise MatchError.of(f"{plan.teams[0]} : {plan.teams[1]}: the match cannot be judged: {why}")
-    loser, winner = plan.teams[turn - 1], plan.teams[2 - turn]
-    reason = f"{loser} loses: {why}"
-    return Result(
-        teams=plan.teams,
-        score=(0, 0),
-        winner=winner,
-        reason=reason,
-        events=(Event(0.0, "lost", reason, loser), Event(0.0, "end", "the end", winner)),
-    )
+def _files(document: Path) -> dict[str, bytes]:
+    """Return the contents of a document, and of those beside it that it imports."""
+    found: frozenset[Path] = frozenset()
+    if _content(document) is not None:
+        with suppress(ValueError, RecursionError):  # who reads it later says what is wrong
+            found = documents_of(document)
+    beside = {each for each in found if each.parent == document.parent} | {document}
+    contents = {each.name: _content(each) for each in sorted(beside)}
+    return {name: content for name, content in contents.items() if content is not None}
+
+
+def _content(path: Path) -> bytes | None:
+    """Return the content of a file that a stranger handed in; None for a link, a pipe, or one too large."""
+    try:
+        content = read_regular(path, _LARGEST + 1, links=False)
+    except OSError:
+        return None
+    return content if len(content) <= _LARGEST else None

@@ -17,9 +17,16 @@ class RefereeI(nao.Referee):
     def __init__(self, referee: Referee, robot: str) -> None:
         self._referee: Final = referee
         self._robot: Final = robot
+        self._asked = False
+
+    @property
+    def is_read(self) -> bool:
+        """Whether anybody has asked, or listens."""
+        return self._asked or self.getMatchPublisher.listening
 
     def getMatch(self, current: Current) -> nao.MatchReading:  # noqa: ARG002
         """Return how the match stands, as this robot sees it."""
+        self._asked = True
         return self._reading()
 
     def publish(self) -> None:

@@ -54,7 +54,9 @@ def shown(tmp_path: Path, browser: Browser) -> Iterator[tuple[EditorPage, Commun
     world.write_text(WORLD)
     document.write_text(DOCUMENT)
     settings = Settings(realm="own", connect=(endpoint,), clock="wall", timeout=CALL_LIMIT)
-    serves = module("naoserver_sim", "--listen", endpoint, "--world", world, "--no-skin", "--speed", "0.5")
+    serves = module(
+        "naoserver_sim", "--listen", endpoint, "--world", str(world), "--no-skin", "--speed", "0.5"
+    )
     with ComponentProcess(serves) as process:
         process.wait_for("realm cart")
         with (

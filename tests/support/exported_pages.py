@@ -29,7 +29,7 @@ def check(page: Page, path: Path) -> None:
     for theme in themes:
         page.emulate_media(color_scheme=theme)
         page.goto(path.as_uri())
-        page.get_by_role("heading", level=1).wait_for()
+        page.get_by_role("heading", level=1).first.wait_for()
         load_axe(page)
         assert page.evaluate(FOUND) == [], theme
         assert small_targets(page) == []

@@ -63,7 +63,10 @@ _REFUSALS: Final = {
 _SPEAKERS: Final = ("hfsm_runtime", "naoserver", "naoserver_sim", "plugins", "visualhfsm", "zenoh_ice")
 _OF_COMMANDS: Final = (
     *("codegen/_idl", "plugins/visualhfsm_classes", "visualhfsm/_base/html_file.py"),
-    *(f"visualhfsm/_commands/{name}.py" for name in ("convert", "draw", "new", "report", "steer")),
+    *(
+        f"visualhfsm/_commands/{name}.py"
+        for name in ("convert", "document", "draw", "new", "report", "steer")
+    ),
     *("visualhfsm/_monitor/replay.py", "visualhfsm/_monitor/target.py", "visualhfsm/_editor/site.py"),
     *(f"plugins/visualhfsm_agent/_{name}.py" for name in ("approval", "code", "desk", "limits")),
     *("plugins/visualhfsm_cluster", "visualhfsm/trials/_comparison.py", "visualhfsm/trials/_runners.py"),

@@ -18,7 +18,7 @@ import typer
 from codegen.options import require_directories
 from visualhfsm._base.errors import MissingPackageError
 from visualhfsm._base.options import examples
-from visualhfsm._commands import check, convert, diff, draw, new, replay, report, verdict
+from visualhfsm._commands import check, convert, diff, document, draw, new, replay, report, verdict
 from visualhfsm._commands.plugged import WithPlugged
 from visualhfsm._commands.steer import register as register_steering
 from visualhfsm.trials import _command as trials
@@ -266,6 +266,7 @@ app.command(cls=new.NewCommand, epilog=new.EPILOG)(new.new)
 app.command(epilog=check.EPILOG)(check.check)
 app.command(epilog=convert.EPILOG)(convert.convert)
 app.command(epilog=diff.EPILOG)(diff.diff)
+app.command(epilog=document.EPILOG)(document.document)
 app.command(epilog=draw.EPILOG)(draw.draw)
 app.command(epilog=replay.EPILOG)(replay.replay)
 app.command(epilog=report.EPILOG)(report.report)

@@ -46,7 +46,7 @@ from zenoh_ice.application.child import ChildProcess
 from zenoh_ice.data import typed
 
 Publish = Callable[[TestsPush], None]
-_MOST_CODE: Final = 5000
+MOST_CODE: Final = 5000
 """Pieces of code of which the page gets the lines."""
 _KINDS: Final = {"entered": "state", "fired": "transition", "true": "transition", "false": "transition"}
 _MOST_RESULTS: Final = 8 << 20  # bytes
@@ -225,29 +225,30 @@ class _TabTests:
         results = [each for each in self._results.values() if each is not None]
         names = dict.fromkeys(name for each in (*found, *ran) for name in ran.get(each, [each]))
         self._report(
-            tests=tuple(self._view(name) for name in islice(names, MOST_TESTS)),
-            passed=tuple(_passed(path, results)),
-            code=tuple(islice(_passed_code(path, results), _MOST_CODE)),
+            tests=tuple(view_of(name, self._results.get(name)) for name in islice(names, MOST_TESTS)),
+            passed=tuple(passed_in(path, results)),
+            code=tuple(islice(passed_code(path, results), MOST_CODE)),
             unmeasured=next((each.unmeasured for each in results if each.unmeasured), NO_MESSAGE),
-        )
-
-    def _view(self, name: str) -> TestView:
-        file, _, function = name.partition("::")
-        result = self._results.get(name)
-        if result is None:
-            return TestView(name=function or file, file=file)
-        return TestView(
-            name=function or file,
-            file=file,
-            outcome=result.outcome,
-            seconds=result.seconds,
-            reason=reason_of(result.reason[:_LONGEST_REASON]),
-            timeline=result.timeline[-_LONGEST_TIMELINE:],
         )
 
     def _report(self, **changes: object) -> None:
         self._state = msgspec.structs.replace(self._state, **changes)
         self._publish(self._state)
+
+
+def view_of(name: str, result: TestResult | None) -> TestView:
+    """Return a test as the page shows it, which may not have run."""
+    file, _, function = name.partition("::")
+    if result is None:
+        return TestView(name=function or file, file=file)
+    return TestView(
+        name=function or file,
+        file=file,
+        outcome=result.outcome,
+        seconds=result.seconds,
+        reason=reason_of(result.reason[:_LONGEST_REASON]),
+        timeline=result.timeline[-_LONGEST_TIMELINE:],
+    )
 
 
 def _plain(name: str) -> str:
@@ -293,7 +294,7 @@ def _new_lines(file: Path, begin: int) -> bytes:
     return data[: data.rfind(b"\n") + 1]
 
 
-def _passed(path: Path, results: Iterable[TestResult]) -> Iterator[Passed]:
+def passed_in(path: Path, results: Iterable[TestResult]) -> Iterator[Passed]:
     """Yield what tests passed in a document."""
     document = str(path.resolve())
     counts: Counter[tuple[int, str, int]] = Counter()
@@ -318,7 +319,7 @@ def _passed(path: Path, results: Iterable[TestResult]) -> Iterator[Passed]:
         )
 
 
-def _passed_code(path: Path, results: Iterable[TestResult]) -> Iterator[PassedCode]:
+def passed_code(path: Path, results: Iterable[TestResult]) -> Iterator[PassedCode]:
     """Yield which lines of a document's code tests passed; the same code in another version is other code."""
     document = str(path.resolve())
     lines: dict[tuple[Place, int], tuple[set[int], set[int], set[int]]] = {}

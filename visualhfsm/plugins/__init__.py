@@ -44,6 +44,8 @@ if TYPE_CHECKING:
     from visualhfsm.project._root import find_documents as find_documents
     from visualhfsm.project._verdict import digest_of as digest_of
     from visualhfsm.simulation._medium import VirtualMedium as VirtualMedium
+    from visualhfsm.simulation._turns import Turns as Turns
+    from visualhfsm.simulation._turns import catch_up as catch_up
     from visualhfsm.trials._statistics import success_rate as success_rate
 
 __getattr__, __dir__ = import_on_use(__name__)

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from visualhfsm.trials import Archive
 
     from ._project import Project
-    from ._verdict import Verdict
+    from ._verdict import Judgement, Verdict
 
 
 class Analyses:
@@ -119,6 +119,17 @@ class Analyses:
         `patience` s each. `allow` gets the files of a document without errors, and raises what keeps it from
         running. Raises EditError for a document with changes that are not saved.
         """
+        return self.judge(seconds=seconds, patience=patience, allow=allow).verdict
+
+    def judge(
+        self,
+        *,
+        seconds: float = 10.0,
+        patience: float = 60.0,
+        allow: Callable[[Archive], object] = lambda _: None,
+        runs: bool = True,
+    ) -> Judgement:
+        """Return the verdict with what it was made of; see `verdict`. Without `runs` no code is run."""
         from ._copy import Copy  # only who judges waits for trials
 
         version, what, project = self.version, Message("Cannot judge the document"), self._project
@@ -129,7 +140,8 @@ class Analyses:
             if document != version.document:
                 raise EditError(what, "it has changes that are not saved", "save it first")
             findings = project.checks.check(document, copy.document, project.include)
-            return project.judge.judge(copy, document, findings, allow, seconds=seconds, patience=patience)
+            limits = (seconds, patience) if runs else None
+            return project.judge.judge(copy, document, findings, allow, limits)
 
     # -- code ----------------------------------------------------------------------------------------------
 

@@ -18,7 +18,7 @@ from functools import partial
 from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory, TemporaryFile
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import msgspec
 
@@ -67,6 +67,18 @@ class Verdict(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
     digest: str = ""
 
 
+class Judgement(NamedTuple):
+    """A verdict, and what it was made of: what checks found, and how the tests went.
+
+    Of the tests the results name the `file`, the copy of the document.
+    """
+
+    verdict: Verdict
+    findings: Findings
+    file: Path
+    tests: tuple[of_tests.TestResult, ...] = ()
+
+
 def digest_of(archive: Archive) -> str:
     """Return the digest of files and of the versions of what runs them, as a verdict has it."""
     return hashlib.sha256(archive.digest.encode() + msgspec.json.encode(versions())).hexdigest()
@@ -97,33 +109,37 @@ class Judge:
         document: Document,
         findings: Findings,
         allow: Callable[[Archive], object],
-        *,
-        seconds: float,
-        patience: float,
-    ) -> Verdict:
-        """Return the verdict on a document, of which findings are known; `allow` is as for `verdict`."""
+        limits: tuple[float, float] | None,
+    ) -> Judgement:
+        """Return the judgement of a document, of which findings are known; `allow` is as for `verdict`.
+
+        `limits` are the virtual time of the run, and the time of the run and of the tests, in s; without them
+        no code is run.
+        """
         archive, name = copy.archive, copy.document.name
         names = [each.name.strip() or each.expression.text for each in document.properties]
         proofs = [each.verdict for each in findings.proofs or ()] or ["undecided"] * len(names)
         found = [*reasons_of(document, copy.document, findings.problems)]
-        passed = 0
-        if not found:
+        went: tuple[of_tests.TestResult, ...] = ()
+        seconds, patience = limits or (0.0, 0.0)
+        if limits and not found:
             allow(archive)
             found += self._run(archive, document, seconds, patience)
-            passed, failed = self._test(copy, patience)
+            went, failed = self._test(copy, patience)
             found += failed
         warnings = reasons_of(document, copy.document, findings.problems, "warning")
-        return Verdict(
+        verdict = Verdict(
             document=name,
             ready=not found,
             reasons=tuple(found[:MOST]),
             warnings=tuple(islice(warnings, MOST)),
             proved=tuple(name for name, proof in zip(names, proofs, strict=True) if proof == "holds"),
             undecided=tuple(name for name, proof in zip(names, proofs, strict=True) if proof == "undecided"),
-            tests=passed,
+            tests=sum(each.outcome == "passed" for each in went),
             seconds=seconds,
             digest=digest_of(archive),
         )
+        return Judgement(verdict, findings, copy.document, went)
 
     def _run(self, archive: Archive, document: Document, seconds: float, patience: float) -> Iterator[Reason]:
         """Yield what is wrong with a run in virtual time."""
@@ -148,13 +164,13 @@ class Judge:
                 **at,
             )
 
-    def _test(self, copy: Copy, patience: float) -> tuple[int, list[Reason]]:
-        """Run the document's tests; return how many passed, and what is wrong."""
+    def _test(self, copy: Copy, patience: float) -> tuple[tuple[of_tests.TestResult, ...], list[Reason]]:
+        """Run the document's tests; return how they went, and what is wrong."""
         names = copy.tests()
         if not names:
-            return 0, []
+            return (), []
         if importlib.util.find_spec("pytest") is None:
-            return 0, [Reason(found="tests", message=MissingPackageError("pytest", "test").message)]
+            return (), [Reason(found="tests", message=MissingPackageError("pytest", "test").message)]
         with TemporaryDirectory(prefix="visualhfsm-tests-", ignore_cleanup_errors=True) as folder:
             results = Path(folder, "results")
             places = dict.fromkeys(name.partition("::")[0] for name in names)
@@ -164,9 +180,11 @@ class Judge:
             written = results.read_bytes()[:_MOST_RESULTS] if results.is_file() else b""
         lines = filter(None, written.splitlines())
         try:
-            went = [typed.from_json(line, of_tests.TestResult, dec_hook=decode_message) for line in lines]
+            went = tuple(
+                typed.from_json(line, of_tests.TestResult, dec_hook=decode_message) for line in lines
+            )
         except (msgspec.MsgspecError, RecursionError):  # a test wrote it
-            went, written = [], b""
+            went, written = (), b""
         failed = [
             Reason(
                 found="tests",
@@ -187,7 +205,7 @@ class Judge:
             first = next((name for name in names if name not in done), "")
             steps = tuple(copy.plain(said).splitlines())
             failed.append(Reason(found="tests", message=reason_of(ended), where=first, steps=steps))
-        return sum(each.outcome == "passed" for each in went), failed
+        return went, failed
 
     def _run_to_end(
         self, command: Sequence[str], cwd: Path, env: dict[str, str], limit: float

@@ -28,9 +28,10 @@ class Behavior(Execution):
     """An execution of a behavior, perhaps with a robot; `simulate` and the fixture `behavior` make it.
 
     `robot` is `fake`, without physics, `sim` for the simulation, or None; `camera` and `settings` are those
-    of `RobotUnderTest`. It may also be a function that makes one, which moves by the same `clock`. With
-    `stand_ins`, calls that nobody serves return blank values. `document` is the file of the document, if it
-    is known. With `unload` the module of the component is forgotten at the end.
+    of `RobotUnderTest`. It may also be a function that makes one, which moves by the same `clock`.
+    `surroundings` have their own clock and servants, and end with it. With `stand_ins`, calls that nobody
+    serves return blank values. `document` is the file of the document, if it is known. With `unload` the
+    module of the component is forgotten at the end.
     """
 
     def __init__(
@@ -39,6 +40,7 @@ class Behavior(Execution):
         *,
         robot: RobotKind | Callable[[VirtualNetwork], RobotUnderTest] | None = None,
         clock: TaskClock | None = None,
+        surroundings: VirtualWorld | None = None,
         parameters: Mapping[str, object] | None = None,
         stubs: Mapping[str, Object | Mapping[str, object]] | None = None,
         on_error: str | None = None,
@@ -52,7 +54,7 @@ class Behavior(Execution):
         """The file of the document, if it is known."""
         self._unload = unload
         self._robot: RobotUnderTest | None = None
-        world = VirtualWorld(clock, stand_ins=stand_ins)
+        world = surroundings or VirtualWorld(clock, stand_ins=stand_ins)
         if robot is not None:
             from ._robot import RobotUnderTest  # only behaviors with a robot need its libraries
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, cast
 
@@ -79,7 +79,7 @@ class RobotUnderTest:
     them, `auto` is `rendered` for the simulation where there is GL and `drawn` otherwise. Drawn images are
     the same on every machine. `body` is its body: the name of one that is known, the TOML file of one's own,
     or a `Body`. `kind` may also be a robot that is there already. `member` says who it is in its team.
-    `without` are servants that are not there. Raises RobotError when the body cannot be read.
+    Raises RobotError when the body cannot be read.
     """
 
     def __init__(
@@ -91,7 +91,6 @@ class RobotUnderTest:
         camera: CameraKind = "auto",
         body: str | Path | Body = DEFAULT_BODY,
         options: ServerOptions | None = None,
-        without: Collection[str] = (),
         member: Membership | None = None,
         **settings: Any,  # noqa: ANN401 - those of the robot's constructor
     ) -> None:
@@ -100,8 +99,7 @@ class RobotUnderTest:
         options = options or ServerOptions()
         self._assembly: Final = Assembly(self.device, options, clock, hears=True, member=member)
         for identity, servant in self._assembly.servants.items():
-            if identity not in without:
-                network.serve(identity, servant)
+            network.serve(identity, servant)
         jobs = _VirtualJobs(clock, self._assembly.jobs)
         self._assembly.on_wake = network.on_listening = jobs.wake
         jobs.wake()

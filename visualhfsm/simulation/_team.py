@@ -10,18 +10,17 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, Self
 
 from hfsm_runtime import Component
-from hfsm_runtime.virtual.clock import TaskClock
 from hfsm_runtime.virtual.errors import BehaviorFailed, UnknownName, says_it_all
 from naoserver.bodies import DEFAULT_BODY
 from naoserver.body import Body
 from naoserver.serving.medium import Membership
-from zenoh_ice import VirtualClock
 from zenoh_ice.data.text import sentence
 
 from ._behavior import Behavior, simulate
 from ._kinds import CameraKind
 from ._medium import VirtualMedium
 from ._robot import RobotUnderTest, as_camera, read_body
+from ._turns import TICK, Turns, catch_up
 
 if TYPE_CHECKING:
     from naoserver_sim.arena import Arena
@@ -29,29 +28,24 @@ if TYPE_CHECKING:
 
 __tracebackhide__ = says_it_all
 
-_NANOSECONDS: Final = 1_000_000_000
-_TICK: Final = 10_000_000
-"""ns from one control tick of the robots to the next: so far one behavior runs ahead of the others."""
-
 
 class Team:
-    """Behaviors that run together, each with a robot of one world, and by its own clock.
+    """Behaviors that run together, each with a robot of one world, and by its own clock: see `Turns`.
 
-    In each control tick the world moves first, then the behaviors run in their order: the same documents
-    with the same seed do the same every time. A behavior reaches only its own robot; a robot beyond the
-    documents stands where it is. `close`, or the end of a `with` block, ends all.
+    The same documents with the same seed do the same every time. A behavior reaches only its own robot; a
+    robot beyond the documents stands where it is. `close`, or the end of a `with` block, ends all.
     """
 
     def __init__(
         self,
         arena: Arena,
-        clock: VirtualClock,
+        turns: Turns,
         medium: VirtualMedium,
         simulate: Callable[..., Behavior] = simulate,
     ) -> None:
         self.arena: Final = arena
         """The world, with its `robots`, to look at and to place them."""
-        self._clock: Final = clock
+        self._turns: Final = turns
         self._medium: Final = medium
         self._simulate: Final = simulate
         self._closing: Final = ExitStack()
@@ -62,8 +56,7 @@ class Team:
     def add(self, document: str | Path | type[Component], camera: CameraKind, **options: Any) -> None:  # noqa: ANN401 - those of Behavior
         """Let another behavior drive the next robot."""
         device = self.arena.robots[len(self.behaviors)]
-        clock = TaskClock()
-        clock.call_every(_TICK / _NANOSECONDS, partial(self._follow, clock))
+        clock = self._turns.make_clock()
         member = Membership(device.name)
         if device.team:
             medium = self._medium.at(clock)
@@ -72,10 +65,6 @@ class Team:
         behavior = self._simulate(document, robot=made, clock=clock, **options)
         self._closing.callback(behavior.close)
         self.behaviors.append(behavior)
-
-    def _follow(self, clock: TaskClock) -> None:
-        """Move the world to the time of a behavior, unless another one was there before."""
-        self._clock.advance(max(0, clock.moment - self._clock.moment) / _NANOSECONDS)
 
     def __getitem__(self, robot: str) -> Behavior:
         """Return the behavior of a robot. Raises UnknownName."""
@@ -87,18 +76,13 @@ class Team:
     @property
     def time(self) -> float:
         """The time of the world in s."""
-        return self._clock.now()
+        return self._turns.clock.now()
 
     def advance(self, seconds: float) -> None:
         """Let time pass, control tick by control tick. Raises what `Behavior.advance` does."""
-        now = self._clock.moment
-        end = now + round(seconds * _NANOSECONDS)
-        while now < end:
-            now = min(now + _TICK - now % _TICK, end)
+        for moment in self._turns.pass_time(seconds):
             for behavior in self.behaviors:
-                behind = now - behavior.world.clock.moment
-                if behind >= 0:  # code that waited may be ahead
-                    behavior.advance(behind / _NANOSECONDS)
+                catch_up(behavior, moment)
 
     def run_until(self, condition: Callable[[], object], limit: float = 60.0) -> float:
         """Run until a condition holds, and return when. Raises BehaviorFailed after `limit` s."""
@@ -107,7 +91,7 @@ class Team:
             if self.time >= end:
                 where = "; ".join(behavior.active for behavior in self.behaviors)
                 raise BehaviorFailed(sentence(f"it did not happen within {limit:g} s: they are in {where}"))
-            self.advance(_TICK / _NANOSECONDS)
+            self.advance(TICK / 1e9)
         return self.time
 
     def close(self) -> None:
@@ -150,18 +134,18 @@ def simulate_team(
         world = side_by_side(world, len(documents))
     if len(documents) > len(world.robots):
         raise ValueError(f"there are {len(documents)} documents for {len(world.robots)} robots in the world")
-    clock = VirtualClock()
+    turns = Turns()
     arena = Arena(
         world,
         body=body if isinstance(body, Body) else read_body(body),
-        clock=clock,
+        clock=turns.clock,
         skin=camera != "drawn",
         seed=seed,
         noise=noise,
         posture=posture,
     )
     medium = VirtualMedium.noisy(seed or 0) if noise else VirtualMedium()
-    team = Team(arena, clock, medium, simulate)
+    team = Team(arena, turns, medium, simulate)
     each = [parameters] * len(documents) if isinstance(parameters, Mapping) else parameters
     try:
         for document, values in zip(documents, each, strict=True):

@@ -13,6 +13,7 @@ from zenoh_ice.lazy import import_on_use
 
 if TYPE_CHECKING:
     from ._archive import Archive as Archive
+    from ._archive import documents_of as documents_of
     from ._archive import make_archive as make_archive
     from ._archive import unpack as unpack
     from ._errors import TrialsError as TrialsError
@@ -30,12 +31,16 @@ if TYPE_CHECKING:
     from ._plan import plan_of as plan_of
     from ._plan import read_plan as read_plan
     from ._processes import Processes as Processes
-    from ._processes import run_task as run_task
     from ._quantities import Quantity as Quantity
     from ._quantities import Spread as Spread
     from ._quantities import Value as Value
     from ._runners import Pool as Pool
+    from ._runners import Sandbox as Sandbox
     from ._runners import Tuner as Tuner
+    from ._runners import Work as Work
+    from ._runners import find_runner as find_runner
+    from ._runners import find_sandbox as find_sandbox
+    from ._series import ProcessPool as ProcessPool
     from ._series import Series as Series
     from ._series import run_tasks as run_tasks
     from ._series import run_trials as run_trials

@@ -5,8 +5,8 @@ from __future__ import annotations
 import hashlib
 import io
 import zipfile
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
@@ -37,6 +37,21 @@ class Archive:
     content: bytes
     digest: str
 
+    @classmethod
+    def of(cls, files: Iterable[tuple[str, bytes]], document: str = "") -> Archive:
+        """Pack the contents of files by their paths."""
+        packed = io.BytesIO()
+        with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+            for name, each in files:
+                archive.writestr(zipfile.ZipInfo(name), each, zipfile.ZIP_DEFLATED)  # without its time
+        content = packed.getvalue()
+        return cls(document, content, hashlib.sha256(content).hexdigest())
+
+    @property
+    def without_content(self) -> Archive:
+        """The same for somebody who has its content."""
+        return replace(self, content=b"")
+
 
 def make_archive(document: Path, content: bytes | None = None, others: Sequence[str] = ()) -> Archive:
     """Pack a document's folder, without what is hidden and documents of others, and its project's interfaces.
@@ -52,12 +67,9 @@ def make_archive(document: Path, content: bytes | None = None, others: Sequence[
     if beside.is_dir() and name != INTERFACES and str(beside) not in interfaces.__path__:
         parts[INTERFACES] = beside
     document = document.resolve()
-    packed = _pack(
-        parts,
-        _documents(document, *map(folder.joinpath, others)),
-        {} if content is None else {document: content},
-    )
-    return Archive(f"{name}/{document.name}", packed, hashlib.sha256(packed).hexdigest())
+    contents = {} if content is None else {document: content}
+    documents = documents_of(document, *map(folder.joinpath, others))
+    return Archive.of(_files(parts, documents, contents), f"{name}/{document.name}")
 
 
 def unpack(content: bytes, folder: Path) -> None:
@@ -66,7 +78,9 @@ def unpack(content: bytes, folder: Path) -> None:
         packed.extractall(folder)
 
 
-def _pack(parts: dict[str, Path], documents: frozenset[Path], contents: Mapping[Path, bytes]) -> bytes:
+def _files(
+    parts: dict[str, Path], documents: frozenset[Path], contents: Mapping[Path, bytes]
+) -> Iterator[tuple[str, bytes]]:
     found = [
         (f"{name}/{path.relative_to(folder).as_posix()}", path)
         for name, folder in parts.items()
@@ -87,16 +101,11 @@ def _pack(parts: dict[str, Path], documents: frozenset[Path], contents: Mapping[
             limit=_MOST_FILES,
             most_bytes=_MOST_BYTES >> 20,
         )
-    packed = io.BytesIO()
-    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, path in found:
-            archive.writestr(
-                zipfile.ZipInfo(name), contents.get(path) or path.read_bytes(), zipfile.ZIP_DEFLATED
-            )  # without its time
-    return packed.getvalue()
+    for name, path in found:
+        yield name, contents.get(path) or path.read_bytes()
 
 
-def _documents(*documents: Path) -> frozenset[Path]:
+def documents_of(*documents: Path) -> frozenset[Path]:
     """Return documents and those whose automata they import; a run reports what is wrong in them."""
     return frozenset(reached(documents, _imports))
 

@@ -47,7 +47,7 @@ class Processes(TaskProcesses[TaskResult]):
         """Return the outcome of a task, which is asked for again when its process is killed meanwhile."""
         for attempt in range(1, _ATTEMPTS + 1):
             try:
-                answer = self.ask(task.without_archive, patience)
+                answer = self.ask(task.with_archive(task.archive.without_content), patience)
                 if answer.needs_archive:
                     answer = self.ask(task, patience)
                 break

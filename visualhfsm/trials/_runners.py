@@ -1,32 +1,64 @@
-"""Where trials run and how parameters are searched: what plug-ins add.
+"""Where trials run, behind which walls, and how parameters are searched: what plug-ins add.
 
 Ways to run many trials are entry points of the group `visualhfsm.runners`, functions that take an address and
-return a `Pool`, which is a context; ways to search are of the group `visualhfsm.tuners`, and are a `Tuner`.
+return a `Pool`, which is a context; ways to search are of the group `visualhfsm.tuners`, and are a `Tuner`;
+what contains the code of strangers is of the group `visualhfsm.sandboxes`, a context that is a `Sandbox`.
 """
 
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import Any, Final, Protocol, cast
+from typing import TYPE_CHECKING, Any, Final, Protocol, Self, TypeVar, cast
 
 from zenoh_ice import plugins
 
+from ._archive import Archive
 from ._errors import TrialsError
-from ._outcomes import Outcome
 from ._plan import Plan
 from ._quantities import Value
-from ._worker import Task
+
+if TYPE_CHECKING:
+    from codegen.hfsm.document import Document
+    from visualhfsm.simulation import Behavior
+
+    from ._outcomes import Outcome
 
 RUNNERS: Final = "visualhfsm.runners"
 TUNERS: Final = "visualhfsm.tuners"
+SANDBOXES: Final = "visualhfsm.sandboxes"
+
+R = TypeVar("R")
+R_co = TypeVar("R_co", covariant=True)
 
 
-class Pool(Protocol):
-    """Where trials run. A future that is canceled frees its place there."""
+class Work(Protocol[R_co]):
+    """What a pool runs, such as a trial; it can be pickled."""
+
+    @property
+    def number(self) -> int:
+        """What it is called by in errors."""
+
+    @property
+    def patience(self) -> float:
+        """How long it may take by the wall, in s."""
+
+    @property
+    def archive(self) -> Archive:
+        """The files that it needs, which others may need, too."""
+
+    def with_archive(self, archive: Archive) -> Self:
+        """Return the same with another archive, such as one without its content."""
+
+    def run(self) -> R_co:
+        """Run it in a process of the thread that calls this. Raises VisualHfsmError."""
+
+
+class Pool(Protocol[R]):
+    """Where trials, or other work, run. A future that is canceled frees its place there."""
 
     @property
     def workers(self) -> int:
@@ -36,7 +68,7 @@ class Pool(Protocol):
     def lost(self) -> tuple[type[BaseException], ...]:
         """The errors of tasks that are to be submitted again."""
 
-    def submit(self, task: Task) -> Future[Outcome]:
+    def submit(self, task: Work[R]) -> Future[R]:
         """Begin to run a task, as soon as a worker has time."""
 
     def check(self) -> None:
@@ -63,7 +95,7 @@ class Tuner(Protocol):
     def search(
         self,
         file: Path,
-        pool: Pool,
+        pool: Pool[Outcome],
         ended: Callable[[int], object] = ...,
         stop: threading.Event | None = None,
         *,
@@ -79,9 +111,29 @@ class Tuner(Protocol):
         """Return the plan, or another one, with some parameters."""
 
 
-def find_runner(address: str) -> AbstractContextManager[Pool]:
+class Sandbox(Protocol):
+    """Where the code of strangers' documents runs: out of reach of files, network, robot and who judges."""
+
+    def read(self, document: str | Path) -> Document:
+        """Return what a document says. Raises DocumentInvalid if it cannot run."""
+
+    def simulate(self, document: str | Path, **options: Any) -> Behavior:  # noqa: ANN401 - those of Behavior
+        """Return a behavior in virtual time, as `visualhfsm.simulation.simulate` does."""
+
+
+def find_sandbox(*, files: Sequence[Path], unsafe: bool) -> AbstractContextManager[Sandbox]:
+    """Return what contains code of documents, which may import `files`; without walls if it is `unsafe`.
+
+    Raises TrialsError without the plug-in; making and entering it raise VisualHfsmError where this computer
+    can contain nothing.
+    """
+    made = _found(SANDBOXES, "contained", "the code of others", "")
+    return cast("AbstractContextManager[Sandbox]", made(files=files, unsafe=unsafe))
+
+
+def find_runner(address: str) -> AbstractContextManager[Pool[Any]]:
     """Return the pool of workers at an address. Raises TrialsError."""
-    return cast("AbstractContextManager[Pool]", _found(RUNNERS, "cluster", "a cluster")(address))
+    return cast("AbstractContextManager[Pool[Any]]", _found(RUNNERS, "cluster", "a cluster")(address))
 
 
 def find_tuner(plan: Plan, *, settings: int, cost: str) -> Tuner:
@@ -94,11 +146,13 @@ def find_tuner(plan: Plan, *, settings: int, cost: str) -> Tuner:
     )
 
 
-def _found(seam: str, name: str, what: str) -> Any:  # noqa: ANN401 - what a seam takes
+def _found(seam: str, name: str, what: str, extra: str = "[cluster]") -> Any:  # noqa: ANN401 - what a seam takes
     with TrialsError.in_place_of(plugins.PluginError):
         found = plugins.find(seam, name)
     if found is None:
         raise TrialsError.because(
-            "{what} needs a plug-in that is not installed: pip install 'visualhfsm[cluster]'", what=what
+            "{what} needs a plug-in that is not installed: pip install 'visualhfsm{extra}'",
+            what=what,
+            extra=extra,
         )
     return found

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Final, NamedTuple
+from typing import Any, Final, Generic, NamedTuple, Protocol, Self
 
 import msgspec
 
@@ -21,7 +21,7 @@ from ._errors import TrialsError
 from ._outcomes import Header, Outcome, Record, versions
 from ._plan import Plan
 from ._processes import Processes, processors
-from ._runners import Pool, find_runner
+from ._runners import Pool, R, R_co, Work, find_runner
 from ._scene import check_scene
 from ._summary import Summary, summarize
 from ._worker import Task
@@ -34,29 +34,46 @@ _ATTEMPTS: Final = 20
 """The most submissions of a task whose workers are lost, one after the other."""
 
 
-class LocalPool:
+class Runs(Protocol[R_co]):
+    """Processes that run work of a kind."""
+
+    def run(self, task: Any) -> R_co:  # noqa: ANN401 - of that kind
+        """Run it in the process of this thread."""
+
+    def close(self) -> None:
+        """End them."""
+
+
+class ProcessPool(Generic[R]):
     """Processes of this computer: by default as many as it has processors. A context that ends them."""
 
     lost: Final = ()
 
-    def __init__(self, workers: int | None = None) -> None:
+    def __init__(self, processes: Runs[R], workers: int | None = None) -> None:
         self.workers: Final = workers or processors()
-        self._processes = Processes()
+        self._processes: Final = processes
         self._threads = ThreadPoolExecutor(self.workers, "trials")
 
-    def __enter__(self) -> LocalPool:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
         self._processes.close()
         self._threads.shutdown(cancel_futures=True)
 
-    def submit(self, task: Task) -> Future[Outcome]:
+    def submit(self, task: Work[R]) -> Future[R]:
         """Begin to run a task, as soon as a process has time."""
         return self._threads.submit(self._processes.run, task)
 
     def check(self) -> None:
         """Do nothing: processes are started again."""
+
+
+class LocalPool(ProcessPool[Outcome]):
+    """Processes of this computer that run trials."""
+
+    def __init__(self, workers: int | None = None) -> None:
+        super().__init__(Processes(), workers)
 
 
 class Series:
@@ -81,7 +98,7 @@ class Series:
         return Header(Path(self.plan.document).name, digest, versions(), first=1)
 
     def outcomes(
-        self, numbers: Iterable[int], pool: Pool, stop: threading.Event | None = None
+        self, numbers: Iterable[int], pool: Pool[Outcome], stop: threading.Event | None = None
     ) -> Iterator[Outcome]:
         """Yield the outcomes of some trials as they end, until `stop` is set. Raises TrialsError."""
         tasks = ((number, Task(self.plan, number, self.archive)) for number in numbers)
@@ -91,7 +108,7 @@ class Series:
     def run(
         self,
         record: Record,
-        pool: Pool,
+        pool: Pool[Outcome],
         ended: Callable[[Outcome], object] = lambda _: None,
         stop: threading.Event | None = None,
     ) -> None:
@@ -141,14 +158,14 @@ class Series:
 
 
 def run_tasks(
-    tasks: Iterable[tuple[int, Task]], pool: Pool, stop: threading.Event | None = None
-) -> Iterator[tuple[int, Outcome]]:
+    tasks: Iterable[tuple[int, Work[R]]], pool: Pool[R], stop: threading.Event | None = None
+) -> Iterator[tuple[int, R]]:
     """Yield the outcomes of tasks as they end, each with the number beside its task, until `stop` is set.
 
     Raises TrialsError.
     """
     left = iter(tasks)
-    running: dict[Future[Outcome], _Submitted] = {}
+    running: dict[Future[R], _Submitted] = {}
     try:
         while stop is None or not stop.is_set():
             for number, task in islice(left, pool.workers * _AHEAD - len(running)):
@@ -178,7 +195,7 @@ def run_tasks(
 
 class _Submitted(NamedTuple):
     number: int
-    task: Task
+    task: Work[Any]
     attempt: int
 
 
@@ -205,7 +222,7 @@ def run_trials(
 
 
 @contextmanager
-def open_pool(workers: int | None = None, cluster: str | None = None) -> Iterator[Pool]:
+def open_pool(workers: int | None = None, cluster: str | None = None) -> Iterator[Pool[Outcome]]:
     """Yield the cluster at an address, or else processes of this computer."""
     with find_runner(cluster) if cluster else LocalPool(workers) as pool:
         yield pool

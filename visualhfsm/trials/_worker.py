@@ -51,9 +51,19 @@ class Task:
         return Path(f"{self.recording}.part") if self.recording else None
 
     @property
-    def without_archive(self) -> Task:
-        """The same trial, for somebody who has its content."""
-        return replace(self, archive=replace(self.archive, content=b""))
+    def patience(self) -> float:
+        """How long it may take by the wall, in s."""
+        return self.plan.patience
+
+    def with_archive(self, archive: Archive) -> Task:
+        """Return the same trial with another archive, such as one without its content."""
+        return replace(self, archive=archive)
+
+    def run(self) -> Outcome:
+        """Run it in a process of the thread that calls this. Raises TrialsError."""
+        from ._processes import run_task  # which starts this module
+
+        return run_task(self)
 
 
 class TaskResult(msgspec.Struct, frozen=True):

@@ -233,11 +233,12 @@ def cut_out(model: Model) -> Image.Image:
         mask = (renderer.render()[..., 0] >= 0).astype(np.uint8) * 255
     image = Image.fromarray(np.dstack([colors, mask]))
     image = image.crop(image.getbbox())
-    width, height = (round(side * CUT_OUT / max(image.size)) for side in image.size)
+    scale = CUT_OUT / max(image.size)
+    size = round(image.width * scale), round(image.height * scale)
     whole = Image.new("RGBA", (CUT_OUT, CUT_OUT))
     # Its edge is blended with nothing, so that it is the same on a dark page.
-    small = image.convert("RGBa").resize((width, height), Image.Resampling.LANCZOS).convert("RGBA")
-    whole.paste(small, ((CUT_OUT - width) // 2, CUT_OUT - height))
+    small = image.convert("RGBa").resize(size, Image.Resampling.LANCZOS).convert("RGBA")
+    whole.paste(small, ((CUT_OUT - size[0]) // 2, CUT_OUT - size[1]))
     return whole
 
 

@@ -10,6 +10,7 @@ import pytest
 from interfaces.nao import RoleClaim, Teammate
 from naoserver.errors import InvalidCommand
 from naoserver.serving.medium import REPORT, Membership
+from tests.support.present import present
 from visualhfsm.testing import Behavior, MakeBehavior
 from zenoh_ice.transport import Registration
 
@@ -132,7 +133,8 @@ def test_a_walk_that_is_refused_ends_no_play(play: Callable[[Mate], Behavior]) -
     def refuse(velocity: object) -> None:
         raise InvalidCommand("velocity", "the robot lies")
 
-    walker, command = b.robot.device.walker, b.robot.device.walker.command
+    walker = present(b.robot.device.walker)
+    command = walker.command
     walker.command = refuse  # type: ignore[method-assign]
     b.run_until("get up", limit=2.0)
     walker.command = command  # type: ignore[method-assign]

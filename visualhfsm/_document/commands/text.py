@@ -34,6 +34,7 @@ _TITLES: Final = {
     ("state", "result"): template("Take the output {name} in {label}"),
 }
 """The names of the steps, for each kind of place that has code, and its parts."""
+_MOST_ARGUMENTS: Final = 16
 _MOST_PLACES: Final = 10_000
 _SHOWN: Final = 30
 """Characters of a text in the name of a step."""
@@ -110,6 +111,27 @@ class SetText(Command, frozen=True, kw_only=True):
             )
             items = (*items, made)
         return nodes.changed(state, **{"results" if is_result else "arguments": items})
+
+
+class SetArguments(Command, frozen=True, kw_only=True):
+    """Set the arguments of a state for several inputs, such as the place at which somebody pointed."""
+
+    automaton: Index
+    state: Index
+    child: Index = NO_CHILD
+    values: Annotated[dict[_Short, _Short], msgspec.Meta(min_length=1, max_length=_MOST_ARGUMENTS)]
+
+    def apply(self, document: Document) -> Document:
+        place = Place(
+            kind="state", automaton=self.automaton, id=self.state, part="argument", child=self.child
+        )
+        for name, text in self.values.items():
+            document = SetText(place=msgspec.structs.replace(place, name=name), text=text).apply(document)
+        return document
+
+    def title(self, document: Document) -> Message:
+        state = nodes.find_state(nodes.find_automaton(document, self.automaton), self.state)
+        return Message("Set the arguments of {label}", label=nodes.label(state))
 
 
 class ReplaceText(Command, frozen=True, kw_only=True):

@@ -15,8 +15,8 @@ from tests.support.documents import document, state, sub, transition
 from tests.support.present import present
 from visualhfsm.trials import Outcome, Plan, Spread, Success, TrialsError
 from visualhfsm.trials._outcomes import read_header, read_outcomes
+from visualhfsm.trials._runners import Work
 from visualhfsm.trials._series import LocalPool, Series
-from visualhfsm.trials._worker import Task
 from visualhfsm_cluster._tuning import Tuning
 
 BEST = 0.3
@@ -74,8 +74,8 @@ class NoPool:
     workers = 1
     lost = ()
 
-    def submit(self, task: Task) -> Future[Outcome]:
-        raise AssertionError(f"trial {task.number} is computed again")
+    def submit(self, task: Work[Outcome]) -> Future[Outcome]:
+        raise AssertionError(f"{task} is run again")
 
     def check(self) -> None:
         pass

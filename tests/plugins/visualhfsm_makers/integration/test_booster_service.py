@@ -19,6 +19,7 @@ from naoserver.options import ServerOptions
 from naoserver.protocol.jobs import JobThreads
 from naoserver.serving.assembly import Assembly
 from tests.support.dds import free_domain
+from tests.support.present import present
 from tests.support.processes import REPOSITORY, ComponentProcess, module
 from tests.support.resets import check_that_a_reset_starts_nothing
 from tests.support.soak import repeated
@@ -49,7 +50,7 @@ def t1():
     assembly = Assembly(robot, ServerOptions(), clock)
     watchdog, *_ = assembly.jobs
     try:
-        with JobThreads([watchdog]), BOOSTER.serve(robot, assembly, {"dds_domain": DOMAIN}):
+        with JobThreads([watchdog]), present(BOOSTER.serve)(robot, assembly, {"dds_domain": DOMAIN}):
             yield robot, assembly
     finally:
         assembly.close()
@@ -213,7 +214,7 @@ def test_hostile_messages_move_nothing_and_take_no_memory():
 
 def test_a_domain_that_is_none():
     with pytest.raises(RobotError, match="dds:233 is no domain of DDS"), t1() as (robot, assembly):
-        BOOSTER.serve(robot, assembly, {"dds_domain": 233}).__enter__()
+        present(BOOSTER.serve)(robot, assembly, {"dds_domain": 233}).__enter__()
 
 
 @NO_SDK

@@ -19,6 +19,7 @@ from naoserver.safety import _insistent
 from naoserver.serving.assembly import Assembly
 from tests.support.dds import free_domain
 from tests.support.limits import FOREVER
+from tests.support.present import present
 from tests.support.processes import ComponentProcess, module
 from tests.support.resets import check_that_a_reset_starts_nothing
 from tests.support.soak import repeated
@@ -50,7 +51,7 @@ def g1():
     assembly = Assembly(robot, ServerOptions(), clock)
     watchdog, *_ = assembly.jobs
     try:
-        with JobThreads([watchdog]), UNITREE.serve(robot, assembly, {"dds_domain": DOMAIN}):
+        with JobThreads([watchdog]), present(UNITREE.serve)(robot, assembly, {"dds_domain": DOMAIN}):
             yield robot, assembly
     finally:
         assembly.close()

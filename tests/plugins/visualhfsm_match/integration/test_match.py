@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
+import shutil
+from collections.abc import Iterator
+from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 
+import msgspec
 import pytest
+from typer.testing import CliRunner
 
+from tests.support.dask_cluster import DaskCluster
 from tests.support.documents import document, state, sub
-from tests.support.limits import RUN_LIMIT
-from visualhfsm_match._film import Film
-from visualhfsm_match._match import BALL, Plan, Result, play
-from visualhfsm_match._rules import load_rules
-from visualhfsm_match._series import Fixture, play_all, play_match
+from visualhfsm.trials import ProcessPool, find_runner, run_tasks
+from visualhfsm_match._command import match
+from visualhfsm_match._errors import MatchError
+from visualhfsm_match._match import Plan, Result
+from visualhfsm_match._rules import RULES, load_rules
+from visualhfsm_match._series import Match, Matches, pack, team_names
 
 pytestmark = [pytest.mark.sim, pytest.mark.slow]
 
@@ -35,9 +43,21 @@ def standing(folder: Path, name: str = "stands") -> Path:
     return written(folder, name, "pass")
 
 
-def plan(first: Path, second: Path, *, players: int = 1, seconds: float = 10.0, seed: int = 3) -> Plan:
-    return Plan(
-        documents=(str(first), str(second)),
+@pytest.fixture(scope="module")
+def matches(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Matches]:
+    """A process that lasts, as a test must leave none behind."""
+    stands = standing(tmp_path_factory.mktemp("matches"))
+    with closing(Matches()) as processes:
+        processes.run(between(stands, stands, seconds=0.1))
+        yield processes
+
+
+def between(
+    first: Path, second: Path, *, players: int = 1, seconds: float = 7.0, seed: int = 3, page: bool = False
+) -> Match:
+    archive, (ours, theirs) = pack([first, second])
+    plan = Plan(
+        documents=(ours, theirs),
         teams=("ours", "theirs"),
         players=players,
         seconds=seconds,
@@ -45,33 +65,44 @@ def plan(first: Path, second: Path, *, players: int = 1, seconds: float = 10.0, 
         rules=load_rules(),
         body="H25",
     )
+    return Match(plan, 1, archive, page=page)
 
 
-def played(plan: Plan) -> Result:
-    return play(plan, Film(BALL))
-
-
-def test_two_teams_that_stand_draw(tmp_path: Path) -> None:
-    found = played(plan(standing(tmp_path), standing(tmp_path, "other"), players=2))
+def test_two_teams_that_stand_draw(tmp_path: Path, matches: Matches) -> None:
+    played = matches.run(
+        between(standing(tmp_path), standing(tmp_path, "other"), players=2, seconds=10, page=True)
+    )
+    found = played.result
     assert [event.kind for event in found.events] == ["kick-off", "whistle", "end"]
     assert (found.score, found.winner, found.lying, found.seconds) == ((0, 0), "", (), 10.0)
+    assert "match-page" in played.page
 
 
-def test_the_same_seed_gives_the_same_match_bit_by_bit(tmp_path: Path) -> None:
+def test_the_same_seed_gives_the_same_match_bit_by_bit(tmp_path: Path, matches: Matches) -> None:
     code = "self.Motors.setV(0.2)\nself.Motors.setW(random.uniform(-1, 1))"
     walks = written(tmp_path, "walks", code, proxy("Motors", "Motors"), libraries=("random",))
     first, second, other = (
-        played(plan(walks, standing(tmp_path), seconds=7.0, seed=seed)) for seed in (2, 2, 4)
+        matches.run(between(walks, standing(tmp_path), seed=seed)).result for seed in (2, 2, 4)
     )
     assert first == second
     assert first.digest != other.digest
+
+
+def test_random_numbers_are_those_of_a_robot_and_the_seed(tmp_path: Path, matches: Matches) -> None:
+    rolls = written(tmp_path, "rolls", "raise ValueError(random.random())", libraries=("random",))
+    sides = [(rolls, standing(tmp_path)), (standing(tmp_path), rolls), (standing(tmp_path), rolls)]
+    first, second, again = (
+        matches.run(between(*each, seconds=16)).result.reason.partition(":")[2] for each in sides
+    )
+    assert "ValueError" in first
+    assert first != second == again
 
 
 @pytest.mark.parametrize(
     ("code", "proxies", "why"),
     [
         ("1 / 0", (), "ZeroDivisionError"),
-        ("self.Scene.placeObject('Ball', Vector3())", (proxy("Scene", "Scene"),), "no servant Scene"),
+        ("self.Scene.placeObject('Ball', Vector3())", (proxy("Scene", "Scene"),), "cannot reach Scene"),
         ("this is no Python", (), "cannot be run"),
         (
             (
@@ -86,30 +117,100 @@ def test_the_same_seed_gives_the_same_match_bit_by_bit(tmp_path: Path) -> None:
     ids=["raises", "cheats", "broken", "reads the referee"],
 )
 def test_a_document_that_raises_cheats_or_is_broken_loses(
-    tmp_path: Path, code: str, proxies: tuple[str, ...], why: str
+    tmp_path: Path, matches: Matches, code: str, proxies: tuple[str, ...], why: str
 ) -> None:
     libraries = ("from interfaces.nao import MatchPhase, Vector3",)
     bad = written(tmp_path, "bad", code, *proxies, libraries=libraries)
-    found = played(plan(standing(tmp_path), bad))
+    found = matches.run(between(standing(tmp_path), bad)).result
     assert found.winner == "ours"
     assert found.reason.startswith("theirs loses: ")
     assert why in found.reason
 
 
-def test_one_that_hangs_or_ends_its_process_loses_and_the_others_play_on(tmp_path: Path) -> None:
-    hangs = written(tmp_path, "hangs", "while True: pass")
-    ends = written(tmp_path, "ends", "os._exit(3)", libraries=("os",))
-    page = tmp_path / "match.html"
-    fixtures = [
-        Fixture(plan(standing(tmp_path), ends, seconds=6.0)),
-        Fixture(plan(standing(tmp_path), standing(tmp_path, "other"), seconds=6.0), page),
+def test_a_team_that_takes_all_the_time_loses(tmp_path: Path, matches: Matches) -> None:
+    slow = written(tmp_path, "slow", "threading.Event().wait(4)", libraries=("threading",))
+    match = between(standing(tmp_path), slow)
+    found = matches.run(replace(match, plan=msgspec.structs.replace(match.plan, patience=20.0))).result
+    assert found.reason == "theirs loses: it took most of 20 s"
+
+
+HOSTILE = {
+    "hangs": "while True: pass",
+    "ends": "os._exit(3)",
+    "eats": "self.eaten = bytearray(3 << 30)",
+    "writes": "open({outside!r}, 'w').write('found')",
+    "connects": "socket.create_connection(('127.0.0.1', 7447))",
+    "searches": (
+        "for each in gc.get_objects():\n"
+        "    if str(type(each).__module__).startswith(('visualhfsm_match', 'naoserver_sim')):\n"
+        "        raise LookupError(f'found {{each}}')\n"
+        "for name in ('visualhfsm_match', 'naoserver_sim', 'visualhfsm', 'mujoco'):\n"
+        "    if name in sys.modules:\n"
+        "        raise LookupError(f'found {{name}}')\n"
+        "open({outside!r}).read()"
+    ),
+}
+WHY = {
+    "hangs": "took more than 5 s in state only",
+    "ends": "its process ended by itself with exit code 3",
+    "eats": "MemoryError",
+    "writes": "its code raised FileNotFoundError",
+    "connects": "PermissionError",
+    "searches": "its code raised FileNotFoundError",
+}
+
+
+def test_hostile_documents_lose_their_matches_and_change_no_other(tmp_path: Path) -> None:
+    """What else code could try is in the tests of the sandbox: test_grading_attacks.py."""
+    outside = tmp_path / "outside"
+    walks = written(tmp_path, "walks", "self.Motors.setV(0.2)", proxy("Motors", "Motors"))
+    honest = [walks, standing(tmp_path)]
+    libraries = ("os", "sys", "gc", "socket")
+    hostile = [
+        written(tmp_path, name, code.format(outside=str(outside)), libraries=libraries)
+        for name, code in HOSTILE.items()
     ]
-    results = dict(play_all(fixtures, 2, RUN_LIMIT))
-    assert (results[fixtures[0]].winner, results[fixtures[1]].winner) == ("ours", "")
-    assert results[fixtures[1]] == played(fixtures[1].plan)
-    assert "match-page" in page.read_text()
-    found = play_match(
-        Fixture(plan(hangs, standing(tmp_path), seconds=6.0, seed=2)), RUN_LIMIT, longest_turn=1.0
-    )
-    assert found.winner == "theirs"
-    assert "computes for too long" in found.reason
+    folders = []
+    for number, documents in enumerate((honest, [*honest, *hostile])):
+        folders.append(tmp_path / str(number))
+        folders[-1].mkdir()
+        for path in documents:
+            shutil.copy(path, folders[-1])
+    alone, beside = (tournament(folder) for folder in folders)
+    assert beside["stands"] == alone["stands"]
+    assert not outside.exists()
+    assert {name: beside[name].winner for name in HOSTILE} == dict.fromkeys(HOSTILE, "walks")
+    reasons = {name: beside[name].reason for name in HOSTILE}
+    assert [reasons[name] for name, why in WHY.items() if why not in reasons[name]] == []
+
+
+def tournament(folder: Path) -> dict[str, Result]:
+    """Return the results of `walks` against all others, by their names."""
+    paths = sorted(folder.glob("*.xml"), key=lambda path: path.stem != "walks")
+    archive, (ours, *theirs) = pack(paths)
+    tasks = []
+    for number, (name, their) in enumerate(zip(team_names(paths)[1:], theirs, strict=True)):
+        plan = between(paths[0], paths[1], seconds=5.5).plan
+        plan = msgspec.structs.replace(plan, documents=(ours, their), teams=("walks", name))
+        tasks.append((number, Match(plan, number, archive)))
+    with ProcessPool(Matches(), 2) as pool:
+        return {played.result.teams[1]: played.result for _, played in run_tasks(tasks, pool)}
+
+
+def test_rules_with_too_few_places_are_refused_at_the_start(tmp_path: Path) -> None:
+    rules = tmp_path / "rules.toml"
+    rules.write_text(RULES.read_text().replace(", [-3.9, 0.0]]", "]", 1))
+    document = str(standing(tmp_path))
+    done = CliRunner().invoke(match, [document, document, "--players", "4", "--rules", str(rules)])
+    assert isinstance(done.exception, MatchError), done.output
+    assert "there are 3 places for --players 4" in str(done.exception)
+
+
+def test_a_cluster_plays_the_same_match(tmp_path: Path, matches: Matches) -> None:
+    walks = written(tmp_path, "walks", "self.Motors.setV(0.2)", proxy("Motors", "Motors"))
+    match = between(walks, standing(tmp_path), seconds=5.5, page=True)
+    here = matches.run(match)
+    with DaskCluster(tmp_path, workers=1) as cluster, find_runner(cluster.address) as pool:
+        ((number, there),) = run_tasks([(7, match)], pool)
+    assert (number, there.result) == (7, here.result)
+    assert len(there.page) == len(here.page)  # they differ by nonces alone

@@ -1,7 +1,7 @@
 /**
  * Self-contained pictures of automata: every style is written into the SVG.
  *
- * @import {Automaton} from "../data/protocol.js"
+ * @import {Automaton, State} from "../data/protocol.js"
  */
 
 import {isImporting} from "../data/outline.js";
@@ -24,9 +24,10 @@ const OF_THE_PAGE = "class tabindex role aria-label aria-pressed aria-hidden dat
  * The picture of an automaton as an SVG element with its own styles.
  *
  * @param {Automaton} automaton @param {"light" | "dark"} colors
+ * @param {(state: State) => string} [href] where a state leads; without it, nowhere
  * @returns {SVGSVGElement}
  */
-export function picture(automaton, colors = "light") {
+export function picture(automaton, colors = "light", href) {
   const drawing = new Drawing({whole: true});
   const live = make("svg", {class: "for-readers"}, ...drawing.layers);
   const {theme} = document.documentElement.dataset;
@@ -49,7 +50,9 @@ export function picture(automaton, colors = "light") {
     });
     const title = make("title");
     title.textContent = page.title(automaton);
-    made.append(title, make("rect", {x: left, y: top, width, height, fill: "#ffffff"}), ...drawing.layers.map(styled));
+    const links = new Map(href && automaton.states.map((state) => [`s${state.id}`, href(state)]));
+    const layers = drawing.layers.map((each) => styled(each, links));
+    made.append(title, make("rect", {x: left, y: top, width, height, fill: "#ffffff"}), ...layers);
     return made;
   } finally {
     live.remove();
@@ -60,10 +63,10 @@ export function picture(automaton, colors = "light") {
 /**
  * A copy of an element with its computed styles as attributes, without invisible parts.
  *
- * @param {Element} element
+ * @param {Element} element @param {Map<string, string>} links by the keys of elements
  * @returns {Element}
  */
-function styled(element) {
+function styled(element, links) {
   const style = getComputedStyle(element);
   const copy = /** @type {Element} */ (element.cloneNode(false));
   for (const name of OF_THE_PAGE.split(" ")) copy.removeAttribute(name);
@@ -80,9 +83,10 @@ function styled(element) {
   }
   for (const child of element.childNodes) {
     if (child instanceof Text) copy.append(child.data);
-    else if (child instanceof Element && !isHidden(child)) copy.append(styled(child));
+    else if (child instanceof Element && !isHidden(child)) copy.append(styled(child, links));
   }
-  return copy;
+  const href = links.get(element.getAttribute("data-key") ?? "");
+  return href ? make("a", {href}, copy) : copy;
 }
 
 /** @param {Element} element */

@@ -350,6 +350,8 @@ export interface Commands {
   removeResult: {automaton: number; state: number; name: string; child?: number};
   /** Set the text at a place with code: of an automaton, a state or a transition. */
   setText: {place: Place; text: string};
+  /** Set the arguments of a state for several inputs, such as the place at which somebody pointed. */
+  setArguments: {automaton: number; state: number; child?: number; values: Record<string, string>};
   /** Replace a text in all code of the document, or in a `line` of it, from 1, at a `place`. */
   replaceText: {text: string; by: string; whole?: boolean; place?: Place | null; line?: number};
   /** Replace a name by the one that is meant, once at each of some places. */

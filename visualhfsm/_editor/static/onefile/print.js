@@ -9,9 +9,25 @@ import {html, nothing, render} from "lit";
 import {isFrame} from "../measures/areas.js";
 import {TRIGGERS} from "../canvas/glyphs.js";
 import {picture} from "../canvas/export.js";
+import {verdictOf} from "../code/verdicts.js";
 import {outgoing, ownerOf} from "../data/outline.js";
 import {page} from "../data/page.js";
 import {spokenTime, t} from "../kit/texts.js";
+
+/** What stands above columns, by the names of their fields. @type {Record<string, string>} */
+const COLUMNS = {
+  name: t("Name"),
+  type: t("Type"),
+  default: t("Default"),
+  description: t("Description"),
+  identity: t("Identity"),
+  kind: t("Kind"),
+  target: t("Name in ROS"),
+  qos: t("QoS"),
+  within: t("Within"),
+  expression: t("Expression"),
+  verdict: t("Verdict"),
+};
 
 /** Show the print dialog of the browser with the pages of the shown document. */
 export async function printComponent() {
@@ -29,32 +45,39 @@ export async function printComponent() {
   pages.remove();
 }
 
-function content() {
+/**
+ * All of the shown document.
+ *
+ * @param {string} [prefix] of the ids of its parts @param {unknown} [more] what is said before its automata
+ */
+export function content(prefix = "", more = nothing) {
   const {fields, automata} = page.shownDocument;
+  const properties = fields.properties.map((each, index) => ({
+    ...each,
+    verdict: verdictOf(page.shownDocument, index)?.words,
+  }));
   return html`<h1>${page.component}</h1>
     ${fields.description ? html`<p class="lead">${fields.description}</p>` : nothing}
-    ${table(t("Parameters"), ["name", "type", "default", "description"], fields.parameters)}
-    ${table(t("Events"), ["name", "description"], fields.events)}
-    ${table(t("Interfaces"), ["name", "identity", "type"], fields.interfaces)}
-    ${table(t("Interfaces of ROS"), ["name", "kind", "target", "type", "qos"], fields.ros)}
-    ${table(t("Properties"), ["name", "kind", "within", "expression"], fields.properties)}
-    ${[...automata.values()].map(automatonPage)}`;
+    ${table(t("Parameters"), ["name", "type", "default", "description"], fields.parameters, 2)}
+    ${table(t("Events"), ["name", "description"], fields.events, 2)}
+    ${table(t("Interfaces"), ["name", "identity", "type"], fields.interfaces, 2)}
+    ${table(t("Interfaces of ROS"), ["name", "kind", "target", "type", "qos"], fields.ros, 2)}
+    ${table(t("Properties"), ["name", "kind", "within", "expression", "verdict"], properties, 2)}
+    ${code(t("After an error"), fields.onError, 2)}${code(t("After a refused command"), fields.onRefused, 2)} ${more}
+    ${[...automata.values()].map((each) => automatonPage(each, prefix))}`;
 }
 
-/** @param {Automaton} automaton */
-function automatonPage(automaton) {
+/** The id of an automaton, or of a state, in these pages. @param {string} prefix @param {number} automaton @param {number} [state] */
+export const anchor = (prefix, automaton, state) => `${prefix}a${automaton}${state === undefined ? "" : `s${state}`}`;
+
+/** @param {Automaton} automaton @param {string} prefix */
+function automatonPage(automaton, prefix) {
   const owner = ownerOf(page.shownDocument, automaton);
-  return html`<section>
-    <h2>
-      ${
-        owner && owner.children.length > 1
-          ? t("{title}, automaton {number}", {
-              title: page.title(automaton),
-              number: owner.children.indexOf(automaton.id) + 1,
-            })
-          : page.title(automaton)
-      }
-    </h2>
+  /** @param {State} state */
+  const href = ({id, children: [child]}) =>
+    `#${child === undefined ? anchor(prefix, automaton.id, id) : anchor(prefix, child)}`;
+  return html`<section id=${anchor(prefix, automaton.id)}>
+    <h2>${numbered(automaton)}</h2>
     <p>
       ${
         automaton.imported
@@ -63,9 +86,33 @@ function automatonPage(automaton) {
       }
       ${owner ? t("Part of the state {name}.", {name: owner.name}) : ""}
     </p>
-    ${automaton.states.length ? html`<figure>${picture(automaton)}</figure>` : nothing} ${automatonPart(automaton)}
-    ${automaton.states.map((state) => statePart(automaton, state))}
+    ${automaton.states.length ? html`<figure>${picture(automaton, "light", href)}</figure>` : nothing}
+    ${automatonPart(automaton)} ${automaton.annotations.map(notePart)}
+    ${automaton.states.map(
+      (state) =>
+        html`<div id=${anchor(prefix, automaton.id, state.id)}>
+          ${statePart(automaton, state)}
+          ${state.children.map((child) => {
+            const below = page.shownDocument.automata.get(child);
+            return (
+              below &&
+              html`<p class="arc">
+                <a href="#${anchor(prefix, child)}">${t("Its automaton: {name}", {name: numbered(below)})}</a>
+              </p>`
+            );
+          })}
+        </div>`,
+    )}
   </section>`;
+}
+
+/** The name of an automaton, with its number if its state has several. @param {Automaton} automaton */
+export function numbered(automaton) {
+  const children = ownerOf(page.shownDocument, automaton)?.children ?? [];
+  const title = page.title(automaton);
+  return children.length > 1
+    ? t("{title}, automaton {number}", {title, number: children.indexOf(automaton.id) + 1})
+    : title;
 }
 
 /** The data and the functions of an automaton. @param {Automaton} automaton */
@@ -106,22 +153,28 @@ export function transitionPart(automaton, {name, destination, type, trigger, gua
     ${type === "condition" ? code("", trigger) : nothing}${code(t("If"), guard, level)}${code(t("When it fires"), fired, level)}`;
 }
 
-/** @param {string} title @param {string} text @param {3 | 4} [level] of its heading */
+/** @typedef {2 | 3 | 4} Level of a heading: 2 below the component, 3 below an automaton, 4 below a state */
+const HEADINGS = {
+  2: (/** @type {string} */ title) => html`<h2>${title}</h2>`,
+  3: (/** @type {string} */ title) => html`<h3>${title}</h3>`,
+  4: (/** @type {string} */ title) => html`<h4>${title}</h4>`,
+};
+
+/** @param {string} title @param {string} text @param {Level} [level] */
 function code(title, text, level = 4) {
   if (!text.trim()) return nothing;
-  const heading = level === 3 ? html`<h3>${title}</h3>` : html`<h4>${title}</h4>`;
-  return html`${title ? heading : nothing}
+  return html`${title ? HEADINGS[level](title) : nothing}
     <pre tabindex="0">${text}</pre>`;
 }
 
-/** @param {string} title @param {string[]} columns @param {object[]} [rows] */
-function table(title, columns, rows) {
+/** @param {string} title @param {string[]} columns @param {object[]} [rows] @param {Level} [level] */
+function table(title, columns, rows, level = 3) {
   if (!rows?.length) return nothing;
-  return html`<h3>${title}</h3>
+  return html`${HEADINGS[level](title)}
     <table>
       <thead>
         <tr>
-          ${columns.map((each) => html`<th>${each[0].toUpperCase()}${each.slice(1)}</th>`)}
+          ${columns.map((each) => html`<th>${COLUMNS[each]}</th>`)}
         </tr>
       </thead>
       <tbody>

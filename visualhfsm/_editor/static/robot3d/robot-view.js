@@ -37,6 +37,8 @@ const VIEWS = [
 export class RobotView extends MonitorElement {
   /** @type {typeof MonitorElement.kinds} */
   static kinds = ["mode", "shown"];
+  /** @type {typeof MonitorElement.watches} */
+  static watches = {page: ["change"], store: ["document"]};
   static properties = {
     problem: {state: true},
     message: {state: true},
@@ -85,6 +87,8 @@ export class RobotView extends MonitorElement {
     this.grabbing = undefined;
     /** Other robots of the world of which it is asked how they look. @type {Set<string>} */
     this.coming = new Set();
+    /** Places by a click, once that has loaded. @type {import("./pointing.js").Pointing | undefined} */
+    this.pointing = undefined;
     /** The other robot of the world that the view follows, until *Home* is chosen. */
     this.watched = "";
     /** Whether this browser cannot draw in 3D. */
@@ -154,6 +158,11 @@ export class RobotView extends MonitorElement {
     return this.simulated && !monitor.looking && !viewing.on;
   }
 
+  /** Whether the selected state can get a place that is pointed at. */
+  get #mayPoint() {
+    return !this.pushes && !this.watched && !monitor.looking && !monitor.recording && !viewing.on;
+  }
+
   /** What the present robot says and plays, unless another moment or a dry run is shown. */
   get #heardNow() {
     return monitor.looking || monitor.body || monitor.isDryRun ? silenced(this.heard) : this.heard;
@@ -206,6 +215,8 @@ export class RobotView extends MonitorElement {
     if (!monitor.looking && monitor.newest?.robot.health?.fallen && !this.simulated)
       return t("It has fallen. A real robot reports how far it is tilted, but not to which side.");
     if (this.watched) return t("This is {name}. Home returns to your own robot.", {name: this.watched});
+    const aimed = this.pointing?.aimed;
+    if (aimed) return t("Click a place: the state {name} gets it.", {name: aimed.state.name});
     if (this.pushes) return t("Drag the robot to push it, a ball to carry it.");
     return this.#mayTouch
       ? t("Drag to turn, with Shift to move, use the wheel to zoom. Drag a ball to carry it.")
@@ -221,6 +232,10 @@ export class RobotView extends MonitorElement {
     this.#showPast();
     this.loudspeaker.hear(this.#heardNow);
     this.#listen();
+    if (this.pointing) {
+      this.pointing.enabled = this.#mayPoint && store.online;
+      this.pointing.show();
+    }
     if (!this.grabbing) return;
     this.grabbing.enabled = this.#mayTouch && store.online;
     this.grabbing.pushes = this.pushes;
@@ -250,10 +265,11 @@ export class RobotView extends MonitorElement {
     this.frames?.close();
     this.#listenNoMore();
     this.grabbing?.close();
+    this.pointing?.close();
     this.loudspeaker.close();
     this.heard = silenced(this.heard);
     this.drawing?.close();
-    this.frames = this.drawing = this.grabbing = this.shown = undefined;
+    this.frames = this.drawing = this.grabbing = this.pointing = this.shown = undefined;
     this.worn = "";
   }
 
@@ -277,6 +293,7 @@ export class RobotView extends MonitorElement {
       push: (force, seconds) => store.request("pushRobot", {force, seconds}),
       report: (message) => (this.message = message),
     });
+    if (!store.exported) this.#loadPointing(this.drawing);
     this.frames = receiveFrames("poses", {
       draw: async (frame) => {
         if (!this.drawing) return;
@@ -296,6 +313,14 @@ export class RobotView extends MonitorElement {
     });
   }
 
+  /** @param {RobotDrawing} drawing */
+  async #loadPointing(drawing) {
+    const {Pointing} = await import("./pointing.js");
+    if (this.drawing !== drawing) return;
+    this.pointing = new Pointing(drawing);
+    this.requestUpdate();
+  }
+
   /** @param {import("./robot-drawing.js").Moment} moment */
   async #showNow(moment) {
     this.simulated = moment.torso !== null && !monitor.isDryRun;
@@ -308,6 +333,7 @@ export class RobotView extends MonitorElement {
     this.#meet(moment.others ?? {});
     const known = this.drawing?.pose(moment);
     this.problem = known ? undefined : this.why || whyUnknown();
+    this.pointing?.show();
     if (!document.hidden) await this.drawing?.drawn();
   }
 

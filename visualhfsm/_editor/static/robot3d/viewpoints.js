@@ -53,8 +53,9 @@ export class Viewpoints {
     this.controls.update();
     this.controls.addEventListener("change", changed);
     this.controls.addEventListener("start", () => (this.view = undefined));
-    for (const kind of ["pointerdown", "wheel", "keydown"])
-      element.addEventListener(kind, () => this.rest(), {capture: true, passive: true});
+    for (const kind of ["pointerdown", "keydown"])
+      // what the controls do not begin to turn by, too
+      element.addEventListener(kind, () => this.rest(), {capture: true});
     /** The chosen view; undefined once the user has turned it. @type {View | undefined} */
     this.view = "home";
     /** The place of the robot when the view last followed it. */

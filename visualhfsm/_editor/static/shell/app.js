@@ -291,8 +291,7 @@ export class HfsmApp extends PageElement {
         <hfsm-tools ?hidden=${starting}></hfsm-tools>
         ${monitor.hasRobot && !starting ? actionButton("robotDock", this.context, {label: false}) : nothing}
       </div>
-      ${banner(this.context)}
-      <div class="work ${isBeside ? "beside" : ""} ${this.side === "hfsm-code-panel" ? "with-code" : ""} ${this.tree}">
+      <div class="work ${isBeside ? "beside" : ""} ${this.side ? "with-side" : ""} ${this.tree}">
         <aside class="left" aria-label=${t("Automata and shelf")} ?hidden=${starting}>
           <div class="stacked">
             <nav aria-label=${t("Tree of automata")}><hfsm-tree></hfsm-tree></nav>
@@ -301,6 +300,7 @@ export class HfsmApp extends PageElement {
           ${resizer({name: t("Width of the tree"), variable: "--left", along: "x", sign: 1, smallest: 120, largest: 480})}
         </aside>
         <main aria-label=${t("Canvas")}>
+          <div class="banners">${banner(this.context)}</div>
           <div class="center" ?hidden=${starting}>
             <div class="drawing">
               ${this.canvas}

@@ -269,6 +269,12 @@ class Status extends PageElement {
     const {document, automaton} = page;
     if (!document) return store.online ? nothing : html`<span>${t("Connecting")}</span>`;
     const {error: errors = 0, warning: warnings = 0} = document.counts;
+    const about =
+      selectionTitle() ||
+      [
+        n("{count} state", "{count} states", automaton?.states.length ?? 0),
+        n("{count} transition", "{count} transitions", automaton?.transitions.length ?? 0),
+      ].join(", ");
     return html` <button
         type="button"
         class="problem-count ${errors ? "error" : warnings ? "warning" : "none"}"
@@ -286,15 +292,7 @@ class Status extends PageElement {
             : t("No problems")
         }
       </button>
-      <span class="about"
-        >${
-          selectionTitle() ||
-          [
-            n("{count} state", "{count} states", automaton?.states.length ?? 0),
-            n("{count} transition", "{count} transitions", automaton?.transitions.length ?? 0),
-          ].join(", ")
-        }</span
-      >
+      <span class="about" title=${about}>${about}</span>
       ${automaton?.imported ? html`<span>${rich("from {file}", {file: importLink(automaton.imported.file)})}</span>` : nothing}
       ${
         automaton?.states.length || !automaton?.imported

@@ -21,6 +21,7 @@ from naoserver.serving.assembly import Assembly
 from naoserver.serving.lasting_walk import LastingWalk
 from naoserver.serving.moves import POSTURE
 from tests.support.gates import clients_that_ask
+from tests.support.present import present
 from visualhfsm_makers import BOOSTER
 from visualhfsm_makers._booster._loco import (
     BAD_REQUEST,
@@ -553,7 +554,7 @@ def test_without_the_package_it_names_the_extra(rig, monkeypatch):
     for name in [name for name in sys.modules if name.startswith("cyclonedds.")]:
         monkeypatch.delitem(sys.modules, name)
     with pytest.raises(RobotError, match=r"not installed; type: pip install 'visualhfsm\[booster\]'"):
-        BOOSTER.serve(rig.robot, rig.assembly, {"dds_domain": 1})
+        present(BOOSTER.serve)(rig.robot, rig.assembly, {"dds_domain": 1})
 
 
 def test_no_other_robot_than_a_t1_is_served():
@@ -561,7 +562,7 @@ def test_no_other_robot_than_a_t1_is_served():
     robot = FakeRobot(clock, body=find_body("G1"))
     assembly = Assembly(robot, ServerOptions(), clock)
     with pytest.raises(RobotError, match="--booster serves a Booster T1; this robot is a Unitree G1"):
-        BOOSTER.serve(robot, assembly, {"dds_domain": 1})
+        present(BOOSTER.serve)(robot, assembly, {"dds_domain": 1})
 
 
 def posture(x: float, y: float, z: float) -> dict[str, object]:

@@ -16,6 +16,7 @@ from naoserver.options import ServerOptions
 from naoserver.robot import BodyState
 from naoserver.serving.assembly import Assembly
 from tests.support.gates import clients_that_ask
+from tests.support.present import present
 from visualhfsm_makers import UNITREE
 from visualhfsm_makers._programs import Programs
 from visualhfsm_makers._unitree._loco import (
@@ -375,7 +376,7 @@ def test_without_the_package_it_names_the_extra(rig, monkeypatch):
     monkeypatch.setitem(sys.modules, "cyclonedds", None)
     monkeypatch.delitem(sys.modules, "cyclonedds.core", raising=False)
     with pytest.raises(RobotError, match=r"not installed; type: pip install 'visualhfsm\[unitree\]'"):
-        UNITREE.serve(rig.robot, rig.assembly, {"dds_domain": 1})
+        present(UNITREE.serve)(rig.robot, rig.assembly, {"dds_domain": 1})
 
 
 def test_no_other_robot_than_a_g1_is_served():
@@ -383,4 +384,4 @@ def test_no_other_robot_than_a_g1_is_served():
     robot = FakeRobot(clock, body=find_body("T1"))
     assembly = Assembly(robot, ServerOptions(), clock)
     with pytest.raises(RobotError, match="--unitree serves a Unitree G1; this robot is a Booster T1"):
-        UNITREE.serve(robot, assembly, {"dds_domain": 1})
+        present(UNITREE.serve)(robot, assembly, {"dds_domain": 1})

@@ -8,7 +8,7 @@ from codegen.hfsm.document import Argument, Document, Text
 from tests.support.editing import automaton, tree
 from visualhfsm._base.errors import EditError
 from visualhfsm._document.commands.states import RenameState
-from visualhfsm._document.commands.text import ReplaceText, SetText
+from visualhfsm._document.commands.text import ReplaceText, SetArguments, SetText
 from visualhfsm._document.places import Place
 
 
@@ -72,3 +72,15 @@ def test_a_replacement_of_nothing_or_of_too_much_is_refused(text: str, by: str, 
     )
     with pytest.raises(EditError, match=why):
         ReplaceText(text=text, by=by).apply(document)
+
+
+def test_the_arguments_of_a_place_are_set_in_one_step_beside_others() -> None:
+    command = SetArguments(automaton=1, state=2, child=3, values={"ball": "1.0", "left": "0.5"})
+    assert command.title(with_balls()) == "Set the arguments of “work”"
+    state = automaton(command.apply(with_balls())).states[1]
+    assert [(each.name, each.child, each.value.text) for each in state.arguments] == [
+        ("ball", 3, "1.0"),
+        ("left", 3, "0.5"),
+    ]
+    with pytest.raises(EditError):
+        SetArguments(automaton=1, state=99, values={"left": "1"}).apply(with_balls())
