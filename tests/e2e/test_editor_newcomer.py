@@ -43,6 +43,9 @@ def test_the_sentence_is_of_the_open_document_and_gone_for_good_after_the_first_
     expect(sentence).to_be_visible()  # who only looks has not edited
     start_page.type("# mine")
     expect(sentence).to_have_count(0)
+    expect(page.locator(".last-step")).to_have_count(1)
+    start_page.press("Control+z")
+    expect(page.locator(".last-step")).to_have_count(0)
     page.reload()
     start_page.state("up").wait_for()
     page.locator("hfsm-shelf .shelf").wait_for()  # what is loaded later is there

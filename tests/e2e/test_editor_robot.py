@@ -114,6 +114,18 @@ def test_a_run_without_its_robot_says_that_none_is_here(browser: Browser, tmp_pa
         expect(shown.page.locator(".notice")).to_contain_text("look ended: no robot is here.")
 
 
+def test_stop_says_what_it_ended_of_a_run_that_only_starts(browser: Browser, tmp_path: Path) -> None:
+    with looking(browser, tmp_path, free_endpoint()) as shown:
+        shown.press("F5")
+        shown.button("Run anyway").click()
+        expect(shown.page.locator(".live-status")).to_have_text("Starting")
+        shown.press("Control+Shift+Space")
+        notice = shown.page.locator(".notice")
+        expect(notice.filter(has_text="Ended: look.")).to_be_visible()
+        expect(shown.page.locator(".live-status")).to_have_text("Ended: stopped by STOP")
+        expect(notice.filter(has_text="nothing to stop")).to_have_count(0)
+
+
 def test_start_and_run_offers_to_reset_a_stop_that_was_kept_and_another_robot_is_free(
     browser: Browser, tmp_path: Path
 ) -> None:
