@@ -14,7 +14,10 @@ from visualhfsm.plugins import examples
 from visualhfsm_match._rules import RULES, Rules, load_rules
 
 if TYPE_CHECKING:
-    from visualhfsm_match._match import Plan
+    from rich.console import Console
+
+    from visualhfsm_match._match import Plan, Result
+    from visualhfsm_match._series import Fixture
 
 _PATIENCE: Final = 10.0
 """s by the wall that a match may take for each of its seconds, and `_BEGIN` more."""
@@ -45,6 +48,7 @@ _Rules = Annotated[
     epilog=examples(
         "match red.xml blue.xml",
         "match red.xml blue.xml --players 2 --minutes 4 --seed 3",
+        "match red.xml blue.xml --watch",
         notes="Exit codes: 0 played, 1 an error, 2 wrong usage, 130 Ctrl-C.",
     ),
 )
@@ -61,6 +65,9 @@ def play(
     report: Annotated[
         Path, typer.Option(metavar="HTML", dir_okay=False, help="The page of the match, in 3D.")
     ] = Path("match.html"),
+    watch: Annotated[
+        bool, typer.Option("--watch", help="Show the match in a browser here as it is played.")
+    ] = False,
 ) -> None:
     """Let two documents play football against each other in virtual time, judged by a referee.
 
@@ -83,8 +90,9 @@ def play(
         rules=load_rules(rules),
         noise=noise,
     )
-    result = play_match(Fixture(plan, report.resolve()), _limit(minutes))
     console = Console()
+    fixture = Fixture(plan, report.resolve())
+    result = _watched(fixture, _limit(minutes), console) if watch else play_match(fixture, _limit(minutes))
     for event in result.events:
         minute, second_ = divmod(event.time, 60.0)
         console.print(f"{minute:3.0f}:{second_:04.1f}  {event.text}", markup=False, soft_wrap=True)
@@ -199,6 +207,25 @@ def _plan(
         body=body,
         noise=noise,
     )
+
+
+def _watched(fixture: Fixture, limit: float, console: Console) -> Result:
+    """Play a match that can be watched meanwhile at an address that is printed."""
+    from tempfile import TemporaryDirectory
+
+    from visualhfsm_match._page import outcome_of, watched_page
+    from visualhfsm_match._series import play_match
+    from visualhfsm_match._watch import Watched
+
+    with TemporaryDirectory(prefix="visualhfsm-watch-") as folder:
+        film = Path(folder, "film")
+        film.touch(mode=0o600)
+        watched = Watched(watched_page(fixture.plan), film)
+        with watched.served():
+            console.print(f"watch it at {watched.address}", markup=False, soft_wrap=True)
+            result = play_match(fixture._replace(film=film), limit)
+            watched.end({"outcome": outcome_of(result), "events": result.events})
+    return result
 
 
 def _limit(minutes: float) -> float:

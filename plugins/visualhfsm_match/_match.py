@@ -142,7 +142,7 @@ class _Match:
         """Play to the end."""
         referee = self._referee
         self._arena.start()
-        film.begin(self._arena, self._names)
+        film.begin(self._arena, self._names, SHIRTS, self._plan.teams)
         while not referee.over:
             for player in self._players:
                 if player is not None and not referee.over:
@@ -153,7 +153,7 @@ class _Match:
             sight = self._sight()
             self._waiting.update((put.name, put) for put in referee.see(sight))
             self._put()
-            film.look(sight.time)
+            film.look(sight.time, referee.events)
         return self._result(film)
 
     def _advance(self) -> None:

@@ -10,6 +10,7 @@ import mmap
 import os
 import resource
 import signal
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -39,6 +40,8 @@ class Task:
     """A file whose only byte says which team's code runs, from 1; 0 if none does."""
     page: str = ""
     """The file of its page, if there is to be one."""
+    film: str = ""
+    """The file to which its film is written as it grows, if there is one."""
     longest_turn: float = LONGEST_TURN
 
 
@@ -59,8 +62,12 @@ def _interrupt(_number: int, _frame: object) -> None:
 
 def _answer(task: Task) -> Answer:
     resource.setrlimit(resource.RLIMIT_DATA, (_MEMORY, resource.getrlimit(resource.RLIMIT_DATA)[1]))
-    film = Film(BALL)
-    with Path(task.turns).open("r+b") as file, mmap.mmap(file.fileno(), 1) as turn:
+    with (
+        Path(task.turns).open("r+b") as file,
+        mmap.mmap(file.fileno(), 1) as turn,
+        Path(task.film).open("ab") if task.film else nullcontext() as live,
+    ):
+        film = Film(BALL, live)
 
         def on_turn(team: int) -> None:
             turn[0] = team

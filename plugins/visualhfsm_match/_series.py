@@ -23,10 +23,11 @@ _LONGEST_NAME: Final = 24
 
 
 class Fixture(NamedTuple):
-    """A match to play, and the file of its page if there is to be one."""
+    """A match to play, the file of its page if there is to be one, and that of its film as it grows."""
 
     plan: Plan
     page: Path | None = None
+    film: Path | None = None
 
 
 def play_match(fixture: Fixture, limit: float, longest_turn: float = LONGEST_TURN) -> Result:
@@ -35,14 +36,15 @@ def play_match(fixture: Fixture, limit: float, longest_turn: float = LONGEST_TUR
     A team whose code ran when the process ended, or was ended, loses. A piece of code may compute for
     `longest_turn` s of processor time.
     """
-    plan, page = fixture
+    plan, page, film = fixture
     processes = TaskProcesses(_MODULE, Answer, _PREFIX)
     try:
         with tempfile.TemporaryDirectory(prefix=_PREFIX) as folder:
             turns = Path(folder, "turn")
             turns.write_bytes(b"\0")
             try:
-                answer = processes.ask(Task(plan, str(turns), str(page or ""), longest_turn), limit)
+                task = Task(plan, str(turns), str(page or ""), str(film or ""), longest_turn)
+                answer = processes.ask(task, limit)
             except NoAnswerError as error:
                 return _lost(plan, turns.read_bytes()[0], str(error))
     finally:
