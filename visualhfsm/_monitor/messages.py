@@ -201,7 +201,7 @@ class Simulation(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
 
 
 class OtherRobot(msgspec.Struct, frozen=True):
-    """Another robot of the world, which has a realm of its own."""
+    """Another robot of the world, which has another realm."""
 
     realm: str
     title: Message
