@@ -15,7 +15,10 @@ from visualhfsm.plugins import examples
 from visualhfsm_match._rules import RULES, load_rules
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from visualhfsm_match._match import Plan, Result
+    from visualhfsm_match._series import Match, Matches, Played
 
 _PATIENCE: Final = 10.0
 """s by the wall that a match may take for each of its seconds, and `_BEGIN` more."""
@@ -51,6 +54,7 @@ _Unsafe = Annotated[
     epilog=examples(
         "match red.xml blue.xml",
         "match red.xml blue.xml --players 2 --minutes 4 --seed 3",
+        "match red.xml blue.xml --watch",
         notes="Exit codes: 0 played, 1 an error, 2 wrong usage, 130 Ctrl-C.",
     ),
 )
@@ -68,6 +72,9 @@ def play(
     report: Annotated[
         Path, typer.Option(metavar="HTML", dir_okay=False, help="The page of the match, in 3D.")
     ] = Path("match.html"),
+    watch: Annotated[
+        bool, typer.Option("--watch", help="Show the match in a browser here as it is played.")
+    ] = False,
 ) -> None:
     """Let two documents play football against each other in virtual time, judged by a referee.
 
@@ -86,8 +93,9 @@ def play(
     archive, documents = pack([first.resolve(), second.resolve()])
     plan = _between(plan, documents, team_names([first, second]))
     console = Console()
+    one = Match(plan, 1, archive, page=True, unsafe=unsafe)
     with closing(Matches()) as matches:
-        played = matches.run(Match(plan, 1, archive, page=True, unsafe=unsafe)).require()
+        played = _watched(matches, one, console) if watch else matches.run(one).require()
     for event in played.result.events:
         console.print(f"{event.clock}  {event.text}", markup=False, soft_wrap=True)
     console.print(f"\n{outcome_of(played.result)}", markup=False, soft_wrap=True)
@@ -227,3 +235,22 @@ def _between(plan: Plan, documents: Sequence[str], teams: Sequence[str], again: 
     return msgspec.structs.replace(
         plan, documents=(first, second), teams=(ours, theirs), seed=plan.seed + again
     )
+
+
+def _watched(matches: Matches, match: Match, console: Console) -> Played:
+    """Play a match that can be watched meanwhile at an address that is printed. Raises MatchError."""
+    from dataclasses import replace
+    from tempfile import TemporaryDirectory
+
+    from visualhfsm_match._page import outcome_of, watched_page
+    from visualhfsm_match._watch import Watched
+
+    with TemporaryDirectory(prefix="visualhfsm-watch-") as folder:
+        film = Path(folder, "film")
+        film.touch(mode=0o600)
+        watched = Watched(watched_page(match.plan), film)
+        with watched.served():
+            console.print(f"watch it at {watched.address}", markup=False, soft_wrap=True)
+            played = matches.run(replace(match, film=str(film))).require()
+            watched.end({"outcome": outcome_of(played.result), "events": played.result.events})
+    return played

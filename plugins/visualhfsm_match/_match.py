@@ -144,7 +144,7 @@ class _Match:
         """Play to the end."""
         referee, until = self._referee, time.monotonic() + self._plan.patience
         self._arena.start()
-        film.begin(self._arena, self._names)
+        film.begin(self._arena, self._names, SHIRTS, self._plan.teams)
         while not referee.over:
             for player in self._players:
                 if player is not None and not referee.over:
@@ -154,7 +154,7 @@ class _Match:
             self._arena.check()
             sight = self._sight()
             self._places.want(referee.see(sight))
-            film.look(sight.time)
+            film.look(sight.time, referee.events)
             if time.monotonic() > until:
                 slow = max(self._spent, key=lambda team: self._spent[team])
                 referee.forfeit(slow, f"it took most of {self._plan.patience:g} s")

@@ -29,15 +29,30 @@ def outcome_of(result: Result) -> str:
     return f"{score}; {result.winner or 'nobody'} wins"
 
 
-def match_page(plan: Plan, result: Result, film: Film) -> str:
-    """Return the page of a match as HTML."""
-    first, second = result.teams
-    content: dict[str, Any] = {
-        "title": f"{first} : {second}",
-        "teams": result.teams,
-        "outcome": outcome_of(result),
+def watched_page(plan: Plan) -> str:
+    """Return the page of a match that is being played, which asks for its film where it comes from."""
+    content = {**_head(plan), "live": True}
+    data = msgspec.json.encode(content)
+    return html_file(content["title"], _STATIC / "match-page.js", _STYLES, data, connects=True)
+
+
+def _head(plan: Plan) -> dict[str, Any]:
+    return {
+        "title": " : ".join(plan.teams),
+        "teams": plan.teams,
         "seed": plan.seed,
         "rules": f"{plan.rules.book}; what is ours in it: rules.toml. Seed {plan.seed}.",
+        "outcome": "",
+        "events": [],
+        "frames": [],
+    }
+
+
+def match_page(plan: Plan, result: Result, film: Film) -> str:
+    """Return the page of a match as HTML."""
+    content: dict[str, Any] = {
+        **_head(plan),
+        "outcome": outcome_of(result),
         "events": result.events,
         **film.content(SHIRTS, result.teams),
     }

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import tempfile
 import zlib
-from contextlib import ExitStack
+from contextlib import ExitStack, nullcontext
 from pathlib import Path
 
 from visualhfsm import VisualHfsmError
@@ -21,10 +21,11 @@ from visualhfsm_match._series import PREFIX, Answer, Match, Played
 
 
 def _answer(match: Match) -> Answer:
-    plan, film = match.plan, Film(BALL)
+    plan = match.plan
     try:
         with tempfile.TemporaryDirectory(prefix=PREFIX) as name, ExitStack() as ends, quiet():
-            folder = Path(name)
+            live = ends.enter_context(Path(match.film).open("wb") if match.film else nullcontext())
+            film, folder = Film(BALL, live), Path(name)
             unpack(match.archive.content, folder)
             sandboxes = []
             for document in plan.documents:

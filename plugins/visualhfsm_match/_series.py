@@ -38,6 +38,8 @@ class Match:
     archive: Archive
     page: bool = False
     """Whether there is to be a page."""
+    film: str = ""
+    """The file to which its film is written as it grows, if there is one."""
     unsafe: bool = False
     """Whether the code of documents runs without walls."""
 

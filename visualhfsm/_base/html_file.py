@@ -33,10 +33,13 @@ _IMPORT: Final = re.compile(
 )
 
 
-def html_file(title: str, entry: str | Path, styles: Sequence[str | Path], data: bytes) -> str:
+def html_file(
+    title: str, entry: str | Path, styles: Sequence[str | Path], data: bytes, *, connects: bool = False
+) -> str:
     """Return a file that shows some data: `entry` is the module that finds them in the element `data`.
 
-    `styles` are style sheets of the page, in their order. Those of a plug-in are given by their files.
+    `styles` are style sheets of the page, in their order. Those of a plug-in are given by their files. A page
+    that `connects` may ask the server that it comes from.
     """
     nonce = secrets.token_urlsafe(16)
     policy = "; ".join(
@@ -45,6 +48,7 @@ def html_file(title: str, entry: str | Path, styles: Sequence[str | Path], data:
             f"script-src 'nonce-{nonce}'",
             f"style-src 'nonce-{nonce}'",
             "img-src data: blob:",
+            "connect-src 'self'" if connects else "connect-src 'none'",
             "base-uri 'none'",
             "form-action 'none'",
         ]

@@ -6,7 +6,7 @@
  * @typedef {{name: string, shirt: [number, number, number], body: number, joints: string[]}} Robot
  * @typedef {{time: number, kind: string, text: string, team: string, robot: string}} MatchEvent
  * @typedef {{title: string, teams: string[], score: number[], outcome: string, seed: number, rules: string,
- *   events: MatchEvent[], ball: string, bodies: Described[],
+ *   live?: boolean, events: MatchEvent[], ball: string, bodies: Described[],
  *   robots: Robot[], world: WorldShape[], frames: number[][]}} Content frames have
  *   the time in s, the place of the ball, and for each robot that of its torso and the angles of its joints; from
  *   plugins/visualhfsm_match/_page.py
@@ -26,11 +26,14 @@ import {figureOf} from "visualhfsm/robot3d/figure.js";
 import {WorldDrawing} from "visualhfsm/robot3d/world-drawing.js";
 import {begin, themeButton} from "visualhfsm/onefile/frame.js";
 import {unpacked, unpackedData} from "visualhfsm/onefile/unpacked.js";
+import {messageOf} from "visualhfsm/kit/notices.js";
 import {decimal, t} from "visualhfsm/kit/texts.js";
 
 const BALL_PLACE = 4; // numbers of a frame before those of the robots
 const TORSO = 7;
 const SPEEDS = [0.5, 1, 2, 4, 8];
+const LIVE = 0; // the speed at which the newest frame is shown
+const AGAIN = 300; // ms until the server is asked again when it had nothing
 const SEEN = 3; // s before an event from which it is shown
 
 /** The robots and the field as three.js draws them. */
@@ -87,37 +90,68 @@ class MatchDrawing {
   }
 }
 
+/**
+ * Ask for what follows what is known of a match that is being played, until it is over.
+ *
+ * @param {Content} content to which it is added @param {() => void} changed
+ */
+async function follow(content, changed) {
+  const decoder = new TextDecoder();
+  let [known, rest] = [0, ""];
+  while (!content.outcome) {
+    const answer = await fetch(`film?from=${known}`);
+    if (!answer.ok) throw new Error(await answer.text());
+    const bytes = await answer.arrayBuffer();
+    known += bytes.byteLength;
+    const lines = (rest + decoder.decode(bytes, {stream: true})).split("\n");
+    rest = lines.pop() ?? "";
+    for (const line of lines.filter((each) => each.endsWith("}"))) {
+      // another one was being written when its process was ended
+      const {frame, news = [], ...others} = unpacked(line);
+      if (frame) content.frames.push(frame);
+      content.events.push(...news);
+      Object.assign(content, others);
+    }
+    if (lines.length) changed();
+    await new Promise((resolve) => setTimeout(resolve, bytes.byteLength ? 50 : AGAIN));
+  }
+}
+
 async function show() {
   /** @type {Content} */
   const content = unpacked(await unpackedData());
-  const {frames} = content;
-  const end = frames.at(-1)?.[0] ?? 0;
-  let [time, speed, playing, last] = [0, 1, false, 0];
+  let [time, speed, playing, last, trouble] = [0, content.live ? LIVE : 1, false, 0, ""];
+  /** @type {number[] | undefined} */
+  let shown = undefined;
+  const end = () => content.frames.at(-1)?.[0] ?? 0;
+  const isOver = () => !content.live || Boolean(content.outcome);
   /** @type {MatchDrawing[]} the one, once its place is there */
   const drawings = [];
-  const at = () => frames[Math.max(0, frames.findLastIndex(([each]) => each <= time + 1e-6))];
+  const at = () => content.frames[Math.max(0, content.frames.findLastIndex(([each]) => each <= time + 1e-6))];
   const score = () => {
     const goals = content.events.filter(({kind, time: when}) => kind === "goal" && when <= time);
     return content.teams.map((team) => goals.filter((goal) => goal.team === team).length).join(" : ");
   };
   /** @param {number} when */
   const go = (when) => {
-    time = Math.min(end, Math.max(0, when));
-    for (const drawing of drawings) drawing.show(at());
+    time = Math.min(end(), Math.max(0, when));
+    const frame = at();
+    if (frame && frame !== shown) for (const drawing of drawings) drawing.show(frame);
+    if (drawings.length) shown = frame;
     draw();
   };
   /** @param {number} now in ms */
   const step = (now) => {
     if (!playing) return;
-    go(time + ((now - last) / 1000) * speed);
+    go(speed === LIVE ? end() : time + ((now - last) / 1000) * speed);
     last = now;
-    if (time >= end) playing = false;
+    if (time >= end() && isOver()) playing = false;
     if (playing) requestAnimationFrame(step);
     else draw();
   };
   const toggle = () => {
     playing = !playing;
-    if (playing && time >= end) time = 0;
+    if (playing && time >= end() && isOver()) time = 0;
     last = performance.now();
     if (playing) requestAnimationFrame(step);
     draw();
@@ -129,7 +163,7 @@ async function show() {
         <header>
           <h1>${content.title}</h1>
           <p class="score" aria-live="polite">${score()}</p>
-          <p>${content.outcome}</p>
+          <p role="status">${content.outcome || trouble || t("It is being played.")}</p>
           ${themeButton(draw)}
         </header>
         <main>
@@ -139,7 +173,7 @@ async function show() {
             <input
               type="range"
               min="0"
-              max=${end}
+              max=${end()}
               step="0.1"
               .value=${String(time)}
               aria-label=${t("Time")}
@@ -150,6 +184,7 @@ async function show() {
               aria-label=${t("Speed")}
               @change=${(/** @type {any} */ event) => (speed = Number(event.target.value))}
             >
+              ${!isOver() ? html`<option value=${LIVE} ?selected=${speed === LIVE}>${t("as it comes")}</option>` : ""}
               ${SPEEDS.map((each) => html`<option value=${each} ?selected=${each === speed}>× ${decimal(each, 1)}</option>`)}
             </select>
           </div>
@@ -172,8 +207,25 @@ async function show() {
     );
   };
   draw();
-  drawings.push(new MatchDrawing(content, /** @type {HTMLElement} */ (document.querySelector(".stage"))));
-  go(0);
+  const begin3D = () => {
+    if (drawings.length || !content.frames.length) return;
+    drawings.push(new MatchDrawing(content, /** @type {HTMLElement} */ (document.querySelector(".stage"))));
+    go(0);
+    if (content.live) toggle();
+  };
+  begin3D();
+  if (!content.live) return;
+  const changed = () => {
+    begin3D();
+    draw();
+  };
+  await follow(content, changed).catch((error) => (trouble = t("The match has ended here: {reason}", {reason: messageOf(error)})));
+  if (speed === LIVE) {
+    go(end());
+    speed = 1;
+    playing = false;
+  }
+  draw();
 }
 
 begin(show);

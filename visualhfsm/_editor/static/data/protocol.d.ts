@@ -803,7 +803,7 @@ export interface Origin {
   commit: string;
 }
 
-/** Another robot of the world, which has a realm of its own. */
+/** Another robot of the world, which has another realm. */
 export interface OtherRobot {
   realm: string;
   title: string;

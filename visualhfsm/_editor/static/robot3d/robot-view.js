@@ -28,7 +28,7 @@ const NOTHING = [];
 
 /** @type {{id: import("./viewpoints.js").View, label: string, title: string}[]} */
 const VIEWS = [
-  {id: "home", label: t("Home"), title: t("The robot, as large as possible; resets the view")},
+  {id: "home", label: t("Home"), title: t("The robot and all that it can reach; resets the view")},
   {id: "around", label: t("Around"), title: t("The robot and what is near it")},
   {id: "top", label: t("Top"), title: t("From above")},
   {id: "follow", label: t("Behind"), title: t("From behind the robot, wherever it walks")},

@@ -1,0 +1,79 @@
+"""A match that is watched in a browser while it is played, until it is over or somebody ends it."""
+
+from __future__ import annotations
+
+import http.client
+import re
+import signal
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import pytest
+from playwright.sync_api import Browser, expect
+
+from tests.support.documents import document, state, sub
+from tests.support.processes import ComponentProcess, module
+
+pytestmark = [pytest.mark.sim, pytest.mark.slow]
+
+
+def started(folder: Path, minutes: float) -> ComponentProcess:
+    path = folder / "stands.xml"
+    path.write_text(document(sub(1, 0, state(1, "only", "pass", initial=True))))
+    options = ("--players", "1", "--minutes", str(minutes), "--report", str(folder / "match.html"), "--watch")
+    return ComponentProcess(module("visualhfsm", "match", str(path), str(path), *options))
+
+
+def address_of(process: ComponentProcess) -> str:
+    return str(process.wait_for(r"watch it at (http://127\.0\.0\.1:\S+)")[1])
+
+
+def asked(address: str, path: str, host: str = "") -> tuple[int, bytes]:
+    """Ask for a path, as a host that one calls so."""
+    at = urlsplit(address)
+    connection = http.client.HTTPConnection(at.hostname or "", at.port, timeout=10)
+    try:
+        connection.request("GET", path, headers={"Host": host or at.netloc})
+        answer = connection.getresponse()
+        return answer.status, answer.read()
+    finally:
+        connection.close()
+
+
+def test_a_match_is_seen_as_it_is_played_and_to_the_end(browser: Browser, tmp_path: Path) -> None:
+    with started(tmp_path, 0.2) as process, browser.new_context() as context:
+        address = address_of(process)
+        page = context.new_page()
+        troubles: list[str] = []
+        page.on("pageerror", lambda error: troubles.append(str(error)))
+        page.goto(address)
+        expect(page.locator("header [role=status]")).to_have_text("It is being played.")
+        expect(page.locator("output")).to_have_text(re.compile(r"^([1-9]|1\d)\.\d s$"))
+        expect(page.locator(".stage canvas")).to_have_count(1)
+        assert process.wait() == 0, process.output
+        expect(page.locator("header [role=status]")).to_have_text(
+            re.compile("stands 0 : 0 stands_2; nobody wins")
+        )
+        expect(page.locator("output")).to_have_text("12.0 s")
+        page.get_by_role("button", name="the end").wait_for()
+        page.get_by_label("Time").fill("3")  # all of it is there, without a server
+        expect(page.locator("output")).to_have_text("3.0 s")
+        assert troubles == []
+    with pytest.raises(ConnectionRefusedError):
+        asked(address, "/")
+    assert (tmp_path / "match.html").is_file()
+
+
+def test_who_has_no_token_sees_nothing_and_an_interrupted_match_ends_with_all(tmp_path: Path) -> None:
+    with started(tmp_path, 30.0) as process:
+        address = address_of(process)
+        path = urlsplit(address).path
+        assert asked(address, path)[0] == 200
+        assert asked(address, f"{path}film?from=0")[0] == 200
+        wrong = ["/", "/film?from=0", f"/{'x' * 43}/", f"{path}../", f"{path}film?from=-1", f"{path}film"]
+        assert {asked(address, each)[0] for each in wrong} == {403}
+        assert asked(address, path, host="evil.example")[0] == 403
+        process.process.send_signal(signal.SIGINT)
+        assert process.wait() == 130
+    with pytest.raises(ConnectionRefusedError):
+        asked(address, path)
