@@ -468,6 +468,8 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
 
         transition_4 = Transition("tries again", state_2, state_2, id=4, seconds=12.0)
 
+        transition_5 = Transition("refused", state_2, state_2, id=5, event="refused")
+
         return Automaton(
             "team_score",
             id=1,
@@ -481,6 +483,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
                 transition_2,
                 transition_3,
                 transition_4,
+                transition_5,
             ),
         )
 
@@ -919,6 +922,9 @@ SOURCE_MAP = source_map(__file__, (  # the document, element by element: lines w
         6, "trigger 1.3", 1,
     ),
     ("transition 1.4",
+        8,
+    ),
+    ("transition 1.5",
         8,
     ),
     ("annotation 1.1",

@@ -134,9 +134,9 @@ def played(matches: dict[int, Match], workers: int) -> dict[int, Result]:
     results = {}
     with ProcessPool(Matches(), workers) as pool:
         for seed, each in run_tasks(matches.items(), pool):
-            results[seed] = each.result
-            lying = f", lying: {', '.join(each.result.lying)}" if each.result.lying else ""
-            print(f"seed {seed}: {outcome_of(each.result)}{lying}", flush=True)
+            result = results[seed] = each.require().result
+            lying = f", lying: {', '.join(result.lying)}" if result.lying else ""
+            print(f"seed {seed}: {outcome_of(result)}{lying}", flush=True)
     return results
 
 

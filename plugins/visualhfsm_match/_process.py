@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import tempfile
 import zlib
-from contextlib import ExitStack, nullcontext
+from contextlib import ExitStack
 from pathlib import Path
 
 from visualhfsm import VisualHfsmError
@@ -24,7 +24,9 @@ def _answer(match: Match) -> Answer:
     plan = match.plan
     try:
         with tempfile.TemporaryDirectory(prefix=PREFIX) as name, ExitStack() as ends, quiet():
-            live = ends.enter_context(Path(match.film).open("wb") if match.film else nullcontext())
+            live = None
+            if match.film:
+                live = ends.enter_context(Path(match.film).open("wb"))
             film, folder = Film(BALL, live), Path(name)
             unpack(match.archive.content, folder)
             sandboxes = []

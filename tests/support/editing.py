@@ -233,6 +233,8 @@ def _value(
         case "fields":
             names = ["name"] * 6 + ["type", "default", "description", "proxy", "expression"]
             return {random.choice(names): random.choice(TEXTS)}
+        case "values":
+            return {random.choice(NAMES): random.choice(TEXTS) for _ in range(random.randint(1, 3))}
         case "placements":
             places = [(state, random.uniform(-9, 9), random.uniform(-9, 9)) for state in states]
             notes = [(annotation.id, 5.0, -7.5, 120.0, 3.5) for annotation in automaton.annotations]
