@@ -244,7 +244,8 @@ def test_each_tab_keeps_its_place_and_its_selection_also_while_the_server_is_awa
     tab(shown, "dance_and_follow").first.click()
     shown.state("green").wait_for()
     shown.page.reload()  # a window that is loaded again shows what it showed
-    shown.expect_states("followBall", "dance")
+    shown.expect_states("red", "green")
+    expect(shown.page.locator(".state.selected")).to_have_attribute("aria-label", re.compile("^State green"))
 
 
 @OLD_DOCUMENTS

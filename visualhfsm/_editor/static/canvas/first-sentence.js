@@ -5,7 +5,7 @@ import {html, render} from "lit";
 import {page} from "../data/page.js";
 import {store} from "../data/store.js";
 import {browserStorage} from "../kit/location.js";
-import {rich} from "../kit/texts.js";
+import {rich, visible} from "../kit/texts.js";
 import {viewing} from "../kit/viewers.js";
 
 const EDITED = "visualhfsm.edited";
@@ -38,7 +38,7 @@ function sentence() {
   const states = automaton.states.toSorted((one, other) => Number(other.initial) - Number(one.initial));
   const state = states.find(({code, children}) => code.trim() && !children.length) ?? states.find(({name}) => name);
   if (!state) return undefined;
-  const words = {title: html`<b>${component}</b>`, state: html`<b>${state.name}</b>`};
+  const words = {title: html`<b>${visible(component)}</b>`, state: html`<b>${visible(state.name)}</b>`};
   if (state.children.length) return rich("This is {title}. Double-click {state} to see what is inside.", words);
   return rich("This is {title}. Double-click {state} to change it.", words);
 }
