@@ -30,7 +30,7 @@ HANGING = DOCUMENT.replace(
 )
 SAYS_SO = HANGING.replace("while", "print('round', count)\nwhile")
 # Its only cycle never ends, which a busy page may hear before it shows that the component runs.
-RUNNING = re.compile(r"^(Running|Hanging for \d+ s)$")
+RUNNING = re.compile(r"^\s*(Running|Hanging for \d+ s)\s*$")
 LOOP = re.compile(r"^(while count > 3:| *__import__\('time'\)\.sleep\(0\.01\))$")
 
 KEEP_ALERTS = """() => {

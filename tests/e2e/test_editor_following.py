@@ -75,7 +75,10 @@ def test_a_page_that_is_loaded_again_shows_what_it_has_started_and_steers_it(sho
     expect(page.get_by_role("textbox", name="Code of the state go")).to_be_visible()
     expect(problems).to_be_visible()
     page.get_by_role("tab", name="Timeline").click()
-    assert float(moment.get_attribute("aria-valuemin") or "nan") <= begun
+    again = float(moment.get_attribute("aria-valuemin") or "nan")
+    assert (
+        again <= begun + 0.1
+    )  # a window's first value is that of a cycle, the kept ones may be of the next one
     expect(page.get_by_role("list", name="Changes, the latest first")).to_contain_text("late")
     shown.press("F8")
     expect(status(shown)).to_have_text("Paused")
