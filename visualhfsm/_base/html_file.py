@@ -48,7 +48,7 @@ def html_file(
             f"script-src 'nonce-{nonce}'",
             f"style-src 'nonce-{nonce}'",
             "img-src data: blob:",
-            "connect-src 'self'" if connects else "connect-src 'none'",
+            *(["connect-src 'self'"] if connects else []),
             "base-uri 'none'",
             "form-action 'none'",
         ]

@@ -19,9 +19,9 @@ import {drawLanes, seen, wasActive} from "./lanes.js";
 import {monitor} from "./monitor.js";
 import {scrubbing} from "./scrubbing.js";
 
-/** Pixels of a lane, below it, and of the times below all: in the panel, and below the canvas. */
-const WIDE = {laneHeight: 21, gap: 3, axis: 17};
-const NARROW = {laneHeight: 17, gap: 2, axis: 14};
+const LANE = 21; // px
+const GAP = 3;
+const AXIS = 13;
 const MOST_LANES = 3; // below the canvas
 const LISTED = 200; // changes in the list
 const WINDOW = 60; // s that are shown of a longer run by default
@@ -60,8 +60,7 @@ class Timeline extends MonitorElement {
   render() {
     if (!monitor.component) return html`<div class="empty">${nothingRuns(this.context)}</div>`;
     const lanes = (this.lanes = this.#findLanes());
-    const {laneHeight, gap, axis} = this.#heights;
-    const height = lanes.length * (laneHeight + gap) + axis;
+    const height = lanes.length * (LANE + GAP) + AXIS;
     const {start, end} = monitor.past;
     const {time} = scrubbing;
     const live = !monitor.looking;
@@ -176,15 +175,11 @@ class Timeline extends MonitorElement {
     return {start: right - long, end: right};
   }
 
-  get #heights() {
-    return this.compact ? NARROW : WIDE;
-  }
-
   #draw() {
     const canvas = this.querySelector("canvas");
     if (!canvas?.clientWidth) return;
     const range = this.#range();
-    const x = drawLanes(canvas, {lanes: this.lanes, range, ...this.#heights});
+    const x = drawLanes(canvas, {lanes: this.lanes, range, laneHeight: LANE, gap: GAP, axis: AXIS});
     /** @type {HTMLElement | null} */
     const cursor = this.querySelector(".cursor");
     if (!cursor) return;
@@ -278,9 +273,8 @@ class Timeline extends MonitorElement {
 
   /** Say what is below the pointer: narrow spans have no name. @param {PointerEvent & From<HTMLElement>} event */
   #name(event) {
-    const {laneHeight, gap} = this.#heights;
     const {top} = event.currentTarget.getBoundingClientRect();
-    const {id = 0} = this.lanes[Math.floor((event.clientY - top) / (laneHeight + gap))] ?? {};
+    const {id = 0} = this.lanes[Math.floor((event.clientY - top) / (LANE + GAP))] ?? {};
     const time = this.#timeAt(event);
     const [span] = seen(monitor.past.spans.get(id) ?? [], {start: time, end: time});
     event.currentTarget.title = span ? `${monitor.stateName(id, span.state)}, ${spokenSeconds(time)}` : "";
