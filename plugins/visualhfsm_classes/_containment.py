@@ -50,7 +50,7 @@ class Containment:
     The judge's process keeps clock, robot, automata and transitions, and the functions that judge. The Python
     of a submission runs in a process for each trial, behind walls: without a network, without files but
     Python and packages, and with limits for all that it uses. A submission is one document, which may import
-    `files`; of these, links and what is larger than a document are left out.
+    those of `files` that stand beside it; of these, links and what is larger than a document are left out.
 
     `include` are folders with packages of interfaces that exercises add. `hidden` are folders that must not
     be seen even if they are among the installed packages. With `shows_variables` recordings have the
@@ -72,10 +72,10 @@ class Containment:
         self._include: Final = tuple(include)
         self._allowance: Final = allowance or Allowance()
         self._walls: Final = Walls(include, hidden, unsafe=unsafe)
-        contents = {file.name: _content(file) for file in files}
-        self._files: Final = {name: content for name, content in contents.items() if content is not None}
+        contents = {file: _content(file) for file in files}
+        self._files: Final = {file: content for file, content in contents.items() if content is not None}
         self._folder: TemporaryDirectory[str] | None = None
-        self._read: Final[dict[tuple[str, bytes], _Submission]] = {}
+        self._read: Final[dict[tuple[Path, bytes], _Submission]] = {}
         self._behaviors: Final[list[ContainedBehavior]] = []
 
     def __enter__(self) -> Self:
@@ -120,12 +120,13 @@ class Containment:
         content = _content(path)
         if content is None:
             raise DocumentInvalid(f"{path.name} is no file of at most {LARGEST_DOCUMENT >> 20} MB")
-        key = path.name, content
+        key = path, content
         if (known := self._read.get(key)) is not None:
             return known
         assert self._folder is not None, "use it in a `with` block"
         folder = Path(tempfile.mkdtemp(dir=self._folder.name))
-        files = {**self._files, path.name: content}
+        files = {file.name: each for file, each in self._files.items() if file.parent == path.parent}
+        files[path.name] = content
         for name, each in files.items():
             (folder / name).write_bytes(each)
         copy = folder / path.name

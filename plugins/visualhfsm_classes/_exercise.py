@@ -180,6 +180,15 @@ def _check(exercise: Exercise, source: str, text: str) -> None:
                     body=str(body),
                     robots=", ".join(exercise.robots),
                 )
+    for name, plan in exercise.plans.items():
+        for file in plan.files:
+            if not (exercise.folder / file).is_file():
+                raise GradingError.because(
+                    "{folder}: there is no {file}, which the plan {name} names",
+                    folder=str(exercise.folder),
+                    file=file,
+                    name=name,
+                )
     for language in exercise.languages:
         if not exercise.task(language).is_file():
             raise GradingError.because(

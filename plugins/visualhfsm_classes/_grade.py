@@ -83,6 +83,11 @@ class Grader:
         exercise = self._exercise
         try:
             with self._containment() as containment, quiet():
+                for each in {name for plan in exercise.plans.values() for name in plan.others}:
+                    with GradingError.in_place_of(
+                        DocumentInvalid, "the exercise {name}: {reason}", name=exercise.name
+                    ):
+                        containment.read(exercise.folder / each)
                 judged = [
                     self._run(containment, plan_name, number)
                     for plan_name, plan in exercise.plans.items()
@@ -116,12 +121,22 @@ class Grader:
         """JudgedRun the worst trial again, and record it in a file. Raises VisualHfsmError."""
         plan = self._plan(marks.worst_plan)
         with self._containment(shows_variables=True) as containment, quiet():
-            run_trial(plan, marks.worst_number, recording, simulate=containment.simulate)
+            run_trial(
+                plan,
+                marks.worst_number,
+                recording,
+                folder=self._exercise.folder,
+                simulate=containment.simulate,
+            )
 
     def _containment(self, *, shows_variables: bool = False) -> Containment:
-        others = sorted(path for path in self._document.parent.iterdir() if path != self._document)
+        beside = sorted(path for path in self._document.parent.iterdir() if path != self._document)
+        ours = sorted(self._exercise.folder.glob("*.xml"))  # what the documents of other robots may import
         return Containment(
-            files=others, hidden=[self._exercise.folder], shows_variables=shows_variables, unsafe=self._unsafe
+            files=[*beside, *ours],
+            hidden=[self._exercise.folder],
+            shows_variables=shows_variables,
+            unsafe=self._unsafe,
         )
 
     def _plan(self, name: str) -> Plan:
@@ -136,7 +151,13 @@ class Grader:
     def _try(self, containment: Containment, name: str, number: int) -> _Judged:
         witness = _Judge(self._exercise, name, self._language)
         try:
-            outcome = run_trial(self._plan(name), number, simulate=containment.simulate, witness=witness)
+            outcome = run_trial(
+                self._plan(name),
+                number,
+                folder=self._exercise.folder,
+                simulate=containment.simulate,
+                witness=witness,
+            )
         except DocumentInvalid:
             raise
         except (TrialsError, ExecutionError) as error:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 from codegen.hfsm import write_document
 from codegen.hfsm.document import Automaton, Document
 from visualhfsm.plugins import system_languages
-from visualhfsm.trials import SUFFIX
+from visualhfsm.trials import SUFFIX, documents_of
 from visualhfsm_classes._errors import GradingError
 from visualhfsm_classes._exercise import FILE, VISIBLE
 from visualhfsm_classes._words import figure, say
@@ -53,7 +53,8 @@ def chosen_language(exercise: Exercise, given: str | None) -> str:
 def handout(exercise: Exercise, language: str) -> dict[str, bytes]:
     """Return the files that a pupil gets, by name: neither hidden trials, nor judges, nor the solution.
 
-    The task is there in each language, with its pictures; `task.md` is the one in `language`.
+    The task is there in each language, with its pictures; `task.md` is the one in `language`. So are the
+    documents and the worlds of the trials that pupils see, with what these documents import.
     """
     start = exercise.start
     empty = Document(automata=(Automaton(id=1),))
@@ -61,12 +62,15 @@ def handout(exercise: Exercise, language: str) -> dict[str, bytes]:
     others = {f"task.{each}.md": _task(exercise, each) for each in exercise.languages if each != language}
     files = sorted(exercise.folder.iterdir())
     pictures = [each for each in files if "image/" in str(guess_type(each.name, strict=False))]
+    named = [exercise.folder / each for each in exercise.plans[VISIBLE].files]
+    imported = documents_of(*(each for each in named if each.suffix == ".xml"))
+    needed = [*named, *sorted(each for each in imported.difference(named) if each.is_file())]
     return {
         "task.md": _task(exercise, language),
         f"{exercise.name}.xml": document,
         f"{exercise.name}{SUFFIX}": (exercise.folder / f"{VISIBLE}.toml").read_bytes(),
         **others,
-        **{each.name: each.read_bytes() for each in pictures},
+        **{each.name: each.read_bytes() for each in (*pictures, *needed)},
     }
 
 

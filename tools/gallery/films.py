@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing
 from pathlib import Path
 from typing import Any, Final, NamedTuple
@@ -20,8 +20,8 @@ from naoserver.bodies.capabilities import Color
 from naoserver_sim.appearance import VISUAL_GROUP, Lamps
 from naoserver_sim.model import Model, build_model
 from naoserver_sim.world import StartPose, World, load_world
-from tools.gallery.scenes import Scene
-from visualhfsm.simulation import Behavior, simulate
+from tools.gallery.scenes import ROOT, Scene
+from visualhfsm.simulation import Behavior, Team, simulate, simulate_team
 
 SIZE: Final = (260, 195)
 """Width and height in pixels."""
@@ -46,9 +46,11 @@ class Moment(NamedTuple):
 def film(scene: Scene, document: Path) -> list[Image.Image]:
     """Return the pictures of a scene."""
     world = _world(scene)
-    with closing(_run(scene, document, world)) as run:
-        model = build_model(world=world, body=run.robot.device.body)
-        moments = list(_moments(scene, run, model))
+    with closing(_run(scene, document, world)) as running:
+        run = running if isinstance(running, Behavior) else running.behaviors[0]
+        device: Any = run.robot.device
+        model = device._model if scene.others else build_model(world=world, body=device.body)
+        moments = list(_moments(scene, run, model, running.advance))
     return list(_pictures(scene, model, moments))
 
 
@@ -86,13 +88,23 @@ def caption(picture: Image.Image, text: str) -> Image.Image:
 
 
 def _world(scene: Scene) -> World:
-    world = replace(load_world(scene.world), robot=StartPose(position=scene.robot))
+    world = load_world(scene.world)
+    if world.robots:
+        first, *others = world.robots
+        world = replace(world, robots=(replace(first, position=scene.robot), *others))
+    else:
+        world = replace(world, robot=StartPose(position=scene.robot))
     if scene.ball is not None:
         world = replace(world, balls=(replace(world.balls[0], position=scene.ball),))
     return world
 
 
-def _run(scene: Scene, document: Path, world: World) -> Behavior:
+def _run(scene: Scene, document: Path, world: World) -> Behavior | Team:
+    parameters = dict(scene.parameters)
+    if scene.others:
+        documents = [document, *(ROOT / each for each in scene.others)]
+        each = [parameters, *({} for _ in scene.others)]
+        return simulate_team(documents, world=world, camera="rendered", seed=scene.seed, parameters=each)
     is_match = scene.world == "soccer"
     return simulate(
         document,
@@ -103,12 +115,14 @@ def _run(scene: Scene, document: Path, world: World) -> Behavior:
         seed=scene.seed,
         noise=is_match,
         posture=scene.posture,
-        parameters=dict(scene.parameters),
+        parameters=parameters,
         stand_ins=True,
     )
 
 
-def _moments(scene: Scene, run: Behavior, model: Model) -> Iterator[Moment]:
+def _moments(
+    scene: Scene, run: Behavior, model: Model, advance: Callable[[float], object]
+) -> Iterator[Moment]:
     """Yield what is shown, from the run."""
     if scene.values:
         run.set(1, **scene.values)
@@ -122,7 +136,7 @@ def _moments(scene: Scene, run: Behavior, model: Model) -> Iterator[Moment]:
             shown.append(_moment(run, model))
         if scene.until and ends == _LONGEST_RUN and run.is_active(scene.until):
             ends = now + scene.after
-        run.advance(step)
+        advance(step)
         now += step
     if scene.until and ends == _LONGEST_RUN:
         raise SystemExit(f"{run.document}: it is not {scene.until} after {_LONGEST_RUN:g} s")
@@ -132,13 +146,15 @@ def _moments(scene: Scene, run: Behavior, model: Model) -> Iterator[Moment]:
 def _moment(run: Behavior, model: Model) -> Moment:
     device: Any = run.robot.device  # a simulated one, perhaps behind one with drawn images
     truth = device.stage.truth()
-    qpos = np.array(model.mj.qpos0)
+    qpos = np.array(model.whole.qpos0)
     for index, place in (
         (model.base, truth.torso),
         *((index, truth.objects[name]) for name, index in model.loose.items()),
     ):
         qpos[index.qpos : index.qpos + 7] = *place.position, *place.orientation
     qpos[model.robot.qpos] = [run.robot.joints[joint.name] for joint in model.robot.joints]
+    if model.others:  # all robots
+        qpos = device._simulator.newest().whole_qpos.copy()
     for name, carrier in model.balls.items():
         qpos[carrier.qpos] = run.robot.ball(name).position
     places = [truth.torso.position, *(truth.objects[name].position for name in model.loose)]
@@ -147,8 +163,9 @@ def _moment(run: Behavior, model: Model) -> Moment:
 
 
 def _pictures(scene: Scene, model: Model, moments: list[Moment]) -> Iterator[Image.Image]:
-    data = mujoco.MjData(model.mj)
-    model.mj.vis.quality.offsamples = 4
+    mj = model.whole
+    data = mujoco.MjData(mj)
+    mj.vis.quality.offsamples = 4
     options = mujoco.MjvOption()
     options.geomgroup[:] = 0
     options.geomgroup[[0, VISUAL_GROUP]] = 1
@@ -158,14 +175,14 @@ def _pictures(scene: Scene, model: Model, moments: list[Moment]) -> Iterator[Ima
     middle = np.mean([each.middle for each in moments], axis=0)
     camera.lookat = (*middle, scene.height)
     lights: dict[str, Color] = {}
-    lamps = Lamps(model.mj, lambda: dict(lights))
-    with mujoco.Renderer(model.mj, 2 * SIZE[1], 2 * SIZE[0]) as renderer:
+    lamps = Lamps(mj, lambda: dict(lights))
+    with mujoco.Renderer(mj, 2 * SIZE[1], 2 * SIZE[0]) as renderer:
         for each in moments:
             lights.update(each.lights)
             lamps.show()
             data.qpos[:] = each.qpos
-            mujoco.mj_kinematics(model.mj, data)
-            mujoco.mj_camlight(model.mj, data)
+            mujoco.mj_kinematics(mj, data)
+            mujoco.mj_camlight(mj, data)
             renderer.update_scene(data, camera, options)
             picture = Image.fromarray(renderer.render()).resize(SIZE, Image.Resampling.LANCZOS)
             yield caption(picture, each.states)

@@ -44,6 +44,8 @@ class Scene:
     height: float = 0.3
     distance: float = 1.15
     faster: float = 1.0
+    others: tuple[str, ...] = ()
+    """Documents in the repository that drive the other robots of the world."""
 
 
 def moves_ball(pan: float) -> Callable[[Behavior], object]:
@@ -111,6 +113,18 @@ EXERCISES: Final[Mapping[str, Scene]] = {
         faster=2.0,
         side=AT_GOAL,
         distance=2.2,
+    ),
+    "match": Scene(
+        world=str(ROOT / "exercises/match/duel.toml"),
+        robot=(3.0, 0.0),
+        ball=(3.5, 0.05),
+        parameters={"goal_x": 1.5},
+        others=("exercises/match/rival.xml",),
+        until="scored",
+        seconds=9.0,
+        faster=2.0,
+        side=AT_GOAL,
+        distance=2.4,
     ),
 }
 SHELF: Final[Mapping[str, Scene]] = {

@@ -156,6 +156,13 @@ class Plan(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, omit_d
     """Most memory of a trial in MB."""
 
     @property
+    def files(self) -> tuple[str, ...]:
+        """The names of the files beside its document that it needs: of the other robots, and of worlds."""
+        world = self.scene.get("world")
+        worlds = world if isinstance(world, tuple) else (world,)
+        return (*self.others, *(str(each) for each in worlds if str(each).endswith(".toml")))
+
+    @property
     def quantities(self) -> dict[str, Quantity]:
         """All quantities by name: those of the scene, of parameters and of disturbances."""
         found = {**self.scene, **{PARAMETERS + name: each for name, each in self.parameters.items()}}

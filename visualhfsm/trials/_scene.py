@@ -53,7 +53,7 @@ def check_scene(plan: Plan) -> None:
     for name, quantity in plan.scene.items():
         if isinstance(quantity, tuple) and any(isinstance(each, str | bool) for each in quantity):
             for each in dict.fromkeys(quantity):
-                scene_of(plan, {**drawn, name: each})
+                scene_of(plan, {**drawn, name: each}, Path(plan.document).parent)
 
 
 def _choices(quantity: Quantity | None) -> list[str]:
@@ -62,14 +62,14 @@ def _choices(quantity: Quantity | None) -> list[str]:
     return [each for each in names if isinstance(each, str) and not each.endswith(".toml")]
 
 
-def scene_of(plan: Plan, values: Values) -> Scene:
-    """Return the scene of a trial with some values; a world that is a file stands beside the document.
+def scene_of(plan: Plan, values: Values, folder: Path) -> Scene:
+    """Return the scene of a trial with some values; a world that is a file stands in a folder.
 
     Raises TrialsError.
     """
     world = values.get("world")
     if isinstance(world, str) and world.endswith(".toml"):
-        values = {**values, "world": str(Path(plan.document).parent / world)}
+        values = {**values, "world": str(folder / world)}
     return Scene(values, plan.robot)
 
 

@@ -71,27 +71,30 @@ def run_trial(
     number: int,
     recording: Path | None = None,
     *,
+    folder: Path | None = None,
     simulate: Callable[..., Behavior] = simulate,
     witness: Witness | None = None,
 ) -> Outcome:
     """Run a trial of a plan in this process and return its outcome; perhaps it is recorded in a file.
 
-    `simulate` makes the behavior, with the arguments of `visualhfsm.simulation.simulate`; if it raises
-    BehaviorFailed, the trial has failed. The random numbers of Python and NumPy that the behavior uses begin
-    with the trial's seed. Raises TrialsError for a plan that is not possible, DocumentInvalid for its
-    document.
+    `folder` has the documents of the other robots and the file of the world, which stand beside the plan's
+    document unless it is given. `simulate` makes each behavior, with the arguments of
+    `visualhfsm.simulation.simulate`; if it raises BehaviorFailed, the trial has failed. The random numbers
+    of Python and NumPy that the behaviors use begin with the trial's seed. Raises TrialsError for a plan
+    that is not possible, DocumentInvalid for a document.
     """
     values = draw_values(plan, number)
     seed = plan.seed_of(number)
     random.seed(seed)
     np.random.seed(seed)
-    scene = scene_of(plan, {name: values[name] for name in plan.scene})
+    folder = folder or Path(plan.document).parent
+    scene = scene_of(plan, {name: values[name] for name in plan.scene}, folder)
     parameters = {name: values[f"parameters.{name}"] for name in plan.parameters}
     settings = {"stand_ins": plan.stand_ins, **scene.settings}
     if plan.robot == "sim":
         settings |= {"camera": plan.camera, "seed": seed}
     try:
-        running = _begin(plan, simulate, parameters, settings)
+        running = _begin(plan, folder, simulate, parameters, settings)
     except (RobotError, UnknownName) as error:
         raise TrialsError.because(
             "trial {number} is not possible: {reason}", number=number, reason=reason(error)
@@ -112,7 +115,11 @@ def run_trial(
 
 
 def _begin(
-    plan: Plan, simulate: Callable[..., Behavior], parameters: Values, settings: dict[str, Any]
+    plan: Plan,
+    folder: Path,
+    simulate: Callable[..., Behavior],
+    parameters: Values,
+    settings: dict[str, Any],
 ) -> Behavior | Team:
     """Make the behavior, or with others beside it a team whose first one it is."""
     if not plan.others:
@@ -120,7 +127,7 @@ def _begin(
         return simulate(plan.document, robot=robot, parameters=parameters, **settings)
     if plan.robot != "sim":
         raise TrialsError.because('others: there is one world for several robots only with robot = "sim"')
-    documents = [plan.document, *(str(Path(plan.document).with_name(each)) for each in plan.others)]
+    documents = [plan.document, *(str(folder / each) for each in plan.others)]
     each = [parameters, *({} for _ in plan.others)]
     with TrialsError.in_place_of(ValueError, "others: {reason}"):
         return simulate_team(documents, parameters=each, simulate=simulate, **settings)
