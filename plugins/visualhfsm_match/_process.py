@@ -5,6 +5,7 @@ It is the referee's: the code of the documents runs in sandboxes, one for each t
 
 from __future__ import annotations
 
+import os
 import tempfile
 import zlib
 from contextlib import ExitStack
@@ -18,6 +19,7 @@ from visualhfsm_match._match import play
 from visualhfsm_match._page import match_page
 from visualhfsm_match._referee import BALL
 from visualhfsm_match._series import PREFIX, Answer, Match, Played
+from zenoh_ice.application.tether import die_with
 
 
 def _answer(match: Match) -> Answer:
@@ -41,4 +43,5 @@ def _answer(match: Match) -> Answer:
 
 
 if __name__ == "__main__":
+    die_with(os.getppid())  # a match would go on for minutes without noticing that nobody waits for it
     answer_tasks(_answer)

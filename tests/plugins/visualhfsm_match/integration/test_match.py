@@ -9,12 +9,16 @@ from dataclasses import replace
 from pathlib import Path
 
 import msgspec
+import psutil
 import pytest
 from typer.testing import CliRunner
 from typer.testing import Result as Done
 
 from tests.support.dask_cluster import DaskCluster
 from tests.support.documents import document, state, sub
+from tests.support.limits import START_LIMIT
+from tests.support.processes import ComponentProcess, assert_gone, module
+from tests.support.waiting import until
 from visualhfsm import VisualHfsmError
 from visualhfsm.trials import ProcessPool, find_runner, run_tasks
 from visualhfsm_match._command import match
@@ -261,3 +265,24 @@ def test_where_nothing_contains_code_nothing_is_played(
 def tournament_of(folder: Path, *options: str) -> Done:
     out = ("--out", str(folder / "out"), "--minutes", "0.1", "--players", "1", "--workers", "1")
     return CliRunner().invoke(play_all, [str(folder), *out, *options])
+
+
+def test_a_match_ends_with_the_command_that_plays_it(tmp_path: Path) -> None:
+    stands = standing(tmp_path)
+    command = module("visualhfsm", "match", str(stands), str(stands), "--players", "1", "--minutes", "90")
+    with ComponentProcess([*command, "--report", str(tmp_path / "match.html")]) as playing:
+        until(lambda: _plays(below(playing)), START_LIMIT)
+        left = below(playing)
+        playing.process.kill()
+        playing.wait()
+        assert_gone(left)
+
+
+def below(playing: ComponentProcess) -> list[psutil.Process]:
+    found: list[psutil.Process] = psutil.Process(playing.process.pid).children(recursive=True)
+    return found
+
+
+def _plays(processes: list[psutil.Process]) -> bool:
+    """Return whether code of a document runs: in a process of that which plays."""
+    return len(processes) > 1 and any("visualhfsm_match._process" in each.cmdline() for each in processes)
