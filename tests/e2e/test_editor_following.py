@@ -143,7 +143,8 @@ def test_each_document_that_is_shown_shows_its_own_run(shown: EditorPage, root: 
 def test_enter_that_comes_before_the_question_answers_it(shown: EditorPage) -> None:
     run(shown)
     shown.page.reload()
-    expect_running(shown)
+    expect_running(shown)  # which is known before the drawing is there
+    shown.state("go").wait_for()
     asked = shown.held("**/shell/before-run.js", lambda: shown.press("F5"))
     shown.press("Enter")
     asked.continue_()
