@@ -28,6 +28,8 @@ class Film:
         self._told = 0
         self._arena: Arena | None = None
         self._names: Sequence[str] = ()
+        self._shirts: dict[str, Sequence[float]] = {}
+        """Of the teams."""
         self._frames: list[list[float]] = []
         self._joints: list[list[str]] = []
         self._states: Final = hashlib.sha256()
@@ -41,9 +43,10 @@ class Film:
     ) -> None:
         """See what there is, before the match begins."""
         self._arena, self._names = arena, names
+        self._shirts = dict(zip(teams, shirts, strict=True))
         self._joints = [[joint.name for joint in robot.joints] for robot in arena.robots]
         if self._live is not None:
-            self._write({**self.content(shirts, teams), "teams": teams})
+            self._write({**self.content(), "teams": teams})
         self.look(0.0)
 
     def look(self, time: float, events: Sequence[Event] = ()) -> None:
@@ -70,7 +73,7 @@ class Film:
         """A digest of all that was seen, to the last bit."""
         return self._states.hexdigest()
 
-    def content(self, shirts: Sequence[Sequence[float]], teams: Sequence[str]) -> dict[str, Any]:
+    def content(self) -> dict[str, Any]:
         """Return what the page needs: the bodies and their looks, the world, and the frames."""
         assert self._arena is not None
         bodies = {robot.body.name: robot for robot in self._arena.robots}
@@ -78,7 +81,7 @@ class Film:
         robots = [
             {
                 "name": name,
-                "shirt": shirts[teams.index(robot.team)],
+                "shirt": self._shirts[robot.team],
                 "body": [*bodies].index(robot.body.name),
                 "joints": joints,
             }

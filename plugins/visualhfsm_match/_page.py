@@ -9,7 +9,7 @@ import msgspec
 
 from visualhfsm.plugins import html_file
 from visualhfsm_match._film import Film
-from visualhfsm_match._match import SHIRTS, Plan, Result
+from visualhfsm_match._match import Plan, Result
 
 _STATIC: Final = Path(__file__).with_name("static")
 _STYLES: Final[tuple[str | Path, ...]] = (
@@ -54,7 +54,7 @@ def match_page(plan: Plan, result: Result, film: Film) -> str:
         **_head(plan),
         "outcome": outcome_of(result),
         "events": result.events,
-        **film.content(SHIRTS, result.teams),
+        **film.content(),
     }
     data = msgspec.json.encode(content)
     return html_file(content["title"], _STATIC / "match-page.js", _STYLES, data)
