@@ -15,8 +15,8 @@ from naoserver.errors import RobotError
 from naoserver.serving.entrances import Entrance, Served
 from naoserver.soccer_field.model import Field
 from visualhfsm_match._errors import MatchError
-from visualhfsm_match._places import Places
-from visualhfsm_match._referee import BALL, BALL_RADIUS, PERIOD, Put, Referee, Seen, Sight
+from visualhfsm_match._places import Places, sight_of
+from visualhfsm_match._referee import BALL, BALL_RADIUS, PERIOD, Put, Referee
 from visualhfsm_match._rules import RULES, load_rules
 from visualhfsm_match._servant import IDENTITY, RefereeI
 
@@ -45,32 +45,21 @@ class _Match:
 
     def run(self, stop: threading.Event) -> None:
         """Judge until `stop` is set."""
-        clock, referee = next(iter(self._robots.values())).robot.clock, self.referee
+        robots = {name: each.robot for name, each in self._robots.items()}
+        clock, referee = next(iter(robots.values())).clock, self.referee
         due, begun = clock.now(), False
         while not stop.wait(_LOOK):
             if (now := clock.now()) < due:
                 continue
             due = now + PERIOD
             if begun:
-                self._places.want(referee.see(self._sight()))
+                self._places.want(referee.see(sight_of(robots)))
             elif all(servant.is_read for servant in self.servants):
                 begun = True
                 self._places.want(referee.begin(now))
             for servant in self.servants:
                 servant.publish()
             self._say()
-
-    def _sight(self) -> Sight:
-        truths = {name: each.robot.stage.truth() for name, each in self._robots.items()}  # type: ignore[union-attr]
-        seen = {
-            name: Seen(
-                truth.torso.position[0], truth.torso.position[1], self._robots[name].robot.state().fallen
-            )
-            for name, truth in truths.items()
-        }
-        last = [*truths.values()][-1]
-        x, y, _ = last.objects[BALL].position
-        return Sight(last.time, (x, y), seen)
 
     def _put(self, put: Put) -> None:
         first = next(iter(self._robots.values()))

@@ -21,9 +21,9 @@ from visualhfsm.plugins import Turns, VirtualMedium
 from visualhfsm.trials import Sandbox
 from visualhfsm_match._errors import MatchError
 from visualhfsm_match._film import Film
-from visualhfsm_match._places import Places
+from visualhfsm_match._places import Places, sight_of
 from visualhfsm_match._player import Player
-from visualhfsm_match._referee import BALL, BALL_RADIUS, PERIOD, Event, Put, Referee, Seen, Sight
+from visualhfsm_match._referee import BALL, BALL_RADIUS, PERIOD, Event, Put, Referee
 from visualhfsm_match._rules import Rules
 from zenoh_ice.data.text import encodable, printable
 
@@ -143,6 +143,7 @@ class _Match:
     def play(self, film: Film) -> Result:
         """Play to the end."""
         referee, until = self._referee, time.monotonic() + self._plan.patience
+        robots = dict(zip(self._names, self._arena.robots, strict=True))
         self._arena.start()
         film.begin(self._arena, self._names, SHIRTS, self._plan.teams)
         while not referee.over:
@@ -152,7 +153,7 @@ class _Match:
                         player.follow()
             self._advance()
             self._arena.check()
-            sight = self._sight()
+            sight = sight_of(robots)
             self._places.want(referee.see(sight))
             film.look(sight.time, referee.events)
             if time.monotonic() > until:
@@ -167,14 +168,6 @@ class _Match:
                 if player is not None and not self._referee.over:
                     with self._judged(player.team):
                         player.advance(moment)
-
-    def _sight(self) -> Sight:
-        x, y, _ = self._arena.truth().objects[BALL].position
-        robots = {}
-        for name, robot in zip(self._names, self._arena.robots, strict=True):
-            at = robot.stage.truth().torso.position
-            robots[name] = Seen(at[0], at[1], robot.state().fallen)
-        return Sight(self._turns.clock.now(), (x, y), robots)
 
     def _put(self, put: Put) -> None:
         """Put a robot, or the ball, somewhere. Raises InvalidCommand where there is no room."""
