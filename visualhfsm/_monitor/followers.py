@@ -322,6 +322,7 @@ class Followers:
 
     async def _update(self) -> None:
         self._robot.update()
+        self._robot.others.update(self._robot.world.others())
         self._observe(self._robot.presence())
         for name, recorder in list(self._recorders.items()):
             if recorder.is_over:

@@ -96,12 +96,12 @@ class RobotMonitor:
         self._limits = PolledValue(JointsPrx.uncheckedCast(proxy(BODY)).getJointLimits.begin)
         self.world: Final = WorldMonitor(communicator)
         self.others: Final = Others(communicator)
+        """The other robots of its world, which who draws them updates."""
         self.audible: Final = AudibleMonitor(communicator)
 
     def update(self) -> None:
         """Request missing data; without a robot, request nothing."""
         self.world.update()
-        self.others.update(self.world.others())
         self._body.update()
         if self._body.is_present:
             self._limits.poll()
