@@ -285,4 +285,8 @@ def below(playing: ComponentProcess) -> list[psutil.Process]:
 
 def _plays(processes: list[psutil.Process]) -> bool:
     """Return whether code of a document runs: in a process of that which plays."""
-    return len(processes) > 1 and any("visualhfsm_match._process" in each.cmdline() for each in processes)
+    try:
+        commands = [each.cmdline() for each in processes]
+    except psutil.NoSuchProcess:  # one that only prepared something has ended
+        return False
+    return len(commands) > 1 and any("visualhfsm_match._process" in each for each in commands)
