@@ -134,11 +134,11 @@ function draw({canvas, group, automaton, state, transition}, explanation) {
   const left = explanation.state !== state && t("The automaton is in {state} now.", {state: name(explanation.state)});
   const asked = explanation.transitions.filter((each) => !left && (!transition || each.transition === transition));
   render(
-    html`<h3>
+    html`<p class="title">
         ${transition ? nameOf(automaton, transition) : t("In {state}", {state: name(state)})}${
           explanation.ghost ? html` <span class="faint">${t("ghost: its state above is not active")}</span>` : nothing
         }
-      </h3>
+      </p>
       ${
         asked.length
           ? html`<ul>
