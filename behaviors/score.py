@@ -63,6 +63,7 @@ class Score(Component, document="score.xml", on_error="stop"):
 
     SURE = 20.0  # s for which the robot trusts in where it was when it looked to all sides
     LATE = 0.15  # s by which a picture may be late: what it shows after a turn is from the turn
+    PAST = 0.8  # rad by which it kicks past what stands behind the ball
     MEMORY = 8.0  # s for which it trusts in where a ball lies that it cannot see, such as close before its feet
 
     FIELD = Field()  # that of the Standard Platform League
@@ -70,6 +71,8 @@ class Score(Component, document="score.xml", on_error="stop"):
     faced = 0j  # where the robot faced when it looked for the ball before
     turned = looked = left = -SURE  # when it turned, when its head did, and when it left for the next sweep
     sight = None, -SURE  # where it saw the ball last, and when
+    aside = 0.0  # rad to the left by which the next kick is to go past what stands behind the ball
+    side = 1.0  # where that went last: 1 to the left, -1 to the right
 
     @cached_property
     def localizer(self):
@@ -119,16 +122,40 @@ class Score(Component, document="score.xml", on_error="stop"):
         orange = cv2.inRange(hsv, (4, 150, 60), (32, 255, 255))  # overexposed it is yellow
         regions, _ = cv2.findContours(orange, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
         for region in regions:
-            (u, v), radius = cv2.minEnclosingCircle(region)
-            if radius < 2.0 or cv2.contourArea(region) < 0.6 * math.pi * radius**2:
-                continue  # a speck, or not round
+            u, v, radius = self.circle_of(region)
+            if radius < 2.0:
+                continue  # a speck, or a line
             point = camera.getFloorPoint(u, v, self.RADIUS)
             expected = self.focal(name, camera) * self.RADIUS / point.distance
-            if 0.6 < radius / max(expected, 1e-6) < 1.5:  # as large as the ball is there
+            if not 0.6 < radius / max(expected, 1e-6) < 1.5:
+                continue  # not as large as the ball is there
+            # Below the orange of a robot is a robot.
+            if point.distance < self.close or self.shows_carpet(hsv, u, v + 1.2 * radius, v + 1.8 * radius, radius) > 0.5:
                 self.mark(name, u, v, "ball")
+                # Beyond a ball that it is about to kick, too: one of another team.
+                behind = self.shows_carpet(hsv, u, v - 4.0 * radius, v - 1.2 * radius, radius)
+                if behind < 0.6 and point.distance < 2.0 * self.close and not self.aside:
+                    self.side = -self.side
+                    self.aside = self.side * self.PAST
                 here, facing = self.place()
                 return here + facing * complex(point.x, point.y)
         return None
+
+    def circle_of(self, region):
+        """Return the circle round a region, or the largest in it if it is not round: the ball before a robot's orange toes."""
+        (u, v), radius = cv2.minEnclosingCircle(region)
+        if cv2.contourArea(region) >= 0.6 * math.pi * radius**2:
+            return u, v, radius
+        left, top, width, height = cv2.boundingRect(region)
+        filled = np.zeros((height + 2, width + 2), np.uint8)
+        cv2.drawContours(filled, [region], 0, 255, cv2.FILLED, offset=(1 - left, 1 - top))
+        _, radius, _, (u, v) = cv2.minMaxLoc(cv2.distanceTransform(filled, cv2.DIST_L2, 5))
+        return u + left - 1, v + top - 1, radius
+
+    def shows_carpet(self, hsv, u, top, bottom, half):
+        """Return how much of a part of a picture is carpet, from 0 to 1; 1 if it is outside."""
+        part = hsv[max(0, int(top)) : int(bottom) + 1, max(0, int(u - half)) : int(u + half) + 1]
+        return cv2.inRange(part, (35, 60, 15), (90, 255, 255)).mean() / 255 if part.size and bottom > 0 else 1.0
 
     def focal(self, name, camera):
         """Return the focal length of a camera in pixels, asked for once."""
@@ -191,7 +218,7 @@ class Score(Component, document="score.xml", on_error="stop"):
     def to_goal(self, ball):
         """Return the direction in which to kick the ball."""
         way = self.aim(ball) - ball
-        return way / abs(way)
+        return way / abs(way) * cmath.rect(1.0, self.aside)
 
     def pace_for(self, ball):
         """Return how fast to play the kick: a ball that is to stop before the goal rolls as the square of that."""
@@ -249,9 +276,14 @@ class Score(Component, document="score.xml", on_error="stop"):
         return side + 1 if there and self.is_still() else side
 
     def first_corner(self, ball):
-        """Return where a search begins, by where the ball was: perhaps before its feet, where it does not see it."""
-        near = ball is not None and abs(self.beside(ball)) < self.close
-        return -3 if near and self.is_blind_before_its_feet() else 0
+        """Return where a search begins, by where the ball was: perhaps before its feet, where it may not see it."""
+        if ball is None:
+            return -1 if self.is_near(self.sight[0]) else 0
+        return -3 if self.is_near(ball) and self.is_blind_before_its_feet() else 0
+
+    def is_near(self, ball):
+        """Return whether a ball lies before the feet, as far as it is known."""
+        return ball is not None and abs(self.beside(ball)) < self.close
 
     def sweep(self, corner):
         """Look around, then turn; return which corner is next."""
@@ -451,6 +483,7 @@ class Score(Component, document="score.xml", on_error="stop"):
             nonlocal motion
             # <exit 1.5>
             motion = None
+            self.aside = 0.0
             # </exit 1.5>
 
         state_5 = State("kick", id=5, entry=entry_kick, code=state_kick, exit=exit_kick)

@@ -64,6 +64,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
     KNOWN = 5.0  # s for which the team trusts in where somebody saw the ball
     PACE = 0.08  # m/s, of a walk to the ball and round it
     FAR = 60.0  # s, the cost of what nobody can say
+    LOST = 4.0  # s after which a striker turns to where its mates see the ball
 
     def take_role(self, role):
         """Report the team what this robot knows, and return its role, which was `role`: one strikes, one keeps the goal."""
@@ -150,6 +151,24 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
             self.Walk.stop()
         return spot
 
+    turned_at = -LOST  # when it turned to where mates saw the ball
+
+    def is_seen_by_mates(self):
+        """Return whether mates see a ball that this robot has lost, elsewhere than before its feet."""
+        ball = self.ball_of_team()
+        lost = self.clock.now() - max(self.sight[1], self.turned_at) > self.LOST
+        return lost and ball is not None and abs(self.beside(ball)) > self.close
+
+    def turn_to_ball(self):
+        """Turn to where mates see the ball, and look at it."""
+        self.find_ball()
+        ball = self.ball_of_team()
+        if ball is None:
+            return
+        self.look_at(self.beside(ball))
+        if self.is_standing():
+            self.Walk.walkTo(0.0, 0.0, cmath.phase(self.beside(ball)))
+
     def search(self, corner):
         """Look round for a ball that nobody of the team has seen recently; return where to look next."""
         return corner if self.ball_of_team() is not None else self.sweep(corner)
@@ -161,6 +180,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
 
     SURE = 20.0  # s for which the robot trusts in where it was when it looked to all sides
     LATE = 0.15  # s by which a picture may be late: what it shows after a turn is from the turn
+    PAST = 0.8  # rad by which it kicks past what stands behind the ball
     MEMORY = 8.0  # s for which it trusts in where a ball lies that it cannot see, such as close before its feet
 
     FIELD = Field()  # that of the Standard Platform League
@@ -168,6 +188,8 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
     faced = 0j  # where the robot faced when it looked for the ball before
     turned = looked = left = -SURE  # when it turned, when its head did, and when it left for the next sweep
     sight = None, -SURE  # where it saw the ball last, and when
+    aside = 0.0  # rad to the left by which the next kick is to go past what stands behind the ball
+    side = 1.0  # where that went last: 1 to the left, -1 to the right
 
     @cached_property
     def localizer(self):
@@ -217,16 +239,40 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         orange = cv2.inRange(hsv, (4, 150, 60), (32, 255, 255))  # overexposed it is yellow
         regions, _ = cv2.findContours(orange, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
         for region in regions:
-            (u, v), radius = cv2.minEnclosingCircle(region)
-            if radius < 2.0 or cv2.contourArea(region) < 0.6 * math.pi * radius**2:
-                continue  # a speck, or not round
+            u, v, radius = self.circle_of(region)
+            if radius < 2.0:
+                continue  # a speck, or a line
             point = camera.getFloorPoint(u, v, self.RADIUS)
             expected = self.focal(name, camera) * self.RADIUS / point.distance
-            if 0.6 < radius / max(expected, 1e-6) < 1.5:  # as large as the ball is there
+            if not 0.6 < radius / max(expected, 1e-6) < 1.5:
+                continue  # not as large as the ball is there
+            # Below the orange of a robot is a robot.
+            if point.distance < self.close or self.shows_carpet(hsv, u, v + 1.2 * radius, v + 1.8 * radius, radius) > 0.5:
                 self.mark(name, u, v, "ball")
+                # Beyond a ball that it is about to kick, too: one of another team.
+                behind = self.shows_carpet(hsv, u, v - 4.0 * radius, v - 1.2 * radius, radius)
+                if behind < 0.6 and point.distance < 2.0 * self.close and not self.aside:
+                    self.side = -self.side
+                    self.aside = self.side * self.PAST
                 here, facing = self.place()
                 return here + facing * complex(point.x, point.y)
         return None
+
+    def circle_of(self, region):
+        """Return the circle round a region, or the largest in it if it is not round: the ball before a robot's orange toes."""
+        (u, v), radius = cv2.minEnclosingCircle(region)
+        if cv2.contourArea(region) >= 0.6 * math.pi * radius**2:
+            return u, v, radius
+        left, top, width, height = cv2.boundingRect(region)
+        filled = np.zeros((height + 2, width + 2), np.uint8)
+        cv2.drawContours(filled, [region], 0, 255, cv2.FILLED, offset=(1 - left, 1 - top))
+        _, radius, _, (u, v) = cv2.minMaxLoc(cv2.distanceTransform(filled, cv2.DIST_L2, 5))
+        return u + left - 1, v + top - 1, radius
+
+    def shows_carpet(self, hsv, u, top, bottom, half):
+        """Return how much of a part of a picture is carpet, from 0 to 1; 1 if it is outside."""
+        part = hsv[max(0, int(top)) : int(bottom) + 1, max(0, int(u - half)) : int(u + half) + 1]
+        return cv2.inRange(part, (35, 60, 15), (90, 255, 255)).mean() / 255 if part.size and bottom > 0 else 1.0
 
     def focal(self, name, camera):
         """Return the focal length of a camera in pixels, asked for once."""
@@ -289,7 +335,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
     def to_goal(self, ball):
         """Return the direction in which to kick the ball."""
         way = self.aim(ball) - ball
-        return way / abs(way)
+        return way / abs(way) * cmath.rect(1.0, self.aside)
 
     def pace_for(self, ball):
         """Return how fast to play the kick: a ball that is to stop before the goal rolls as the square of that."""
@@ -347,9 +393,14 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         return side + 1 if there and self.is_still() else side
 
     def first_corner(self, ball):
-        """Return where a search begins, by where the ball was: perhaps before its feet, where it does not see it."""
-        near = ball is not None and abs(self.beside(ball)) < self.close
-        return -3 if near and self.is_blind_before_its_feet() else 0
+        """Return where a search begins, by where the ball was: perhaps before its feet, where it may not see it."""
+        if ball is None:
+            return -1 if self.is_near(self.sight[0]) else 0
+        return -3 if self.is_near(ball) and self.is_blind_before_its_feet() else 0
+
+    def is_near(self, ball):
+        """Return whether a ball lies before the feet, as far as it is known."""
+        return ball is not None and abs(self.beside(ball)) < self.close
 
     def sweep(self, corner):
         """Look around, then turn; return which corner is next."""
@@ -579,6 +630,26 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
 
         state_4 = State("scored", id=4, entry=entry_scored, code=state_scored)
 
+        def entry_turn():
+            # <entry 2.5>
+            self.Team.reportDoing("turns to the ball")
+            # </entry 2.5>
+
+        def state_turn():
+            nonlocal role
+            # <code 2.5>
+            role = self.take_role(role)
+            self.turn_to_ball()
+            # </code 2.5>
+
+        def exit_turn():
+            # <exit 2.5>
+            self.Walk.stop()
+            self.turned_at = self.clock.now()
+            # </exit 2.5>
+
+        state_5 = State("turn", id=5, entry=entry_turn, code=state_turn, exit=exit_turn)
+
         def guard_strikes():
             return role == "striker"  # <trigger 2.1/>
 
@@ -613,6 +684,18 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
 
         transition_8 = Transition("again", state_4, state_1, id=8, seconds=3.0)
 
+        def guard_a_mate_sees_it():
+            return self.is_seen_by_mates()  # <trigger 2.9/>
+
+        transition_9 = Transition("a mate sees it", state_2, state_5, id=9, guard=guard_a_mate_sees_it)
+
+        def guard_turned():
+            return role != "striker" or self.clock.now() - self.sight[1] < 1.0  # <trigger 2.10/>
+
+        transition_10 = Transition("turned", state_5, state_2, id=10, guard=guard_turned)
+
+        transition_11 = Transition("not there", state_5, state_2, id=11, seconds=6.0)
+
         return Automaton(
             "play",
             id=2,
@@ -622,6 +705,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
                 state_2,
                 state_3,
                 state_4,
+                state_5,
             ),
             transitions=(
                 transition_1,
@@ -632,6 +716,9 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
                 transition_6,
                 transition_7,
                 transition_8,
+                transition_9,
+                transition_10,
+                transition_11,
             ),
         )
 
@@ -760,6 +847,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
             nonlocal motion
             # <exit 3.5>
             motion = None
+            self.aside = 0.0
             # </exit 3.5>
 
         state_5 = State("kick", id=5, entry=entry_kick, code=state_kick, exit=exit_kick)
@@ -954,6 +1042,9 @@ SOURCE_MAP = source_map(__file__, (  # the document, element by element: lines w
     ("state 2.4",
         5, "entry 2.4", 0, "code 2.4", 1,
     ),
+    ("state 2.5",
+        5, "entry 2.5", 0, "code 2.5", 0, "exit 2.5", 1,
+    ),
     ("transition 2.1",
         6, "trigger 2.1", 1,
     ),
@@ -976,6 +1067,15 @@ SOURCE_MAP = source_map(__file__, (  # the document, element by element: lines w
         9,
     ),
     ("transition 2.8",
+        8,
+    ),
+    ("transition 2.9",
+        6, "trigger 2.9", 1,
+    ),
+    ("transition 2.10",
+        6, "trigger 2.10", 1,
+    ),
+    ("transition 2.11",
         8,
     ),
     ("iteration_time of automaton 2",

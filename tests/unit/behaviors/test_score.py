@@ -15,12 +15,15 @@ from msgspec.structs import replace
 
 from hfsm_runtime.loading import load_module
 from naoserver.bodies.capabilities import Truth
-from naoserver_sim.world import StartPose, load_world
+from naoserver_sim.world import RobotPlace, StartPose, load_world
 from tests.support.soak import cases
+from visualhfsm.simulation import simulate_team
 from visualhfsm.testing import Behavior, MakeBehavior
 
 DOCUMENT = "behaviors/score.xml"
 GOAL_LINE = 4.5
+OTHERS = ((-0.2, 0.1), (-0.1, 0.8), (-0.3, -0.7))
+"""Where other robots stand ahead of one, in m on the field."""
 
 pytestmark = [pytest.mark.sim, pytest.mark.gl]
 
@@ -106,7 +109,7 @@ def test_it_finds_a_ball_behind_it_and_takes_neither_its_toes_nor_the_grass_for_
 def test_a_robot_with_a_wrong_start_looks_for_lines_and_knows_it_then(
     behavior: MakeBehavior,
 ) -> None:
-    b = play(behavior, 0.0, 0.0, seed=3, noise=True, parameters={"start_x": -1.75})
+    b = play(behavior, 0.0, 0.0, seed=2, noise=True, parameters={"start_x": -1.75})
     b.run_until("orient", limit=15.0)
     b.run_until("search", limit=20.0)
     place, facing = b.component.place()
@@ -248,3 +251,40 @@ def test_a_robot_that_fell_gets_up_and_looks_for_its_place(behavior: MakeBehavio
     b.run_until("orient", limit=45.0)
     b.run_until("search", limit=60.0)
     assert not b.robot.state.fallen
+
+
+def test_the_orange_parts_of_another_robot_are_no_ball() -> None:
+    soccer = load_world("soccer")
+    behind = replace(soccer.balls[0], position=(-4.4, 0.0))
+    robots = (
+        RobotPlace(name="nao", position=(-3.0, 0.0)),
+        *(RobotPlace(name=f"other{n}", position=place, heading=math.pi) for n, place in enumerate(OTHERS)),
+    )
+    world = replace(soccer, balls=(behind,), robots=robots)
+    with simulate_team(
+        [DOCUMENT], world=world, camera="rendered", seed=1, parameters={"start_x": -3.0}
+    ) as team:
+        (b,) = team.behaviors
+        for _ in range(20):
+            team.advance(0.1)
+            assert b.component.sight[0] is None
+
+
+def test_a_ball_before_another_robot_is_kicked_past_it() -> None:
+    soccer = load_world("soccer")
+    robots = (
+        RobotPlace(name="nao", position=(-0.8, 0.0)),
+        RobotPlace(name="other", position=(0.24, 0.0), heading=math.pi),
+    )
+    world = replace(soccer, balls=(replace(soccer.balls[0], position=(0.0, 0.0)),), robots=robots)
+    with simulate_team(
+        [DOCUMENT], world=world, camera="rendered", seed=1, parameters={"start_x": -0.8}
+    ) as team:
+        (b,) = team.behaviors
+        team.advance(5.0)
+        while not b.is_active("kick"):
+            team.advance(0.5)
+            assert team.time < 60.0
+        assert b.component.aside != 0.0
+        team.advance(6.0)
+        assert math.dist((0.0, 0.0), truth(b).objects["Ball"].position[:2]) > 0.6

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Callable
 
@@ -73,7 +74,7 @@ def test_alone_it_strikes(behavior: MakeBehavior) -> None:
 
 @pytest.mark.parametrize(
     ("roles", "state"),
-    [(["striker"], "play/keep"), (["keeper"], "play/strike"), (["striker", "keeper"], "play/support")],
+    [(["striker"], "play/keep"), (["keeper"], "play/turn"), (["striker", "keeper"], "play/support")],
 )
 def test_it_does_what_the_team_leaves_it(
     play: Callable[[Mate], Behavior], roles: list[str], state: str
@@ -140,3 +141,17 @@ def test_a_walk_that_is_refused_ends_no_play(play: Callable[[Mate], Behavior]) -
     walker.command = command  # type: ignore[method-assign]
     b.run_until("play/support", limit=20.0)
     assert not b.errors
+
+
+def test_a_striker_turns_to_where_a_mate_sees_the_ball(play: Callable[[Mate], Behavior]) -> None:
+    b = play(Mate("keeper", ball=-3.0 + 0.0j))
+    b.run_until("play/turn", limit=2.0)
+    to_ball = cmath.phase(b.component.beside(-3.0 + 0.0j))
+    b.advance(0.3)
+    walk = b.calls("Walk.walkTo")[-1]
+    assert (walk.x, walk.y) == (0.0, 0.0)
+    assert walk.heading == pytest.approx(to_ball, abs=0.2)
+    assert abs(to_ball) > 2.0
+    b.run_until("play/strike/search", limit=7.0)  # the ball is not there
+    b.advance(3.0)
+    assert b.is_active("play/strike"), "it turns again and again"
