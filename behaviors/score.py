@@ -71,6 +71,7 @@ class Score(Component, document="score.xml", on_error="stop"):
     faced = 0j  # where the robot faced when it looked for the ball before
     turned = looked = left = -SURE  # when it turned, when its head did, and when it left for the next sweep
     sight = None, -SURE  # where it saw the ball last, and when
+    searches = False  # whether it looks round for the ball
     aside = 0.0  # rad to the left by which the next kick is to go past what stands behind the ball
     side = 1.0  # where that went last: 1 to the left, -1 to the right
 
@@ -381,6 +382,7 @@ class Score(Component, document="score.xml", on_error="stop"):
             corner = self.first_corner(ball)
             miss = 0.0
             ball = None
+            self.searches = True
             # </entry 1.1>
 
         def state_search():
@@ -394,7 +396,12 @@ class Score(Component, document="score.xml", on_error="stop"):
                 lost = False
             # </code 1.1>
 
-        state_1 = State("search", id=1, initial=True, entry=entry_search, code=state_search)
+        def exit_search():
+            # <exit 1.1>
+            self.searches = False
+            # </exit 1.1>
+
+        state_1 = State("search", id=1, initial=True, entry=entry_search, code=state_search, exit=exit_search)
 
         def entry_approach():
             nonlocal foot, seen_at, sights, spot
@@ -642,7 +649,7 @@ SOURCE_MAP = source_map(__file__, (  # the document, element by element: lines w
         1,
     ),
     ("state 1.1",
-        5, "entry 1.1", 0, "code 1.1", 1,
+        5, "entry 1.1", 0, "code 1.1", 0, "exit 1.1", 1,
     ),
     ("state 1.2",
         5, "entry 1.2", 0, "code 1.2", 0, "exit 1.2", 1,

@@ -154,9 +154,9 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
     turned_at = -LOST  # when it turned to where mates saw the ball
 
     def is_seen_by_mates(self):
-        """Return whether mates see a ball that this robot has lost, elsewhere than before its feet."""
+        """Return whether mates see a ball for which this robot looks round, elsewhere than before its feet."""
         ball = self.ball_of_team()
-        lost = self.clock.now() - max(self.sight[1], self.turned_at) > self.LOST
+        lost = self.searches and self.clock.now() - max(self.sight[1], self.turned_at) > self.LOST
         return lost and ball is not None and abs(self.beside(ball)) > self.close
 
     def turn_to_ball(self):
@@ -188,6 +188,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
     faced = 0j  # where the robot faced when it looked for the ball before
     turned = looked = left = -SURE  # when it turned, when its head did, and when it left for the next sweep
     sight = None, -SURE  # where it saw the ball last, and when
+    searches = False  # whether it looks round for the ball
     aside = 0.0  # rad to the left by which the next kick is to go past what stands behind the ball
     side = 1.0  # where that went last: 1 to the left, -1 to the right
 
@@ -745,6 +746,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
             corner = self.first_corner(ball)
             miss = 0.0
             ball = None
+            self.searches = True
             # </entry 3.1>
 
         def state_search():
@@ -758,7 +760,12 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
                 lost = False
             # </code 3.1>
 
-        state_1 = State("search", id=1, initial=True, entry=entry_search, code=state_search)
+        def exit_search():
+            # <exit 3.1>
+            self.searches = False
+            # </exit 3.1>
+
+        state_1 = State("search", id=1, initial=True, entry=entry_search, code=state_search, exit=exit_search)
 
         def entry_approach():
             nonlocal foot, seen_at, sights, spot
@@ -1120,7 +1127,7 @@ SOURCE_MAP = source_map(__file__, (  # the document, element by element: lines w
         0, "automaton 3", 0,
     ),
     ("state 3.1",
-        5, "entry 3.1", 0, "code 3.1", 1,
+        5, "entry 3.1", 0, "code 3.1", 0, "exit 3.1", 1,
     ),
     ("state 3.2",
         5, "entry 3.2", 0, "code 3.2", 0, "exit 3.2", 1,
