@@ -247,16 +247,13 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
             expected = self.focal(name, camera) * self.RADIUS / point.distance
             if not 0.6 < radius / max(expected, 1e-6) < 1.5:
                 continue  # not as large as the ball is there
-            # Below the orange of a robot is a robot.
-            if point.distance < self.close or self.shows_carpet(hsv, u, v + 1.2 * radius, v + 1.8 * radius, radius) > 0.5:
-                self.mark(name, u, v, "ball")
-                # Beyond a ball that it is about to kick, too: one of another team.
-                behind = self.shows_carpet(hsv, u, v - 4.0 * radius, v - 1.2 * radius, radius)
-                if behind < 0.6 and point.distance < 2.0 * self.close and not self.aside:
-                    self.side = -self.side
-                    self.aside = self.side * self.PAST
-                here, facing = self.place()
-                return here + facing * complex(point.x, point.y)
+            if point.distance > self.close and self.carpet_in(hsv, u, v + 1.2 * radius, v + 1.8 * radius, radius) < 0.5:
+                continue  # below the orange of a robot is a robot
+            self.mark(name, u, v, "ball")
+            if point.distance < 2.0 * self.close and self.carpet_in(hsv, u, v - 4.0 * radius, v - 1.2 * radius, radius) < 0.6:
+                self.kick_past()  # somebody stands behind it
+            here, facing = self.place()
+            return here + facing * complex(point.x, point.y)
         return None
 
     def circle_of(self, region):
@@ -270,10 +267,16 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         _, radius, _, (u, v) = cv2.minMaxLoc(cv2.distanceTransform(filled, cv2.DIST_L2, 5))
         return u + left - 1, v + top - 1, radius
 
-    def shows_carpet(self, hsv, u, top, bottom, half):
-        """Return how much of a part of a picture is carpet, from 0 to 1; 1 if it is outside."""
+    def carpet_in(self, hsv, u, top, bottom, half):
+        """Return how much of a part of a picture is carpet, from 0 to 1; 1 if the part is outside."""
         part = hsv[max(0, int(top)) : int(bottom) + 1, max(0, int(u - half)) : int(u + half) + 1]
         return cv2.inRange(part, (35, 60, 15), (90, 255, 255)).mean() / 255 if part.size and bottom > 0 else 1.0
+
+    def kick_past(self):
+        """Turn the next kick to one side, and the one after it to the other."""
+        if not self.aside:
+            self.side = -self.side
+            self.aside = self.side * self.PAST
 
     def focal(self, name, camera):
         """Return the focal length of a camera in pixels, asked for once."""
