@@ -56,13 +56,9 @@ class Approvals:
 
     def require(self, digest: str, path: str, seconds: float) -> None:
         """Return once for each leave of a person. Raises AgentError while there is none, and asks for it."""
-        asked, answered = self.asked(), _read(self._answered, Answered)
-        if (
-            asked
-            and answered
-            and (answered.digest, answered.at) == (asked.digest, asked.at)
-            and digest == asked.digest
-        ):
+        asked = self._newest()
+        answered = self._answer_to(asked)
+        if asked and answered and digest == asked.digest:
             self._asked.unlink(missing_ok=True)
             self._answered.unlink(missing_ok=True)
             if answered.verdict == "allowed":
@@ -76,13 +72,22 @@ class Approvals:
         )
 
     def asked(self) -> Asked | None:
-        """Return what is asked for now."""
-        found = _read(self._asked, Asked)
-        return found if found and abs(time.time() - found.at) < _VALID else None
+        """Return what is asked for now and nobody has answered."""
+        found = self._newest()
+        return None if self._answer_to(found) else found
 
     def answer(self, asked: Asked, verdict: Literal["allowed", "refused"]) -> None:
         """Answer what was asked."""
         _write(self._answered, Answered(asked.digest, asked.at, verdict))
+
+    def _newest(self) -> Asked | None:
+        found = _read(self._asked, Asked)
+        return found if found and abs(time.time() - found.at) < _VALID else None
+
+    def _answer_to(self, asked: Asked | None) -> Answered | None:
+        found = _read(self._answered, Answered)
+        same = asked and found and (found.digest, found.at) == (asked.digest, asked.at)
+        return found if same else None
 
 
 def _write(file: Path, content: Asked | Answered) -> None:

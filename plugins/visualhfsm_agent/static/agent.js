@@ -17,7 +17,7 @@ await addStyles(new URL("./agent.css", import.meta.url));
 const PERIOD = 1000; // ms
 
 class AgentPanel extends PageElement {
-  static properties = {asked: {state: true}};
+  static properties = {asked: {state: true}, answering: {state: true}};
   /** @type {typeof PageElement.watches} */
   static watches = {};
 
@@ -25,6 +25,7 @@ class AgentPanel extends PageElement {
     super();
     /** @type {AskedRun | null} */
     this.asked = null;
+    this.answering = false;
   }
 
   /** @type {ReturnType<typeof setInterval> | undefined} */
@@ -47,14 +48,14 @@ class AgentPanel extends PageElement {
   }
 
   render() {
-    const {asked} = this;
+    const {asked, answering} = this;
     if (!asked) return html`<p class="empty" role="status">${t("No agent asks for anything.")}</p>`;
     const {path, seconds} = asked;
     return html`<div class="asked" role="alert">
       <p>${t("An agent asks to run {path} on the robot, for at most {seconds} s.", {path, seconds})}</p>
       <p>
-        <button type="button" class="button primary" @click=${() => this.#answer(true)}>${t("Allow it once")}</button>
-        <button type="button" class="button" @click=${() => this.#answer(false)}>${t("Refuse")}</button>
+        <button type="button" class="button primary" ?disabled=${answering} @click=${() => this.#answer(true)}>${t("Allow it once")}</button>
+        <button type="button" class="button" ?disabled=${answering} @click=${() => this.#answer(false)}>${t("Refuse")}</button>
       </p>
     </div>`;
   }
@@ -71,9 +72,11 @@ class AgentPanel extends PageElement {
   /** @param {boolean} allowed */
   async #answer(allowed) {
     const {asked} = this;
-    if (!asked) return;
-    this.asked = null;
+    if (!asked || this.answering) return;
+    this.answering = true;
     await store.request("answerAgent", {tab: page.tab, at: asked.at, allowed}).catch(notifyError);
+    await this.#look();
+    this.answering = false;
   }
 }
 

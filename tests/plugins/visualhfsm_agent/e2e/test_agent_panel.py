@@ -38,6 +38,7 @@ def asked(shown: EditorPage, path: Path) -> Approvals:
 def test_a_run_is_allowed_once(shown: EditorPage, asked: Approvals) -> None:
     shown.page.get_by_role("button", name="Allow it once").click()
     expect(shown.page.get_by_text("No agent asks for anything.")).to_be_visible()
+    assert asked.asked() is None, "it is asked for again, though somebody has answered"
     asked.require("digest", "look.xml", 30.0)
     with pytest.raises(AgentError, match="a person must allow this run"):
         asked.require("digest", "look.xml", 30.0)
