@@ -63,7 +63,6 @@ class Score(Component, document="score.xml", on_error="stop"):
 
     SURE = 20.0  # s for which the robot trusts in where it was when it looked to all sides
     LATE = 0.15  # s by which a picture may be late: what it shows after a turn is from the turn
-    PAST = 0.8  # rad by which it kicks past what stands behind the ball
     MEMORY = 8.0  # s for which it trusts in where a ball lies that it cannot see, such as close before its feet
 
     FIELD = Field()  # that of the Standard Platform League
@@ -72,8 +71,6 @@ class Score(Component, document="score.xml", on_error="stop"):
     turned = looked = left = -SURE  # when it turned, when its head did, and when it left for the next sweep
     sight = None, -SURE  # where it saw the ball last, and when
     searches = False  # whether it looks round for the ball
-    aside = 0.0  # rad to the left by which the next kick is to go past what stands behind the ball
-    side = 1.0  # where that went last: 1 to the left, -1 to the right
 
     @cached_property
     def localizer(self):
@@ -130,11 +127,9 @@ class Score(Component, document="score.xml", on_error="stop"):
             expected = self.focal(name, camera) * self.RADIUS / point.distance
             if not 0.6 < radius / max(expected, 1e-6) < 1.5:
                 continue  # not as large as the ball is there
-            if point.distance > self.close and self.carpet_in(hsv, u, v + 1.2 * radius, v + 1.8 * radius, radius) < 0.5:
-                continue  # below the orange of a robot is a robot
+            if point.distance > self.close and self.carpet_in(hsv, u, v + 1.2 * radius, v + 3.2 * radius, radius) < 0.4:
+                continue  # below the orange of a robot is a robot, which hides more than a line
             self.mark(name, u, v, "ball")
-            if point.distance < 2.0 * self.close and self.carpet_in(hsv, u, v - 4.0 * radius, v - 1.2 * radius, radius) < 0.6:
-                self.kick_past()  # somebody stands behind it
             here, facing = self.place()
             return here + facing * complex(point.x, point.y)
         return None
@@ -154,12 +149,6 @@ class Score(Component, document="score.xml", on_error="stop"):
         """Return how much of a part of a picture is carpet, from 0 to 1; 1 if the part is outside."""
         part = hsv[max(0, int(top)) : int(bottom) + 1, max(0, int(u - half)) : int(u + half) + 1]
         return cv2.inRange(part, (35, 60, 15), (90, 255, 255)).mean() / 255 if part.size and bottom > 0 else 1.0
-
-    def kick_past(self):
-        """Turn the next kick to one side, and the one after it to the other."""
-        if not self.aside:
-            self.side = -self.side
-            self.aside = self.side * self.PAST
 
     def focal(self, name, camera):
         """Return the focal length of a camera in pixels, asked for once."""
@@ -222,7 +211,7 @@ class Score(Component, document="score.xml", on_error="stop"):
     def to_goal(self, ball):
         """Return the direction in which to kick the ball."""
         way = self.aim(ball) - ball
-        return way / abs(way) * cmath.rect(1.0, self.aside)
+        return way / abs(way)
 
     def pace_for(self, ball):
         """Return how fast to play the kick: a ball that is to stop before the goal rolls as the square of that."""
@@ -493,7 +482,6 @@ class Score(Component, document="score.xml", on_error="stop"):
             nonlocal motion
             # <exit 1.5>
             motion = None
-            self.aside = 0.0
             # </exit 1.5>
 
         state_5 = State("kick", id=5, entry=entry_kick, code=state_kick, exit=exit_kick)
