@@ -244,7 +244,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
             expected = self.focal(name, camera) * self.RADIUS / point.distance
             if not 0.6 < radius / max(expected, 1e-6) < 1.5:
                 continue  # not as large as the ball is there
-            if point.distance > self.close and self.carpet_in(hsv, u, v + 1.2 * radius, v + 3.2 * radius, radius) < 0.4:
+            if point.distance > 2.0 * self.close and self.carpet_in(hsv, u, v + 1.2 * radius, v + 3.2 * radius, radius) < 0.4:
                 continue  # below the orange of a robot is a robot, which hides more than a line
             self.mark(name, u, v, "ball")
             here, facing = self.place()
