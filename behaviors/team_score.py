@@ -155,9 +155,10 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
 
     def is_seen_by_mates(self):
         """Return whether mates see a ball for which this robot looks round, elsewhere than before its feet."""
+        if not self.searches or self.clock.now() - max(self.sight[1], self.turned_at) <= self.LOST:
+            return False
         ball = self.ball_of_team()
-        lost = self.searches and self.clock.now() - max(self.sight[1], self.turned_at) > self.LOST
-        return lost and ball is not None and abs(self.beside(ball)) > self.close
+        return ball is not None and not self.is_near(ball)
 
     def turn_to_ball(self):
         """Turn to where mates see the ball, and look at it."""
@@ -244,7 +245,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
             expected = self.focal(name, camera) * self.RADIUS / point.distance
             if not 0.6 < radius / max(expected, 1e-6) < 1.5:
                 continue  # not as large as the ball is there
-            if point.distance > 2.0 * self.close and self.carpet_in(hsv, u, v + 1.2 * radius, v + 3.2 * radius, radius) < 0.4:
+            if point.distance > 2.0 * self.close and self.carpet_below(hsv, u, v, radius) < 0.4:
                 continue  # below the orange of a robot is a robot, which hides more than a line
             self.mark(name, u, v, "ball")
             here, facing = self.place()
@@ -262,10 +263,11 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         _, radius, _, (u, v) = cv2.minMaxLoc(cv2.distanceTransform(filled, cv2.DIST_L2, 5))
         return u + left - 1, v + top - 1, radius
 
-    def carpet_in(self, hsv, u, top, bottom, half):
-        """Return how much of a part of a picture is carpet, from 0 to 1; 1 if the part is outside."""
-        part = hsv[max(0, int(top)) : int(bottom) + 1, max(0, int(u - half)) : int(u + half) + 1]
-        return cv2.inRange(part, (35, 60, 15), (90, 255, 255)).mean() / 255 if part.size and bottom > 0 else 1.0
+    def carpet_below(self, hsv, u, v, radius):
+        """Return how much of a picture below a circle is carpet, from 0 to 1; 1 if the picture ends there."""
+        rows = slice(int(v + 1.2 * radius), int(v + 3.2 * radius) + 1)
+        below = hsv[rows, max(0, int(u - radius)) : int(u + radius) + 1]
+        return cv2.inRange(below, (35, 60, 15), (90, 255, 255)).mean() / 255 if below.size else 1.0
 
     def focal(self, name, camera):
         """Return the focal length of a camera in pixels, asked for once."""
