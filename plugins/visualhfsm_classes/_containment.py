@@ -53,9 +53,10 @@ class Containment:
     those of `files` that stand beside it; of these, links and what is larger than a document are left out.
 
     `include` are folders with packages of interfaces that exercises add. `hidden` are folders that must not
-    be seen even if they are among the installed packages. With `shows_variables` recordings have the
-    variables, as the submission says that they are. With `unsafe` there are no walls. Making it raises
-    SandboxUnavailable where there can be none, and so does entering it.
+    be seen even if they are among the installed packages. `seconds` is how long the longest trial lasts by
+    the robot's clock: what its code may use grows with that, unless there is an `allowance`. With
+    `shows_variables` recordings have the variables, as the submission says that they are. With `unsafe` there
+    are no walls. Making it raises SandboxUnavailable where there can be none, and so does entering it.
     """
 
     def __init__(
@@ -64,13 +65,14 @@ class Containment:
         files: Sequence[Path] = (),
         include: Sequence[Path] = (),
         hidden: Sequence[Path] = (),
+        seconds: float = 0.0,
         allowance: Allowance | None = None,
         shows_variables: bool = False,
         unsafe: bool = False,
     ) -> None:
         self._shows: Final = shows_variables
         self._include: Final = tuple(include)
-        self._allowance: Final = allowance or Allowance()
+        self._allowance: Final = allowance or Allowance.for_trial(seconds)
         self._walls: Final = Walls(include, hidden, unsafe=unsafe)
         contents = {file: _content(file) for file in files}
         self._files: Final = {file: content for file, content in contents.items() if content is not None}

@@ -118,7 +118,7 @@ class Grader:
         return "; ".join([*found, worst.did] if worst.did else found)
 
     def record(self, marks: Marks, recording: Path) -> None:
-        """JudgedRun the worst trial again, and record it in a file. Raises VisualHfsmError."""
+        """Judge the worst trial again, and record it in a file. Raises VisualHfsmError."""
         plan = self._plan(marks.worst_plan)
         with self._containment(shows_variables=True) as containment, quiet():
             run_trial(
@@ -135,6 +135,7 @@ class Grader:
         return Containment(
             files=[*beside, *ours],
             hidden=[self._exercise.folder],
+            seconds=max(plan.limit for plan in self._exercise.plans.values()),
             shows_variables=shows_variables,
             unsafe=self._unsafe,
         )

@@ -10,7 +10,7 @@ import subprocess
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final, NoReturn, TypeVar
 
 import msgspec
@@ -27,6 +27,8 @@ from zenoh_ice.data.exceptions import SystemException
 from zenoh_ice.data.text import printable
 
 _MEBIBYTE: Final = 1 << 20
+_USUAL_TRIAL: Final = 120.0
+"""Seconds of a trial for which `Allowance` is made; a longer one may use more in proportion."""
 _END_LIMIT: Final = 5.0
 """Wall seconds for a killed process to be gone."""
 _LONGEST_ERRORS: Final = 4000
@@ -37,7 +39,6 @@ _ACTIVE: Final = 0.1
 """Code that computes, or waits for a processor, for less than this part of its time waits for something."""
 _DEEPEST_NESTING: Final = 10
 """Levels of code that waits for other code."""
-_MOST_REQUESTS: Final = 200_000
 _MOST_RECEIVED: Final = 64 << 20
 """Bytes of all its messages in a trial: the judge remembers the calls."""
 _LONGEST_REASON: Final = 300
@@ -48,7 +49,7 @@ M = TypeVar("M")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Allowance:
-    """What the code of one trial may use."""
+    """What the code of one trial of up to 120 s may use."""
 
     block: float = 5.0
     """Seconds of processor time of one piece of code, or of waiting for what never comes."""
@@ -68,8 +69,21 @@ class Allowance:
     """Threads, the first one included."""
     output: int = 8
     """Million characters that it prints."""
-    data: int = 1024
-    """MB of all values that the robot sends it."""
+    data: int = 2048
+    """MB of all values that the robot sends it: ten times a second the pictures of two cameras are 600."""
+    requests: int = 200_000
+    """Calls and other questions."""
+
+    @classmethod
+    def for_trial(cls, seconds: float) -> Allowance:
+        """Return what a trial that lasts so many s by the robot's clock may use, such as a match."""
+        longer, usual = max(1.0, seconds / _USUAL_TRIAL), cls()
+        return replace(
+            usual,
+            trial=longer * usual.trial,
+            data=math.ceil(longer * usual.data),
+            requests=math.ceil(longer * usual.requests),
+        )
 
 
 class ContainedError(Exception):
@@ -247,8 +261,10 @@ class Sandbox:
             if isinstance(message, protocol.Raised):
                 raise protocol.ENDS[told] if message.error == told else _exception(message, where)
             self._requests += 1
-            if self._requests > _MOST_REQUESTS:
-                self._break(f"made more than {_MOST_REQUESTS} requests in a trial, the last in {where}")
+            if self._requests > self._allowance.requests:
+                self._break(
+                    f"made more than {self._allowance.requests} requests in a trial, the last in {where}"
+                )
             reply = self._serve(message, piece)
             if isinstance(reply, protocol.Failed) and reply.error in protocol.ENDS:
                 told = reply.error

@@ -34,7 +34,8 @@ def _answer(match: Match) -> Answer:
             sandboxes = []
             for document in plan.documents:
                 files = [*(folder / document).parent.glob("*.xml")]
-                sandboxes.append(ends.enter_context(find_sandbox(files=files, unsafe=match.unsafe)))
+                sandbox = find_sandbox(files=files, unsafe=match.unsafe, seconds=plan.seconds)
+                sandboxes.append(ends.enter_context(sandbox))
             result = play(plan, folder, sandboxes, film)
         page = match_page(plan, result, film) if match.page else ""
     except VisualHfsmError as error:

@@ -121,14 +121,17 @@ class Sandbox(Protocol):
         """Return a behavior in virtual time, as `visualhfsm.simulation.simulate` does."""
 
 
-def find_sandbox(*, files: Sequence[Path], unsafe: bool) -> AbstractContextManager[Sandbox]:
+def find_sandbox(
+    *, files: Sequence[Path], unsafe: bool, seconds: float = 0.0
+) -> AbstractContextManager[Sandbox]:
     """Return what contains code of documents, which may import `files`; without walls if it is `unsafe`.
 
+    What the code may use grows with the `seconds` for which it runs by the robot's clock.
     Raises TrialsError without the plug-in; making and entering it raise VisualHfsmError where this computer
     can contain nothing.
     """
     made = _found(SANDBOXES, "contained", "the code of others", "")
-    return cast("AbstractContextManager[Sandbox]", made(files=files, unsafe=unsafe))
+    return cast("AbstractContextManager[Sandbox]", made(files=files, unsafe=unsafe, seconds=seconds))
 
 
 def find_runner(address: str) -> AbstractContextManager[Pool[Any]]:

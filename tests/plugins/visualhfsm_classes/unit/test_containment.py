@@ -171,3 +171,30 @@ def test_a_computer_without_time_is_not_the_fault_of_the_code(tmp_path: Path) ->
         pytest.raises(ComputerTooBusy, match="the computer was too busy: state computing took 1 s"),
     ):
         run_trial(plan, 1, simulate=containment.simulate)
+
+
+@pytest.mark.slow
+def test_a_trial_has_calls_and_data_in_proportion_to_how_long_it_lasts(tmp_path: Path) -> None:
+    path = tmp_path / "looks.xml"
+    path.write_text(
+        document(
+            sub(1, 0, state(1, "look", "pose = self.Head.getPose()", initial=True), variables="pose = None"),
+            config="<iceinterface><nameinterface>Head</nameinterface><nameproxy>Head</nameproxy>"
+            "<interface>PoseHead</interface></iceinterface>",
+        ),
+        encoding="utf-8",
+    )
+    plan = Plan(document=str(path), robot="fake", limit=3.0)
+    with Containment(unsafe=True, allowance=Allowance(requests=10)) as containment:
+        refused = run_trial(plan, 1, simulate=containment.simulate)
+    assert "made more than 10 requests in a trial, the last in state look" in refused.reason
+    with Containment(unsafe=True, allowance=Allowance(data=0)) as containment:
+        refused = run_trial(plan, 1, simulate=containment.simulate)
+    assert "asked for more than 0 MB of the robot's data" in refused.reason
+    usual, match = Allowance(), Allowance.for_trial(600.0)
+    assert Allowance.for_trial(3.0) == usual
+    assert (match.requests, match.data, match.trial) == (
+        5 * usual.requests,
+        5 * usual.data,
+        5 * usual.trial,
+    )
