@@ -181,6 +181,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
 
     SURE = 20.0  # s for which the robot trusts in where it was when it looked to all sides
     LATE = 0.15  # s by which a picture may be late: what it shows after a turn is from the turn
+    PAST = 0.8  # rad by which it kicks past a robot that held the ball, towards the middle of the field
     MEMORY = 8.0  # s for which it trusts in where a ball lies that it cannot see, such as close before its feet
 
     FIELD = Field()  # that of the Standard Platform League
@@ -189,6 +190,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
     turned = looked = left = -SURE  # when it turned, when its head did, and when it left for the next sweep
     sight = None, -SURE  # where it saw the ball last, and when
     searches = False  # whether it looks round for the ball
+    kicked = None  # where the ball lay when it was kicked last
 
     @cached_property
     def localizer(self):
@@ -328,9 +330,10 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         return aim
 
     def to_goal(self, ball):
-        """Return the direction in which to kick the ball."""
+        """Return the direction in which to kick the ball: past what held it, if it lies where it was kicked before."""
         way = self.aim(ball) - ball
-        return way / abs(way)
+        held = self.kicked is not None and abs(ball - self.kicked) < 0.3
+        return way / abs(way) * cmath.rect(1.0, math.copysign(self.PAST, -ball.imag) if held else 0.0)
 
     def pace_for(self, ball):
         """Return how fast to play the kick: a ball that is to stop before the goal rolls as the square of that."""
@@ -835,6 +838,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
             tries = doubts = 0
             miss = 0.0
             known = ball + self.to_goal(ball)
+            self.kicked = ball
             self.Motions.play(self.kick_for(ball), self.pace_for(ball))
             # </entry 3.5>
 
@@ -861,7 +865,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
             knows = False
             lost = True
             stands = False
-            self.Walk.walkTo(0.0 if ball is None else -0.3, 0.0, 0.0)  # away from the ball, which hides lines
+            self.Postures.goToPosture("StandInit", 1.0)  # it may have fallen
             self.localizer.look_around()
             # </entry 3.7>
 
@@ -871,7 +875,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
             moves = ActionStatus.Moving in (self.Postures.getPostureState().status, self.Walk.getWalkState().status)
             if not moves and not stands:
                 stands = True
-                self.Postures.goToPosture("StandInit", 1.0)  # it may have fallen
+                self.Walk.walkTo(0.0 if ball is None else -0.3, 0.0, 0.0)  # away from the ball, which hides lines
             elif not moves:
                 if self.is_still():
                     self.find_ball()
@@ -892,6 +896,19 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
             # </exit 3.7>
 
         state_7 = State("orient", id=7, entry=entry_orient, code=state_orient, exit=exit_orient)
+
+        def entry_back():
+            # <entry 3.8>
+            self.Walk.walkTo(-0.3, 0.0, 0.0)
+            # </entry 3.8>
+
+        def state_back():
+            # <code 3.8>
+            self.find_ball()
+            self.look_at(self.beside(ball))
+            # </code 3.8>
+
+        state_8 = State("back", id=8, entry=entry_back, code=state_back)
 
         def guard_found():
             return ball is not None  # <trigger 3.2/>
@@ -947,6 +964,24 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
 
         transition_13 = Transition("nowhere", state_1, state_7, id=13, seconds=40.0)
 
+        def guard_held():
+            return spot is not None and self.Walk.getWalkState().status is ActionStatus.Stopped  # <trigger 3.14/>
+
+        transition_14 = Transition("held", state_2, state_8, id=14, priority=3, guard=guard_held)
+
+        def guard_free():
+            return self.is_standing()  # <trigger 3.15/>
+
+        transition_15 = Transition("free", state_8, state_2, id=15, guard=guard_free)
+
+        transition_16 = Transition("refused", state_1, state_7, id=16, priority=1, event="refused")
+
+        transition_17 = Transition("refused", state_2, state_7, id=17, priority=2, event="refused")
+
+        transition_18 = Transition("refused", state_8, state_7, id=18, priority=1, event="refused")
+
+        transition_19 = Transition("refused", state_7, state_7, id=19, priority=1, event="refused")
+
         return Automaton(
             "strike",
             id=3,
@@ -960,6 +995,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
                 state_5,
                 state_6,
                 state_7,
+                state_8,
             ),
             transitions=(
                 transition_2,
@@ -974,6 +1010,12 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
                 transition_11,
                 transition_12,
                 transition_13,
+                transition_14,
+                transition_15,
+                transition_16,
+                transition_17,
+                transition_18,
+                transition_19,
             ),
         )
 
@@ -1140,6 +1182,9 @@ SOURCE_MAP = source_map(__file__, (  # the document, element by element: lines w
     ("state 3.7",
         5, "entry 3.7", 0, "code 3.7", 0, "exit 3.7", 1,
     ),
+    ("state 3.8",
+        5, "entry 3.8", 0, "code 3.8", 1,
+    ),
     ("transition 3.2",
         6, "trigger 3.2", 1,
     ),
@@ -1175,6 +1220,24 @@ SOURCE_MAP = source_map(__file__, (  # the document, element by element: lines w
     ),
     ("transition 3.13",
         8,
+    ),
+    ("transition 3.14",
+        7, "trigger 3.14", 1,
+    ),
+    ("transition 3.15",
+        6, "trigger 3.15", 1,
+    ),
+    ("transition 3.16",
+        9,
+    ),
+    ("transition 3.17",
+        9,
+    ),
+    ("transition 3.18",
+        9,
+    ),
+    ("transition 3.19",
+        9,
     ),
     ("annotation 3.1",
         8,

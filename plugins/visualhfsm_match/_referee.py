@@ -114,6 +114,8 @@ class Player:
     still_at: Point = (0.0, 0.0)
     """Where it is to stand still before the whistle."""
     lying_since: float | None = None
+    lay_at: float = 0.0
+    """When it lay last."""
 
 
 @dataclass(slots=True)
@@ -402,7 +404,11 @@ class Referee:
             player for player, seen in self._on_field(sight) if seen.lying and player.lying_since is None
         ]
         for player, seen in self._on_field(sight):
-            player.lying_since = (player.lying_since or self.now) if seen.lying else None
+            if seen.lying:
+                player.lying_since = self.now if player.lying_since is None else player.lying_since
+                player.lay_at = self.now
+            elif self.now - player.lay_at >= self.rules.up:
+                player.lying_since = None
         self._watch_contacts(sight, passed)
         offenders = dict.fromkeys(self._pushers(sight, fallen), Offense.Pushing)
         half_x = self.field.length / 2 + self.field.border
@@ -410,7 +416,7 @@ class Referee:
         for player, seen in self._on_field(sight):
             if abs(seen.x) > half_x or abs(seen.y) > half_y:
                 offenders.setdefault(player.name, Offense.LeavingTheField)
-            elif player.lying_since is not None and self.now - player.lying_since >= self.rules.get_up:
+            elif seen.lying and self.now - (player.lying_since or self.now) >= self.rules.get_up:
                 offenders.setdefault(player.name, Offense.IncapableRobot)
             elif not self.ball_free and player.team != self.kick_off and self._in_circle(seen):
                 offenders.setdefault(player.name, Offense.IllegalPositioning)

@@ -28,6 +28,7 @@ class Rules(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     penalty: Seconds
     penalty_increase: Seconds
     get_up: Seconds
+    up: Seconds
     pushing: Seconds
     contact: Meters
     push_speed: Meters

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import cmath
 import math
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +19,7 @@ from hfsm_runtime.loading import load_module
 from naoserver.bodies.capabilities import Truth
 from naoserver_sim.world import RobotPlace, StartPose, load_world
 from tests.support.soak import cases
-from visualhfsm.simulation import simulate_team
+from visualhfsm.simulation import Team, simulate_team
 from visualhfsm.testing import Behavior, MakeBehavior
 
 DOCUMENT = "behaviors/score.xml"
@@ -270,18 +272,57 @@ def test_the_orange_parts_of_another_robot_are_no_ball() -> None:
             assert b.component.sight[0] is None
 
 
-def test_a_ball_before_the_orange_toes_of_another_robot_is_seen() -> None:
+def beside_another(ball: complex, other: complex) -> AbstractContextManager[Team]:
+    """Begin 0.8 m before the middle of the field, with a ball and another robot that does nothing."""
     soccer = load_world("soccer")
     robots = (
         RobotPlace(name="nao", position=(-0.8, 0.0)),
-        RobotPlace(name="other", position=(0.24, 0.0), heading=math.pi),
+        RobotPlace(name="other", position=(other.real, other.imag), heading=math.pi),
     )
-    world = replace(soccer, balls=(replace(soccer.balls[0], position=(0.0, 0.0)),), robots=robots)
-    with simulate_team(
-        [DOCUMENT], world=world, camera="rendered", seed=1, parameters={"start_x": -0.8}
-    ) as team:
+    balls = (replace(soccer.balls[0], position=(ball.real, ball.imag)),)
+    world = replace(soccer, balls=balls, robots=robots)
+    return simulate_team([DOCUMENT], world=world, camera="rendered", seed=1, parameters={"start_x": -0.8})
+
+
+def run_until(team: Team, condition: Callable[[Behavior], bool], limit: float) -> Behavior:
+    """Run a team of one until a condition holds."""
+    (b,) = team.behaviors
+    end = team.time + limit
+    while not condition(b):
+        assert team.time < end, b.timeline
+        team.advance(0.1)
+    return b
+
+
+def test_a_ball_before_the_orange_toes_of_another_robot_is_seen() -> None:
+    with beside_another(0.0j, 0.24 + 0.0j) as team:
         (b,) = team.behaviors
         team.advance(1.0)
         ball, seen_at = b.component.sight
         assert seen_at > 0.0
         assert abs(ball) < 0.1
+
+
+def test_a_ball_that_another_robot_holds_is_kicked_past_it() -> None:
+    with beside_another(0.0j, 0.24 + 0.0j) as team:
+        b = run_until(team, in_kick, 20.0)
+        run_until(team, lambda b: not in_kick(b), 10.0)
+        x, y, _ = truth(b).objects["Ball"].position
+        assert math.hypot(x, y) < 0.2
+        run_until(team, in_kick, 40.0)
+        run_until(team, lambda b: not in_kick(b), 10.0)
+        after = truth(b).objects["Ball"].position
+        assert math.dist((x, y), after[:2]) > 0.4
+
+
+def test_a_robot_whose_walk_is_held_up_steps_back() -> None:
+    with beside_another(1.5 + 0.0j, -0.2 - 0.2j) as team:
+        b = run_until(team, lambda b: b.active_paths[-1] == "back", 20.0)
+        x, _, _ = truth(b).torso.position
+        run_until(team, lambda b: b.active_paths[-1] != "back", 20.0)
+        assert truth(b).torso.position[0] < x - 0.1
+        assert not b.robot.state.fallen
+
+
+def in_kick(b: Behavior) -> bool:
+    return b.active_paths[-1] == "kick"

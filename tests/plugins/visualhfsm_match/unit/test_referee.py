@@ -175,13 +175,25 @@ def test_who_lies_for_long_is_taken_off():
     assert penalty_of(match, "red2") is Offense.IncapableRobot
 
 
+def test_who_falls_again_on_the_way_up_has_not_got_up():
+    match = Match().whistle()
+    for _ in range(2):
+        match.robots["red2"] = Seen(-2.0, 1.0, lying=True)
+        match.pass_time(8.0)
+        match.robots["red2"] = Seen(-2.0, 1.0)
+        match.pass_time(1.0)
+    match.robots["red2"] = Seen(-2.0, 1.0, lying=True)
+    match.pass_time(3.0)
+    assert penalty_of(match, "red2") is Offense.IncapableRobot
+
+
 def test_who_gets_up_in_time_is_not():
     match = Match().whistle()
     for _ in range(3):
         match.robots["red2"] = Seen(-2.0, 1.0, lying=True)
         match.pass_time(15.0)
         match.robots["red2"] = Seen(-2.0, 1.0)
-        match.pass_time()
+        match.pass_time(3.0)
     assert penalty_of(match, "red2") is None
 
 
