@@ -111,3 +111,34 @@ def test_what_was_typed_offline_is_merged_with_a_file_that_was_changed_meanwhile
             unsent.get_by_role("button", name="Discard it").click()
             expect(unsent).to_have_count(0)
         shown.mishaps.clear()  # Chromium logs each request that is refused
+
+
+def test_what_was_typed_offline_is_kept_for_an_editor_that_opens_no_document(
+    browser: Browser, root: Path, path: Path
+) -> None:
+    port = free_port()
+    with contextlib.ExitStack() as first:
+        former = first.enter_context(editor(root, path, port=port))
+        shown = first.enter_context(editor_page(browser, former))
+        edit(shown, "wait")
+        shown.type("1")
+        expect(shown.page.locator(".last-step")).to_contain_text("Edit the code of “wait”")
+        former.stop()
+        copy = shown.page.get_by_role("button", name="Copy what was not sent")
+        unsent = shown.page.get_by_role("alert").filter(has_text="did not reach a document")
+        shown.type("2")
+        copy.wait_for()
+        with editor(root, port=port) as again:
+            shown.page.get_by_role("button", name="Recover walk").click()
+            shown.expect_states("wait", "go")
+            code = edit(shown, "wait")
+            expect(code).to_have_text("pass12")
+            expect(unsent).to_have_count(0)
+            shown.press("Control+s")
+            expect(shown.page.get_by_role("status").filter(has_text="Saved")).to_be_visible()
+            again.stop()
+            shown.type("3")
+            copy.wait_for()
+        with editor(root, port=port):
+            expect(unsent).to_contain_text("pass123")
+        shown.mishaps.clear()  # Chromium logs each request that is refused

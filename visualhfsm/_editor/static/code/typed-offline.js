@@ -22,11 +22,19 @@ const read = () => JSON.parse(windowStorage.getItem(KEPT) ?? "[]");
 const write = (texts) =>
   texts.length ? windowStorage.setItem(KEPT, JSON.stringify(texts)) : windowStorage.removeItem(KEPT);
 
+/** The open documents; of an editor that was started again they are others. */
+let {tabs: open} = store.workspace;
+const remember = () => {
+  if (store.online) open = store.workspace.tabs;
+};
+store.addEventListener("connection", remember);
+store.addEventListener("workspace", remember);
+
 /** Keep pieces of text for the page that is about to be loaded. @param {Piece[]} pieces */
 export function keepTyped(pieces) {
   const kept = read();
   for (const {tab, text, base, lost, send} of pieces) {
-    const {path = "", title = ""} = store.workspace.tabs.find((each) => each.tab === tab) ?? {};
+    const {path = "", title = ""} = open.find((each) => each.tab === tab) ?? {};
     // Nothing is sent any more: what would have been is kept.
     store.do = (_, command, from) => {
       kept.push({path, title, text, lost, command, base: from});
@@ -64,9 +72,9 @@ export function putTypedBack(giveUp) {
       const tab = tabs.findLast((each) => each.path === path && (path || each.title === title))?.tab ?? 0;
       const isUndecided = recoverable.some((each) => each.path === path && (path || each.name === title));
       if (isUndecided && !before.has(typed)) before.set(typed, tab);
-      if (isUndecided || !store.documents.has(tab)) return true;
-      if (before.get(typed) === tab)
-        giveUp(text); // the user wants the document as it was saved
+      if (isUndecided || (tab && !store.documents.has(tab))) return true;
+      if (!tab || before.get(typed) === tab)
+        giveUp(text); // it is not open, or the user wants it as it was saved
       else put(typed, tab);
       return false;
     });
