@@ -10,8 +10,10 @@ import pytest
 from playwright.sync_api import Browser, expect
 
 from codegen.hfsm.document import Document
-from tests.support.browser import EditorPage, saved
-from tests.support.monitor import comes_true, monitor_page, robot_and_editor
+from naoserver_sim.robot import SimulatedRobot
+from naoserver_sim.world import load_world
+from tests.support.browser import EditorPage, editor_page, saved
+from tests.support.monitor import comes_true, monitor_page, robot_and_editor, run
 from tests.support.robot_server import eventually
 
 SHOWN = "() => document.querySelector('hfsm-robot-view')?.pointing?.drawing.body?.torso.visible"
@@ -64,6 +66,8 @@ def test_a_place_that_is_pointed_at_becomes_the_arguments_of_the_selected_state_
     hint = shown.page.locator(".robot-hint")
     draw(shown, "Walk to")
     expect(hint).to_have_text("Click a place: the state walk to gets it.")
+    expect(hint).to_be_visible()
+    expect(shown.page.locator(".pointable canvas")).to_have_css("cursor", "crosshair")
     x, y, _, *eye = shown.page.evaluate(STAND)
     comes_true(shown, f"() => Math.abs(({MARK})()?.[0] - {x} - 0.5) < 0.01")  # by default
     point_at(shown, x + 0.3, y + 0.2, 0.0)
@@ -105,3 +109,26 @@ def test_a_place_that_is_pointed_at_becomes_the_arguments_of_the_selected_state_
     point_at(shown, x + 0.3, y - 0.3, 0.0)
     expect(hint).not_to_contain_text("Click a place")
     assert saved(shown, tmp_path / "walk.xml") == document
+
+
+@pytest.mark.sim
+def test_the_place_of_a_walk_stays_where_it_is_while_the_robot_walks_there(
+    browser: Browser, tmp_path: Path
+) -> None:
+    empty = '<VisualHFSM><SubAutomata id="1" idFather="0"/></VisualHFSM>'
+    nao = SimulatedRobot(skin=False, world=load_world("room"))
+    with (
+        robot_and_editor(tmp_path / "go.xml", empty, nao) as (_, running),
+        editor_page(browser, running) as shown,
+    ):
+        shown.show_robot()
+        comes_true(shown, SHOWN)
+        shown.page.locator(".view-tools").get_by_role("button", name="Top").click()
+        draw(shown, "Walk to")
+        x, y, *_ = shown.page.evaluate(STAND)
+        point_at(shown, x + 0.3, y + 0.2, 0.0)
+        comes_true(shown, f"() => Math.abs(({MARK})()?.[0] - {x} - 0.3) < 0.02")
+        place = shown.page.evaluate(MARK)
+        run(shown)
+        comes_true(shown, f"() => ({STAND})()[0] > {x} + 0.15")
+        assert shown.page.evaluate(MARK) == pytest.approx(place, abs=0.03)

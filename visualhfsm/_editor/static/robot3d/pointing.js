@@ -8,6 +8,7 @@
  * @typedef {{at: Vector3, heading: number, eye: Vector3}} Stand where the robot stands on the floor, and its first camera
  * @typedef {{inputs: string[], numbers: (to: Vector3, from: Stand) => number[],
  *   place: (numbers: number[], from: Stand) => Vector3}} Meaning how inputs are a place, and which one
+ * @typedef {{at: number, from?: Stand}} Entry
  * @typedef {{meaning: Meaning, automaton: Automaton, state: State, child: number, several: boolean}} Aim
  */
 
@@ -26,6 +27,7 @@ import {
 
 import {apply} from "../data/commands.js";
 import {page} from "../data/page.js";
+import {monitor} from "../run/monitor.js";
 import {dispose} from "./shapes.js";
 
 const UP = new Vector3(0, 0, 1);
@@ -134,11 +136,14 @@ export class Pointing {
     listen("pointerdown", (event) => (this.#down = event.button === 0 ? event : undefined));
     listen("pointerup", (event) => this.#up(event));
     listen("pointercancel", () => (this.#down = undefined));
+    monitor.addEventListener("snapshot", () => this.#follow(), {signal: this.#ended.signal});
   }
 
   #ended = new AbortController();
   /** @type {PointerEvent | undefined} */
   #down = undefined;
+  /** When each state was entered last, and from where its numbers count then. @type {Map<string, Entry>} */
+  #entries = new Map();
 
   /** The selected state, if it can get a place now. */
   get aimed() {
@@ -152,7 +157,7 @@ export class Pointing {
     const texts = aimed?.meaning.inputs.map((name) => handed(aimed, name).text) ?? [];
     const known = Boolean(aimed) && texts.every((text) => NUMBER.test(text));
     if (aimed && known && body) {
-      this.mark.position.copy(aimed.meaning.place(texts.map(Number), standOf(body)));
+      this.mark.position.copy(aimed.meaning.place(texts.map(Number), this.#startOf(aimed, body)));
       this.mark.position.z = Math.max(LIFT, this.mark.position.z);
       const far = this.drawing.viewpoints.camera.position.distanceTo(this.mark.position);
       this.mark.scale.setScalar(Math.max(1, far / NEAR)); // seen from afar, too
@@ -161,6 +166,22 @@ export class Pointing {
     if (!known && !this.mark.visible) return;
     this.mark.visible = known;
     this.drawing.redraw();
+  }
+
+  /** Remember where the robot stands when the run enters a state. */
+  #follow() {
+    const {body} = this.drawing;
+    const {automata = [], startedAt = 0} = monitor.newest?.component ?? {};
+    for (const {id, state, ghost, enteredAt} of automata) {
+      const [key, at] = [`${id}/${state}`, startedAt + enteredAt];
+      if (body && !ghost && this.#entries.get(key)?.at !== at) this.#entries.set(key, {at, from: standOf(body)});
+    }
+  }
+
+  /** From where the numbers of a state count: where the run entered it, or the robot is. @param {Aim} aimed @param {Body} body */
+  #startOf({automaton, state}, body) {
+    const ran = monitor.tab === page.tab && !monitor.ended;
+    return (ran && this.#entries.get(`${automaton.id}/${state.id}`)?.from) || standOf(body);
   }
 
   /** @param {PointerEvent} event */
@@ -182,6 +203,8 @@ export class Pointing {
     if (!to || to.distanceTo(from.at) > FARTHEST) return;
     const {meaning, automaton, state, child, several} = aimed;
     const numbers = meaning.numbers(to, from);
+    const entry = this.#entries.get(`${automaton.id}/${state.id}`);
+    if (entry) entry.from = undefined; // they count when it is entered again
     const [first] = meaning.inputs;
     apply("setArguments", {
       automaton: automaton.id,

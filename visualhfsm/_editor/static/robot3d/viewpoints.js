@@ -45,6 +45,7 @@ export class Viewpoints {
     this.camera.up.copy(UP);
     this.camera.position.set(1.05, 0.75, 0.62);
     this.controls = new OrbitControls(this.camera, element);
+    element.style.cursor = ""; // the style sheet chooses it
     this.controls.target.set(0.05, 0, 0.27);
     this.controls.maxDistance = 20;
     this.controls.maxPolarAngle = Math.PI / 2 + 0.2;
