@@ -19,6 +19,10 @@ _Firing = tuple[float, Automaton, State, Transition]
 """A transition that fired at a time in s, and its origin; a `Fired` when somebody looks."""
 _SECOND: Final = 1_000_000_000
 _LONGEST_LINE: Final = 200  # characters
+_LARGE: Final = 1 << 16
+"""Bytes of a result from which it is large, such as a picture."""
+_LARGE_KEPT: Final = 32 << 20
+"""Bytes of all large results that are kept: those of a minute of two cameras would be 280 MB."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +38,7 @@ class Call:
     arguments: dict[str, Any]
     """The arguments by the names of the parameters."""
     result: Any
+    """Of pictures, and other results of 64 kB and more, those of the newest 32 MB; None before."""
     error: Exception | None
     automaton: str
     state: str
@@ -72,6 +77,9 @@ class Journal(Observer):
     def __init__(self, now: Callable[[], float], kept: int | None = None) -> None:
         self._now = now
         self._calls: deque[Call] = deque(maxlen=kept)
+        self._large: deque[tuple[Call, int]] = deque()
+        """The calls whose large results are kept, with their sizes."""
+        self._large_size = 0
         self._firing: Actor | None = None
         self._fired: deque[_Firing] = deque(maxlen=kept)
         self._lines: deque[tuple[float, int, Callable[..., str], tuple[object, ...]]] = deque(maxlen=kept)
@@ -114,12 +122,27 @@ class Journal(Observer):
         text = f"{actor.automaton.name}: in {actor.current.name} raises {describe(error)}"
         self._write(self._now(), actor.depth, str, text[:_LONGEST_LINE])
 
-    def called(self, target: str, arguments: dict[str, Any], result: object, error: Exception | None) -> None:
-        """Write down a call of the code that runs here."""
+    def called(
+        self,
+        target: str,
+        arguments: dict[str, Any],
+        result: object,
+        error: Exception | None,
+        size: int = 0,
+    ) -> None:
+        """Write down a call of the code that runs here; `size` is that of its encoded result."""
         code = current_coroutine()
         actor: Actor | None = None if code is None else code.actor
         place = ("", "") if actor is None else (actor.automaton.name, actor.current.name)
-        self._calls.append(Call(self._now(), target, arguments, result, error, *place))
+        call = Call(self._now(), target, arguments, result, error, *place)
+        self._calls.append(call)
+        if size >= _LARGE:
+            self._large.append((call, size))
+            self._large_size += size
+            while self._large_size > _LARGE_KEPT:
+                oldest, freed = self._large.popleft()
+                object.__setattr__(oldest, "result", None)  # frozen for everybody else
+                self._large_size -= freed
 
     @property
     def fired_transitions(self) -> list[Fired]:

@@ -23,7 +23,7 @@ from zenoh_ice import (
     Settings,
     SystemException,
 )
-from zenoh_ice.data.codec import Pieces
+from zenoh_ice.data.codec import Parted, Pieces
 from zenoh_ice.data.interface import Operation
 from zenoh_ice.data.keys import Target
 from zenoh_ice.data.wire import decode_attachment, decode_error, encode_sample_attachment
@@ -158,7 +158,13 @@ class _LoggedCaller:
         ok, answer = outcome
         what, resolve = self._what, self._network.communicator.stringToProxy
         if ok:
-            self._note(payload, self._operation.result.unpack_result(answer, what, resolve), None)
+            result = self._operation.result.unpack_result(answer, what, resolve)
+            self._note(
+                payload,
+                result,
+                None,
+                sum(map(len, answer.large)) if isinstance(answer, Parted) else len(answer),
+            )
         else:
             assert isinstance(answer, bytes)  # an error
             self._note(payload, None, decode_error(answer, self._operation.exceptions, what, resolve))
@@ -171,11 +177,11 @@ class _LoggedCaller:
         done(outcome_of(partial(self.call, payload)))
         return lambda: None
 
-    def _note(self, payload: bytes, result: object, error: Exception | None) -> None:
+    def _note(self, payload: bytes, result: object, error: Exception | None, size: int = 0) -> None:
         codec = self._operation.arguments
         arguments = codec.unpack(payload, self._what, self._network.communicator.stringToProxy)
         named = dict(zip(codec.fields, msgspec.structs.astuple(arguments), strict=True))
-        self._network.journal.called(self._what, named, result, error)
+        self._network.journal.called(self._what, named, result, error, size)
 
 
 class _StampedOutlet:

@@ -12,6 +12,7 @@ import pytest
 
 from hfsm_runtime import Automaton, Component, Parameter, Proxy, State
 from hfsm_runtime.virtual import BehaviorFailed, Execution, UnknownName, VirtualWorld
+from interfaces.jderobot import CameraPrx, ImageData
 from tests.support.automata import after, automaton, component, when
 from tests.support.gripper import GripperPrx
 from zenoh_ice import CommunicatorDestroyedException, ConnectionLostException
@@ -48,6 +49,23 @@ def test_it_runs_and_knows_what_happened() -> None:
         run.set("grasps", held=6.0)
         run.advance(0.1)
         assert run.changes("grasps")[-1] == (1.1, "open")
+
+
+class Looks(Component, document="looks.xml"):
+    Camera = Proxy("Camera", CameraPrx)
+
+    def automaton(self) -> Automaton:
+        look = State(id=1, name="look", code=lambda: self.Camera.getImageData("RGB8"))
+        return automaton(1, "looks", [look], [])
+
+
+def test_of_pictures_the_newest_are_kept() -> None:
+    picture = ImageData(pixelData=bytes(1 << 20))
+    with Execution(Looks(), stubs={"Camera": {"getImageData": lambda _: picture}}) as run:
+        run.advance(5.0)
+        kept = [call.result is not None for call in run.calls("Camera.getImageData")]
+        assert len(kept) > 40
+        assert kept == [False] * (len(kept) - 32) + [True] * 32
 
 
 def test_an_error_of_its_code_is_raised_unless_a_policy_says_what_follows() -> None:
