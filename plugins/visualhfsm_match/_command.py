@@ -242,7 +242,7 @@ def _watched(matches: Matches, match: Match, console: Console) -> Played:
     from dataclasses import replace
     from tempfile import TemporaryDirectory
 
-    from visualhfsm_match._page import outcome_of, watched_page
+    from visualhfsm_match._page import ending_of, watched_page
     from visualhfsm_match._watch import Watched
 
     with TemporaryDirectory(prefix="visualhfsm-watch-") as folder:
@@ -252,5 +252,5 @@ def _watched(matches: Matches, match: Match, console: Console) -> Played:
         with watched.served():
             console.print(f"watch it at {watched.address}", markup=False, soft_wrap=True)
             played = matches.run(replace(match, film=str(film))).require()
-            watched.end({"outcome": outcome_of(played.result), "events": played.result.events})
+            watched.end({"outcome": ending_of(played.result), "events": played.result.events})
     return played

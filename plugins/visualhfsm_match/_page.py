@@ -9,7 +9,7 @@ import msgspec
 
 from visualhfsm.plugins import html_file
 from visualhfsm_match._film import Film
-from visualhfsm_match._match import Plan, Result
+from visualhfsm_match._match import SHIRTS, Plan, Result
 
 _STATIC: Final = Path(__file__).with_name("static")
 _STYLES: Final[tuple[str | Path, ...]] = (
@@ -24,9 +24,12 @@ def outcome_of(result: Result) -> str:
     """Return what a match came to in one sentence."""
     first, second = result.teams
     score = f"{first} {result.score[0]} : {result.score[1]} {second}"
-    if result.reason:
-        return f"{score}; {result.reason.partition(chr(10))[0]}"
-    return f"{score}; {result.winner or 'nobody'} wins"
+    return f"{score}; {ending_of(result)}"
+
+
+def ending_of(result: Result) -> str:
+    """Return why a match has ended early, or who has won."""
+    return result.reason.partition("\n")[0] or f"{result.winner or 'nobody'} wins"
 
 
 def watched_page(plan: Plan) -> str:
@@ -40,6 +43,7 @@ def _head(plan: Plan) -> dict[str, Any]:
     return {
         "title": " : ".join(plan.teams),
         "teams": plan.teams,
+        "shirts": SHIRTS,
         "seed": plan.seed,
         "rules": f"{plan.rules.book}; what is ours in it: rules.toml. Seed {plan.seed}.",
         "outcome": "",
@@ -52,7 +56,7 @@ def match_page(plan: Plan, result: Result, film: Film) -> str:
     """Return the page of a match as HTML."""
     content: dict[str, Any] = {
         **_head(plan),
-        "outcome": outcome_of(result),
+        "outcome": ending_of(result),
         "events": result.events,
         **film.content(),
     }

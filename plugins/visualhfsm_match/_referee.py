@@ -289,7 +289,7 @@ class Referee:
         """Begin a kick-off."""
         self.phase, self.kick_off, self.ball_free = MatchPhase.Ready, kick_off, False
         self._until = self.now + self.rules.ready
-        self._note("kick-off", f"kick-off {kick_off}", kick_off)
+        self._note("kick-off", f"kick-off for {kick_off}", kick_off)
         for player in self.players.values():
             if player.offense is None:
                 places = self.rules.kick_off if player.team == kick_off else self.rules.waiting

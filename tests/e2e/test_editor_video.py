@@ -52,11 +52,12 @@ def test_the_rest_of_a_recording_becomes_a_video(browser: Browser, tmp_path: Pat
         assert "video.js" not in loaded
         with page.expect_download(timeout=RUN_LIMIT * 1000) as download:
             save.click()
-            expect(save).to_have_attribute("aria-pressed", "true")
+            expect(page.get_by_role("button", name="Stop and save")).to_have_attribute("aria-pressed", "true")
         assert "video.js" in loaded
         assert download.value.suggested_filename == "dance.webm"
         pictures = frames(Path(download.value.path()))
         expect(save).to_have_attribute("aria-pressed", "false")
+        expect(page.locator(".notice")).to_contain_text("Saved dance.webm.")
     assert len(pictures) > 3
     first, last = pictures[0].astype(int), pictures[-1].astype(int)
     assert first.std() > 5, "the robot is seen"

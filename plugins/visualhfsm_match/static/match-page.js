@@ -5,7 +5,7 @@
  * @import {WorldShape} from "visualhfsm/robot3d/world-drawing.js"
  * @typedef {{name: string, shirt: [number, number, number], body: number, joints: string[]}} Robot
  * @typedef {{time: number, kind: string, text: string, team: string, robot: string}} MatchEvent
- * @typedef {{title: string, teams: string[], score: number[], outcome: string, seed: number, rules: string,
+ * @typedef {{title: string, teams: string[], shirts: [number, number, number][], score: number[], outcome: string, seed: number, rules: string,
  *   live?: boolean, events: MatchEvent[], ball: string, bodies: Described[],
  *   robots: Robot[], world: WorldShape[], frames: number[][]}} Content frames have
  *   the time in s, the place of the ball, and for each robot that of its torso and the angles of its joints; from
@@ -15,10 +15,12 @@
 import {html, render} from "lit";
 import {
   AmbientLight,
+  Box3,
   HemisphereLight,
   OrbitControls,
   PerspectiveCamera,
   Scene,
+  Vector3,
   WebGLRenderer,
 } from "three";
 
@@ -34,6 +36,7 @@ const TORSO = 7;
 const SPEEDS = [0.5, 1, 2, 4, 8];
 const LIVE = 0; // the speed at which the newest frame is shown
 const AGAIN = 300; // ms until the server is asked again when it had nothing
+const [CLOSE, FAR] = [4, 55]; // m of the camera from the middle of the field
 const SEEN = 3; // s before an event from which it is shown
 
 /** The robots and the field as three.js draws them. */
@@ -48,6 +51,8 @@ class MatchDrawing {
     this.camera.position.set(0, -8.5, 6);
     this.controls = new OrbitControls(this.camera, this.renderer.domElement);
     this.controls.addEventListener("change", () => this.draw());
+    this.controls.addEventListener("start", () => (this.turned = true));
+    this.turned = false;
     this.world = new WorldDrawing();
     this.world.build(content.world);
     this.scene.add(new HemisphereLight(0xffffff, 0x8a929c, 2.4), new AmbientLight(0xffffff, 0.4), this.world);
@@ -79,11 +84,24 @@ class MatchDrawing {
     this.renderer.render(this.scene, this.camera);
   }
 
+  /** Go so far away that the whole field is seen. */
+  #seeAll() {
+    const {min, max} = new Box3().setFromObject(this.world);
+    const corners = [min.x, max.x].flatMap((x) => [min.y, max.y].map((y) => new Vector3(x, y, 0)));
+    const {position} = this.camera;
+    for (position.setLength(CLOSE); position.length() < FAR; position.multiplyScalar(1.02)) {
+      this.camera.updateMatrixWorld();
+      const seen = corners.map((corner) => corner.clone().project(this.camera));
+      if (seen.every(({x, y}) => Math.max(Math.abs(x), Math.abs(y)) < 0.98)) break;
+    }
+  }
+
   /** @param {HTMLElement} stage */
   #resize({clientWidth: width, clientHeight: height}) {
     if (!width || !height) return;
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
+    if (!this.turned) this.#seeAll();
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.renderer.setSize(width, height);
     this.draw();
@@ -132,6 +150,11 @@ async function show() {
     const goals = content.events.filter(({kind, time: when}) => kind === "goal" && when <= time);
     return content.teams.map((team) => goals.filter((goal) => goal.team === team).length).join(" : ");
   };
+  /** A team, and the color of its shirts. @param {number} index */
+  const team = (index) => {
+    const color = `rgb(${content.shirts[index].map((part) => 255 * part).join(" ")})`;
+    return html`<span class="team" .style=${`--shirt: ${color}`}>${content.teams[index]}</span>`;
+  };
   /** @param {number} when */
   const go = (when) => {
     time = Math.min(end(), Math.max(0, when));
@@ -161,15 +184,14 @@ async function show() {
     render(
       html`<div class="match-page">
         <header>
-          <h1>${content.title}</h1>
-          <p class="score" aria-live="polite">${score()}</p>
+          <h1>${team(0)} <span class="score" aria-live="polite">${score()}</span> ${team(1)}</h1>
           <p role="status">${content.outcome || trouble || t("It is being played.")}</p>
           ${themeButton(draw)}
         </header>
         <main>
           <div class="stage"></div>
           <div class="controls">
-            <button type="button" class="action" @click=${toggle}>${playing ? t("Pause") : t("Play")}</button>
+            <button type="button" class="action primary" @click=${toggle}>${playing ? t("Pause") : t("Play")}</button>
             <input
               type="range"
               min="0"

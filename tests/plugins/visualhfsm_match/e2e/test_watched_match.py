@@ -8,6 +8,8 @@ import signal
 from pathlib import Path
 from urllib.parse import urlsplit
 
+import cv2
+import numpy as np
 import pytest
 from playwright.sync_api import Browser, expect
 
@@ -51,13 +53,26 @@ def test_a_match_is_seen_as_it_is_played_and_to_the_end(browser: Browser, tmp_pa
         expect(page.locator("output")).to_have_text(re.compile(r"^([1-9]|1\d)\.\d s$"))
         expect(page.locator(".stage canvas")).to_have_count(1)
         assert process.wait() == 0, process.output
-        expect(page.locator("header [role=status]")).to_have_text(
-            re.compile("stands 0 : 0 stands_2; nobody wins")
-        )
+        expect(page.locator("header [role=status]")).to_have_text("nobody wins")
+        expect(page.locator("h1")).to_have_text(re.compile(r"stands\s*0 : 0\s*stands_2"))
         expect(page.locator("output")).to_have_text("12.0 s")
         page.get_by_role("button", name="the end").wait_for()
         page.get_by_label("Time").fill("3")  # all of it is there, without a server
         expect(page.locator("output")).to_have_text("3.0 s")
+        for width in (390, 1280):
+            page.set_viewport_size({"width": width, "height": 800})
+            page.wait_for_function(
+                "width => document.querySelector('.stage canvas').clientWidth <= width", arg=width
+            )
+            assert page.evaluate("document.documentElement.scrollWidth") <= width
+            picture = cv2.imdecode(
+                np.frombuffer(page.locator(".stage").screenshot(), np.uint8), cv2.IMREAD_COLOR
+            )
+            assert picture is not None
+            assert np.ptp(picture[:, [0, -1]].reshape(-1, 3), axis=0).max() == 0, (
+                "no part of the field is cut off"
+            )
+            assert np.ptp(picture) > 100, "the field is seen"
         assert troubles == []
     with pytest.raises(ConnectionRefusedError):
         asked(address, "/")

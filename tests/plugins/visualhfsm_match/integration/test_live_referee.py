@@ -59,7 +59,7 @@ def test_a_match_begins_when_it_is_read_for_each_robot_and_a_stopped_robot_stays
         assert (west.phase, west.team, west.opponents, west.timeLeft) == (MatchPhase.Ready, "red", "blue", 12)
         assert "kick-off" not in process.output
         referees["east"].getMatch.wait(timeout=START_LIMIT)
-        process.wait_for("0:00.0  kick-off red")
+        process.wait_for("0:00.0  kick-off for red")
         process.wait_for("the whistle")
         process.wait_for("the end: red 0, blue 0")
         until(lambda: referees["east"].getMatch().phase is MatchPhase.Finished, EVENT_LIMIT)

@@ -57,10 +57,10 @@ export function notify(text, kind = "info", link = undefined, {tab = 0, about = 
   return end;
 }
 
-/** Remove the errors of what was tried and is possible now. @param {string} about */
-export function clearErrors(about) {
+/** Remove the errors of what was tried and is possible now. @param {string[]} abouts */
+export function clearErrors(...abouts) {
   for (const each of list?.querySelectorAll(".error") ?? [])
-    if (each.getAttribute("data-about") === about) dismiss(each);
+    if (abouts.includes(each.getAttribute("data-about") ?? "")) dismiss(each);
 }
 
 /** Show the errors that are about a document only beside it. @param {number} tab that is shown */

@@ -4,7 +4,9 @@
  * @import {HfsmApp} from "../shell/app.js"
  */
 
+import {confirm} from "../kit/dialog.js";
 import {askTab} from "../data/commands.js";
+import {save} from "../data/files.js";
 import {page} from "../data/page.js";
 import {notify} from "../kit/notices.js";
 import {t} from "../kit/texts.js";
@@ -15,6 +17,15 @@ const PANELS = {checks: "hfsm-problems", "model checker": "hfsm-problems", tests
 /** @param {HfsmApp} app */
 export async function judge(app) {
   const {tab} = page;
+  const {dirty, title = ""} = page.tabState ?? {};
+  if (dirty) {
+    const choice = await confirm({
+      title: t("Save {title} first?", {title}),
+      text: t("It has unsaved changes."),
+      choices: [["save", t("Save"), "primary"]],
+    });
+    if (choice !== "save" || !(await save(tab))) return;
+  }
   notify(t("Checks, a run and tests of the saved document have begun."));
   const verdict = await askTab("judge");
   if (!verdict) return;

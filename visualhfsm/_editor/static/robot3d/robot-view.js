@@ -143,7 +143,7 @@ export class RobotView extends MonitorElement {
                 aria-pressed=${this.films}
                 @click=${this.#toggleVideo}
               >
-                ${t("Save as video")}
+                ${this.films ? t("● Stop and save") : t("Save as video")}
               </button>`
             : nothing
         }

@@ -47,5 +47,7 @@ export async function saveVideo({renderer}) {
     renderer.setClearAlpha(0);
     for (const track of stream.getTracks()) track.stop();
   }
-  download(`${name}.${type.includes("webm") ? "webm" : "mp4"}`, new Blob(parts, {type}));
+  const path = `${name}.${type.includes("webm") ? "webm" : "mp4"}`;
+  download(path, new Blob(parts, {type}));
+  notify(t("Saved {path}.", {path}));
 }

@@ -32,7 +32,6 @@ import {perform} from "../kit/registry.js";
 import {viewing} from "../kit/viewers.js";
 import {actionButton} from "../kit/buttons.js";
 import {resizer, restoreSizes} from "../kit/resizer.js";
-import {takeDrops} from "./dropped-files.js";
 import {BOTTOM, FOR_VIEWERS, Panels, SIDE, panelTabs, isOffered, views} from "./panels.js";
 import {Runs} from "./runs.js";
 import {banner, keepStopInView} from "./shell.js";
@@ -101,6 +100,7 @@ export class HfsmApp extends PageElement {
     this.listen(page, "focus-canvas", () => this.canvas.focusSelected());
     this.listen(store, "workspace", () => this.#follow());
     this.listen(store, "document", ({detail}) => {
+      clearErrors(`start ${detail.tab}`, `judge ${detail.tab}`, "steer reload"); // of what it was before
       if (detail.tab === page.tab) page.prune();
     });
     this.listen(store, "outside", ({detail}) => {
@@ -118,7 +118,7 @@ export class HfsmApp extends PageElement {
       async ({detail}) => (await import("./menu.js")).showMenu(detail, this.context),
     );
     this.listen(this.canvas, "tool", () => this.requestUpdate());
-    takeDrops(this);
+    import("./dropped-files.js").then(({takeDrops}) => takeDrops(this));
     this.listen(
       window,
       "beforeunload",
