@@ -312,6 +312,10 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         """Return whether no walk to a place is on its way."""
         return self.Walk.getWalkState().status is not ActionStatus.Moving
 
+    def is_held(self):
+        """Return whether the walk ended before its end: something holds it up."""
+        return self.Walk.getWalkState().status is ActionStatus.Stopped
+
     def is_still(self):
         """Return whether the newest picture is from a head that was still: from one that turns it shows less."""
         pose = self.Head.getPose()
@@ -965,7 +969,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         transition_13 = Transition("nowhere", state_1, state_7, id=13, seconds=40.0)
 
         def guard_held():
-            return spot is not None and self.Walk.getWalkState().status is ActionStatus.Stopped  # <trigger 3.14/>
+            return self.is_held()  # <trigger 3.14/>
 
         transition_14 = Transition("held", state_2, state_8, id=14, priority=3, guard=guard_held)
 
