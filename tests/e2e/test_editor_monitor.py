@@ -362,7 +362,7 @@ def test_errors_of_a_start_and_of_a_run_lead_to_their_code(shown: EditorPage) ->
     expect(code).to_be_focused()
     shown.insert("if x y")
     shown.press("F5")
-    notice(shown, "it is not ready: walk.xml:")
+    notice(shown, "invalid syntax [E520] (code of go)")
     expect(shown.page.get_by_role("tab", name="Problems")).to_have_attribute("aria-selected", "true")
     expect(shown.page.get_by_role("button", name=re.compile("^error: .*invalid syntax"))).to_be_focused()
 
@@ -394,7 +394,7 @@ def test_a_component_started_elsewhere_is_watched_found_again_and_stopped(
         follow(shown, "walk")
         expect(shown.button("Pause")).to_be_disabled()
         shown.press("F8")
-        steering.click()
+        shown.page.get_by_role("button", name="Take control").click()
         shown.press("F8")
         expect(status(shown)).to_have_text("Paused")
         shown.press("F8")

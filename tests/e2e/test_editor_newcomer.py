@@ -61,3 +61,5 @@ def test_the_sentence_says_what_leads_inside_in_the_language_of_the_page(
         sentence = shown.page.locator(".invitation")
         expect(sentence).to_contain_text("Esto es dance_and_follow. Haz doble clic en")
         expect(sentence).to_contain_text("para ver lo que hay dentro.")
+        shown.page.locator("hfsm-canvas .state .body").first.dblclick()
+        expect(sentence).to_contain_text("Esto es followBall.")

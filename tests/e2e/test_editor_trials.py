@@ -25,6 +25,18 @@ BRANCHES = """if self.waited == 0:
     if self.patience > 9:
         self.late = True
     1 / self.patience"""
+NOTED = """() => {
+  window.noted = new Promise((answer) => new MutationObserver(() => {
+    const note = document.querySelector(".trials-note.coming");
+    if (!note) return;
+    requestAnimationFrame(() => {
+      const [all, box] = [note.closest(".trials-results"), note].map((each) => each.getBoundingClientRect());
+      const links = document.querySelectorAll(".way-row .link:disabled").length;
+      answer([links > 0, box.top >= all.top, box.bottom <= all.bottom]);
+    });
+  }).observe(document.body, {subtree: true, childList: true}));
+}"""
+"""Resolves when a trial runs again to whether that is said where one looks, and the links stay."""
 PASSED, MISSED, FAILED = "Tests passed this line", "No test passed this line", "A test failed here"
 
 
@@ -87,7 +99,9 @@ def test_trials_fill_the_panel_and_a_failed_one_is_looked_back_at(
         other.press("Delete")
         expect(panel).to_contain_text("an older version of the document")
         panel.get_by_role("button", name="Run from the start").wait_for()
+        page.evaluate(NOTED)
         panel.get_by_role("button", name="look back").first.click()
+        assert page.evaluate("noted") == [True, True, True]
         banner = page.locator(".banner.recorded")
         expect(banner).to_contain_text("recordings/waits-trial-", timeout=ENDED)
         shown.expect_states("waiting", "done")  # as it ran

@@ -8,7 +8,7 @@ from typing import Final
 import pytest
 from playwright.sync_api import Browser
 
-from tests.support.browser import EditorPage, editor_page
+from tests.support.browser import Box, EditorPage, editor_page
 from tests.support.editor import Editor
 from tests.support.monitor import comes_true, robot_and_editor
 
@@ -73,6 +73,15 @@ FAULTS: Final = """([canvasTop]) => {
         found.push(`beyond its bar: ${name(each)}`);
     }
   }
+  for (const head of document.querySelectorAll(".code-panel > :is(.about, .inner-tabs)")) {
+    const [{top}, box] = [head.closest(".content"), head].map((each) => each.getBoundingClientRect());
+    if (innerWidth > 720 && box.top < top - 1 && box.bottom > top + 1) found.push(`half scrolled away: ${name(head)}`);
+  }
+  const focused = document.activeElement.closest(".scrolling .section");
+  if (focused) {
+    const [place, box] = [focused.closest(".scrolling"), focused].map((each) => each.getBoundingClientRect());
+    if (box.top < place.top || box.top + 60 > place.bottom) found.push(`out of view: ${name(focused)}`);
+  }
   const page = document.scrollingElement;
   if (page.scrollWidth > innerWidth || page.scrollHeight > innerHeight) found.push("the page scrolls");
   const canvas = document.querySelector("hfsm-canvas");
@@ -114,10 +123,13 @@ def situations(shown: EditorPage) -> Iterator[str]:
         page.locator(f"{tag} {first}").first.wait_for()
         yield tag
     page.evaluate(f"{APP}.showSide('')")
+    heights = set()
     for tag in BELOW:
         page.evaluate(f"{APP}.showBottom('hfsm-{tag}')")
         page.locator(f".bottom hfsm-{tag} > *").first.wait_for()
+        heights.add(Box.of(page.locator(".bottom")).height)
         yield f"{tag}, before a run"
+    assert len(heights) == 1
     page.evaluate(f"{APP}.showBottom('')")
     states.nth(0).click(button="right")
     page.get_by_role("menu").wait_for()
@@ -131,20 +143,38 @@ def situations(shown: EditorPage) -> Iterator[str]:
     shown.press("F5")
     comes_true(shown, RUNS)
     page.locator("main > hfsm-monitor-timeline .timeline").wait_for()
+    assert page.locator(".invitation").is_hidden()
     yield "running"
     page.evaluate(f"{APP}.foldRobot(false)")
     page.locator(".dock .stage canvas").wait_for()
     yield "running, with the robot"
+    page.evaluate(f"{APP}.showBottom('hfsm-problems')")
+    states.nth(1).click()
+    shown.edit_code()
+    comes_true(shown, "() => document.activeElement.closest('.code-panel')")
+    yield "code below the robot"
+    shown.press("Alt+v")
+    comes_true(shown, "() => document.activeElement.closest('.data-panel')")
+    yield "variables below the robot"
+    page.evaluate(f"{APP}.showBottom('')")
     page.evaluate(f"{APP}.foldRobot(true)")
     page.evaluate(f"{APP}.showLive('variables')")
     page.locator(".monitor-panel .live-values").wait_for()
     yield "values of a run"
+    page.evaluate(f"{APP}.showLive('cycles')")
+    page.locator(".cycles td").first.wait_for()
+    yield "cycles of a run"
     page.evaluate(f"{APP}.showSide('')")
     for tag in ("trials-panel", "monitor-timeline"):
         page.evaluate(f"{APP}.showBottom('hfsm-{tag}')")
         page.locator(f".bottom hfsm-{tag} > *").first.wait_for()
         yield f"{tag}, during a run"
     page.evaluate(f"{APP}.showBottom('')")
+    page.locator(".timeline canvas").first.click(position={"x": 20, "y": 8})
+    page.locator("hfsm-canvas.past").wait_for()
+    yield "looking back"
+    shown.press("Alt+End")
+    page.locator("hfsm-canvas:not(.past)").wait_for()
     shown.press("F8")
     comes_true(shown, "() => document.querySelector('.live-status.paused')")
     yield "paused"
@@ -154,6 +184,7 @@ def situations(shown: EditorPage) -> Iterator[str]:
     page.get_by_role("dialog").locator("input").first.fill("ball")  # the next state fails
     shown.press("Enter")
     comes_true(shown, ENDED)
+    assert page.locator(".switch").is_hidden()  # its room is for the error
     yield "an error"
     page.locator(".live-bar .link").click()
     comes_true(
@@ -199,5 +230,5 @@ def test_everything_fits_in_every_situation(browser: Browser, running: Editor, l
                 tops.setdefault(width, shown.page.evaluate(TOP))
                 found[f"{situation}, {width}"] = shown.page.evaluate(FAULTS, [tops[width]])
             shown.resize(*SIZES[0])
-    assert len(found) == 27 * len(SIZES)
+    assert len(found) == 31 * len(SIZES)
     assert [f"{situation}: {fault}" for situation, faults in found.items() for fault in faults] == []

@@ -44,8 +44,8 @@ class Reason(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_def
 
     @property
     def text(self) -> Message:
-        """The reason with file, line, code and place."""
-        at = f"{self.file}:{self.line}: " if self.file and self.line else ""
+        """The reason with its code, and with the place in the document or else the line of a file."""
+        at = f"{self.file}:{self.line}: " if self.file and self.line and self.place is None else ""
         parts = [self.message] if self.message.startswith(at) else [at, self.message]
         if self.code:
             parts.append(f" [{self.code}]")

@@ -33,12 +33,12 @@ export function invite(canvas) {
 
 /** The sentence for the shown automaton; undefined where nothing can be changed. */
 function sentence() {
-  const {automaton, component} = page;
+  const {automaton} = page;
   if (!automaton || automaton.imported || store.isRecorded(page.tab)) return undefined;
   const states = automaton.states.toSorted((one, other) => Number(other.initial) - Number(one.initial));
   const state = states.find(({code, children}) => code.trim() && !children.length) ?? states.find(({name}) => name);
   if (!state) return undefined;
-  const words = {title: html`<b>${visible(component)}</b>`, state: html`<b>${visible(state.name)}</b>`};
+  const words = {title: html`<b>${visible(page.title())}</b>`, state: html`<b>${visible(state.name)}</b>`};
   if (state.children.length) return rich("This is {title}. Double-click {state} to see what is inside.", words);
   return rich("This is {title}. Double-click {state} to change it.", words);
 }

@@ -81,7 +81,7 @@ export class CodeField extends LitElement {
   #stop = new AbortController();
   #resolve = () => {};
   /** Resolves when the editor has loaded; replaced whenever the field is shown again. */
-  #loaded = this.#awaitEditor();
+  loaded = this.#awaitEditor();
 
   /** @type {import("./editor.js").Editor | null} exists as long as the field is shown */
   #editor = null;
@@ -136,19 +136,19 @@ export class CodeField extends LitElement {
    * @param {number} line @param {number} [column]
    */
   async goTo(line, column, {length = 0, focus = true} = {}) {
-    await this.#loaded;
+    await this.loaded;
     this.#editor?.goTo(line, column, length);
     if (focus) this.#editor?.focus();
   }
 
   async focus() {
-    await this.#loaded;
+    await this.loaded;
     this.#editor?.focus();
   }
 
   /** Select the text, of a quoted one what is between the quotes, so that typing replaces it. */
   async selectValue() {
-    await this.#loaded;
+    await this.loaded;
     this.#editor?.selectValue();
     this.#editor?.focus();
   }
@@ -192,7 +192,7 @@ export class CodeField extends LitElement {
     this.#editor.destroy();
     this.#editor = null;
     this.ready = false;
-    this.#loaded = this.#awaitEditor();
+    this.loaded = this.#awaitEditor();
   }
 
   /** @returns {Promise<void>} */

@@ -6,11 +6,12 @@
  * @typedef {{id: string, label: string, icon: string, keys?: string[], run: (context: Context) => unknown,
  *   opens?: boolean, enabled?: (context: Context) => boolean, checked?: (context: Context) => boolean, hint?: string,
  *   scope?: "canvas" | "code" | "drawing" | "page" | "typing", help?: string, words?: string,
- *   before?: string, after?: string, listed?: () => boolean}} Action The scope says where its keys
+ *   before?: string, after?: string, listed?: () => boolean, refused?: () => void}} Action The scope says where its keys
  *   hold: on the canvas, in code, which listens for them itself, also on the tools and the tree, anywhere but in fields, or everywhere. Without one, keys with
  *   Ctrl or Alt hold anywhere but in fields, and others, such as letters and Delete, on the drawing. `hint` says more than the label, `help` stands for both in the list of keys; `checked` says whether a switch
  *   is on, and `opens` that it opens a dialog for what is typed next. An action is also found by its `words`, which are not shown: what else people call it. In menus and lists it stands
  *   `before` or `after` another one, if that is so; menus leave out what is not `listed`.
+ *   What is not possible may say why when it is `refused`.
  * @typedef {{app: import("../shell/app.js").HfsmApp, canvas: import("../canvas/canvas.js").HfsmCanvas,
  *   point?: {x: number, y: number}, pasted?: {text?: string, html?: string}}} Context `point` is where in the drawing a
  *   menu was opened, `pasted` what the system's clipboard has
@@ -51,8 +52,8 @@ export const isOffered = (id) => !isForbidden(actionOf(id)) && (actionOf(id).lis
 
 /** Perform an action, if it is possible now. @param {string} id @param {Context} context */
 export function perform(id, context) {
-  if (!isEnabled(id, context)) return undefined;
-  const {run, opens} = actionOf(id);
+  const {run, opens, refused} = actionOf(id);
+  if (!isEnabled(id, context)) return refused?.();
   return opens ? holdKeys(async () => run(context)) : run(context);
 }
 

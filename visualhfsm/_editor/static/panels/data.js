@@ -111,7 +111,10 @@ class DataPanel extends PageElement {
     /** @type {HTMLElement | Entries | CodeField | null} */
     const section = this.querySelector(`[data-part="${part}"]`);
     if (!section) return undefined;
-    section.scrollIntoView({block: "start"});
+    /** @type {NodeListOf<CodeField>} */
+    const codes = this.querySelectorAll("hfsm-code-field");
+    await Promise.all([...codes].map(({loaded}) => loaded)); // which changes their heights
+    (section.closest(".section") ?? section).scrollIntoView({block: "start"});
     const {line, column, length, focus = true} = place;
     if ("reveal" in section) {
       if (place.index !== undefined) await section.reveal(place.index, place.name, {focus});

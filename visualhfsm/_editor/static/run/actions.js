@@ -28,6 +28,7 @@ const kind = () => (page.state ? "state" : "transition");
 const theSelected = () => required(selected(), "selected state or transition");
 
 const dialogs = () => import("./dialogs.js");
+const refused = async () => runs() && (await dialogs()).offerControl();
 
 /** The action with which the shown automaton's selected thing has or has not a breakpoint. */
 function toggleBreakpoint() {
@@ -169,6 +170,7 @@ export const monitorActions = [
     keys: ["F8"],
     scope: "typing",
     enabled: steers,
+    refused,
     run: () => monitor.steer(paused() ? "resume" : "pause"),
   },
   {
@@ -178,6 +180,7 @@ export const monitorActions = [
     keys: ["F10"],
     scope: "typing",
     enabled: () => steers() && paused() && here(),
+    refused,
     run: () => monitor.steer("step", {automaton: page.shownAutomaton.id}),
     hint: t("one cycle of the shown automaton"),
   },
@@ -188,6 +191,7 @@ export const monitorActions = [
     keys: ["Ctrl+F10"],
     scope: "typing",
     enabled: () => steers() && paused(),
+    refused,
     run: () => monitor.steer("step", {automaton: 0}),
     hint: t("one cycle of each automaton"),
   },
@@ -198,6 +202,7 @@ export const monitorActions = [
     keys: ["F9"],
     scope: "typing",
     enabled: () => steers() && here(),
+    refused,
     run: reload,
     hint: t("continue in the changed document, in the same states"),
   },
@@ -208,6 +213,7 @@ export const monitorActions = [
     keys: ["Alt+E"],
     scope: "typing",
     enabled: steers,
+    refused,
     opens: true,
     run: async () => (await dialogs()).askEvent(),
   },
@@ -322,6 +328,7 @@ export const monitorActions = [
     keys: ["Alt+Enter"],
     scope: "canvas",
     enabled: () => steers() && here() && Boolean(page.transition),
+    refused,
     run: force,
     hint: t("fire at the next cycle, whatever its condition"),
   },

@@ -78,7 +78,7 @@ class MonitorBar extends MonitorElement {
       >
       ${this.#stoppedAt()}${this.#hanging()}${this.#late()}${this.#elsewhere()}
       ${
-        recording || viewing.on
+        recording || viewing.on || monitor.isOver
           ? nothing
           : html`<button
               type="button"

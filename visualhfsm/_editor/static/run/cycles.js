@@ -20,8 +20,7 @@ class Cycles extends MonitorElement {
       <table class="cycles" aria-label=${t("Cycles")}>
         <thead>
           <tr>
-            <th scope="col">${t("Automaton")}</th>
-            <th scope="col">${t("State")}</th>
+            <th scope="col">${t("Automaton")}<br />${t("State")}</th>
             <th scope="col">${t("for")}</th>
             <th scope="col" class="bar-head">${t("Last / period")}</th>
             <th scope="col">${t("Longest")}</th>
@@ -46,16 +45,16 @@ class Cycles extends MonitorElement {
     return html`<tr class=${ghost ? "ghost-row" : ""}>
       <th scope="row">
         ${wordButton(name, () => page.open(id, {states: [state]}), {kind: "link", title: name, disabled: !drawn})}
+        <div>
+          ${monitor.stateName(id, state)}${
+            ghost
+              ? html` <span class="faint">${t("ghost")}</span>`
+              : finished
+                ? html` <span class="faint">${t("finished")}</span>`
+                : ""
+          }
+        </div>
       </th>
-      <td>
-        ${monitor.stateName(id, state)}${
-          ghost
-            ? html` <span class="faint">${t("ghost")}</span>`
-            : finished
-              ? html` <span class="faint">${t("finished")}</span>`
-              : ""
-        }
-      </td>
       <td class="number">${ghost ? "" : spokenSeconds(Math.max(0, time - enteredAt))}</td>
       <td>
         <div class="cycle-bar" title=${n("{count} cycle", "{count} cycles", cycles)}>

@@ -11,6 +11,7 @@ import {showDialog} from "../kit/dialog.js";
 import {notify} from "../kit/notices.js";
 import {page} from "../data/page.js";
 import {rich, t} from "../kit/texts.js";
+import {viewing} from "../kit/viewers.js";
 import {breakpointAt} from "./breakpoints.js";
 import {monitor} from "./monitor.js";
 import {lastValues, parameterOptions} from "./parameters.js";
@@ -22,6 +23,12 @@ const onEnter = (act) => (/** @type {KeyboardEvent} */ event) => {
   event.preventDefault();
   act();
 };
+
+/** Say why a run cannot be controlled that this window only watches. */
+export function offerControl() {
+  if (!monitor.writable && !viewing.on)
+    notify(t("Only watching"), "info", {label: t("Take control"), run: () => monitor.allowSteering(true)});
+}
 
 /** Ask for an event, and send it. */
 export async function askEvent() {

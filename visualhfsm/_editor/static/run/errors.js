@@ -13,8 +13,8 @@ const MOST = 20; // that a component sends
 class LiveErrors extends MonitorElement {
   render() {
     const errors = monitor.snapshot?.component.errors ?? [];
-    const health = monitor.snapshot?.robot.health?.events ?? [];
-    if (!errors.length && !health.length)
+    const {time: now = 0, events = []} = monitor.snapshot?.robot.health ?? {};
+    if (!errors.length && !events.length)
       return html`<p class="empty">${t("No errors of the behavior or the robot.")}</p>`;
     return html`<div class="live-values">
       ${
@@ -46,10 +46,10 @@ class LiveErrors extends MonitorElement {
           : nothing
       }
       ${
-        health.length
+        events.length
           ? html`<h3>${t("Robot")}</h3>
               <ul class="rows" aria-label=${t("Events of the robot")}>
-                ${health
+                ${events
                   .toReversed()
                   .map(
                     (each) =>
@@ -60,7 +60,9 @@ class LiveErrors extends MonitorElement {
                           aria-label=${SEVERITIES[["note", "warning", "error"][each.level]]}
                         ></span
                         ><span class="message">${coded(each.message)}</span
-                        ><span class="where">${each.source}, ${spokenSeconds(each.time)}</span>
+                        ><span class="where"
+                          >${each.source}, ${t("{time} ago", {time: spokenSeconds(now - each.time)})}</span
+                        >
                       </li>`,
                   )}
               </ul>`

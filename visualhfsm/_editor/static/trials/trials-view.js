@@ -25,7 +25,7 @@ const rate = ({successes, trials}) => (trials ? successes / trials : 0);
  * The event `trial` has the number of a trial whose run somebody wants to see; there is one only where trials `open`.
  */
 export class HfsmTrials extends LitElement {
-  static properties = {view: {attribute: false}, opens: {attribute: false}};
+  static properties = {view: {attribute: false}, opens: {attribute: false}, busy: {attribute: false}};
 
   constructor() {
     super();
@@ -33,6 +33,8 @@ export class HfsmTrials extends LitElement {
     this.view = null;
     /** Whether the run of a trial can be shown. */
     this.opens = false;
+    /** Whether one is about to be shown. */
+    this.busy = false;
   }
 
   createRenderRoot() {
@@ -147,6 +149,7 @@ export class HfsmTrials extends LitElement {
       type="button"
       class="link"
       title=${t("Run trial {number} again, and look back at it", {number})}
+      ?disabled=${this.busy}
       @click=${() => this.#open(number)}
     >
       ${words}
@@ -155,7 +158,7 @@ export class HfsmTrials extends LitElement {
 
   /** @param {number} number */
   #open(number) {
-    this.dispatchEvent(new CustomEvent("trial", {detail: number}));
+    if (!this.busy) this.dispatchEvent(new CustomEvent("trial", {detail: number}));
   }
 
   /** Places on the floor, seen from above: x to the right, y up. @param {PlaceMap} map */

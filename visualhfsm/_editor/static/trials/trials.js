@@ -94,7 +94,8 @@ class TrialsPanel extends PageElement {
         <hfsm-trials
           ?hidden=${!trials.view}
           .view=${trials.view}
-          .opens=${trials.recording === null && store.online}
+          .opens=${store.online}
+          .busy=${trials.recording !== null}
           @trial=${(/** @type {CustomEvent<number>} */ {detail}) => this.#show(detail)}
         ></hfsm-trials>
       </div>
