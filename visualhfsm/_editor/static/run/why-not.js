@@ -10,7 +10,7 @@ import {html, nothing, render} from "lit";
 
 import {page} from "../data/page.js";
 import {isTyping} from "../kit/keys.js";
-import {t} from "../kit/texts.js";
+import {coded, t} from "../kit/texts.js";
 import {monitor} from "./monitor.js";
 
 const PATIENCE = 220; // ms that the pointer must rest before an explanation is shown
@@ -146,7 +146,10 @@ function draw({canvas, group, automaton, state, transition}, explanation) {
                 (each) =>
                   html`<li class=${each.asked ? (each.value ? "true" : "false") : "unasked"}>
                     <span class="verdict-sign" aria-hidden="true">${each.value ? "✓" : "✕"}</span>
-                    <span><strong>${transition ? "" : nameOf(automaton, each.transition)}</strong> ${each.reason}</span>
+                    <span
+                      ><strong>${transition ? "" : nameOf(automaton, each.transition)}</strong>
+                      ${coded(each.reason)}</span
+                    >
                   </li>`,
               )}
             </ul>`
@@ -175,16 +178,17 @@ function place(bubble, {canvas, group}) {
   const area = canvas.getBoundingClientRect();
   const box = group.getBoundingClientRect();
   const [x, y] = [box.left + (box.width - width) / 2, box.top + (box.height - height) / 2];
-  const spots = [
-    [x, box.bottom + 10],
-    [x, box.top - height - 10],
-    [box.right + 10, y],
-    [box.left - width - 10, y],
-  ].map(([left, top]) => ({
-    left: Math.max(area.left + 8, Math.min(area.right - width - 8, left)),
-    top: Math.max(area.top + 8, Math.min(innerHeight - height - 8, top)),
-  }));
-  const words = [group, ...canvas.surface.querySelectorAll(".label text")].map((each) => each.getBoundingClientRect());
+  const spots = [box.bottom + 10, box.top - height - 10]
+    .flatMap((top) => [x, box.right - width, box.left].map((left) => [left, top]))
+    .concat([
+      [box.right + 10, y],
+      [box.left - width - 10, y],
+    ])
+    .map(([left, top]) => ({
+      left: Math.max(area.left + 8, Math.min(area.right - width - 8, left)),
+      top: Math.max(area.top + 8, Math.min(innerHeight - height - 8, top)),
+    }));
+  const words = [...canvas.surface.querySelectorAll(".label text, .state")].map((each) => each.getBoundingClientRect());
   /** @param {{left: number, top: number}} spot */
   const covered = ({left, top}) =>
     words.filter(
