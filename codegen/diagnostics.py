@@ -227,20 +227,22 @@ class Diagnostics:
         return [f"    {_printable(text)}", f"    {indent}{caret}"]
 
 
-def did_you_mean(name: str, known: Iterable[str], field: str | None = None) -> tuple[Note, ...]:
+def did_you_mean(
+    name: str, known: Iterable[str], field: str | None = None, likeness: float = 0.65
+) -> tuple[Note, ...]:
     """Return a note that suggests the known name closest to `name`, or no note if none is similar.
 
-    With a `field` as in `Misspelt` it also says what would correct the name, unless another known name is as
-    close.
+    `likeness` is the least ratio of what they share, as of `difflib`. With a `field` as in `Misspelt` it
+    also says what would correct the name, unless another known name is as close.
     """
     candidates = sorted(set(known))
-    near = difflib.get_close_matches(name, candidates, n=2, cutoff=0.65)
+    near = difflib.get_close_matches(name, candidates, n=2, cutoff=likeness)
     if not near:
         near = [candidate for candidate in candidates if candidate.lower() == name.lower()]
     if not near:
         return ()
-    likeness = [difflib.SequenceMatcher(None, each, name).ratio() for each in near[:2]]
-    is_clear = len(near) == 1 or likeness[0] > likeness[1]
+    ratios = [difflib.SequenceMatcher(None, each, name).ratio() for each in near[:2]]
+    is_clear = len(near) == 1 or ratios[0] > ratios[1]
     misspelt = Misspelt(name, near[0], field) if is_clear and field is not None else None
     return (Note(Message("did you mean `{name}`?", name=near[0]), misspelt=misspelt),)
 

@@ -156,7 +156,7 @@ def test_a_document_is_found_by_typing_a_part_of_its_name(shown: EditorPage, roo
     field.fill("kur")
     expect(options).to_have_count(1)
     shown.press("Enter")
-    expect(options.filter(has_text="waltz.xml")).to_be_visible()
+    expect(options.filter(has_text="waltz.xml")).to_have_attribute("aria-selected", "true")
     expect(field).to_have_value("")
     shown.press("Backspace")
     expect(options.filter(has_text="dance.xml")).to_be_visible()

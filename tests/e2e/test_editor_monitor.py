@@ -29,6 +29,16 @@ from tests.support.monitor import (
 from tests.support.robot_server import ServedRobot, eventually
 from tests.support.watching import content
 
+COVERED = """() => {
+  const tip = document.querySelector("[role=tooltip]").getBoundingClientRect();
+  const named = document.querySelector("hfsm-canvas").surface.querySelectorAll(".label text, .state");
+  return [...named].filter((each) => {
+    const {left, right, top, bottom} = each.getBoundingClientRect();
+    return left < tip.right && tip.left < right && top < tip.bottom && tip.top < bottom;
+  }).map((each) => each.textContent);
+}"""
+"""The names that a tooltip lies over."""
+
 
 @pytest.fixture
 def path(root: Path) -> Path:
@@ -141,6 +151,7 @@ def test_a_run_is_shown_on_the_canvas_in_the_tree_and_in_the_output(shown: Edito
 
     shown.hover(shown.state("wait").locator(".body"), shows=tooltip)  # why not
     expect(tooltip).to_contain_text("many")
+    assert shown.page.evaluate(COVERED) == []
     shown.page.mouse.move(5, 5)
     expect(tooltip).to_have_count(0)
     shown.state("wait").focus()

@@ -28,6 +28,7 @@ DOCUMENT: Final = """<?xml version="1.0" encoding="UTF-8"?>
     self.log.info("a line that is longer than the panel beside the drawing is wide, in which it is written")
     value = number / number</code>
     </state>
+    <state id="3"><posx>250</posx><posy>380</posy><name>rest</name></state>
     <transition id="1">
       <posx>250</posx><posy>90</posy><name>seen</name><origin>1</origin><destiny>2</destiny>
       <trans type="event">ball</trans>
@@ -82,6 +83,11 @@ FAULTS: Final = """([canvasTop]) => {
     const [place, box] = [focused.closest(".scrolling"), focused].map((each) => each.getBoundingClientRect());
     if (box.top < place.top || box.top + 60 > place.bottom) found.push(`out of view: ${name(focused)}`);
   }
+  for (const row of innerWidth > 560 ? document.querySelectorAll("hfsm-problems .row") : []) {
+    const [words, where] = [".message", ".where"].map((each) => row.querySelector(each).getBoundingClientRect().top);
+    if (Math.abs(words - where) > 1) found.push(`not in one line: ${name(row)}`);
+  }
+  if (document.querySelector("hfsm-tree").scrollLeft) found.push("the tree has slid");
   const page = document.scrollingElement;
   if (page.scrollWidth > innerWidth || page.scrollHeight > innerHeight) found.push("the page scrolls");
   const canvas = document.querySelector("hfsm-canvas");
@@ -214,7 +220,10 @@ def situations(shown: EditorPage) -> Iterator[str]:
 @pytest.fixture(scope="module")
 def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Editor]:
     """An editor with a robot."""
-    with robot_and_editor(tmp_path_factory.mktemp("width") / "look_around.xml", DOCUMENT) as (_, running):
+    with robot_and_editor(tmp_path_factory.mktemp("width") / "dance_and_follow.xml", DOCUMENT) as (
+        _,
+        running,
+    ):
         yield running
 
 

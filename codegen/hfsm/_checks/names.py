@@ -42,6 +42,8 @@ _PLAIN: Final = "def piece(self): pass"
 _WITH_EVENT: Final = "def piece(self, event): pass"
 
 _BUILTINS: Final = frozenset(dir(builtins))
+_SLIP: Final = 0.8
+"""Likeness to a name of Python that only a slip explains: another one is probably a variable to declare."""
 
 
 def check_names(
@@ -65,7 +67,7 @@ def check_names(
         place = piece.at(message.lineno, message.col, len(name))
         if above is not None and above.report(name, place, report):
             continue
-        notes = did_you_mean(name, {*known, *_BUILTINS} - {name}, "")
+        notes = did_you_mean(name, {*known} - {name}, "") or did_you_mean(name, _BUILTINS, "", _SLIP)
         if name in functions:
             notes = (Note(Message("the function of the document is `self.{name}`", name=name)),)
         report.warning(Code.UNDEFINED_NAME, Message("`{name}` is not defined", name=name), place, notes)

@@ -230,7 +230,7 @@ class _Reporter:
                 if (model.source.id, initial.id) not in self._impossible:
                     labels: dict[str, Value] = {"initial": state_label(initial), "state": state_label(state)}
                     message = Message("no transitions lead from {initial} to {state}", **labels)
-                    self._report.warning(Code.NEVER_ENTERED, message, state, assumes=ASSUMPTIONS)
+                    self._report.warning(Code.NEVER_ENTERED, message, state)
 
     def never_fires(self, result: TransitionResult) -> None:
         model = self._model.by_id[result.automaton]

@@ -36,7 +36,7 @@ export async function chooseFile({title, verb, suggestion, start = "", kind = "d
 
   /** List a directory, in which any name may be typed. @param {string} directory */
   const show = (directory) => {
-    finder.chosen = 0;
+    finder.chosen = directory ? 1 : 0; // what is in it, not the way up
     listed = list(directory);
   };
 
@@ -50,8 +50,10 @@ export async function chooseFile({title, verb, suggestion, start = "", kind = "d
     state.error = error; // and not once the files have come: what failed meanwhile has to stay
     try {
       Object.assign(state, await store.request("listFiles", {directory}));
+      finder.chosen = Math.min(finder.chosen, state.entries.length);
     } catch (reason) {
-      if (directory) return list("", messageOf(reason));
+      finder.chosen = 0;
+      if (directory) return list("", directory === start ? "" : messageOf(reason));
       state.error = messageOf(reason);
     }
     draw();

@@ -33,6 +33,7 @@ export async function makeRobot() {
     title: t("Your own robot"),
     verb: t("Choose"),
     kind: "model",
+    start: "robots",
     hint: t(
       "A URDF, xacro or MJCF in the folder robots of the project, or the file of a robot there. Put a model there with its meshes.",
     ),

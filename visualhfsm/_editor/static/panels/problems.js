@@ -143,7 +143,6 @@ class Problems extends PageElement {
         ><span class="code-name">${problem.code === FAILED ? t("last run") : problem.code}</span>
         ${pathOf(words.filter(Boolean))}
       </button>
-      ${fixButtons(document, [problem])}
       ${
         notes.length
           ? html`<ul class="notes">
@@ -151,6 +150,7 @@ class Problems extends PageElement {
             </ul>`
           : nothing
       }
+      ${fixButtons(document, [problem])}
       ${
         counterexample && steps.length
           ? played?.key === key

@@ -4,7 +4,7 @@ import {required} from "../kit/existence.js";
 import {spokenSeconds} from "../kit/texts.js";
 import {monitor} from "./monitor.js";
 
-const NAMED = 34; // px, the least width of a span with a name
+const NEAR = 6; // px beside the left edge where a time is written, too
 const FONT = "11px Inter, system-ui, 'DejaVu Sans', sans-serif";
 
 /**
@@ -71,16 +71,23 @@ function drawSpan(pen, colors, {state, ghost}, {id, left, right, top, laneHeight
     }
   }
   pen.globalAlpha = ghost ? 0.75 : 1;
-  if (to - from > NAMED) {
-    pen.save();
-    pen.beginPath();
-    pen.rect(from, top, to - from - 3, laneHeight);
-    pen.clip();
-    pen.fillStyle = ink;
-    pen.fillText(monitor.stateName(id, state), from + 6, top + laneHeight / 2 + 0.5);
-    pen.restore();
-  }
+  pen.fillStyle = ink;
+  pen.fillText(shortened(pen, monitor.stateName(id, state), to - from - 9), from + 6, top + laneHeight / 2 + 0.5);
   pen.globalAlpha = 1;
+}
+
+/**
+ * A name as far as there is room for it, to a letter; empty where two have none.
+ *
+ * @param {Pick<CanvasRenderingContext2D, "measureText">} pen @param {string} name @param {number} room in px
+ */
+export function shortened(pen, name, room) {
+  const fits = (/** @type {string} */ text) => pen.measureText(text).width <= room;
+  if (fits(name)) return name;
+  const letters = [...name];
+  do letters.pop();
+  while (letters.length > 1 && !fits(`${letters.join("")}…`));
+  return letters.length > 1 ? `${letters.join("")}…` : "";
 }
 
 /**
@@ -92,8 +99,9 @@ function drawAxis(pen, colors, {range, x, width, top}) {
   const step = stepOf((range.end - range.start) / (width / 100));
   pen.fillStyle = colors.muted;
   pen.textBaseline = "top";
-  for (let time = Math.ceil(range.start / step) * step; time <= range.end; time += step) {
-    const at = x(time);
+  const near = ((range.end - range.start) / width) * NEAR; // the first cycle is not at 0 s to the hundredth
+  for (let time = Math.ceil((range.start - near) / step) * step; time <= range.end; time += step) {
+    const at = Math.max(0, x(time));
     pen.fillRect(at, top - 2, 1, 3);
     const text = spokenSeconds(time, step < 1 ? 1 : 0);
     const wide = pen.measureText(text).width;

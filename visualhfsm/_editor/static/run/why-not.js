@@ -10,7 +10,7 @@ import {html, nothing, render} from "lit";
 
 import {page} from "../data/page.js";
 import {isTyping} from "../kit/keys.js";
-import {t} from "../kit/texts.js";
+import {coded, t} from "../kit/texts.js";
 import {monitor} from "./monitor.js";
 
 const PATIENCE = 220; // ms that the pointer must rest before an explanation is shown
@@ -146,7 +146,10 @@ function draw({canvas, group, automaton, state, transition}, explanation) {
                 (each) =>
                   html`<li class=${each.asked ? (each.value ? "true" : "false") : "unasked"}>
                     <span class="verdict-sign" aria-hidden="true">${each.value ? "✓" : "✕"}</span>
-                    <span><strong>${transition ? "" : nameOf(automaton, each.transition)}</strong> ${each.reason}</span>
+                    <span
+                      ><strong>${transition ? "" : nameOf(automaton, each.transition)}</strong>
+                      ${coded(each.reason)}</span
+                    >
                   </li>`,
               )}
             </ul>`
@@ -154,7 +157,7 @@ function draw({canvas, group, automaton, state, transition}, explanation) {
       }`,
     element,
   );
-  place(element, group.getBoundingClientRect());
+  place(element, {canvas, group});
 }
 
 /** @param {number} automaton @param {number} id */
@@ -166,17 +169,34 @@ function nameOf(automaton, id) {
 }
 
 /**
- * Place the explanation beside its element, where there is room.
+ * Place the explanation beside its element, inside the canvas, where it covers the fewest names.
  *
- * @param {HTMLElement} bubble
- * @param {DOMRect} box
+ * @param {HTMLElement} bubble @param {Pick<Shown, "canvas" | "group">} where
  */
-function place(bubble, box) {
+function place(bubble, {canvas, group}) {
   const {width, height} = bubble.getBoundingClientRect();
-  const middle = Math.min(Math.max(8, box.left + box.width / 2 - width / 2), innerWidth - width - 8);
-  const below = box.bottom + 10 + height < innerHeight;
-  bubble.style.left = `${middle}px`;
-  bubble.style.top = `${below ? box.bottom + 10 : Math.max(8, box.top - height - 10)}px`;
+  const area = canvas.getBoundingClientRect();
+  const box = group.getBoundingClientRect();
+  const [x, y] = [box.left + (box.width - width) / 2, box.top + (box.height - height) / 2];
+  const spots = [box.bottom + 10, box.top - height - 10]
+    .flatMap((top) => [x, box.right - width, box.left].map((left) => [left, top]))
+    .concat([
+      [box.right + 10, y],
+      [box.left - width - 10, y],
+    ])
+    .map(([left, top]) => ({
+      left: Math.max(area.left + 8, Math.min(area.right - width - 8, left)),
+      top: Math.max(area.top + 8, Math.min(innerHeight - height - 8, top)),
+    }));
+  const words = [...canvas.surface.querySelectorAll(".label text, .state")].map((each) => each.getBoundingClientRect());
+  /** @param {{left: number, top: number}} spot */
+  const covered = ({left, top}) =>
+    words.filter(
+      (each) => each.left < left + width && left < each.right && each.top < top + height && top < each.bottom,
+    ).length;
+  const [spot] = spots.toSorted((one, other) => covered(one) - covered(other));
+  bubble.style.left = `${spot.left}px`;
+  bubble.style.top = `${spot.top}px`;
 }
 
 function hide() {

@@ -172,7 +172,7 @@ export class Tree extends PageElement {
     const key = this.rows.find(isSelected)?.key;
     if (key === this.#revealed) return; // scrolling makes the browser lay out everything at once
     this.#revealed = key;
-    this.querySelector('[aria-selected="true"] .text')?.scrollIntoView({block: "nearest", inline: "nearest"});
+    this.querySelector('[aria-selected="true"] .dot')?.scrollIntoView({block: "nearest", inline: "nearest"});
   }
 
   /** @param {From<HTMLElement>} event */

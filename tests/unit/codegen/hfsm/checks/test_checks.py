@@ -9,6 +9,7 @@ import pytest
 
 from tests.support.checked_documents import IN_ANNOTATION, A, B, errors, head, one, with_code
 from tests.support.documents import document, problems, state, sub, transition
+from tests.support.editing import find_problems
 
 
 def test_a_complete_document_has_no_problem(path: Path) -> None:
@@ -162,6 +163,14 @@ def test_the_place_is_that_in_the_document(path: Path, code: str) -> None:
     before = text[: text.index("distance")]
     line, column = before.count("\n") + 1, len(before) - before.rfind("\n")
     assert problems(path, text) == [f"{line}:{column}: W520: `distance` is not defined"]
+
+
+@pytest.mark.parametrize(("name", "meant"), [("pritn", ["print"]), ("lento", [])])
+def test_a_name_of_python_is_meant_only_where_a_slip_explains_another(
+    path: Path, name: str, meant: list[str]
+) -> None:
+    (found,) = [each for each in find_problems(with_code(name), path) if each.code == "W520"]
+    assert [each.meant for each in [found.misspelt] if each] == meant
 
 
 def test_a_condition_that_is_no_expression_is_reported_once(path: Path) -> None:
