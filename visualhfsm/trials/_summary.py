@@ -140,10 +140,9 @@ class Summary:
 
     @cached_property
     def worst(self) -> list[Outcome]:
-        """Ten trials that fail, of rare ways first; the slowest, when none does; of equal ones, one."""
-        failed = [row for row in self.rows if not row.success]
-        rarity = Counter(map(_way, failed))
-        ranked = sorted(failed or self.rows, key=lambda row: (rarity[_way(row)], -row.time, row.number))
+        """The ten worst trials: those that fail, of rare ways first, then the slowest; of equal ones, one."""
+        rarity = Counter(_way(row) for row in self.rows if not row.success)
+        ranked = sorted(self.rows, key=lambda row: (row.success, rarity[_way(row)], -row.time, row.number))
         return ranked[: 1 if self.are_equal else _WORST]
 
     @cached_property
