@@ -3,7 +3,7 @@ import {beforeEach, test} from "node:test";
 
 import {Socket, STATIC} from "./page.js";
 
-const {seen, shortened, stepOf, wasActive} = await import(new URL("run/lanes.js", STATIC).href);
+const {seen, stepOf, wasActive} = await import(new URL("run/lanes.js", STATIC).href);
 const {monitor} = await import(new URL("run/monitor.js", STATIC).href);
 const {StateChanges} = await import(new URL("run/state-changes.js", STATIC).href);
 const {scrubbing} = await import(new URL("run/scrubbing.js", STATIC).href);
@@ -34,14 +34,6 @@ test("a span lasts as long as its state is the current one", () => {
   assert.deepEqual(past.spans.get(1), [span(5, 1, 3), span(6, 3, 3)]);
   assert.deepEqual(past.changes, [{time: 2.5, automaton: 1, origin: 5, destination: 6, transition: 9}]);
   assert.deepEqual([past.start, past.end], [1, 3]);
-});
-
-test("a name ends at a letter where it has no room, and is left out where two letters have none", () => {
-  const pen = {measureText: (text) => ({width: 5 * [...text].length})};
-  assert.deepEqual(
-    [30, 29, 15, 14, -3].map((room) => shortened(pen, "search", room)),
-    ["search", "sear…", "se…", "", ""],
-  );
 });
 
 test("a state that is entered again begins another span, one that becomes a ghost changes nothing", () => {

@@ -2,10 +2,13 @@
 
 import {required} from "../kit/existence.js";
 import {spokenSeconds} from "../kit/texts.js";
+import {shortened} from "../measures/text.js";
 import {monitor} from "./monitor.js";
 
 const NEAR = 6; // px beside the left edge where a time is written, too
-const FONT = "11px Inter, system-ui, 'DejaVu Sans', sans-serif";
+const NAMED = 34; // px, the least width of a span with a name
+const SIZE = 11;
+const FONT = `${SIZE}px Inter, system-ui, 'DejaVu Sans', sans-serif`;
 
 /**
  * @import {Span} from "./state-changes.js"
@@ -71,23 +74,11 @@ function drawSpan(pen, colors, {state, ghost}, {id, left, right, top, laneHeight
     }
   }
   pen.globalAlpha = ghost ? 0.75 : 1;
-  pen.fillStyle = ink;
-  pen.fillText(shortened(pen, monitor.stateName(id, state), to - from - 9), from + 6, top + laneHeight / 2 + 0.5);
+  if (to - from > NAMED) {
+    pen.fillStyle = ink;
+    pen.fillText(shortened(monitor.stateName(id, state), SIZE, to - from - 9), from + 6, top + laneHeight / 2 + 0.5);
+  }
   pen.globalAlpha = 1;
-}
-
-/**
- * A name as far as there is room for it, to a letter; empty where two have none.
- *
- * @param {Pick<CanvasRenderingContext2D, "measureText">} pen @param {string} name @param {number} room in px
- */
-export function shortened(pen, name, room) {
-  const fits = (/** @type {string} */ text) => pen.measureText(text).width <= room;
-  if (fits(name)) return name;
-  const letters = [...name];
-  do letters.pop();
-  while (letters.length > 1 && !fits(`${letters.join("")}…`));
-  return letters.length > 1 ? `${letters.join("")}…` : "";
 }
 
 /**
