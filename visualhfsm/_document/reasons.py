@@ -46,12 +46,7 @@ class Reason(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_def
     def text(self) -> Message:
         """The reason with file, line, code and place."""
         at = f"{self.file}:{self.line}: " if self.file and self.line else ""
-        return joined("", [*([] if self.message.startswith(at) else [at]), self.said])
-
-    @property
-    def said(self) -> Message:
-        """The reason with its code, and its place in words."""
-        parts = [self.message]
+        parts = [self.message] if self.message.startswith(at) else [at, self.message]
         if self.code:
             parts.append(f" [{self.code}]")
         if where := self.where or self.state:
@@ -63,7 +58,7 @@ def summary(reasons: Sequence[Reason]) -> Message:
     """Return the first reason, what to do about it, and the number of the others."""
     first, others = reasons[0], len(reasons) - 1
     hints = [each for each in first.hints if "\n" not in each]
-    text = joined("; ", [first.text if first.place is None else first.said, *hints[:1]])
+    text = joined("; ", [first.text, *hints[:1]])
     return Message("{reason} (and {more} more)", reason=text, more=others) if others else text
 
 
