@@ -40,7 +40,9 @@ WORDS: Final = """(known) => {
       if (element.closest("script, style") || !element.checkVisibility()) continue;
       for (const name of attributes) if (element.hasAttribute(name)) note(element, element.getAttribute(name));
       if (element.closest(others)) continue;
-      for (const node of element.childNodes) if (node.nodeType === 3) note(element, node.data);
+      const texts = [...element.childNodes].filter((node) => node.nodeType === 3).map((node) => node.data);
+      // A text with code in it is one text.
+      for (const text of element.querySelector(":scope > code") ? [texts.join("")] : texts) note(element, text);
     }
     return [...new Set(found)];
 }"""
