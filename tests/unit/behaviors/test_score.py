@@ -24,8 +24,6 @@ from visualhfsm.testing import Behavior, MakeBehavior
 
 DOCUMENT = "behaviors/score.xml"
 GOAL_LINE = 4.5
-OTHERS = ((-0.2, 0.1), (-0.1, 0.8), (-0.3, -0.7))
-"""Where other robots stand ahead of one, in m on the field."""
 
 pytestmark = [pytest.mark.sim, pytest.mark.gl]
 
@@ -255,33 +253,27 @@ def test_a_robot_that_fell_gets_up_and_looks_for_its_place(behavior: MakeBehavio
     assert not b.robot.state.fallen
 
 
-def test_the_orange_parts_of_another_robot_are_no_ball() -> None:
+def among_others(x: float, ball: complex, *others: complex) -> AbstractContextManager[Team]:
+    """Begin at a place on the middle line from goal to goal, with a ball, and other robots that do nothing."""
     soccer = load_world("soccer")
-    behind = replace(soccer.balls[0], position=(-4.4, 0.0))
     robots = (
-        RobotPlace(name="nao", position=(-3.0, 0.0)),
-        *(RobotPlace(name=f"other{n}", position=place, heading=math.pi) for n, place in enumerate(OTHERS)),
+        RobotPlace(name="nao", position=(x, 0.0)),
+        *(
+            RobotPlace(name=f"other{number}", position=(other.real, other.imag), heading=math.pi)
+            for number, other in enumerate(others)
+        ),
     )
-    world = replace(soccer, balls=(behind,), robots=robots)
-    with simulate_team(
-        [DOCUMENT], world=world, camera="rendered", seed=1, parameters={"start_x": -3.0}
-    ) as team:
+    balls = (replace(soccer.balls[0], position=(ball.real, ball.imag)),)
+    world = replace(soccer, balls=balls, robots=robots)
+    return simulate_team([DOCUMENT], world=world, camera="rendered", seed=1, parameters={"start_x": x})
+
+
+def test_the_orange_parts_of_another_robot_are_no_ball() -> None:
+    with among_others(-3.0, -4.4 + 0.0j, -0.2 + 0.1j, -0.1 + 0.8j, -0.3 - 0.7j) as team:
         (b,) = team.behaviors
         for _ in range(20):
             team.advance(0.1)
             assert b.component.sight[0] is None
-
-
-def beside_another(ball: complex, other: complex) -> AbstractContextManager[Team]:
-    """Begin 0.8 m before the middle of the field, with a ball and another robot that does nothing."""
-    soccer = load_world("soccer")
-    robots = (
-        RobotPlace(name="nao", position=(-0.8, 0.0)),
-        RobotPlace(name="other", position=(other.real, other.imag), heading=math.pi),
-    )
-    balls = (replace(soccer.balls[0], position=(ball.real, ball.imag)),)
-    world = replace(soccer, balls=balls, robots=robots)
-    return simulate_team([DOCUMENT], world=world, camera="rendered", seed=1, parameters={"start_x": -0.8})
 
 
 def run_until(team: Team, condition: Callable[[Behavior], bool], limit: float) -> Behavior:
@@ -295,7 +287,7 @@ def run_until(team: Team, condition: Callable[[Behavior], bool], limit: float) -
 
 
 def test_a_ball_before_the_orange_toes_of_another_robot_is_seen() -> None:
-    with beside_another(0.0j, 0.24 + 0.0j) as team:
+    with among_others(-0.8, 0.0j, 0.24 + 0.0j) as team:
         (b,) = team.behaviors
         team.advance(1.0)
         ball, seen_at = b.component.sight
@@ -304,7 +296,7 @@ def test_a_ball_before_the_orange_toes_of_another_robot_is_seen() -> None:
 
 
 def test_a_ball_that_another_robot_holds_is_kicked_past_it() -> None:
-    with beside_another(0.0j, 0.24 + 0.0j) as team:
+    with among_others(-0.8, 0.0j, 0.24 + 0.0j) as team:
         b = run_until(team, in_kick, 20.0)
         run_until(team, lambda b: not in_kick(b), 10.0)
         x, y, _ = truth(b).objects["Ball"].position
@@ -317,7 +309,7 @@ def test_a_ball_that_another_robot_holds_is_kicked_past_it() -> None:
 
 
 def test_a_robot_whose_walk_is_held_up_steps_back() -> None:
-    with beside_another(1.5 + 0.0j, -0.2 - 0.2j) as team:
+    with among_others(-0.8, 1.5 + 0.0j, -0.2 - 0.2j) as team:
         b = run_until(team, lambda b: b.active_paths[-1] == "back", 20.0)
         x, _, _ = truth(b).torso.position
         run_until(team, lambda b: b.active_paths[-1] != "back", 20.0)
