@@ -416,7 +416,7 @@ class Referee:
         for player, seen in self._on_field(sight):
             if abs(seen.x) > half_x or abs(seen.y) > half_y:
                 offenders.setdefault(player.name, Offense.LeavingTheField)
-            elif seen.lying and self.now - (player.lying_since or self.now) >= self.rules.get_up:
+            elif seen.lying and self.now - (player.lying_since or 0.0) >= self.rules.get_up:
                 offenders.setdefault(player.name, Offense.IncapableRobot)
             elif not self.ball_free and player.team != self.kick_off and self._in_circle(seen):
                 offenders.setdefault(player.name, Offense.IllegalPositioning)
