@@ -178,6 +178,12 @@ function place(bubble, {canvas, group}) {
   const area = canvas.getBoundingClientRect();
   const box = group.getBoundingClientRect();
   const [x, y] = [box.left + (box.width - width) / 2, box.top + (box.height - height) / 2];
+  const words = [...canvas.surface.querySelectorAll(".label text, .state")].map((each) => each.getBoundingClientRect());
+  /** @param {number} left @param {number} top */
+  const covered = (left, top) =>
+    words.filter(
+      (each) => each.left < left + width && left < each.right && each.top < top + height && top < each.bottom,
+    ).length;
   const spots = [box.bottom + 10, box.top - height - 10]
     .flatMap((top) => [x, box.right - width, box.left].map((left) => [left, top]))
     .concat([
@@ -187,14 +193,9 @@ function place(bubble, {canvas, group}) {
     .map(([left, top]) => ({
       left: Math.max(area.left + 8, Math.min(area.right - width - 8, left)),
       top: Math.max(area.top + 8, Math.min(innerHeight - height - 8, top)),
-    }));
-  const words = [...canvas.surface.querySelectorAll(".label text, .state")].map((each) => each.getBoundingClientRect());
-  /** @param {{left: number, top: number}} spot */
-  const covered = ({left, top}) =>
-    words.filter(
-      (each) => each.left < left + width && left < each.right && each.top < top + height && top < each.bottom,
-    ).length;
-  const [spot] = spots.toSorted((one, other) => covered(one) - covered(other));
+    }))
+    .map(({left, top}) => ({left, top, covers: covered(left, top)}));
+  const [spot] = spots.toSorted((one, other) => one.covers - other.covers);
   bubble.style.left = `${spot.left}px`;
   bubble.style.top = `${spot.top}px`;
 }
