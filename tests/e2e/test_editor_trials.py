@@ -124,6 +124,25 @@ def test_the_first_trials_are_one_click(browser: Browser, edited: Editor) -> Non
         expect(panel.get_by_role("button", name="Run 10 trials")).to_have_count(0)
 
 
+def test_trials_run_on_the_chosen_robot_and_their_recording_names_it(
+    browser: Browser, edited: Editor
+) -> None:
+    with editor_page(browser, edited) as shown:
+        shown.page.evaluate("localStorage.setItem('visualhfsm.body', 'T1')")
+        open_panel(shown)
+        panel = shown.page.get_by_role("region", name="Panel below the canvas")
+        panel.get_by_label("Within").fill("0.5")
+        panel.get_by_label("Robot").select_option("fake")
+        panel.get_by_role("button", name="Run 10 trials").click()
+        expect(panel).to_contain_text("10 of 10 trials succeed", timeout=ENDED)
+        expect(panel.locator(".trials-setup dl")).to_have_text("body T1")
+        panel.get_by_role("button", name="look back").first.click()
+        expect(shown.page.locator(".banner.recorded")).to_be_visible(timeout=ENDED)
+        shown.show_robot()
+        picture = shown.page.get_by_role("combobox", name="Picture of the robot").locator("option:checked")
+        expect(picture).to_have_text("Booster T1 in 3D", timeout=ENDED)
+
+
 def test_without_a_plan_one_chooses_what_counts(browser: Browser, edited: Editor) -> None:
     with editor_page(browser, edited) as shown:
         open_panel(shown)

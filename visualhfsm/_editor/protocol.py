@@ -314,20 +314,26 @@ class Stop(TabRequest):
 
 
 class LookAtTrials(TabRequest):
-    """Ask for the plan of a document's trials, and what those that were run say: the push `trials`."""
+    """Ask for the plan of a document's trials, and what those that were run say: the push `trials`.
+
+    The robot has this `body` if the plan names none.
+    """
+
+    body: Name = ""
 
 
 class StartTrials(TabRequest):
     """Run those trials of a document that were not run yet; the push `trials` reports what they say.
 
     Of older outcomes, those of another version of document or plan are replaced only with `again`. `state`,
-    `robot` and `limit` take the place of what the plan has.
+    `robot` and `limit` take the place of what the plan has; the robot has this `body` if the plan names none.
     """
 
     runs: ChosenRuns | None = None
     state: Name = ""
     robot: ChosenRobot = ""
     limit: ChosenLimit | None = None
+    body: Name = ""
     again: bool = False
 
 

@@ -9,7 +9,9 @@ import asyncio
 from functools import partial
 from typing import Any
 
-from visualhfsm._processes.bodies import find_bodies
+import msgspec
+
+from visualhfsm._processes.bodies import body_option, find_bodies, require_body
 from visualhfsm._processes.test_from_run import run_as_test
 from visualhfsm.project._version import stem
 from visualhfsm.trials._messages import Choices
@@ -77,7 +79,7 @@ async def look_at_trials(workspace: Workspace, _: Window, request: p.LookAtTrial
     """Read the plan and the outcomes that are there."""
     tab = workspace.tabs.get(request.tab)
     source = tab.source
-    if await workspace.parts.trials.read(source):
+    if await workspace.parts.trials.read(source, await _body(workspace, request.body)):
         tab.trials.of = source.document
 
 
@@ -86,8 +88,15 @@ async def start_trials(workspace: Workspace, _: Window, request: p.StartTrials) 
     tab = workspace.tabs.get(request.tab)
     source = tab.source
     choices = typed.convert(request, Choices, from_attributes=True)
+    choices = msgspec.structs.replace(choices, body=await _body(workspace, request.body))
     await workspace.parts.trials.run(source, choices, again=request.again)
     tab.trials.of = source.document
+
+
+async def _body(workspace: Workspace, name: str) -> str:
+    """Return what a plan calls a body."""
+    root = workspace.project.root.directory
+    return body_option(root, await workspace.threads.do(partial(require_body, root, name)))
 
 
 async def record_trial(workspace: Workspace, _: Window, request: p.RecordTrial) -> None:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice
+from pathlib import Path
 from typing import Final
 
 from codegen.messages import Message, any_of, joined, number
+from naoserver.bodies import DEFAULT_BODY
 
 from ._messages import Fact, PlanFacts
 from ._plan import Disturbance, Plan
@@ -20,7 +22,10 @@ _LONGEST_WORDS: Final = 120
 
 def facts_of(plan: Plan, file: str) -> PlanFacts:
     """Return a plan in words; `file` is its name, empty if there is none."""
-    quantities = [*plan.scene.items(), *plan.parameters.items()]
+    scene = plan.scene if plan.robot == "none" else {"body": DEFAULT_BODY, **plan.scene}
+    if isinstance(body := scene.get("body"), str):
+        scene = {**scene, "body": Path(body).name}
+    quantities = [*scene.items(), *plan.parameters.items()]
     success = plan.success
     return PlanFacts(
         file=file,

@@ -154,7 +154,8 @@ class PlanFacts(_View, frozen=True):
 class TrialsPush(Push, tag="trials"):
     """The trials of a tab's document: their plan, and what those that have ended say.
 
-    `outdated` says that they are of an older version of document, plan or the files beside them. `left` is
+    `outdated` says that they are of an older version of document, plan or the files beside them, `opens` that
+    one of them can be run again to be recorded. `left` is
     the time in s that the others will take, as far as is known; `recording` the number of the trial that is
     run again to be recorded, `recorded` that of the last one in the file `file`.
     """
@@ -166,6 +167,7 @@ class TrialsPush(Push, tag="trials"):
     workers: int = 0
     left: float | None = None
     outdated: bool = False
+    opens: bool = False
     error: Message = NO_MESSAGE
     recording: int | None = None
     recorded: int | None = None
@@ -185,6 +187,7 @@ class Choices(msgspec.Struct, frozen=True, kw_only=True):
     state: str = ""
     robot: ChosenRobot = ""
     limit: ChosenLimit | None = None
+    body: str = ""
 
 
 class Order(msgspec.Struct, frozen=True, kw_only=True):

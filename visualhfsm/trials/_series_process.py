@@ -18,6 +18,7 @@ import msgspec
 from msgspec import UNSET, UnsetType
 
 from codegen.reasons import reason
+from naoserver.bodies import DEFAULT_BODY
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._base.languages import encode_message
 from zenoh_ice.application.cli import stop_on_signals
@@ -77,6 +78,8 @@ class _Work:
         given = {name: value for name in ("runs", "limit", "robot") if (value := getattr(choices, name))}
         beside = self._document.with_name(self._document.stem + SUFFIX)
         plan = plan_of(self._document, choices.state or None, **given)
+        if choices.body not in ("", DEFAULT_BODY) and "body" not in plan.scene and plan.robot != "none":
+            plan = msgspec.structs.replace(plan, scene={**plan.scene, "body": choices.body})
         self._facts = facts_of(plan, beside.name if beside.is_file() else "")
         self._send(Report(plan=self._facts))
         return msgspec.structs.replace(plan, document=order.document)

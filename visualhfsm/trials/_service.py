@@ -57,12 +57,13 @@ class RunningTrials(PerDocument["_TabTrials"]):
     ) -> None:
         super().__init__(lambda tab: _TabTrials(tab, publish, tuple(include), limits))
 
-    async def read(self, source: Source) -> bool:
+    async def read(self, source: Source, body: str = "") -> bool:
         """Read the plan of a document, and what the outcomes beside it say, unless that is known.
 
-        Returns False while the trials run: what is reported is of the version that runs.
+        The robot has that body if the plan names none. Returns False while the trials run: what is reported
+        is of the version that runs.
         """
-        return await self.do(source.tab, lambda trials: trials.read(source))
+        return await self.do(source.tab, lambda trials: trials.read(source, body))
 
     async def run(self, source: Source, choices: Choices, *, again: bool = False) -> None:
         """Begin to run the trials that are missing; `again` replaces outcomes of an older version."""
@@ -100,10 +101,11 @@ class _TabTrials:
     def _runs(self) -> bool:
         return self._series is not None and self._state.status in ("running", "stopping")
 
-    async def read(self, source: Source) -> bool:
+    async def read(self, source: Source, body: str) -> bool:
         """Read plan and outcomes, unless the trials run, or nothing has changed since the last time."""
         if self._runs:
             return False
+        self._choices = msgspec.structs.replace(self._choices, body=body)
         order, known = await asyncio.to_thread(self._ordered, "look", source, self._choices)
         if self._known != known:
             await self._start(order, "reading", known)
@@ -163,9 +165,10 @@ class _TabTrials:
             if report.plan is not UNSET:
                 self._report(plan=report.plan)
             if report.view is not UNSET:
-                self._report(view=report.view, left=report.left, outdated=report.outdated)
                 if not report.outdated and report.view is not None:
                     self._tried = order
+                opens = self._tried is not None
+                self._report(view=report.view, left=report.left, outdated=report.outdated, opens=opens)
 
         def ended(error: str) -> None:
             self._series = None

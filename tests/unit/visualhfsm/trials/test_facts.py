@@ -51,7 +51,7 @@ def test_what_varies_is_apart_from_what_stays() -> None:
     scene: dict[str, Quantity] = {"robot.x": Spread(lowest=0, highest=2), "noise": True}
     facts = facts_of(Plan(scene=scene, parameters={"speed": (0.1, 0.2)}, numbers={"goals": "j.py:goals"}), "")
     assert [each.name for each in facts.varies] == ["robot.x", "speed"]
-    assert [each.name for each in facts.fixed] == ["noise"]
+    assert [(each.name, each.words) for each in facts.fixed] == [("body", "H25"), ("noise", "yes")]
     assert facts.measures == ["goals"]
 
 

@@ -149,8 +149,13 @@ def test_it_stops_with_what_is_done_goes_on_there_and_ends_with_its_tab(path: Pa
 def test_outcomes_of_an_older_version_are_replaced_only_on_purpose(path: Path, tmp_path: Path) -> None:
     async def work(trials: Trials) -> None:
         former = await trials.run(source(path))
+        assert former.opens
         changed = source(path, WAITS.replace("+= 0.5", "+= 5"))
-        assert (await trials.read(changed)).outdated
+        later = await trials.read(changed)
+        assert (later.outdated, later.opens) == (True, True)
+        async with running(TrialsLimits()) as others:  # which do not know what had run
+            first = await others.read(changed)
+            assert (first.outdated, first.opens) == (True, False)
 
         await trials.service.record(1, 3, tmp_path, lambda file: file.name)  # as it ran
         found = await trials.until(lambda push: push.recorded == 3)
@@ -170,6 +175,30 @@ def test_outcomes_of_an_older_version_are_replaced_only_on_purpose(path: Path, t
 
     go(work)
     assert path.read_text() == WAITS  # changes that are not saved run, too
+
+
+@pytest.mark.slow
+def test_the_robot_is_the_chosen_one_unless_the_plan_names_one(path: Path, tmp_path: Path) -> None:
+    plan = path.with_name("waits.trials.toml")
+    plan.write_text(PLAN.replace('"none"', '"fake"').replace("12", "1"))
+
+    def body(push: TrialsPush) -> str:
+        assert push.plan is not None
+        return next(each.words for each in push.plan.fixed if each.name == "body")
+
+    async def work(trials: Trials) -> None:
+        assert body(await trials.run(source(path))) == "H25"
+        await trials.service.read(source(path), "T1")
+        found = await trials.idle()
+        assert (body(found), found.outdated) == ("T1", True)
+        assert done(await trials.run(source(path), body="T1", again=True)) == 1
+        await trials.service.record(1, 1, tmp_path, lambda file: file.name)
+        found = await trials.until(lambda push: push.recorded == 1)
+        assert open_recording(tmp_path / found.file).described.title == "Booster T1"
+        plan.write_text(plan.read_text() + '[scene]\nbody = "G1"\n')
+        assert body(await trials.run(source(path), body="T1")) == "G1"
+
+    go(work)
 
 
 @pytest.mark.slow

@@ -1131,7 +1131,7 @@ export interface Requests {
   /** Ask for the tests of a document: the push `tests` names them. */
   lookAtTests: {tab: number};
   /** Ask for the plan of a document's trials, and what those that were run say: the push `trials`. */
-  lookAtTrials: {tab: number};
+  lookAtTrials: {tab: number; body?: string};
   /** Ask for the snapshot of a component, or a recording, at a component time in s. */
   moment: {component: string; time: number};
   /** Move the balls of the simulation along their routes, or leave them where they are. */
@@ -1223,6 +1223,7 @@ export interface Requests {
     state?: string;
     robot?: "" | "fake" | "none" | "sim";
     limit?: number | null;
+    body?: string;
     again?: boolean;
   };
   /** Run one cycle of one automaton, or of all with 0, while paused. */
@@ -1574,6 +1575,7 @@ export interface TrialsPush {
   workers: number;
   left: number | null;
   outdated: boolean;
+  opens: boolean;
   error: string;
   recording: number | null;
   recorded: number | null;

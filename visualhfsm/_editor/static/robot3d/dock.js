@@ -74,7 +74,7 @@ export class RobotDock extends MonitorElement {
           @change=${(/** @type {From<HTMLSelectElement>} */ {target}) => this.#choose(target.value)}
         >
           <option value=${IN_3D} ?disabled=${this.view?.impossible} .selected=${shown === IN_3D}>
-            ${t("{robot} in 3D", {robot: store.robot.title || t("Robot")})}
+            ${t("{robot} in 3D", {robot: (monitor.recording || monitor.isDryRun ? this.view?.robotTitle : store.robot.title) || t("Robot")})}
           </option>
           ${this.#cameras.map(
             (name) => html`<option value=${name} .selected=${name === shown}>${titleOf(name)}</option>`,

@@ -5,7 +5,7 @@
  * @import {DescribedMesh, Shape} from "./shapes.js"
  * @import {View} from "./viewpoints.js"
  * @import {Placement} from "./world-drawing.js"
- * @typedef {DescribedBody & {meshUnit: number, meshes: DescribedMesh[], shapes: (Shape & {link: string})[]}} Described
+ * @typedef {DescribedBody & {title: string, meshUnit: number, meshes: DescribedMesh[], shapes: (Shape & {link: string})[]}} Described
  *   as visualhfsm/_monitor/realm/description.py makes it
  * @typedef {BodyState & {objects: Record<string, Placement>, others?: Record<string, Other>}} Moment
  * @typedef {{body: string, joints: Record<string, number>}} Other another robot of the world, whose place is that of

@@ -81,6 +81,8 @@ export class RobotView extends MonitorElement {
     this.body = "";
     /** Why the present robot cannot be drawn. */
     this.why = "";
+    /** What the robot that is drawn is called. */
+    this.robotTitle = "";
     /** The robot that is drawn, or on its way. */
     this.worn = "";
     /** The present world. @type {WorldShape[]} */
@@ -393,6 +395,8 @@ export class RobotView extends MonitorElement {
       if (hash !== this.worn || !this.drawing) return;
       this.drawing.build(described);
       this.sees = described.eye !== undefined;
+      this.robotTitle = described.title;
+      this.dispatchEvent(new Event("moved"));
       this.#showPast();
     } catch {
       if (hash === this.worn) this.worn = ""; // the next moment asks again

@@ -13,6 +13,7 @@ import {PageElement} from "../data/element.js";
 import {icon} from "../kit/icons.js";
 import {messageOf} from "../kit/notices.js";
 import {page} from "../data/page.js";
+import {chosenBody} from "../data/robot.js";
 import {store} from "../data/store.js";
 import {offers, wordButton} from "../kit/buttons.js";
 import {n, t} from "../kit/texts.js";
@@ -47,10 +48,13 @@ class TrialsPanel extends PageElement {
     this.origin = 0;
   }
 
+  #body = ""; // of the robot that is chosen in the page
+
   connectedCallback() {
     super.connectedCallback();
     this.listen(page, "tab", () => this.#turn());
     this.listen(store, "connection", () => store.online && this.#look());
+    this.listen(store, "robot", () => this.#body !== chosenBody() && this.#look());
     this.listen(store, "trials", ({detail}) => this.#take(detail));
     this.listen(store, "workspace", () => this.refusal && this.#look());
     this.listen(/** @type {import("../kit/events.js").Target<{focus: null}>} */ (window), "focus", () => this.#look());
@@ -94,7 +98,7 @@ class TrialsPanel extends PageElement {
         <hfsm-trials
           ?hidden=${!trials.view}
           .view=${trials.view}
-          .opens=${store.online}
+          .opens=${store.online && trials.opens}
           .busy=${trials.recording !== null}
           @trial=${(/** @type {CustomEvent<number>} */ {detail}) => this.#show(detail)}
         ></hfsm-trials>
@@ -209,7 +213,7 @@ class TrialsPanel extends PageElement {
             ${
               status === "running"
                 ? t("The document has changed since: its older version runs here.")
-                : t("These are of an older version of the document, of its plan or of a file beside it.")
+                : t("These are of an older version of the document or of a file beside it, or of another robot.")
             }
           </p>`
         : nothing
@@ -259,7 +263,10 @@ class TrialsPanel extends PageElement {
   async #run(draft = this.draft) {
     const trials = store.trials.get(page.tab);
     if (!trials?.plan) return;
-    if ((await ask("startTrials", {tab: page.tab, ...requestOf(trials, trials.plan, draft)})) !== undefined)
+    if (
+      (await ask("startTrials", {tab: page.tab, body: this.#body, ...requestOf(trials, trials.plan, draft)})) !==
+      undefined
+    )
       this.draft = {};
   }
 
@@ -275,7 +282,8 @@ class TrialsPanel extends PageElement {
     const {tab, tabState} = page;
     if (!tab || !tabState || tabState.recording || !store.online) return;
     try {
-      await store.request("lookAtTrials", {tab});
+      this.#body = chosenBody();
+      await store.request("lookAtTrials", {tab, body: this.#body});
       if (tab === page.tab) this.refusal = "";
     } catch (error) {
       if (tab === page.tab && store.online) this.refusal = upperFirst(messageOf(error));
