@@ -62,7 +62,7 @@ def shown(browser: Browser, served: tuple[ServedRobot, Editor]) -> Iterator[Edit
         yield shown
 
 
-def notice(shown: EditorPage, text: str) -> None:
+def notice(shown: EditorPage, text: str | re.Pattern[str]) -> None:
     """Wait for a message."""
     expect(shown.page.locator(".notice").filter(has_text=text)).to_be_visible()
 
@@ -373,7 +373,7 @@ def test_errors_of_a_start_and_of_a_run_lead_to_their_code(shown: EditorPage) ->
     expect(code).to_be_focused()
     shown.insert("if x y")
     shown.press("F5")
-    notice(shown, "invalid syntax [E520] (code of go)")
+    notice(shown, re.compile("It is not ready: code of go \\(.*xml:[0-9]+\\): .*invalid syntax \\[E520\\]"))
     expect(shown.page.get_by_role("tab", name="Problems")).to_have_attribute("aria-selected", "true")
     expect(shown.page.get_by_role("button", name=re.compile("^error: .*invalid syntax"))).to_be_focused()
 

@@ -45,7 +45,7 @@ class Reason(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_def
     @property
     def text(self) -> Message:
         """The reason with file, line, code and place."""
-        at = f"{self.file}:{self.line}: " if self.file and self.line else ""
+        at = f"{self._at}: " if self._at else ""
         parts = [self.message] if self.message.startswith(at) else [at, self.message]
         if self.code:
             parts.append(f" [{self.code}]")
@@ -53,12 +53,25 @@ class Reason(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_def
             parts += [" (", where, ")"]
         return joined("", parts)
 
+    @property
+    def said(self) -> Message:
+        """The reason for who draws: first the place in the document, then that in its file."""
+        where, at = self.where or self.state, self._at
+        if not where or self.message.startswith(at or "\0"):
+            return self.text
+        code = f" [{self.code}]" if self.code else ""
+        return joined("", [where, f" ({at})" if at else "", ": ", self.message, code])
+
+    @property
+    def _at(self) -> str:
+        return f"{self.file}:{self.line}" if self.file and self.line else ""
+
 
 def summary(reasons: Sequence[Reason]) -> Message:
     """Return the first reason, what to do about it, and the number of the others."""
     first, others = reasons[0], len(reasons) - 1
     hints = [each for each in first.hints if "\n" not in each]
-    text = joined("; ", [first.text, *hints[:1]])
+    text = joined("; ", [first.said, *hints[:1]])
     return Message("{reason} (and {more} more)", reason=text, more=others) if others else text
 
 
@@ -78,7 +91,7 @@ def refusal(
     locator, imports = Locator(known), ImportedPlaces(known, file, include, home=home)
     problems = (problem_of(each, file, locator, imports) for each in diagnostics.errors)
     reasons = [*reasons_of(known, home or file, problems)]
-    return VisualHfsmError.because("it is not ready: {message}", message=summary(reasons))
+    return VisualHfsmError.because("It is not ready: {message}", message=summary(reasons))
 
 
 def reasons_of(

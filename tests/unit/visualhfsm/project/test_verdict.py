@@ -349,9 +349,9 @@ def test_a_document_with_errors_is_refused_in_the_words_of_its_verdict(judged: J
         verdict = opened.verdict()
         with pytest.raises(VisualHfsmError) as refused:
             opened.generate()
-        assert str(refused.value) == f"it is not ready: {summary(verdict.reasons)}"
+        assert str(refused.value) == f"It is not ready: {summary(verdict.reasons)}"
         assert verdict.reasons[0].code.startswith("E")
-        assert verdict.reasons[0].text in str(refused.value)
+        assert verdict.reasons[0].said in str(refused.value)
         opened.close()
 
 
