@@ -32,6 +32,7 @@ function looking(view, {x = 0, y = 0, heading = 0, things = [], width = 400, hei
   const onPicture = (place) => place.clone().project(viewpoints.camera);
   return {
     camera: viewpoints.camera,
+    blocked: placed.map(({position}) => viewpoints.isBlockedBy(position)),
     robot: onPicture(new Vector3(x, y, 0.29)),
     parts: [onPicture(new Vector3(x, y, 0)), onPicture(new Vector3(x, y, 0.58))],
     things: placed.map(({position}) => onPicture(position)),
@@ -81,6 +82,8 @@ test("at home all that the robot can reach is seen, in windows of any form, as l
     }
   const ahead = looking("home", {things: [[0.3, 0, 0.29]]});
   assert.ok(ahead.things[0].z < ahead.robot.z, "what is in front of its face is nearer");
+  const near = {things: [[0.8, 0.5, 0.4], [0.4, 0.2, 0.05], [-1, -1]]}; // prettier-ignore
+  assert.deepEqual(looking("home", near).blocked, [true, false, false], "a ball before the camera hides no robot");
 });
 
 test("at first sight it goes around once, until it is touched, and not for who wants no motion", () => {
@@ -106,6 +109,18 @@ test("at first sight it goes around once, until it is touched, and not for who w
   const still = new Viewpoints(new Surface(), () => {});
   for (const now of [1000, 4000]) still.turn(now);
   assert.equal(still.turning, false);
+});
+
+test("a robot of another size is seen whole, also after a click into the view of the former one", () => {
+  const viewpoints = new Viewpoints(new Surface(), () => {});
+  viewpoints.resize(400, 300);
+  const body = {torso: new Object3D(), headParts: []};
+  viewpoints.choose("home", body, []);
+  const near = viewpoints.controls.getDistance();
+  viewpoints.controls.dispatchEvent({type: "start"});
+  viewpoints.fit({height: 1.2, middle: 0.7, reach: 0.9, breadth: 0.8});
+  viewpoints.keep(body, []);
+  assert.ok(viewpoints.controls.getDistance() > 1.5 * near);
 });
 
 test("what is far does not make the robot small, and one alone is seen closely", () => {

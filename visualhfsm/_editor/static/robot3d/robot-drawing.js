@@ -183,6 +183,7 @@ export class RobotDrawing {
       if (this.#hidden) return this.redraw();
       this.#drawn = performance.now();
       if (this.#followed?.torso.visible) this.viewpoints.turn(this.#drawn);
+      this.world.fade((position) => this.viewpoints.isBlockedBy(position));
       this.renderer.render(this.scene, this.viewpoints.camera);
       for (const resolve of this.#waiting.splice(0)) resolve();
       this.#after.port2.postMessage(null);

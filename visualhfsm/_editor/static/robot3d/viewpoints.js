@@ -32,6 +32,7 @@ const BREADTH = 0.7; // the same to its side
 const RADIUS = 0.9; // around its middle in which the robot is, with a margin, relative to its height
 const MARGIN = 0.12; // m around the middle of a thing
 const TURN = 24_000; // ms in which the view goes around the robot once, at first sight
+const CLOSE = 0.6; // part of the way to what is looked at, within which a thing would cover it
 /** Metres that a robot may sway before the view follows it. */
 const NEAR = 0.05;
 
@@ -77,6 +78,7 @@ export class Viewpoints {
 
   /** Show a robot of another size. @param {Body["size"]} [size] */
   fit(size) {
+    if (size && size.height !== this.#height) this.view ??= "home"; // the distance of the user was for another one
     this.#height = size?.height ?? HEIGHT;
     this.#middle = size?.middle ?? MIDDLE * HEIGHT;
     this.#reach = size?.reach ?? REACH * HEIGHT;
@@ -103,6 +105,12 @@ export class Viewpoints {
   /** Stay where it is: somebody has touched it. */
   rest() {
     this.#begun = 0;
+  }
+
+  /** Whether a thing would cover what is looked at. @param {Vector3} position */
+  isBlockedBy(position) {
+    const {camera, controls, view} = this;
+    return view !== "head" && camera.position.distanceTo(position) < CLOSE * controls.getDistance();
   }
 
   /** @param {View} view @param {Body | undefined} body @param {Object3D[]} things */

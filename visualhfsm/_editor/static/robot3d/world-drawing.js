@@ -36,6 +36,9 @@ const CELLS = 16;
 /** Brightness of the darker cells of a floor. */
 const DARKER = 0.93;
 
+/** Opacity of a thing before what is looked at. */
+const FADED = 0.2;
+
 export class WorldDrawing extends Group {
   constructor() {
     super();
@@ -65,7 +68,12 @@ export class WorldDrawing extends Group {
       made.position.fromArray(shape.at);
       made.quaternion.fromArray(shape.at, 3);
       made.receiveShadow = true;
-      made.castShadow = Boolean(shape.object) && (shape.opacity ?? 1) > 0.5;
+      const {opacity = 1} = shape;
+      made.castShadow = Boolean(shape.object) && opacity > 0.5;
+      if (shape.object && made.material instanceof MeshStandardMaterial) {
+        made.material = Object.assign(made.material.clone(), {transparent: true}); // of its own, for `fade`
+        made.userData.opacity = opacity;
+      }
       this.#groupOf(shape.object).add(made);
     }
     this.grid.visible = !shapes.some(({kind}) => kind === "plane");
@@ -94,6 +102,14 @@ export class WorldDrawing extends Group {
       if (!at) continue;
       group.position.fromArray(at);
       group.quaternion.fromArray(at, 3);
+    }
+  }
+
+  /** See through the things at some places. @param {(position: Vector3) => boolean} blocks */
+  fade(blocks) {
+    for (const {position, children} of this.seen) {
+      const share = blocks(position) ? FADED : 1;
+      for (const each of children) if (each instanceof Mesh) each.material.opacity = share * each.userData.opacity;
     }
   }
 
