@@ -5,12 +5,19 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import expect
+from playwright.sync_api import Browser, expect
 
-from tests.support.browser import EditorPage
-from tests.support.documents import document, state, sub
+from tests.support.browser import EditorPage, editor_page
+from tests.support.documents import document, state, sub, transition
+from tests.support.editor import editor
 
 LEVELS = 14
+FAR_NAMES = """() => [...document.querySelector("hfsm-canvas").surface.querySelectorAll(".label .title")]
+  .map((name) => [name, ...document.querySelectorAll(".transition .handle .knob")]
+    .map((each) => each.getBoundingClientRect()))
+  .map(([name, knob]) => Math.max(knob.left - name.right, name.left - knob.right,
+    knob.top - name.bottom, name.top - knob.bottom)).filter((gap) => gap > 12)"""
+"""The pixels between the name of the only transition and its handle, if they are too many."""
 
 
 @pytest.fixture
@@ -23,6 +30,38 @@ def path(root: Path) -> Path:
         )
     )
     return path
+
+
+def test_the_name_of_a_transition_stays_beside_its_handle_where_its_second_line_is_hidden(
+    browser: Browser, root: Path
+) -> None:
+    path = root / "long.xml"
+    long = "self.the_arms_have_come_to_rest() and self.enough"
+    path.write_text(
+        document(
+            sub(
+                1,
+                0,
+                state(1, "down", initial=True).replace("<name>", "<posx>100</posx><posy>100</posy><name>"),
+                state(2, "up").replace("<name>", "<posx>100</posx><posy>400</posy><name>"),
+                transition(1, 1, 2, long, name="there").replace(
+                    "<name>", "<posx>130</posx><posy>250</posy><name>"
+                ),
+            )
+        )
+    )
+    with editor(root, path) as running, editor_page(browser, running) as shown:
+        shown.expect_states("down", "up")
+        name = shown.page.locator("hfsm-canvas .label .title")
+        for scale in (0.94, 0.89, 0.84, 0.7):
+            shown.page.evaluate(
+                "scale => { const {viewport} = document.querySelector('hfsm-canvas');"
+                " viewport.zoom(scale / viewport.scale); }",
+                scale,
+            )
+            expect(shown.page.locator(".zoom")).to_have_text(f"{scale:.0%}".replace("%", " %"))
+            expect(name).to_have_text("there")
+            assert shown.page.evaluate(FAR_NAMES) == [], scale
 
 
 def test_an_action_is_found_the_middle_of_the_view_kept_and_a_drawing_outside_shown(

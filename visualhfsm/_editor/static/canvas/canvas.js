@@ -189,7 +189,7 @@ export class HfsmCanvas extends HTMLElement {
 
   /** Whether everything is in the window. */
   #isWhole() {
-    return this.#size.width > 0 && contains(this.viewport.seen, this.drawing.bounds(this.viewport.scale));
+    return this.#size.width > 0 && contains(this.viewport.free, this.drawing.bounds(this.viewport.scale));
   }
 
   /** Show the selection, or everything if nothing is selected. */

@@ -329,7 +329,7 @@ function detailsOf(group, label) {
  */
 function textsOf(fullName, fullDetail, letters) {
   const size = Math.max(NAME, letters);
-  if (letters > NAME) fullDetail = "";
+  if (letters > DETAIL) fullDetail = ""; // it is not readable, and hidden
   /** @type {Text[]} */
   const texts = [];
   for (const widest of WIDTHS) {

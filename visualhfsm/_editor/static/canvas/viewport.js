@@ -4,8 +4,9 @@
  * @import {Box, Point} from "../measures/geometry.js"
  */
 
+const FINGERS = globalThis.matchMedia?.("(pointer: coarse)").matches;
 /** Pixels of the window that letters have at least; more where fingers cover them. */
-const READABLE = globalThis.matchMedia?.("(pointer: coarse)").matches ? 11 : 10;
+const READABLE = FINGERS ? 11 : 10;
 /** Sizes of letters in the drawing: each is readable down to another scale, the last one where no larger ones fit. */
 const LETTERS = [10, 10.5, 12, 14.5, 17.5, 21, 25];
 /** The smallest letters that are readable at a scale. @param {number} scale */
@@ -20,8 +21,8 @@ const SMALLEST = 0.02; // to which one zooms; a larger drawing is fitted at a sm
 const FIT_SMALLEST = 0.0001;
 const LARGEST = 4;
 /** Pixels of the window around what is fitted; a banner that comes takes some above, buttons some below. */
-const FIT = {side: 36, top: 50, bottom: 44};
-const TIGHT = {side: 8, top: 8, bottom: 8}; // around what keeps its scale
+const FIT = {side: 36, top: 50, bottom: FINGERS ? 60 : 44};
+const TIGHT = {side: 8, top: 8, bottom: FINGERS ? 60 : 8}; // around what keeps its scale
 export const FIT_LARGEST = 1.25;
 
 /** Calls `changed` after each change; `scale` pixels of the window are one of the drawing. */
@@ -44,6 +45,12 @@ export class Viewport {
   /** Convert a point of the drawing to the window. @param {Point} point */
   toWindow({x, y}) {
     return {x: x * this.scale + this.x, y: y * this.scale + this.y};
+  }
+
+  /** The visible part of the drawing that no buttons cover. */
+  get free() {
+    const {bottom, ...others} = this.seen;
+    return {...others, bottom: bottom - (TIGHT.bottom - 8) / this.scale};
   }
 
   /** The visible part of the drawing. */
