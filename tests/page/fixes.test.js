@@ -84,3 +84,9 @@ test("another file can be chosen for an import that fails", () => {
   assert.deepEqual(offered({...inAutomaton, part: "import"}), ["Choose the file…"]);
   assert.deepEqual(offered({...inAutomaton, part: "import"}, {severity: "note"}), []);
 });
+
+test("a name that nothing defines is declared as a variable, unless it is in no automaton", () => {
+  const problem = {severity: "warning", code: "W520", length: 3};
+  assert.deepEqual(offered({...inState, part: "code"}, problem), ["Declare the variable log"]);
+  assert.deepEqual(offered({kind: "document", part: "properties"}, problem), []);
+});

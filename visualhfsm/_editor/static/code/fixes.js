@@ -14,6 +14,8 @@ import {keyOf} from "./places.js";
 
 /** The problem of an attribute of `self` that nothing declares. */
 const UNKNOWN_ATTRIBUTE = "W524";
+/** The problem of a name that nothing defines. */
+const UNDEFINED = "W520";
 /** The problems of a variable that an automaton above has: code reads it, or assigns it. */
 const READ_ABOVE = "W535";
 const ASSIGNED_ABOVE = "W542";
@@ -48,7 +50,7 @@ export function fixesFor(problem, text, document) {
   const name = rest.slice(0, Math.max(length, /^\w+/.exec(rest)?.[0].length ?? 0));
   return [
     ...correctionsOf(problem, document.problems),
-    ...declarationsOf(problem, name),
+    ...declarationsOf(problem, name, document),
     ...elementFixes(problem, document),
     ...straightened(problem, text, rest),
   ];
@@ -82,10 +84,16 @@ function correctionAt({place, line = 0, column = 0}, {field = ""}) {
 const isSame = (one, other) =>
   keyOf(one.place) === keyOf(other.place) && one.line === other.line && one.column === other.column;
 
-/** @param {Problem} problem @param {string} name @returns {Fix[]} */
-function declarationsOf({code, place}, name) {
+/** @param {Problem} problem @param {string} name @param {OpenDocument} document @returns {Fix[]} */
+function declarationsOf({code, place}, name, {automata}) {
   if (!name) return [];
   const {automaton = 0} = place ?? {};
+  if (code === UNDEFINED && automaton) {
+    const before = automata.get(automaton)?.variables.trimEnd();
+    const text = `${before ? `${before}\n` : ""}${name} = 0`;
+    const take = () => void apply("setText", {place: {kind: "automaton", automaton, part: "variables"}, text});
+    return [{name: t("Declare the variable {name}", {name}), apply: take}];
+  }
   const type = code === UNKNOWN_ATTRIBUTE ? typeOf(name) : undefined;
   if (type) return [{name: t("Declare {name} ({type})", {name, type}), apply: () => void declare(name, type)}];
   const about = {automaton, name};
