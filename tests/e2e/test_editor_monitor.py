@@ -375,7 +375,8 @@ def test_errors_of_a_start_and_of_a_run_lead_to_their_code(shown: EditorPage) ->
     shown.press("F5")
     notice(shown, re.compile("It is not ready: code of go \\(.*xml:[0-9]+\\): .*invalid syntax \\[E520\\]"))
     expect(shown.page.get_by_role("tab", name="Problems")).to_have_attribute("aria-selected", "true")
-    expect(shown.page.get_by_role("button", name=re.compile("^error: .*invalid syntax"))).to_be_focused()
+    expect(shown.page.get_by_role("button", name=re.compile("^error: .*invalid syntax"))).to_be_visible()
+    expect(code).to_be_focused()  # one types on
 
     code.focus()
     shown.press("Control+a", "Delete")

@@ -90,14 +90,14 @@ FAULTS: Final = """([canvasTop]) => {
   if (document.querySelector("hfsm-tree").scrollLeft) found.push("the tree has slid");
   const page = document.scrollingElement;
   if (page.scrollWidth > innerWidth || page.scrollHeight > innerHeight) found.push("the page scrolls");
-  const canvas = document.querySelector("hfsm-canvas");
+  const canvas = document.querySelector(".drawing"); // with a banner in it, which moves nothing that is drawn
   if (canvas.checkVisibility() && canvasTop && canvas.getBoundingClientRect().top !== canvasTop)
     found.push(`the drawing is at ${canvas.getBoundingClientRect().top}, not ${canvasTop}`);
   return found;
 }"""
 """What does not fit; the argument is where the top of the drawing was at first."""
 
-TOP: Final = "document.querySelector('hfsm-canvas').getBoundingClientRect().top"
+TOP: Final = "document.querySelector('.drawing').getBoundingClientRect().top"
 APP: Final = "document.querySelector('hfsm-app')"
 BELOW: Final = (
     "problems",
@@ -149,7 +149,7 @@ def situations(shown: EditorPage) -> Iterator[str]:
     shown.press("F5")
     comes_true(shown, RUNS)
     page.locator("main > hfsm-monitor-timeline .timeline").wait_for()
-    assert page.locator(".invitation").is_hidden()
+    assert page.locator(".invitation").is_visible()  # who has run it may change it
     yield "running"
     page.evaluate(f"{APP}.foldRobot(false)")
     page.locator(".dock .stage canvas").wait_for()

@@ -96,7 +96,7 @@ function drawAxis(pen, colors, {range, x, width, top}) {
     pen.fillRect(at, top - 2, 1, 3);
     const text = spokenSeconds(time, step < 1 ? 1 : 0);
     const wide = pen.measureText(text).width;
-    pen.fillText(text, Math.max(0, Math.min(width - wide, at - wide / 2)), top + 2);
+    pen.fillText(text, Math.max(0, Math.min(width - wide, at - wide / 2)), top + 4); // clear of the tick
   }
 }
 

@@ -301,10 +301,10 @@ export class HfsmApp extends PageElement {
           ${resizer({name: t("Width of the tree"), variable: "--left", along: "x", sign: 1, smallest: 120, largest: 480})}
         </aside>
         <main aria-label=${t("Canvas")}>
-          <div class="banners">${banner(this.context)}</div>
+          ${starting ? banner(this.context) : nothing}
           <div class="center" ?hidden=${starting}>
             <div class="drawing">
-              ${this.canvas}
+              ${starting ? nothing : banner(this.context)} ${this.canvas}
               <div class="toolbar" role="toolbar" aria-label=${t("View")}>
                 ${["undo", "redo", "zoomOut", "zoomIn", "fit"].map((id) => actionButton(id, this.context, {label: false}))}
               </div>

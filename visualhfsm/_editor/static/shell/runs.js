@@ -75,6 +75,6 @@ export class Runs {
   #showErrors() {
     const {document} = page;
     if (document && (document.checked !== document.revision || document.counts.error))
-      this.#app.showBottom("hfsm-problems");
+      this.#app.showBottom("hfsm-problems", {focuses: !globalThis.document.activeElement?.closest("hfsm-code-field")});
   }
 }
