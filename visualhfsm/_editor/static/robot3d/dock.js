@@ -7,7 +7,7 @@
 
 import {html, nothing} from "lit";
 
-import {icon} from "../kit/icons.js";
+import {iconButton} from "../kit/icons.js";
 import {messageOf, notifyError} from "../kit/notices.js";
 import {resizer} from "../kit/resizer.js";
 import {browserStorage} from "../kit/location.js";
@@ -80,24 +80,8 @@ export class RobotDock extends MonitorElement {
             (name) => html`<option value=${name} .selected=${name === shown}>${titleOf(name)}</option>`,
           )}
         </select>
-        <button
-          type="button"
-          class="action bare"
-          aria-label=${t("Larger, in the panel")}
-          title=${t("Larger, in the panel")}
-          @click=${() => this.context.app.showLive(shown === IN_3D ? "view" : "cameras")}
-        >
-          ${icon("expand")}
-        </button>
-        <button
-          type="button"
-          class="action bare dock-fold"
-          aria-label=${t("Fold the robot's picture")}
-          title=${t("Fold")}
-          @click=${() => this.fold(true)}
-        >
-          ${icon("minus")}
-        </button>
+        ${iconButton("expand", t("Larger, in the panel"), () => this.context.app.showLive(shown === IN_3D ? "view" : "cameras"))}
+        ${iconButton("minus", t("Fold the robot's picture"), () => this.fold(true), {title: t("Fold"), kind: "dock-fold"})}
       </div>
       <div class="dock-picture"></div>
       ${resizer({

@@ -35,6 +35,10 @@ const VIEWS = [
   {id: "head", label: t("Head"), title: t("As the robot's first camera sees it")},
 ];
 
+/** @param {string} kind @param {string} words @param {string} title @param {boolean} pressed @param {() => unknown} act */
+const toggle = (kind, words, title, pressed, act) =>
+  html`<button type="button" class=${kind} title=${title} aria-pressed=${pressed} @click=${act}>${words}</button>`;
+
 export class RobotView extends MonitorElement {
   /** @type {typeof MonitorElement.kinds} */
   static kinds = ["mode", "shown"];
@@ -116,37 +120,33 @@ export class RobotView extends MonitorElement {
         )}
         ${
           this.#mayTouch
-            ? html`<button
-                  type="button"
-                  class="push"
-                  title=${t("Drag the robot to push it")}
-                  aria-pressed=${this.pushes}
-                  @click=${() => (this.pushes = !this.pushes)}
-                >
-                  ${t("Push")}
-                </button>
-                <button
-                  type="button"
-                  class="say"
-                  title=${t("Say something to the robot, which programs for NAOqi recognize")}
-                  aria-pressed=${this.says}
-                  @click=${() => (this.says = !this.says)}
-                >
-                  ${t("Say")}
-                </button>`
+            ? [
+                toggle(
+                  "push",
+                  t("Push"),
+                  t("Drag the robot to push it"),
+                  this.pushes,
+                  () => (this.pushes = !this.pushes),
+                ),
+                toggle(
+                  "say",
+                  t("Say"),
+                  t("Say something to the robot, which programs for NAOqi recognize"),
+                  this.says,
+                  () => (this.says = !this.says),
+                ),
+              ]
             : nothing
         }
         ${
           monitor.looking && !store.exported
-            ? html`<button
-                type="button"
-                class="video"
-                title=${t("Save what is seen here until the end, or until you pause, as a video")}
-                aria-pressed=${this.films}
-                @click=${this.#toggleVideo}
-              >
-                ${this.films ? t("● Stop and save") : t("Save as video")}
-              </button>`
+            ? toggle(
+                "video",
+                this.films ? t("● Stop and save") : t("Save as video"),
+                t("Save what is seen here until the end, or until you pause, as a video"),
+                this.films,
+                () => this.#toggleVideo(),
+              )
             : nothing
         }
         ${

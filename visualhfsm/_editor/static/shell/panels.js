@@ -8,7 +8,7 @@
  */
 
 import {html, nothing} from "lit";
-import {icon} from "../kit/icons.js";
+import {iconButton} from "../kit/icons.js";
 import {messageOf, notifyError} from "../kit/notices.js";
 import {addActions} from "../kit/registry.js";
 import {t} from "../kit/texts.js";
@@ -133,17 +133,9 @@ export function panelTabs(list, shown, show, left) {
             </button>`,
         )}
       </div>
-      <button
-        type="button"
-        class="action bare"
-        aria-label=${t("Close the panel")}
-        title=${t("Close the panel")}
-        @click=${() => {
-          show("");
-          left();
-        }}
-      >
-        ${icon("close")}
-      </button>
+      ${iconButton("close", t("Close the panel"), () => {
+        show("");
+        left();
+      })}
     </div>`;
 }

@@ -13,7 +13,7 @@ import {selectionTitle} from "./actions.js";
 import {ask} from "../data/commands.js";
 import {PageElement} from "../data/element.js";
 import {importLink} from "../data/import-link.js";
-import {icon} from "../kit/icons.js";
+import {icon, iconButton} from "../kit/icons.js";
 import {keyOf, spoken} from "../kit/keys.js";
 import {monitor} from "../run/monitor.js";
 import {page} from "../data/page.js";
@@ -100,15 +100,7 @@ class Tabs extends PageElement {
       ${
         viewing.on
           ? nothing
-          : html`<button
-              type="button"
-              class="action bare"
-              aria-label=${t("Start page")}
-              title=${t("Start page: open or create a document")}
-              @click=${() => page.show(0)}
-            >
-              ${icon("add")}
-            </button>`
+          : iconButton("add", t("Start page"), () => page.show(0), {title: t("Start page: open or create a document")})
       }`;
   }
 
