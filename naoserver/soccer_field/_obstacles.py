@@ -6,9 +6,12 @@ from typing import Final, NamedTuple
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from naoserver.soccer_field._panorama import HEIGHT, Mask
 from naoserver.soccer_field.model import Array
+
+Rows = NDArray[np.int64]
 
 _STEP: Final = 4
 """Pixels from one searched column to the next."""
@@ -30,7 +33,7 @@ class Standing(NamedTuple):
     hidden: Mask
     """Which pixels it hides, as far as they would show the floor; those above the horizon may count as such."""
     feet: Array
-    """Where what is taller than a ball stands, x and y in m in the robot's frame, a row for each column that shows some of it."""
+    """Where what is taller than a ball stands, x and y in m in the robot's frame, a row for each column."""
 
 
 def find_standing(grass: Mask, white: Mask, to_floor: Array) -> Standing:
@@ -40,36 +43,49 @@ def find_standing(grass: Mask, white: Mask, to_floor: Array) -> Standing:
     """
     height, width = grass.shape
     columns = np.arange(_STEP // 2, width, _STEP)
-    other = ~grass[:, columns].T
-    patches = cv2.morphologyEx((~grass & ~white).astype(np.uint8), cv2.MORPH_OPEN, np.ones((_PATCH, _PATCH), np.uint8))
-    colored = np.cumsum(np.pad(patches[:, columns].T.astype(np.int64), ((0, 0), (1, 0))), axis=1)
-    edges = np.diff(other.astype(np.int8), axis=1, prepend=np.int8(0), append=np.int8(0))
-    (at, begin), (_, end) = np.nonzero(edges == 1), np.nonzero(edges == -1)
-    horizon = -(to_floor[2, 0] * columns + to_floor[2, 2]) / to_floor[2, 1]  # there the third number is 0
-    begin = np.maximum(begin, np.ceil(horizon[at]).astype(int) + 1)
-    low = end > begin
-    at, begin, end = at[low], begin[low], end[low]
-    own = end == height
-    colored = colored[at, end] - colored[at, begin] > _COLORED * (end - begin)
-    far, near = (_floor(to_floor, columns[at], rows) for rows in (begin, end))
-    # What the picture cuts off may be as long as it likes.
-    stands = colored & (own | (begin == 0) | (np.hypot(*(far - near).T) > _LONGEST))
-    first, last = np.full(len(columns), height), np.zeros(len(columns), np.int64)
-    np.minimum.at(first, at[stands & own], begin[stands & own])
-    np.maximum.at(last, at[stands & ~own], end[stands & ~own])
+    at, begin, end = _runs(~grass[:, columns], _horizon(to_floor, columns))
+    top, foot = (_floor(to_floor, columns[at], rows) for rows in (begin, end))
+    own = end == height  # the robot's own body; what the picture cuts off may be as long as it likes
+    long = own | (begin == 0) | (np.hypot(*(top - foot).T) > _LONGEST)
+    stands = long & _is_colored(~(grass | white), columns[at], begin, end)
+    own, other = stands & own, stands & ~own
+    body, lowest = np.zeros(len(columns), np.int64), np.zeros(len(columns), np.int64)
+    np.maximum.at(body, at[own], height - begin[own])
+    np.maximum.at(lowest, at[other], end[other])
     rows = np.arange(height)[:, None]
-    hidden = (rows < _spread(last, width)) | (rows >= height - _spread(height - first, width))
-    tall = HEIGHT * (1.0 - np.hypot(*near.T) / np.hypot(*far.T)) > _TALL
-    return Standing(hidden, near[stands & tall & (end == last[at])])
+    hidden = (rows < _spread(lowest, width)) | (rows >= height - _spread(body, width))
+    tall = HEIGHT * (1.0 - np.hypot(*foot.T) / np.hypot(*top.T)) > _TALL
+    return Standing(hidden, foot[other & tall & (end == lowest[at])])
 
 
-def _spread(rows: Array, width: int) -> Array:
+def _runs(mask: Mask, horizon: Array) -> tuple[Rows, Rows, Rows]:
+    """Return the column of each run of a mask below the horizon, its first row, and the one after its last."""
+    edges = np.diff(mask.T.astype(np.int8), axis=1, prepend=np.int8(0), append=np.int8(0))
+    (at, begin), (_, end) = np.nonzero(edges == 1), np.nonzero(edges == -1)
+    begin = np.maximum(begin, np.ceil(horizon[at]).astype(int) + 1)
+    below = end > begin
+    return at[below], begin[below], end[below]
+
+
+def _is_colored(colored: Mask, columns: Rows, begin: Rows, end: Rows) -> Mask:
+    """Return which runs have enough of other colors, in patches wider than the edge of a line."""
+    patches = cv2.morphologyEx(colored.astype(np.uint8), cv2.MORPH_OPEN, np.ones((_PATCH, _PATCH), np.uint8))
+    counts = np.cumsum(np.pad(patches.astype(np.int64), ((1, 0), (0, 0))), axis=0)
+    return np.asarray(counts[end, columns] - counts[begin, columns] > _COLORED * (end - begin))
+
+
+def _spread(rows: Rows, width: int) -> Rows:
     """Return numbers for all columns from those of the searched ones: the largest near by."""
     wide = np.pad(rows, _AROUND)
     spread = np.max([wide[each : each + len(rows)] for each in range(2 * _AROUND + 1)], axis=0)
-    return np.repeat(spread, _STEP)[:width]
+    return np.asarray(np.repeat(spread, _STEP)[:width])
 
 
-def _floor(to_floor: Array, columns: Array, rows: Array) -> Array:
+def _horizon(to_floor: Array, columns: Rows) -> Array:
+    """Return the row of the horizon in columns: there the third number is 0."""
+    return np.asarray(-(to_floor[2, 0] * columns + to_floor[2, 2]) / to_floor[2, 1])
+
+
+def _floor(to_floor: Array, columns: Rows, rows: Rows) -> Array:
     x, y, front = to_floor @ (columns, rows, np.ones(len(rows)))
     return np.asarray(np.column_stack((x, y)) / front[:, None])

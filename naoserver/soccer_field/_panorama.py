@@ -62,7 +62,7 @@ class Pose(NamedTuple):
 
 
 class View(NamedTuple):
-    """What one picture shows: points of lines in the robot's frame in m, which pixels are white, and which are hidden.
+    """What one picture shows: points of lines in the robot's frame in m, and which pixels are white or hidden.
 
     `odometry` is the pose at its time; `to_image` leads from x, y, 1 on the floor to pixels.
     """
@@ -148,7 +148,7 @@ class Panorama:
 
 
 def expected_lines(lines: FieldLines, pose: Pose, view: View, lean: Array | None = None) -> Mask:
-    """Return, for each place where a picture should show a line and nothing stands before it, whether it does.
+    """Return, for each place where a picture should show a line, as nothing hides it, whether it does.
 
     `lean` is that of the camera in excess of the measured one in rad, back and to the left.
     """

@@ -200,7 +200,7 @@ class Localizer:
         grass, white = _colors(pixels)
         to_floor = np.asarray(np.linalg.inv(to_image), np.float64)
         hidden, self._feet = find_standing(grass, white, to_floor)
-        white &= ~hidden
+        grass, white = grass & ~hidden, white & ~hidden
         points = _line_points(grass, white, to_floor, self._lines.width)
         view = View(self._odometry, points, white, hidden, to_image)
         if self._looks_around:
