@@ -31,7 +31,7 @@ class Standing(NamedTuple):
     """What stands on the field in one picture."""
 
     hidden: Mask
-    """Which pixels it hides, as far as they would show the floor; those above the horizon may count as such."""
+    """Which pixels it hides, as far as they would show the floor, and some above it."""
     feet: Array
     """Where what is taller than a ball stands, x and y in m in the robot's frame, a row for each column."""
 
@@ -59,7 +59,7 @@ def find_standing(grass: Mask, white: Mask, to_floor: Array) -> Standing:
 
 
 def _runs(mask: Mask, horizon: Array) -> tuple[Rows, Rows, Rows]:
-    """Return the column of each run of a mask below the horizon, its first row, and the one after its last."""
+    """Return of each run of a mask below the horizon its column, its first row, and the one after it."""
     edges = np.diff(mask.T.astype(np.int8), axis=1, prepend=np.int8(0), append=np.int8(0))
     (at, begin), (_, end) = np.nonzero(edges == 1), np.nonzero(edges == -1)
     begin = np.maximum(begin, np.ceil(horizon[at]).astype(int) + 1)
@@ -69,7 +69,8 @@ def _runs(mask: Mask, horizon: Array) -> tuple[Rows, Rows, Rows]:
 
 def _is_colored(colored: Mask, columns: Rows, begin: Rows, end: Rows) -> Mask:
     """Return which runs have enough of other colors, in patches wider than the edge of a line."""
-    patches = cv2.morphologyEx(colored.astype(np.uint8), cv2.MORPH_OPEN, np.ones((_PATCH, _PATCH), np.uint8))
+    square = np.ones((_PATCH, _PATCH), np.uint8)
+    patches = cv2.morphologyEx(colored.astype(np.uint8), cv2.MORPH_OPEN, square)
     counts = np.cumsum(np.pad(patches.astype(np.int64), ((1, 0), (0, 0))), axis=0)
     return np.asarray(counts[end, columns] - counts[begin, columns] > _COLORED * (end - begin))
 

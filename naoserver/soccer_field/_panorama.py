@@ -62,7 +62,7 @@ class Pose(NamedTuple):
 
 
 class View(NamedTuple):
-    """What one picture shows: points of lines in the robot's frame in m, and which pixels are white or hidden.
+    """What one picture shows: points of lines in the robot's frame in m, pixels that are white or hidden.
 
     `odometry` is the pose at its time; `to_image` leads from x, y, 1 on the floor to pixels.
     """
