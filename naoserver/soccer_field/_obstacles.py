@@ -47,7 +47,7 @@ def find_standing(grass: Mask, white: Mask, to_floor: Array) -> Standing:
     top, foot = (_floor(to_floor, columns[at], rows) for rows in (begin, end))
     own = end == height  # the robot's own body; what the picture cuts off may be as long as it likes
     long = own | (begin == 0) | (np.hypot(*(top - foot).T) > _LONGEST)
-    stands = long & _is_colored(~(grass | white), columns[at], begin, end)
+    stands = long & _is_colored(~(grass | white), at, begin, end)
     own, other = stands & own, stands & ~own
     body, lowest = np.zeros(len(columns), np.int64), np.zeros(len(columns), np.int64)
     np.maximum.at(body, at[own], height - begin[own])
@@ -67,12 +67,13 @@ def _runs(mask: Mask, horizon: Array) -> tuple[Rows, Rows, Rows]:
     return at[below], begin[below], end[below]
 
 
-def _is_colored(colored: Mask, columns: Rows, begin: Rows, end: Rows) -> Mask:
+def _is_colored(colored: Mask, at: Rows, begin: Rows, end: Rows) -> Mask:
     """Return which runs have enough of other colors, in patches wider than the edge of a line."""
     square = np.ones((_PATCH, _PATCH), np.uint8)
-    patches = cv2.morphologyEx(colored.astype(np.uint8), cv2.MORPH_OPEN, square)
-    counts = np.cumsum(np.pad(patches.astype(np.int64), ((1, 0), (0, 0))), axis=0)
-    return np.asarray(counts[end, columns] - counts[begin, columns] > _COLORED * (end - begin))
+    patches = cv2.morphologyEx(colored.view(np.uint8), cv2.MORPH_OPEN, square)[:, _STEP // 2 :: _STEP]
+    counts = np.zeros((len(patches) + 1, patches.shape[1]), np.int64)
+    np.cumsum(patches, axis=0, out=counts[1:])
+    return np.asarray(counts[end, at] - counts[begin, at] > _COLORED * (end - begin))
 
 
 def _spread(rows: Rows, width: int) -> Rows:
