@@ -181,7 +181,8 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
 
     SURE = 20.0  # s for which the robot trusts in where it was when it looked to all sides
     LATE = 0.15  # s by which a picture may be late: what it shows after a turn is from the turn
-    PAST = 0.8  # rad by which it kicks past a robot that held the ball, towards the middle of the field
+    ASIDE = 0.4, 0.8, 1.2, -0.4, -0.8, -1.2, 0.0  # rad by which it kicks past another robot: towards the middle of the field first
+    WAY = 1.2, 0.15  # m that are to be free for a kick, ahead of the ball and to both sides
     MEMORY = 8.0  # s for which it trusts in where a ball lies that it cannot see, such as close before its feet
 
     FIELD = Field()  # that of the Standard Platform League
@@ -190,7 +191,8 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
     turned = looked = left = -SURE  # when it turned, when its head did, and when it left for the next sweep
     sight = None, -SURE  # where it saw the ball last, and when
     searches = False  # whether it looks round for the ball
-    kicked = None  # where the ball lay when it was kicked last
+    held = None  # where the ball lay when another robot stood in its way, or stopped it
+    aside = 0.0  # rad by which it is kicked past that robot
 
     @cached_property
     def localizer(self):
@@ -216,6 +218,11 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         server = self.Camera.ice_getCommunicator()
         return {of.name: CameraPrx.uncheckedCast(server.stringToProxy(of.name)) for of in self.gaze.cameras}
 
+    @cached_property
+    def others(self):
+        """Where something stands on the field, by the camera that saw it last."""
+        return {}
+
     def find_ball(self):
         """Return where the ball is, or None when it is out of sight; look where the robot is, too."""
         ball = None
@@ -227,6 +234,9 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
             self.place()
             if still:
                 self.localizer.see(image, camera.getFloorPoint)
+                here, facing = self.place()
+                feet = self.localizer.feet @ (1.0, 1j)
+                self.others[name] = here + facing * feet[abs(feet) > 0.6 * self.gaze.height]  # not its own arms
             ball = ball or self.ball_in(image, name, camera)
         if ball is not None:
             self.sight = ball, self.clock.now()
@@ -239,7 +249,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         hsv = cv2.cvtColor(pixels, cv2.COLOR_RGB2HSV)
         orange = cv2.inRange(hsv, (4, 150, 60), (32, 255, 255))  # overexposed it is yellow
         regions, _ = cv2.findContours(orange, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-        for region in regions:
+        for region in sorted(regions, key=lambda each: self.is_cut(each, width, height)):  # its own legs last
             u, v, radius = self.circle_of(region)
             if radius < 2.0:
                 continue  # a speck, or a line
@@ -253,6 +263,10 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
             here, facing = self.place()
             return here + facing * complex(point.x, point.y)
         return None
+
+    def is_cut(self, region, width, height):
+        """Return whether a region ends at an edge of the picture."""
+        return region.min() < 2 or (region.max(axis=(0, 1)) > (width - 3, height - 3)).any()
 
     def circle_of(self, region):
         """Return the circle round a region, or the largest in it if it is not round: the ball before a robot's orange toes."""
@@ -334,10 +348,37 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         return aim
 
     def to_goal(self, ball):
-        """Return the direction in which to kick the ball: past what held it, if it lies where it was kicked before."""
+        """Return the direction in which to kick the ball: past another robot, where one is in its way."""
         way = self.aim(ball) - ball
-        held = self.kicked is not None and abs(ball - self.kicked) < 0.3
-        return way / abs(way) * cmath.rect(1.0, math.copysign(self.PAST, -ball.imag) if held else 0.0)
+        return way / abs(way) * cmath.rect(1.0, self.aside if self.is_held_up(ball) else 0.0)
+
+    def is_held_up(self, ball):
+        """Return whether the ball lies where another robot stood in its way."""
+        return self.held is not None and abs(ball - self.held) < 0.3
+
+    def avoid_others(self, ball):
+        """Kick the ball past what stands in its way, once that is near enough to be seen well."""
+        if abs(self.beside(ball)) < self.far and not self.is_held_up(ball) and self.hindrance(ball, 0.0) > 2:
+            self.turn_aside(ball)
+
+    def turn_aside(self, ball):
+        """Choose how to kick the ball past what stands in its way, other than before if it lies there still."""
+        inward = math.copysign(1.0, -ball.imag)
+        before = self.aside if self.is_held_up(ball) else 0.0
+        others = [inward * each for each in self.ASIDE if inward * each != before]
+        self.aside, self.held = min(others, key=lambda each: self.hindrance(ball, each)), ball
+
+    def hindrance(self, ball, aside):
+        """Return how much stands in the way of the ball; infinite if it would miss a goal that is near."""
+        straight = self.aim(ball) - ball
+        way = straight / abs(straight) * cmath.rect(1.0, aside)
+        line, (length, width) = self.FIELD.length / 2, self.WAY
+        left = ball.imag + (line - ball.real) * way.imag / max(way.real, 0.1)
+        if aside and abs(straight) < 1.5 and abs(left) > self.FIELD.goal_width / 2 - 2 * self.RADIUS:
+            return math.inf
+        others = np.concatenate([*self.others.values(), np.empty(0, complex)])
+        ahead = (others[others.real < line - 0.2] - ball) / way
+        return np.count_nonzero((ahead.real > 0.12) & (ahead.real < length) & (abs(ahead.imag) < width))
 
     def pace_for(self, ball):
         """Return how fast to play the kick: a ball that is to stop before the goal rolls as the square of that."""
@@ -787,6 +828,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
             doubts = 0 if self.is_sure() else doubts + 1
             sights = sights + 1 if seen is not None and self.in_goal(seen) else 0
             self.look_at(self.beside(ball))
+            self.avoid_others(ball)
             foot = foot or self.choose_foot(ball)
             before, spot = spot, self.walk_behind(ball, foot - 1j * miss, spot)
             spot_at = spot_at if spot == before else self.clock.now()
@@ -822,6 +864,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
             # <code 3.4>
             looks = self.look_at(self.beside(ball))
             seen = self.find_ball()
+            self.avoid_others(ball)
             doubts = 0 if self.is_sure() else doubts + 1
             ball = seen or ball
             # </code 3.4>
@@ -842,7 +885,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
             tries = doubts = 0
             miss = 0.0
             known = ball + self.to_goal(ball)
-            self.kicked = ball
+            self.turn_aside(ball)  # if it lies there again
             self.Motions.play(self.kick_for(ball), self.pace_for(ball))
             # </entry 3.5>
 

@@ -22,7 +22,7 @@ Mask = NDArray[np.bool_]
 
 _FARTHEST_POINT: Final = 3.0
 """Distance in m up to which points are used: the lean of the camera shifts others by more than a step."""
-_HEIGHT: Final = 0.5
+HEIGHT: Final = 0.5
 """Approximate height of the camera in m, from which the effect of a lean is computed."""
 _CELL: Final = 0.1
 """Side in m of a square on the floor from which one point is used."""
@@ -62,7 +62,7 @@ class Pose(NamedTuple):
 
 
 class View(NamedTuple):
-    """What one picture shows: points of lines in the robot's frame in m, and which pixels are white.
+    """What one picture shows: points of lines in the robot's frame in m, pixels that are white or hidden.
 
     `odometry` is the pose at its time; `to_image` leads from x, y, 1 on the floor to pixels.
     """
@@ -70,6 +70,7 @@ class View(NamedTuple):
     odometry: Pose
     points: Array
     white: Mask
+    hidden: Mask
     to_image: Array
 
 
@@ -106,7 +107,7 @@ class Panorama:
             if any(_alike(pose, other.pose) for other in found):
                 continue
             shown = [
-                expected_lines(self._lines, _moved(pose, move), view.white, view.to_image)
+                expected_lines(self._lines, _moved(pose, move), view)
                 for view, move in zip(self.views, moves, strict=True)
             ]
             expected = np.concatenate(shown)
@@ -146,10 +147,8 @@ class Panorama:
         return pose, float(np.mean(np.abs(off) < reach))
 
 
-def expected_lines(
-    lines: FieldLines, pose: Pose, white: Mask, to_image: Array, lean: Array | None = None
-) -> Mask:
-    """Return, for each place where a picture should show a line, whether it does.
+def expected_lines(lines: FieldLines, pose: Pose, view: View, lean: Array | None = None) -> Mask:
+    """Return, for each place where a picture should show a line, as nothing hides it, whether it does.
 
     `lean` is that of the camera in excess of the measured one in rad, back and to the left.
     """
@@ -157,12 +156,13 @@ def expected_lines(
     there = there[np.hypot(there[:, 0], there[:, 1]) < _EXPECTED]
     if lean is not None:
         there = there - leans(there) @ lean
-    u, v, front = to_image @ np.column_stack((there, np.ones(len(there)))).T
+    u, v, front = view.to_image @ np.column_stack((there, np.ones(len(there)))).T
     u, v = u / np.where(front > 0, front, np.nan), v / np.where(front > 0, front, np.nan)
-    height, width = white.shape
+    height, width = view.white.shape
     inside = (u >= _MARGIN) & (u < width - _MARGIN) & (v >= _MARGIN) & (v < height - _MARGIN)
-    near = cv2.dilate(white.astype(np.uint8), np.ones((_AROUND, _AROUND), np.uint8))
-    shown: Mask = near[v[inside].astype(int), u[inside].astype(int)] > 0
+    near = cv2.dilate(view.white.astype(np.uint8), np.ones((_AROUND, _AROUND), np.uint8)) > 0
+    at = v[inside].astype(int), u[inside].astype(int)
+    shown: Mask = near[at][~view.hidden[at]]
     return shown
 
 
@@ -171,7 +171,7 @@ def leans(points: Array) -> Array:
 
     Each is a matrix in m/rad, (I h^2 + p p^T) / h.
     """
-    return np.asarray((np.eye(2) * _HEIGHT**2 + points[:, :, None] * points[:, None, :]) / _HEIGHT)
+    return np.asarray((np.eye(2) * HEIGHT**2 + points[:, :, None] * points[:, None, :]) / HEIGHT)
 
 
 def turn(angle: float) -> Array:

@@ -24,6 +24,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from naoserver.soccer_field._obstacles import find_standing
 from naoserver.soccer_field._panorama import (
     Found,
     Mask,
@@ -141,6 +142,7 @@ class Localizer:
         self._agreement = 1.0
         self._panorama = Panorama(field, self._lines)
         self._looks_around = False
+        self._feet: Array = np.empty((0, 2))
 
     @property
     def pose(self) -> Pose:
@@ -161,6 +163,14 @@ class Localizer:
         """
         variance = float(self._covariance[0, 0] + self._covariance[1, 1])
         return self._agreement / (1.0 + variance / _VAGUE**2)
+
+    @property
+    def feet(self) -> Array:
+        """Where something stands on the field, as far as the newest picture shows: robots, balls, posts.
+
+        A row for each column of the picture that shows some of it: x and y in m in the robot's frame of then.
+        """
+        return self._feet.copy()
 
     def move(self, x: float, y: float, heading: float) -> None:
         """Follow the odometry: the robot's pose in the frame of its start, in m and rad."""
@@ -183,18 +193,22 @@ class Localizer:
         """
         width, height = image.description.width, image.description.height
         pixels = np.frombuffer(image.pixelData, np.uint8).reshape(height, width, 3)
+        self._feet = np.empty((0, 2))
         to_image = _projection(width, height, floor_point)
         if to_image is None:
             return
         grass, white = _colors(pixels)
         to_floor = np.asarray(np.linalg.inv(to_image), np.float64)
+        hidden, self._feet = find_standing(grass, white, to_floor)
+        grass, white = grass & ~hidden, white & ~hidden
         points = _line_points(grass, white, to_floor, self._lines.width)
+        view = View(self._odometry, points, white, hidden, to_image)
         if self._looks_around:
-            self._panorama.views.append(View(self._odometry, points, white, to_image))
+            self._panorama.views.append(view)
         explained = self._fit(points, self._find_posts(pixels, to_image, to_floor))
         shares = [
             float(share.mean())
-            for share in (explained, expected_lines(self._lines, self.pose, white, to_image, self._x[3:]))
+            for share in (explained, expected_lines(self._lines, self.pose, view, self._x[3:]))
             if len(share) >= _ENOUGH
         ]
         if shares:

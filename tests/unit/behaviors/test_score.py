@@ -10,8 +10,11 @@ import math
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
+import cv2
+import numpy as np
 import pytest
 from msgspec.structs import replace
 
@@ -295,17 +298,58 @@ def test_a_ball_before_the_orange_toes_of_another_robot_is_seen() -> None:
         assert abs(ball) < 0.1
 
 
-def test_a_ball_that_another_robot_holds_is_kicked_past_it() -> None:
-    with among_others(-0.8, 0.0j, 0.24 + 0.0j) as team:
-        b = run_until(team, in_kick, 20.0)
-        run_until(team, lambda b: not in_kick(b), 10.0)
+@pytest.mark.parametrize(("other", "rolls"), [(0.24 + 0.0j, 0.15), (1.0 + 0.0j, 1.2)])
+def test_a_ball_before_another_robot_is_kicked_past_it(other: complex, rolls: float) -> None:
+    with among_others(-0.8, 0.0j, other) as team:
+        b = run_until(team, in_kick, 40.0)
+        assert 0.2 < abs(truth(b).torso.heading) < 1.4  # the goal is straight ahead
         x, y, _ = truth(b).objects["Ball"].position
-        assert math.hypot(x, y) < 0.2
-        run_until(team, in_kick, 40.0)
-        assert 0.5 < abs(truth(b).torso.heading) < 1.1  # the goal is straight ahead
         run_until(team, lambda b: not in_kick(b), 10.0)
         after = truth(b).objects["Ball"].position
-        assert math.dist((x, y), after[:2]) > 0.15
+        assert math.dist((x, y), after[:2]) > rolls
+
+
+def test_a_ball_that_lies_where_it_was_kicked_from_is_kicked_another_way(behavior: MakeBehavior) -> None:
+    b = play(behavior, 0.0, 1.0)
+    b.advance(0.1)
+    ball = 0.0 + 1.0j
+    ways = [b.component.to_goal(ball)]
+    for _ in range(2):
+        b.component.turn_aside(ball)
+        ways.append(b.component.to_goal(ball))
+    off = [cmath.phase(way / ways[0]) for way in ways]
+    assert off == pytest.approx([0.0, -0.4, -0.8])  # towards the middle of the field
+    assert b.component.to_goal(ball + 0.4) != pytest.approx(ways[-1])
+
+
+def test_a_kick_past_a_robot_does_not_miss_a_goal_that_is_near(behavior: MakeBehavior) -> None:
+    b = play(behavior, 0.0, 0.0)
+    b.advance(0.1)
+    ball = 3.6 + 0.0j
+    b.component.others["Camera"] = np.full(9, 4.1 + 0.0j)
+    b.component.avoid_others(ball)
+    way = b.component.to_goal(ball)
+    assert abs((GOAL_LINE - ball.real) * way.imag / way.real) < 0.7
+
+
+def test_of_two_balls_it_takes_the_one_that_is_seen_whole_as_its_own_legs_end_below_the_picture(
+    behavior: MakeBehavior,
+) -> None:
+    b = play(behavior, 0.5, 2.5)
+    b.advance(1.0)
+    camera = b.component.cameras["CameraBottom"]
+    image = camera.getImageData("RGB8")
+    pixels = np.full((image.description.height, image.description.width, 3), (46, 115, 51), np.uint8)
+    focal = b.component.focal("CameraBottom", camera)
+    for u, v in ((100, 60), (220, image.description.height - 5)):
+        point = camera.getFloorPoint(u, v, b.component.RADIUS)
+        radius = round(focal * b.component.RADIUS / point.distance)
+        cv2.circle(pixels, (u, v), radius, (240, 120, 20), cv2.FILLED)
+    picture = SimpleNamespace(description=image.description, pixelData=pixels.tobytes())
+    here, facing = b.component.place()
+    whole = camera.getFloorPoint(100, 60, b.component.RADIUS)
+    ball = b.component.ball_in(picture, "CameraBottom", camera)
+    assert abs(ball - (here + facing * complex(whole.x, whole.y))) < 0.05
 
 
 def test_a_robot_whose_walk_is_held_up_steps_back() -> None:

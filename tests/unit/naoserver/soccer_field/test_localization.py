@@ -18,7 +18,7 @@ from tests.support.soak import cases
 FIELD = Field()
 WIDTH, HEIGHT, FOCAL = 320, 240, 272.0
 EYE = np.array((0.05, 0.0, 0.5))
-GRASS, WHITE, SKY = (46, 115, 51), (245, 245, 245), (170, 175, 180)
+GRASS, WHITE, SKY, ORANGE = (46, 115, 51), (245, 245, 245), (170, 175, 180), (240, 130, 20)
 PLACES = [(-0.75, 0.0, 0.0), (-2.0, 1.5, -0.8), (2.4, -1.2, 0.5)]
 
 
@@ -58,7 +58,7 @@ def drawn_with_net() -> NDArray[np.uint8]:
 class Camera:
     """A camera at a pose of the robot; `lean` is by how much it looks down more than the robot knows."""
 
-    def __init__(self, pose, *, yaw=0.0, pitch=0.25, lean=0.0, lines=True, posts=True, net=False):
+    def __init__(self, pose, *, yaw=0.0, pitch=0.25, lean=0.0, lines=True, posts=True, net=False, robots=()):
         self._known = turned(yaw, pitch)
         v, u = np.mgrid[:HEIGHT, :WIDTH]
         rays = self._rays(u.ravel(), v.ravel()) @ turned(yaw, pitch + lean).T
@@ -77,6 +77,16 @@ class Camera:
             aside = np.abs(rays[:, 0] * way[1] - rays[:, 1] * way[0]) / level < POST_RADIUS
             up = EYE[2] + rays[:, 2] / level * np.hypot(*way)
             pixels[aside & (rays[:, :2] @ way > 0) & (up > 0) & (up < FIELD.goal_height)] = WHITE
+        for robot in robots:
+            way = (np.array(robot) - (x, y)) @ to_field - EYE[:2]
+            level = np.hypot(rays[:, 0], rays[:, 1])
+            up = EYE[2] + rays[:, 2] / level * np.hypot(*way)
+            for side in (0.05, -0.05):
+                leg = way + side * np.array((-way[1], way[0])) / np.hypot(*way)
+                aside = np.abs(rays[:, 0] * leg[1] - rays[:, 1] * leg[0]) / level < 0.03
+                seen = aside & (rays[:, :2] @ way > 0)
+                pixels[seen & (up > 0) & (up < 0.5)] = WHITE
+                pixels[seen & (up > 0.2) & (up < 0.3)] = ORANGE
         shape = SimpleNamespace(width=WIDTH, height=HEIGHT)
         self.image = SimpleNamespace(description=shape, pixelData=pixels.tobytes())
 
@@ -143,6 +153,28 @@ def test_the_net_of_a_goal_makes_it_no_less_sure():
     look(localizer, truth, times=12, net=True)
     assert error(localizer.pose, truth)[0] < 0.05
     assert localizer.confidence > 0.9
+
+
+ROBOTS = (0.8, 0.1), (1.0, -0.5), (1.4, 0.6)
+
+
+def test_other_robots_make_it_no_less_sure():
+    truth = (-0.2, 0.1, 0.0)
+    localizer = Localizer(FIELD, truth)
+    look(localizer, truth, times=12, robots=ROBOTS)
+    assert error(localizer.pose, truth)[0] < 0.03
+    assert localizer.confidence > 0.9
+
+
+def test_it_says_where_others_stand():
+    localizer = Localizer(FIELD, (-0.2, 0.1, 0.0))
+    camera = Camera((-0.2, 0.1, 0.0), robots=ROBOTS)
+    localizer.see(camera.image, camera.floor_point)
+    places = np.add(localizer.feet, (-0.2, 0.1))
+    for robot in ROBOTS:
+        assert np.hypot(*(places - robot).T).min() < 0.08
+    away = np.min([np.hypot(*(places - robot).T) for robot in ROBOTS], axis=0)
+    assert np.mean(away < 0.15) > 0.7  # edges of legs seem farther away
 
 
 def test_posts_alone_correct_the_heading():
