@@ -57,7 +57,7 @@ class Reason(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_def
     def said(self) -> Message:
         """The reason for who draws: first the place in the document, then that in its file."""
         where, at = self.where or self.state, self._at
-        if not where or self.message.startswith(at or "\0"):
+        if not where or (at and self.message.startswith(at)):
             return self.text
         code = f" [{self.code}]" if self.code else ""
         return joined("", [where, f" ({at})" if at else "", ": ", self.message, code])
