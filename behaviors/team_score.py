@@ -249,7 +249,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         hsv = cv2.cvtColor(pixels, cv2.COLOR_RGB2HSV)
         orange = cv2.inRange(hsv, (4, 150, 60), (32, 255, 255))  # overexposed it is yellow
         regions, _ = cv2.findContours(orange, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-        for region in sorted(regions, key=lambda each: self.is_cut(each, width, height)):  # its own legs last
+        for region in sorted(regions, key=lambda each: each[:, 0, 1].max() > height - 3):  # its own legs last
             u, v, radius = self.circle_of(region)
             if radius < 2.0:
                 continue  # a speck, or a line
@@ -263,10 +263,6 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
             here, facing = self.place()
             return here + facing * complex(point.x, point.y)
         return None
-
-    def is_cut(self, region, width, height):
-        """Return whether a region ends at an edge of the picture."""
-        return region.min() < 2 or (region.max(axis=(0, 1)) > (width - 3, height - 3)).any()
 
     def circle_of(self, region):
         """Return the circle round a region, or the largest in it if it is not round: the ball before a robot's orange toes."""
