@@ -22,7 +22,7 @@ _PATCH: Final = 4
 _COLORED: Final = 0.08
 """Share of other colors from which it is no line that is seen along."""
 _TALL: Final = 0.2
-"""Height in m from which something has feet, for a camera at the usual height: a ball before the feet seems lower."""
+"""Height in m from which something has feet, for a camera at the usual height: a ball seems lower."""
 _AROUND: Final = 3
 """Searched columns to both sides that what stands hides as well: its edges blur."""
 

@@ -332,7 +332,7 @@ def test_a_kick_past_a_robot_does_not_miss_a_goal_that_is_near(behavior: MakeBeh
     assert abs((GOAL_LINE - ball.real) * way.imag / way.real) < 0.7
 
 
-def test_of_two_balls_it_takes_the_one_that_is_seen_whole_as_its_own_legs_end_below_the_picture(
+def test_of_two_balls_it_takes_the_one_that_is_not_cut_off_below_as_its_own_legs_are(
     behavior: MakeBehavior,
 ) -> None:
     b = play(behavior, 0.5, 2.5)
