@@ -235,8 +235,10 @@ class Score(Component, document="score.xml", on_error="stop"):
         return self.held is not None and abs(ball - self.held) < 0.3
 
     def avoid_others(self, ball):
-        """Kick the ball past what stands in its way, once that is near enough to be seen well."""
-        if abs(self.beside(ball)) < self.far and not self.is_held_up(ball) and self.hindrance(ball, 0.0) > 2:
+        """Kick the ball past what stands in its way, once the robot is behind it, and near enough to see that well."""
+        here, _ = self.place()
+        behind = (ball - here) / self.to_goal(ball)
+        if abs(behind) < self.far and behind.real > 0.0 and not self.is_held_up(ball) and self.hindrance(ball, 0.0) > 2:
             self.turn_aside(ball)
 
     def turn_aside(self, ball):
