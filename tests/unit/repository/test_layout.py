@@ -24,6 +24,7 @@ TESTED_BY: Final = {
     "nao_tools/_call.py": "integration/test_nao_command.py",
     "nao_tools/_listing.py": "integration/test_nao_command.py",
     "nao_tools/_status.py": "integration/test_nao_command.py",
+    "naoserver/soccer_field/_obstacles.py": "unit/naoserver/soccer_field/test_localization.py",
     "naoserver/soccer_field/_panorama.py": "unit/naoserver/soccer_field/test_localization.py",
     "visualhfsm/_monitor/recorder.py": "integration/test_live_recordings.py",
 }
