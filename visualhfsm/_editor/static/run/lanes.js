@@ -93,10 +93,10 @@ function drawAxis(pen, colors, {range, x, width, top}) {
   const near = ((range.end - range.start) / width) * NEAR; // the first cycle is not at 0 s to the hundredth
   for (let time = Math.ceil((range.start - near) / step) * step; time <= range.end; time += step) {
     const at = Math.max(0, x(time));
-    pen.fillRect(at, top - 2, 1, 3);
+    pen.fillRect(at, top - 4, 1, 4);
     const text = spokenSeconds(time, step < 1 ? 1 : 0);
     const wide = pen.measureText(text).width;
-    pen.fillText(text, Math.max(0, Math.min(width - wide, at - wide / 2)), top + 4); // clear of the tick
+    pen.fillText(text, Math.max(0, Math.min(width - wide, at - wide / 2)), top + 2); // clear of the tick
   }
 }
 

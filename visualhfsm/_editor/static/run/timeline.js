@@ -21,7 +21,7 @@ import {scrubbing} from "./scrubbing.js";
 
 const LANE = 21; // px
 const GAP = 3;
-const AXIS = 16;
+const AXIS = 13;
 const MOST_LANES = 3; // below the canvas
 const LISTED = 200; // changes in the list
 const WINDOW = 60; // s that are shown of a longer run by default
