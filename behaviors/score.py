@@ -227,8 +227,12 @@ class Score(Component, document="score.xml", on_error="stop"):
 
     def to_goal(self, ball):
         """Return the direction in which to kick the ball: past another robot, where one is in its way."""
+        return self.to_aim(ball, self.aside if self.is_held_up(ball) else 0.0)
+
+    def to_aim(self, ball, aside):
+        """Return the direction from the ball to where to kick it, turned aside by some rad."""
         way = self.aim(ball) - ball
-        return way / abs(way) * cmath.rect(1.0, self.aside if self.is_held_up(ball) else 0.0)
+        return way / abs(way) * cmath.rect(1.0, aside)
 
     def is_held_up(self, ball):
         """Return whether the ball lies where another robot stood in its way."""
@@ -250,11 +254,10 @@ class Score(Component, document="score.xml", on_error="stop"):
 
     def hindrance(self, ball, aside):
         """Return how much stands in the way of the ball; infinite if it would miss a goal that is near."""
-        straight = self.aim(ball) - ball
-        way = straight / abs(straight) * cmath.rect(1.0, aside)
+        way = self.to_aim(ball, aside)
         line, (length, width) = self.FIELD.length / 2, self.WAY
         left = ball.imag + (line - ball.real) * way.imag / max(way.real, 0.1)
-        if aside and abs(straight) < 1.5 and abs(left) > self.FIELD.goal_width / 2 - 2 * self.RADIUS:
+        if aside and abs(self.aim(ball) - ball) < 1.5 and abs(left) > self.FIELD.goal_width / 2 - 2 * self.RADIUS:
             return math.inf
         others = np.concatenate([*self.others.values(), np.empty(0, complex)])
         ahead = (others[others.real < line - 0.2] - ball) / way

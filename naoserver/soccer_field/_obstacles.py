@@ -6,12 +6,10 @@ from typing import Final, NamedTuple
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from naoserver.soccer_field._panorama import HEIGHT, Mask
+from naoserver.soccer_field._picture import Numbers, horizon_of, on_floor, runs_of
 from naoserver.soccer_field.model import Array
-
-Rows = NDArray[np.int64]
 
 _STEP: Final = 4
 """Pixels from one searched column to the next."""
@@ -43,8 +41,11 @@ def find_standing(grass: Mask, white: Mask, to_floor: Array) -> Standing:
     """
     height, width = grass.shape
     columns = np.arange(_STEP // 2, width, _STEP)
-    at, begin, end = _runs(~grass[:, columns], _horizon(to_floor, columns))
-    top, foot = (_floor(to_floor, columns[at], rows) for rows in (begin, end))
+    at, begin, end = runs_of(~grass[:, columns].T)
+    begin = np.maximum(begin, np.ceil(horizon_of(to_floor, columns)[at]).astype(int) + 1)
+    below = end > begin
+    at, begin, end = at[below], begin[below], end[below]
+    top, foot = (on_floor(to_floor, columns[at], rows) for rows in (begin, end))
     own = end == height  # the robot's own body; what the picture cuts off may be as long as it likes
     long = own | (begin == 0) | (np.hypot(*(top - foot).T) > _LONGEST)
     stands = long & _is_colored(~(grass | white), at, begin, end)
@@ -58,16 +59,7 @@ def find_standing(grass: Mask, white: Mask, to_floor: Array) -> Standing:
     return Standing(hidden, foot[other & tall & (end == lowest[at])])
 
 
-def _runs(mask: Mask, horizon: Array) -> tuple[Rows, Rows, Rows]:
-    """Return of each run of a mask below the horizon its column, its first row, and the one after it."""
-    edges = np.diff(mask.T.astype(np.int8), axis=1, prepend=np.int8(0), append=np.int8(0))
-    (at, begin), (_, end) = np.nonzero(edges == 1), np.nonzero(edges == -1)
-    begin = np.maximum(begin, np.ceil(horizon[at]).astype(int) + 1)
-    below = end > begin
-    return at[below], begin[below], end[below]
-
-
-def _is_colored(colored: Mask, at: Rows, begin: Rows, end: Rows) -> Mask:
+def _is_colored(colored: Mask, at: Numbers, begin: Numbers, end: Numbers) -> Mask:
     """Return which runs have enough of other colors, in patches wider than the edge of a line."""
     square = np.ones((_PATCH, _PATCH), np.uint8)
     patches = cv2.morphologyEx(colored.view(np.uint8), cv2.MORPH_OPEN, square)[:, _STEP // 2 :: _STEP]
@@ -76,18 +68,8 @@ def _is_colored(colored: Mask, at: Rows, begin: Rows, end: Rows) -> Mask:
     return np.asarray(counts[end, at] - counts[begin, at] > _COLORED * (end - begin))
 
 
-def _spread(rows: Rows, width: int) -> Rows:
+def _spread(rows: Numbers, width: int) -> Numbers:
     """Return numbers for all columns from those of the searched ones: the largest near by."""
     wide = np.pad(rows, _AROUND)
     spread = np.max([wide[each : each + len(rows)] for each in range(2 * _AROUND + 1)], axis=0)
     return np.asarray(np.repeat(spread, _STEP)[:width])
-
-
-def _horizon(to_floor: Array, columns: Rows) -> Array:
-    """Return the row of the horizon in columns: there the third number is 0."""
-    return np.asarray(-(to_floor[2, 0] * columns + to_floor[2, 2]) / to_floor[2, 1])
-
-
-def _floor(to_floor: Array, columns: Rows, rows: Rows) -> Array:
-    x, y, front = to_floor @ (columns, rows, np.ones(len(rows)))
-    return np.asarray(np.column_stack((x, y)) / front[:, None])

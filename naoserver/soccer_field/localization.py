@@ -36,6 +36,7 @@ from naoserver.soccer_field._panorama import (
     turn,
     wrapped,
 )
+from naoserver.soccer_field._picture import horizon_of, on_floor, runs_of
 from naoserver.soccer_field.model import POST_RADIUS, Array, Field, FieldLines
 
 __all__ = ["FloorPoint", "Image", "Localizer", "Pose"]
@@ -166,7 +167,7 @@ class Localizer:
 
     @property
     def feet(self) -> Array:
-        """Where something stands on the field, as far as the newest picture shows: robots, balls, posts.
+        """Where something taller than a ball stands on the field, as far as the newest picture shows.
 
         A row for each column of the picture that shows some of it: x and y in m in the robot's frame of then.
         """
@@ -317,7 +318,7 @@ class Localizer:
         """Return the bearing in the robot's frame, and x and y, of each post seen at a plausible place."""
         height, width, _ = pixels.shape
         columns = np.arange(width)
-        horizon = -(to_floor[2, 0] * columns + to_floor[2, 2]) / to_floor[2, 1]
+        horizon = horizon_of(to_floor, columns)
         rows = np.rint(horizon).astype(int) - np.arange(*_BAND)[:, None]
         if rows.min() < 0 or rows.max() >= height:
             return np.empty((0, 3))
@@ -386,18 +387,15 @@ def _line_points(grass: Mask, white: Mask, to_floor: Array, width: float) -> Arr
     found = []
     for columns in (False, True):
         lawn, bright = (mask.T[::_STEP] if columns else mask[::_STEP] for mask in (grass, white))
-        edges = np.diff(bright.astype(np.int8), axis=1, prepend=np.int8(0), append=np.int8(0))
-        (at, begin), (_, end) = np.nonzero(edges == 1), np.nonzero(edges == -1)
+        at, begin, end = runs_of(bright)
         after = np.minimum(end - 1 + _BESIDE, lawn.shape[1] - 1)
         crossed = lawn[at, np.maximum(begin - _BESIDE, 0)] & lawn[at, after]
         at = _STEP * at[crossed]
-        begin = begin[crossed] - 0.5
-        end = end[crossed] - 0.5
-        floor = []
-        for along in (begin, end, (begin + end) / 2):
-            u, v = (at, along) if columns else (along, at)
-            x, y, front = to_floor @ (u, v, np.ones(len(at)))
-            floor.append(np.column_stack((x, y)) / np.where(front > 0, front, np.nan)[:, None])
+        first, last = begin[crossed] - 0.5, end[crossed] - 0.5
+        floor = [
+            on_floor(to_floor, *((at, along) if columns else (along, at)))
+            for along in (first, last, (first + last) / 2)
+        ]
         wide = np.hypot(*(floor[1] - floor[0]).T) / width
         near = np.hypot(*floor[2].T) < _FARTHEST_POINT
         found.append(floor[2][near & (wide > _WIDTHS[0]) & (wide < _WIDTHS[1])])

@@ -26,6 +26,7 @@ TESTED_BY: Final = {
     "nao_tools/_status.py": "integration/test_nao_command.py",
     "naoserver/soccer_field/_obstacles.py": "unit/naoserver/soccer_field/test_localization.py",
     "naoserver/soccer_field/_panorama.py": "unit/naoserver/soccer_field/test_localization.py",
+    "naoserver/soccer_field/_picture.py": "unit/naoserver/soccer_field/test_localization.py",
     "visualhfsm/_monitor/recorder.py": "integration/test_live_recordings.py",
 }
 """Modules whose tests have other names, each with the file in tests/ that checks it most."""
