@@ -333,15 +333,18 @@ def _settle(joint: Element, notes: list[str]) -> None:
             axis.attributes["xyz"] = "1 0 0"
     for limit in joint.within("limit"):
         lower, upper = (numbers(limit, name, "0")[0] for name in _ENDS)
+        if lower == upper:  # as exporters write it that know no range
+            if joint.get("type") in ("revolute", "prismatic"):
+                notes.append(f"{limit.at}: joint {joint.name!r} has no range, so it moves without end")
+            limit.attributes = {name: text for name, text in limit.attributes.items() if name not in _ENDS}
+            continue
         if lower > upper:
             notes.append(
                 f"{limit.at}: the limits of joint {joint.name!r} are exchanged: lower is above upper"
             )
-            limit.attributes |= {"lower": str(upper), "upper": str(lower)}
-        elif lower == upper:  # as exporters write it that know no range
-            if joint.get("type") in ("revolute", "prismatic"):
-                notes.append(f"{limit.at}: joint {joint.name!r} has no range, so it moves without end")
-            limit.attributes = {name: text for name, text in limit.attributes.items() if name not in _ENDS}
+            lower, upper = upper, lower
+        # Both are written: an end that is left out is 0, but MuJoCo takes a range with one end for none.
+        limit.attributes |= {"lower": str(lower), "upper": str(upper)}
 
 
 def _keep_shapes(root: Element, files: Files, folder: str, notes: list[str]) -> None:

@@ -134,6 +134,14 @@ def test_a_link_that_no_joint_connects_is_left_out(read):
     assert model.notes[0].endswith("r.urdf:7: link 'loose' is left out: no joint connects it to 'base'")
 
 
+@pytest.mark.parametrize(("written", "range_"), [('upper="0.04"', [0.0, 0.04]), ('lower="-0.5"', [-0.5, 0.0])])
+def test_an_end_of_a_range_that_is_left_out_is_zero(read, written, range_):
+    finger = joint("finger", "base", "arm", kind="prismatic").replace('lower="-1" upper="1"', written)
+    mj = read(BASE, ARM, finger).compiled
+    assert mj.jnt_limited.tolist() == [1]
+    assert mj.jnt_range.tolist() == [range_]
+
+
 def test_exchanged_limits_are_put_in_order_and_equal_ones_are_none(read):
     exchanged = SHOULDER.replace('lower="-1" upper="1"', 'lower="0.5" upper="-1"')
     model = read(BASE, ARM, exchanged, link("hand"), joint("free", "arm", "hand").replace('"-1"', '"1"'))
