@@ -76,6 +76,20 @@ def test_an_exported_run_begins_where_it_has_pictures(browser: Browser, tmp_path
         expect(page.locator(".camera.lost")).to_have_count(0)
 
 
+def test_five_lanes_and_their_times_are_seen_whole(browser: Browser, tmp_path: Path) -> None:
+    path = tmp_path / "run.html"
+    write(path)
+    with new_context(browser) as context:
+        page = context.new_page()
+        page.set_viewport_size({"width": 1280, "height": 800})
+        page.goto(path.as_uri())
+        lanes = page.locator(".lanes-area")
+        expect(page.locator(".lane-names > *")).to_have_count(5)
+        assert lanes.evaluate("lanes => lanes.scrollHeight <= lanes.clientHeight")
+        change = page.locator(".change-list button").first
+        assert change.evaluate("row => row.offsetHeight") <= 30
+
+
 def plays(page: Page) -> None:
     expect(page.get_by_role("heading", level=1)).to_have_text(HOSTILE)
     expect(page).to_have_title(HOSTILE)
