@@ -473,7 +473,8 @@ class StreamReader(_Listener[V]):
 class Subscription(_Listener[V]):
     """A callback on a stream; `close`, or leaving its `with` block, ends it.
 
-    It has its own queue and thread: a slow callback delays nobody else.
+    It has its own queue and thread: a slow callback delays nobody else. One that raises is called again; what
+    it raises is logged, but not again while each sample makes it raise the same.
     """
 
     def __init__(
@@ -494,6 +495,8 @@ class Subscription(_Listener[V]):
         """Number of samples that the callback got."""
         self._callback: Final = callback
         self._readable = True
+        self._failing: type[BaseException] | None = None
+        """What the callback raised at the last sample."""
         self._closed = False
         inlet = self.streams.listen(self, queue)
         try:
@@ -530,10 +533,13 @@ class Subscription(_Listener[V]):
             return
         self._readable = True
         self.received += 1
+        failing, self._failing = self._failing, None
         try:
             self._callback(sample)
-        except BaseException:
-            _logger.exception("the callback on %s failed", self.what)
+        except BaseException as error:
+            self._failing = type(error)
+            if self._failing is not failing:  # a stream may have a hundred samples a second
+                _logger.exception("the callback on %s failed; it is called again", self.what)
 
 
 class Samples(Generic[V]):
