@@ -79,7 +79,7 @@ class Opened(TypedDict):
 
 
 class Judged(TypedDict):
-    """Whether a document is ready, or the first reason why not, and who found it."""
+    """Whether a document is ready, or the first reason why not, who found it, and which `robot` was tried."""
 
     ready: bool
     found: Literal["", "checks", "model checker", "run", "tests"]
@@ -88,6 +88,7 @@ class Judged(TypedDict):
     proved: int
     tests: int
     seconds: float
+    robot: Message
 
 
 class Written(TypedDict):

@@ -358,8 +358,12 @@ class StartTests(TabRequest):
 
 
 class Judge(TabRequest):
-    """Ask whether a document, as it was saved, is ready to drive a robot, or what to fix first."""
+    """Ask whether a document, as it was saved, is ready to drive a robot, or what to fix first.
 
+    The robot has this `body`.
+    """
+
+    body: Name = ""
     answer = a.Judged
 
 

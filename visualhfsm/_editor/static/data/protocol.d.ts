@@ -692,13 +692,14 @@ export interface JointLimits {
   maxTorque: number;
 }
 
-/** Whether a document is ready, or the first reason why not, and who found it. */
+/** Whether a document is ready, or the first reason why not, who found it, and which `robot` was tried. */
 export interface Judged {
   found: "" | "checks" | "model checker" | "run" | "tests";
   message: string;
   place: Place | null;
   proved: number;
   ready: boolean;
+  robot: string;
   seconds: number;
   tests: number;
 }
@@ -1123,7 +1124,7 @@ export interface Requests {
   /** Ask for the interfaces that documents may declare, with their operations. */
   interfaces: {};
   /** Ask whether a document, as it was saved, is ready to drive a robot, or what to fix first. */
-  judge: {tab: number};
+  judge: {tab: number; body?: string};
   /** List a directory; the root for an empty one. */
   listFiles: {directory?: string};
   /** Ask which line of which piece of code a line of a log, or of an error's report, refers to. */
