@@ -1,7 +1,9 @@
 /**
  * A match in one file, without a server: all robots in 3D, from anywhere, and the events in their order.
  *
+ * @import {Body} from "visualhfsm/robot3d/body.js"
  * @import {Described} from "visualhfsm/robot3d/robot-drawing.js"
+ * @import {View} from "visualhfsm/robot3d/viewpoints.js"
  * @import {WorldShape} from "visualhfsm/robot3d/world-drawing.js"
  * @typedef {{name: string, shirt: [number, number, number], body: number, joints: string[]}} Robot
  * @typedef {{time: number, kind: string, text: string, team: string, robot: string}} MatchEvent
@@ -17,14 +19,13 @@ import {
   AmbientLight,
   Box3,
   HemisphereLight,
-  OrbitControls,
-  PerspectiveCamera,
   Scene,
   Vector3,
   WebGLRenderer,
 } from "three";
 
 import {figureOf} from "visualhfsm/robot3d/figure.js";
+import {Viewpoints} from "visualhfsm/robot3d/viewpoints.js";
 import {WorldDrawing} from "visualhfsm/robot3d/world-drawing.js";
 import {begin, themeButton} from "visualhfsm/onefile/frame.js";
 import {unpacked, unpackedData} from "visualhfsm/onefile/unpacked.js";
@@ -38,6 +39,12 @@ const LIVE = 0; // the speed at which the newest frame is shown
 const AGAIN = 300; // ms until the server is asked again when it had nothing
 const [CLOSE, FAR] = [4, 55]; // m of the camera from the middle of the field
 const SEEN = 3; // s before an event from which it is shown
+const JUMP = 0.5; // s between two frames that do not follow each other
+const AROUND_BALL = {height: 1, middle: 0.5, reach: 1, breadth: 1}; // m of what is seen of the play
+/** @type {[View, string][]} */
+const OF_BALL = [["around", t("Around")], ["top", t("Top")]]; // prettier-ignore
+/** @type {[View, string][]} */
+const OF_ROBOT = [["follow", t("Behind")], ["head", t("Head")]]; // prettier-ignore
 
 /** The robots and the field as three.js draws them. */
 class MatchDrawing {
@@ -46,18 +53,17 @@ class MatchDrawing {
     this.content = content;
     this.renderer = new WebGLRenderer({antialias: true, alpha: true});
     this.scene = new Scene();
-    this.camera = new PerspectiveCamera(40, 1, 0.05, 60);
-    this.camera.up.set(0, 0, 1);
-    this.camera.position.set(0, -8.5, 6);
-    this.controls = new OrbitControls(this.camera, this.renderer.domElement);
-    this.controls.addEventListener("change", () => this.draw());
-    this.controls.addEventListener("start", () => (this.turned = true));
-    this.turned = false;
+    this.viewpoints = new Viewpoints(this.renderer.domElement, () => this.draw());
+    this.viewpoints.camera.near = 0.05;
+    this.viewpoints.controls.maxDistance = FAR;
+    this.time = 0;
     this.world = new WorldDrawing();
     this.world.build(content.world);
     this.scene.add(new HemisphereLight(0xffffff, 0x8a929c, 2.4), new AmbientLight(0xffffff, 0.4), this.world);
     this.bodies = content.robots.map(({body, shirt}) => figureOf(content.bodies[body], undefined, shirt));
     for (const {torso} of this.bodies) this.scene.add(torso);
+    /** What the view follows; nothing if the whole field is seen. @type {Body | undefined} */
+    this.followed = undefined;
     stage.append(this.renderer.domElement);
     this.renderer.domElement.setAttribute("role", "img");
     this.renderer.domElement.setAttribute("aria-label", t("The match in 3D"));
@@ -76,32 +82,51 @@ class MatchDrawing {
       });
       place += TORSO + joints.length;
     }
-    this.world.pose({[this.content.ball]: [frame[1], frame[2], frame[3], 0, 0, 0, 1]});
+    this.world.pose({[this.content.ball]: [frame[1], frame[2], frame[3], 0, 0, Math.SQRT1_2, Math.SQRT1_2]});
+    const swing = Math.abs(frame[0] - this.time) > JUMP ? 1 : undefined;
+    this.time = frame[0];
+    if (this.followed) this.viewpoints.keep(this.followed, [], swing);
     this.draw();
   }
 
+  /** Follow the ball, or the robot of an index, from a viewpoint; without one see the whole field. @param {string} wanted */
+  look(wanted) {
+    const [view, index] = wanted.split(" ");
+    for (const {headParts} of this.bodies) for (const each of headParts) each.visible = true;
+    const ball = {torso: this.world.objects.get(this.content.ball), headParts: [], size: AROUND_BALL};
+    this.followed = view ? (this.bodies[Number(index)] ?? ball) : undefined;
+    this.viewpoints.fit(this.followed?.size);
+    this.viewpoints.choose(/** @type {View} */ (view || "home"), this.followed, []);
+    if (!view) this.#seeAll();
+  }
+
   draw() {
-    this.renderer.render(this.scene, this.camera);
+    this.renderer.render(this.scene, this.viewpoints.camera);
   }
 
   /** Go so far away that the whole field is seen. */
   #seeAll() {
     const {min, max} = new Box3().setFromObject(this.world);
     const corners = [min.x, max.x].flatMap((x) => [min.y, max.y].map((y) => new Vector3(x, y, 0)));
-    const {position} = this.camera;
+    const {camera, controls} = this.viewpoints;
+    const {position} = camera;
+    position.set(0, -8.5, 6);
+    controls.target.set(0, 0, 0);
+    controls.update();
     for (position.setLength(CLOSE); position.length() < FAR; position.multiplyScalar(1.02)) {
-      this.camera.updateMatrixWorld();
-      const seen = corners.map((corner) => corner.clone().project(this.camera));
+      camera.updateMatrixWorld();
+      const seen = corners.map((corner) => corner.clone().project(camera));
       if (seen.every(({x, y}) => Math.max(Math.abs(x), Math.abs(y)) < 0.98)) break;
     }
+    controls.update();
   }
 
   /** @param {HTMLElement} stage */
   #resize({clientWidth: width, clientHeight: height}) {
     if (!width || !height) return;
-    this.camera.aspect = width / height;
-    this.camera.updateProjectionMatrix();
-    if (!this.turned) this.#seeAll();
+    this.viewpoints.resize(width, height);
+    if (this.followed) this.viewpoints.keep(this.followed, [], 1);
+    else if (this.viewpoints.view) this.#seeAll();
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.renderer.setSize(width, height);
     this.draw();
@@ -134,6 +159,10 @@ async function follow(content, changed) {
     await new Promise((resolve) => setTimeout(resolve, bytes.byteLength ? 50 : AGAIN));
   }
 }
+
+/** The views of the ball or of a robot. @param {string} name @param {[View, string][]} offered @param {string | number} index */
+const views = (name, offered, index) =>
+  offered.map(([view, label]) => html`<option value=${`${view} ${index}`}>${name}: ${label}</option>`);
 
 async function show() {
   /** @type {Content} */
@@ -202,6 +231,14 @@ async function show() {
               @input=${(/** @type {any} */ event) => go(Number(event.target.value))}
             />
             <output>${decimal(time, 1)} s</output>
+            <select
+              aria-label=${t("View of the match")}
+              @change=${(/** @type {any} */ event) => drawings.forEach((each) => each.look(event.target.value))}
+            >
+              <option value="">${t("Whole field")}</option>
+              ${drawings.length ? views(t("Ball"), OF_BALL, "ball") : ""}
+              ${drawings.length ? content.robots.map(({name}, index) => views(name, OF_ROBOT, index)) : ""}
+            </select>
             <select
               aria-label=${t("Speed")}
               @change=${(/** @type {any} */ event) => (speed = Number(event.target.value))}

@@ -32,7 +32,7 @@ export async function judge(app) {
   if (!verdict) return;
   const {ready, found, place, message, robot} = verdict;
   if (ready) {
-    notify(t("It is ready: it ran {seconds} s on {robot}, {proved} proved, {tests} tests passed.", verdict));
+    notify(t("It is ready: it ran {seconds} s on {robot}, {proved} proved, {tests} tests passed.", {...verdict}));
     return;
   }
   const panel = PANELS[found];
