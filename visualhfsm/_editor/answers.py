@@ -112,7 +112,7 @@ class Resolved(TypedDict):
 
 
 class Entry(TypedDict):
-    """An entry of a directory; its size in bytes, when it was changed in s since 1970."""
+    """An entry of a directory, or below it; its size in bytes, when it was changed in s since 1970."""
 
     name: str
     path: str

@@ -117,10 +117,11 @@ class Discard(BaseRequest):
 
 
 class ListFiles(BaseRequest):
-    """List a directory; the root for an empty one."""
+    """List a directory, the root for an empty one; with `below` also the files in directories below it."""
 
     answer = a.Listing
     directory: Path = ""
+    below: bool = False
 
 
 class _ChosenStates(TabEdit):

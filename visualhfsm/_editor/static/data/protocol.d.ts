@@ -542,7 +542,7 @@ export interface Download {
   text: string;
 }
 
-/** An entry of a directory; its size in bytes, when it was changed in s since 1970. */
+/** An entry of a directory, or below it; its size in bytes, when it was changed in s since 1970. */
 export interface Entry {
   changedAt: number;
   kind: "directory" | "document" | "model" | "recording";
@@ -1125,8 +1125,8 @@ export interface Requests {
   interfaces: {};
   /** Ask whether a document, as it was saved, is ready to drive a robot, or what to fix first. */
   judge: {tab: number; body?: string};
-  /** List a directory; the root for an empty one. */
-  listFiles: {directory?: string};
+  /** List a directory, the root for an empty one; with `below` also the files in directories below it. */
+  listFiles: {directory?: string; below?: boolean};
   /** Ask which line of which piece of code a line of a log, or of an error's report, refers to. */
   locate: {tab: number; text: string; automaton?: number; state?: number};
   /** Ask for the tests of a document: the push `tests` names them. */
