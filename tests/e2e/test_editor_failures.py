@@ -255,8 +255,7 @@ def test_what_is_wrong_is_fixed_by_a_button_or_a_key(shown: EditorPage, path: Pa
 
     missing.get_by_role("button", name="Choose the file…").click()
     dialog = page.get_by_role("dialog")
-    dialog.get_by_role("option", name="parts").dblclick()
-    dialog.get_by_role("option", name="look.xml").dblclick()
+    dialog.get_by_role("option", name="parts/look.xml").dblclick()
     expect(rows.filter(has_text="not found")).to_have_count(0)
     top, below = saved(shown, path).automata
     assert (top.outputs[0].default.text, top.variables.text) == ("3", "other = 2")
