@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, expect
 
-from tests.support.browser import EditorPage, open_alone, saved
+from tests.support.browser import Box, EditorPage, open_alone, saved
 from tests.support.monitor import DOCUMENT, monitor_page, robot_and_editor, status
 
 ZERO = DOCUMENT.replace("count += 1\n", "count += 1\nif count &gt; 3:\n    count = 0.5 / (count - 4)\n")
@@ -212,6 +212,25 @@ def test_a_misspelt_operation_is_corrected_in_the_code_and_in_the_list(shown: Ed
     expect(rows).to_have_count(1)
     rows.get_by_role("button", name="Write setPose").click()
     expect(rows).to_have_count(0)
+
+
+TWO_LINES = DOCUMENT.replace("<name>look</name>", "<name>look</name><code>a = 1\nb =</code>")
+
+
+@pytest.mark.parametrize("shown", [TWO_LINES], indirect=True)
+def test_a_bubble_over_the_line_in_which_one_types_goes_away(shown: EditorPage) -> None:
+    page = shown.page
+    shown.press("Control+m")
+    page.locator("hfsm-problems .rows button").first.click()
+    field = page.get_by_role("textbox", name="Code of the state look")
+    bubble = page.locator(".cm-tooltip-lint")
+    shown.press("Control+Home")
+    shown.hover(field.locator(".cm-lintRange"), shows=bubble)
+    line = Box.of(field.locator(".cm-line").first)
+    assert Box.of(bubble).y < line.y + line.height
+    shown.type("2")
+    expect(field.locator(".cm-line").first).to_have_text("2a = 1")
+    assert bubble.count() == 0  # at once
 
 
 IMPORTING = DOCUMENT.replace('<trans type="time">240000', '<trans type="time">24000000')
