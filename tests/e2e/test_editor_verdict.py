@@ -33,7 +33,7 @@ def test_it_leads_to_what_to_fix_first_until_it_is_ready(browser: Browser, tmp_p
         ask.click()
         refusal = page.get_by_role("alert").filter(has_text="It is not ready")
         expect(refusal).to_contain_text("raised ValueError: no", timeout=JUDGED)
-        expect(refusal).to_contain_text("tried on Booster T1")
+        expect(refusal).to_contain_text("It is not ready for Booster T1: ")
         refusal.get_by_role("button", name="Show").click()
         field = page.get_by_role("textbox", name=re.compile("[Cc]ode of the state go|Code in each cycle"))
         expect(field).to_be_focused()

@@ -4,7 +4,7 @@
  * @import {Body} from "visualhfsm/robot3d/body.js"
  * @import {Described} from "visualhfsm/robot3d/robot-drawing.js"
  * @import {View} from "visualhfsm/robot3d/viewpoints.js"
- * @import {WorldShape} from "visualhfsm/robot3d/world-drawing.js"
+ * @import {Placement, WorldShape} from "visualhfsm/robot3d/world-drawing.js"
  * @typedef {{name: string, shirt: [number, number, number], body: number, joints: string[]}} Robot
  * @typedef {{time: number, kind: string, text: string, team: string, robot: string}} MatchEvent
  * @typedef {{title: string, teams: string[], shirts: [number, number, number][], score: number[], outcome: string, seed: number, rules: string,
@@ -15,14 +15,7 @@
  */
 
 import {html, render} from "lit";
-import {
-  AmbientLight,
-  Box3,
-  HemisphereLight,
-  Scene,
-  Vector3,
-  WebGLRenderer,
-} from "three";
+import {AmbientLight, Box3, HemisphereLight, Scene, Vector3, WebGLRenderer} from "three";
 
 import {figureOf} from "visualhfsm/robot3d/figure.js";
 import {Viewpoints} from "visualhfsm/robot3d/viewpoints.js";
@@ -41,10 +34,7 @@ const [CLOSE, FAR] = [4, 55]; // m of the camera from the middle of the field
 const SEEN = 3; // s before an event from which it is shown
 const JUMP = 0.5; // s between two frames that do not follow each other
 const AROUND_BALL = {height: 1, middle: 0.5, reach: 1, breadth: 1}; // m of what is seen of the play
-/** @type {[View, string][]} */
-const OF_BALL = [["around", t("Around")], ["top", t("Top")]]; // prettier-ignore
-/** @type {[View, string][]} */
-const OF_ROBOT = [["follow", t("Behind")], ["head", t("Head")]]; // prettier-ignore
+const VIEWS = {around: t("Around"), top: t("Top"), follow: t("Behind"), head: t("Head")};
 
 /** The robots and the field as three.js draws them. */
 class MatchDrawing {
@@ -64,9 +54,7 @@ class MatchDrawing {
     for (const {torso} of this.bodies) this.scene.add(torso);
     /** What the view follows; nothing if the whole field is seen. @type {Body | undefined} */
     this.followed = undefined;
-    stage.append(this.renderer.domElement);
-    this.renderer.domElement.setAttribute("role", "img");
-    this.renderer.domElement.setAttribute("aria-label", t("The match in 3D"));
+    stage.append(Object.assign(this.renderer.domElement, {role: "img", ariaLabel: t("The match in 3D")}));
     new ResizeObserver(() => this.#resize(stage)).observe(stage);
   }
 
@@ -82,7 +70,8 @@ class MatchDrawing {
       });
       place += TORSO + joints.length;
     }
-    this.world.pose({[this.content.ball]: [frame[1], frame[2], frame[3], 0, 0, Math.SQRT1_2, Math.SQRT1_2]});
+    const turned = [0, 0, Math.SQRT1_2, Math.SQRT1_2]; // by 90 degrees, so that it is seen from the side of the field's view
+    this.world.pose({[this.content.ball]: /** @type {Placement} */ ([...frame.slice(1, BALL_PLACE), ...turned])});
     const swing = Math.abs(frame[0] - this.time) > JUMP ? 1 : undefined;
     this.time = frame[0];
     if (this.followed) this.viewpoints.keep(this.followed, [], swing);
@@ -118,7 +107,6 @@ class MatchDrawing {
       const seen = corners.map((corner) => corner.clone().project(camera));
       if (seen.every(({x, y}) => Math.max(Math.abs(x), Math.abs(y)) < 0.98)) break;
     }
-    controls.update();
   }
 
   /** @param {HTMLElement} stage */
@@ -160,9 +148,9 @@ async function follow(content, changed) {
   }
 }
 
-/** The views of the ball or of a robot. @param {string} name @param {[View, string][]} offered @param {string | number} index */
+/** Views of the ball or a robot. @param {string} name @param {(keyof typeof VIEWS)[]} offered @param {string | number} index */
 const views = (name, offered, index) =>
-  offered.map(([view, label]) => html`<option value=${`${view} ${index}`}>${name}: ${label}</option>`);
+  offered.map((view) => html`<option value=${`${view} ${index}`}>${name}: ${VIEWS[view]}</option>`);
 
 async function show() {
   /** @type {Content} */
@@ -172,8 +160,7 @@ async function show() {
   let shown = undefined;
   const end = () => content.frames.at(-1)?.[0] ?? 0;
   const isOver = () => !content.live || Boolean(content.outcome);
-  /** @type {MatchDrawing[]} the one, once its place is there */
-  const drawings = [];
+  let drawing = /** @type {MatchDrawing | undefined} */ (undefined);
   const at = () => content.frames[Math.max(0, content.frames.findLastIndex(([each]) => each <= time + 1e-6))];
   const score = () => {
     const goals = content.events.filter(({kind, time: when}) => kind === "goal" && when <= time);
@@ -188,18 +175,18 @@ async function show() {
   const go = (when) => {
     time = Math.min(end(), Math.max(0, when));
     const frame = at();
-    if (frame && frame !== shown) for (const drawing of drawings) drawing.show(frame);
-    if (drawings.length) shown = frame;
+    if (frame && frame !== shown) drawing?.show(frame);
+    if (drawing) shown = frame;
     draw();
   };
   /** @param {number} now in ms */
   const step = (now) => {
     if (!playing) return;
-    go(speed === LIVE ? end() : time + ((now - last) / 1000) * speed);
+    const next = speed === LIVE ? end() : time + ((now - last) / 1000) * speed;
     last = now;
-    if (time >= end() && isOver()) playing = false;
+    playing = next < end() || !isOver();
+    go(next);
     if (playing) requestAnimationFrame(step);
-    else draw();
   };
   const toggle = () => {
     playing = !playing;
@@ -233,11 +220,11 @@ async function show() {
             <output>${decimal(time, 1)} s</output>
             <select
               aria-label=${t("View of the match")}
-              @change=${(/** @type {any} */ event) => drawings.forEach((each) => each.look(event.target.value))}
+              @change=${(/** @type {any} */ event) => drawing?.look(event.target.value)}
             >
               <option value="">${t("Whole field")}</option>
-              ${drawings.length ? views(t("Ball"), OF_BALL, "ball") : ""}
-              ${drawings.length ? content.robots.map(({name}, index) => views(name, OF_ROBOT, index)) : ""}
+              ${drawing ? views(t("Ball"), ["around", "top"], "ball") : ""}
+              ${drawing ? content.robots.map(({name}, index) => views(name, ["follow", "head"], index)) : ""}
             </select>
             <select
               aria-label=${t("Speed")}
@@ -265,19 +252,15 @@ async function show() {
       document.body,
     );
   };
-  draw();
-  const begin3D = () => {
-    if (drawings.length || !content.frames.length) return;
-    drawings.push(new MatchDrawing(content, /** @type {HTMLElement} */ (document.querySelector(".stage"))));
+  const changed = () => {
+    draw();
+    if (drawing || !content.frames.length) return;
+    drawing = new MatchDrawing(content, /** @type {HTMLElement} */ (document.querySelector(".stage")));
     go(0);
     if (content.live) toggle();
   };
-  begin3D();
+  changed();
   if (!content.live) return;
-  const changed = () => {
-    begin3D();
-    draw();
-  };
   await follow(content, changed).catch((error) => (trouble = t("The match has ended here: {reason}", {reason: messageOf(error)})));
   if (speed === LIVE) {
     go(end());

@@ -80,13 +80,13 @@ def test_a_match_is_seen_as_it_is_played_and_to_the_end(browser: Browser, tmp_pa
                 "no part of the field is cut off"
             )
             assert np.ptp(picture) > 100, "the field is seen"
-        of_ball = orange(page)
+        near = []
         views = page.get_by_label("View of the match")
         for view in ("Ball: Around", "Ball: Top", "red1: Behind"):
             views.select_option(label=view)
-            assert orange(page) > 20 * of_ball, view
+            near.append(orange(page))
         views.select_option(label="Whole field")
-        assert orange(page) == of_ball
+        assert min(near) > 10 * orange(page) > 0
         assert troubles == []
     with pytest.raises(ConnectionRefusedError):
         asked(address, "/")

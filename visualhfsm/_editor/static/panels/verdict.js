@@ -30,7 +30,7 @@ export async function judge(app) {
   notify(t("Checks, a run and tests of the saved document have begun."));
   const verdict = await askTab("judge", {body: chosenBody()});
   if (!verdict) return;
-  const {ready, found, place, message, robot} = verdict;
+  const {ready, found, place} = verdict;
   if (ready) {
     notify(t("It is ready: it ran {seconds} s on {robot}, {proved} proved, {tests} tests passed.", {...verdict}));
     return;
@@ -42,9 +42,5 @@ export async function judge(app) {
     if (place) page.jump(place);
   };
   const link = panel || place ? {label: t("Show"), run: show} : undefined;
-  const why =
-    found === "run"
-      ? t("It is not ready, tried on {robot}: {message}", {robot, message})
-      : t("It is not ready: {message}", {message});
-  notify(why, "error", link, {tab, about: `judge ${tab}`});
+  notify(t("It is not ready for {robot}: {message}", {...verdict}), "error", link, {tab, about: `judge ${tab}`});
 }

@@ -30,17 +30,12 @@ export async function openFollowed() {
  */
 export async function documentBelow(name = "") {
   name = monitor.structure?.document.replace(/^.*\//, "") || name;
-  const path = name && (await find(name));
+  const isNamed = (/** @type {{path: string}} */ {path}) => path.replace(/^.*\//, "") === name;
+  const below = async () => (await ask("listFiles", {below: true}))?.entries.find(isNamed);
+  const found = name ? (store.workspace.tabs.find(isNamed) ?? (await below())) : undefined;
   const root = store.greeting.root ?? t("the root");
   const missing = name ? t("No {name} lies below {root}.", {name, root}) : t("No document lies below {root}.", {root});
-  if (!path) notify(missing, "error");
-  return path;
-}
-
-/** The path of a document by the name of its file, first of all of an open one. @param {string} name */
-async function find(name) {
-  const isNamed = (/** @type {{path: string}} */ {path}) => path.replace(/^.*\//, "") === name;
-  const found = store.workspace.tabs.find(isNamed) ?? (await ask("listFiles", {below: true}))?.entries.find(isNamed);
+  if (!found) notify(missing, "error");
   return found?.path;
 }
 
