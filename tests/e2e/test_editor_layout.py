@@ -316,11 +316,12 @@ def test_a_finger_has_the_whole_robot_and_no_buttons_on_it(browser: Browser, tmp
 
 
 def test_a_finger_reads_how_a_run_is_on_a_phone_in_spanish(browser: Browser, tmp_path: Path) -> None:
-    phone = {"width": 390, "height": 844}
     with (
         robot_and_editor(tmp_path / "dance.xml") as (_, running),
         contextlib.closing(
-            browser.new_context(viewport=phone, has_touch=True, is_mobile=True, locale="es")
+            browser.new_context(
+                viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True, locale="es"
+            )
         ) as context,
     ):
         shown = EditorPage(context.new_page(), running)
