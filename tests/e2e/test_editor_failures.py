@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, expect
 
-from tests.support.browser import EditorPage, open_alone, saved
+from tests.support.browser import Box, EditorPage, open_alone, saved
 from tests.support.monitor import DOCUMENT, monitor_page, robot_and_editor, status
 
 ZERO = DOCUMENT.replace("count += 1\n", "count += 1\nif count &gt; 3:\n    count = 0.5 / (count - 4)\n")
@@ -214,6 +214,25 @@ def test_a_misspelt_operation_is_corrected_in_the_code_and_in_the_list(shown: Ed
     expect(rows).to_have_count(0)
 
 
+TWO_LINES = DOCUMENT.replace("<name>look</name>", "<name>look</name><code>a = 1\nb =</code>")
+
+
+@pytest.mark.parametrize("shown", [TWO_LINES], indirect=True)
+def test_a_bubble_over_the_line_in_which_one_types_goes_away(shown: EditorPage) -> None:
+    page = shown.page
+    shown.press("Control+m")
+    page.locator("hfsm-problems .rows button").first.click()
+    field = page.get_by_role("textbox", name="Code of the state look")
+    bubble = page.locator(".cm-tooltip-lint")
+    shown.press("Control+Home")
+    shown.hover(field.locator(".cm-lintRange"), shows=bubble)
+    line = Box.of(field.locator(".cm-line").first)
+    assert Box.of(bubble).y < line.y + line.height
+    shown.type("2")
+    expect(field.locator(".cm-line").first).to_have_text("2a = 1")
+    assert bubble.count() == 0  # at once
+
+
 IMPORTING = DOCUMENT.replace('<trans type="time">240000', '<trans type="time">24000000')
 IMPORTING = IMPORTING[: IMPORTING.index('<SubAutomata id="2"')] + (
     '<SubAutomata id="2" idFather="1"><import>parts/look.xml</import></SubAutomata></VisualHFSM>'
@@ -255,8 +274,7 @@ def test_what_is_wrong_is_fixed_by_a_button_or_a_key(shown: EditorPage, path: Pa
 
     missing.get_by_role("button", name="Choose the file…").click()
     dialog = page.get_by_role("dialog")
-    dialog.get_by_role("option", name="parts").dblclick()
-    dialog.get_by_role("option", name="look.xml").dblclick()
+    dialog.get_by_role("option", name="parts/look.xml").dblclick()
     expect(rows.filter(has_text="not found")).to_have_count(0)
     top, below = saved(shown, path).automata
     assert (top.outputs[0].default.text, top.variables.text) == ("3", "other = 2")

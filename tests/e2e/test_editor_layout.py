@@ -315,6 +315,25 @@ def test_a_finger_has_the_whole_robot_and_no_buttons_on_it(browser: Browser, tmp
         expect(shown.page.locator(".dock .view-tools")).to_be_hidden()
 
 
+def test_a_finger_reads_how_a_run_is_on_a_phone_in_spanish(browser: Browser, tmp_path: Path) -> None:
+    with (
+        robot_and_editor(tmp_path / "dance.xml") as (_, running),
+        contextlib.closing(
+            browser.new_context(
+                viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True, locale="es"
+            )
+        ) as context,
+    ):
+        shown = EditorPage(context.new_page(), running)
+        status, row = shown.page.locator(".live-status"), shown.page.locator(".second-row")
+        expect(row.locator("li")).to_have_css("clip-path", "inset(50%)")  # the tab has the name
+        for key, words in (("F5", "En marcha"), ("F8", "En pausa")):
+            shown.press(key)
+            expect(status).to_have_text(words)
+            assert not status.evaluate(CUT)
+            assert not row.evaluate(CUT)
+
+
 def test_a_finger_meets_large_targets_and_names_that_can_be_read(browser: Browser, tmp_path: Path) -> None:
     path = tmp_path / "walk.xml"
     path.write_text(DOCUMENT)

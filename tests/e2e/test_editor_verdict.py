@@ -26,12 +26,14 @@ def test_it_leads_to_what_to_fix_first_until_it_is_ready(browser: Browser, tmp_p
     path.write_text(document(sub(1, 0, state(1, "go", "raise ValueError('no')", initial=True))))
     with editor(tmp_path, path) as running, editor_page(browser, running) as shown:
         page = shown.page
+        page.evaluate("localStorage.setItem('visualhfsm.body', 'T1')")
         shown.state("go").wait_for()
         shown.press("Control+m")
         ask = shown.button("Is it ready?")
         ask.click()
         refusal = page.get_by_role("alert").filter(has_text="It is not ready")
         expect(refusal).to_contain_text("raised ValueError: no", timeout=JUDGED)
+        expect(refusal).to_contain_text("It is not ready for Booster T1: ")
         refusal.get_by_role("button", name="Show").click()
         field = page.get_by_role("textbox", name=re.compile("[Cc]ode of the state go|Code in each cycle"))
         expect(field).to_be_focused()
@@ -43,5 +45,5 @@ def test_it_leads_to_what_to_fix_first_until_it_is_ready(browser: Browser, tmp_p
         expect(refusal).to_have_count(0)
         ask.click()
         page.get_by_role("dialog", name="Save moves first?").get_by_role("button", name="Save").click()
-        ready = page.get_by_role("status").filter(has_text="It is ready: it ran 10 s")
+        ready = page.get_by_role("status").filter(has_text="It is ready: it ran 10 s on Booster T1, ")
         expect(ready).to_be_visible(timeout=JUDGED)

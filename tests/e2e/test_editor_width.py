@@ -87,7 +87,9 @@ FAULTS: Final = """([canvasTop]) => {
     const [words, where] = [".message", ".where"].map((each) => row.querySelector(each).getBoundingClientRect().top);
     if (Math.abs(words - where) > 1) found.push(`not in one line: ${name(row)}`);
   }
-  if (document.querySelector("hfsm-tree").scrollLeft) found.push("the tree has slid");
+  const tree = document.querySelector("hfsm-tree");
+  if (tree.scrollLeft) found.push("the tree has slid");
+  if (innerWidth > 1100 && tree.scrollWidth > tree.clientWidth) found.push("the tree scrolls sideways");
   const page = document.scrollingElement;
   if (page.scrollWidth > innerWidth || page.scrollHeight > innerHeight) found.push("the page scrolls");
   const canvas = document.querySelector(".drawing"); // with a banner in it, which moves nothing that is drawn

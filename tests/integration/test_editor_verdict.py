@@ -13,6 +13,10 @@ from visualhfsm._document.reasons import summary
 
 pytestmark = pytest.mark.slow
 
+JOINTS = (
+    "<iceinterface><nameinterface>Body</nameinterface><nameproxy>Body</nameproxy>"
+    "<interface>Joints</interface></iceinterface>\n"
+)
 GO = {"kind": "state", "automaton": 1, "id": 1, "part": "code"}
 
 
@@ -35,3 +39,17 @@ def test_the_first_reason_is_that_of_the_project_and_what_is_not_saved_is_refuse
         english.ask("save", tab=1)
         found = english.ask("judge", tab=1)
         assert (found["ready"], found["message"], found["place"], found["seconds"]) == (True, "", None, 10.0)
+
+
+def test_it_runs_on_the_chosen_robot_and_names_it(tmp_path: Path) -> None:
+    path = tmp_path / "moves.xml"
+    code = 'if "HeadYaw" in self.Body.getJointNames():\n    raise ValueError("a Nao")'
+    path.write_text(document(sub(1, 0, state(1, "go", code, initial=True)), config=JOINTS))
+    with editor(tmp_path, path) as running, running.window() as window:
+        found = window.ask("judge", tab=1)
+        assert (found["ready"], found["robot"]) == (False, "Nao H25")
+        assert "a Nao" in found["message"]
+        found = window.ask("judge", tab=1, body="T1")
+        assert (found["ready"], found["robot"]) == (True, "Booster T1")
+        with pytest.raises(Refused, match="there is no robot X1"):
+            window.ask("judge", tab=1, body="X1")

@@ -21,6 +21,7 @@ from naoserver.fake import FakeRobot
 from tests.support.codegen_command import codegen
 from tests.support.commands import run_here
 from tests.support.editing import find_problems
+from tests.support.editor import editor
 from tests.support.limits import EVENT_LIMIT, RUN_LIMIT, START_LIMIT
 from tests.support.pages import DOCS, blocks_of
 from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint
@@ -216,6 +217,17 @@ def test_the_editor_finds_no_problem_with_the_interface(project: Path) -> None:
     (project / "interfaces").rename(project / "api")
     assert "E532" in [each.code for each in find_problems(path.read_text(), path)]
     assert find_problems(path.read_text(), path, [project / "api"]) == []
+
+
+def test_the_editor_lists_its_documents_below_its_folder(project: Path) -> None:
+    (project / ".venv" / "lib").mkdir(parents=True)
+    shutil.copy(project / "behaviors" / "blinker.xml", project / ".venv" / "lib")
+    with editor(project) as running, running.window() as window:
+        listed = window.ask("listFiles", below=True)["entries"]
+        documents = [(each["name"], each["path"]) for each in listed if each["kind"] == "document"]
+        assert documents == [("behaviors/blinker.xml", "behaviors/blinker.xml")]
+        (listed,) = window.ask("listFiles", directory="behaviors", below=True)["entries"]
+        assert (listed["name"], listed["path"]) == ("blinker.xml", "behaviors/blinker.xml")
 
 
 @pytest.mark.parametrize("folder", ["interfaces", "api"])

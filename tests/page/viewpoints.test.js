@@ -123,6 +123,21 @@ test("a robot of another size is seen whole, also after a click into the view of
   assert.ok(viewpoints.controls.getDistance() > 1.5 * near);
 });
 
+test("what is followed stays in the middle, and the view never goes further than it does", () => {
+  const viewpoints = new Viewpoints(new Surface(), () => {});
+  viewpoints.resize(400, 300);
+  const body = {torso: new Object3D(), headParts: []};
+  viewpoints.choose("around", body, []);
+  const at = viewpoints.camera.position.clone();
+  for (let step = 1; step <= 100; step++) {
+    body.torso.position.x = 0.02 * step;
+    viewpoints.keep(body, []);
+    assert.ok(viewpoints.camera.position.distanceTo(at) < 0.0201);
+    at.copy(viewpoints.camera.position);
+  }
+  assert.ok(viewpoints.controls.target.distanceTo(new Vector3(2, 0, 0.29)) < 0.051);
+});
+
 test("what is far does not make the robot small, and one alone is seen closely", () => {
   const alone = looking("around", {});
   assert.ok(Math.abs(alone.distance - 1.52) < 0.01);

@@ -79,7 +79,7 @@ class Opened(TypedDict):
 
 
 class Judged(TypedDict):
-    """Whether a document is ready, or the first reason why not, and who found it."""
+    """Whether a document is ready, or the first reason why not, who found it, and which `robot` was tried."""
 
     ready: bool
     found: Literal["", "checks", "model checker", "run", "tests"]
@@ -88,6 +88,7 @@ class Judged(TypedDict):
     proved: int
     tests: int
     seconds: float
+    robot: Message
 
 
 class Written(TypedDict):
@@ -111,7 +112,7 @@ class Resolved(TypedDict):
 
 
 class Entry(TypedDict):
-    """An entry of a directory; its size in bytes, when it was changed in s since 1970."""
+    """An entry of a directory, or below it; its size in bytes, when it was changed in s since 1970."""
 
     name: str
     path: str

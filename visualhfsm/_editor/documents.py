@@ -9,6 +9,7 @@ import asyncio
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import Final
 
 from visualhfsm._base.errors import EditError
 from visualhfsm._base.languages import known_language
@@ -23,6 +24,9 @@ from . import protocol as p
 from .tab import Tab
 from .window import Window
 from .workspace import Workspace
+
+_DEPTH: Final = 3
+"""How far below a directory files are listed with its own."""
 
 
 async def hello(workspace: Workspace, window: Window, request: p.Hello) -> a.Greeting:
@@ -121,17 +125,19 @@ async def resolve(workspace: Workspace, _: Window, request: p.Resolve) -> a.Reso
 
 
 async def list_files(workspace: Workspace, _: Window, request: p.ListFiles) -> a.Listing:
-    """List the documents, recordings and directories in a directory."""
+    """List the documents, recordings and directories in a directory, or also what is below it."""
     root = workspace.project.root
     directory = root.directory_of(request.directory)
-    entries = await workspace.threads.do(partial(workspace.project.entries, request.directory))
+    entries = await workspace.threads.do(
+        partial(workspace.project.entries, request.directory, depth=_DEPTH if request.below else 0)
+    )
     is_root = directory == root.directory
     return {
         "directory": "" if is_root else root.name(directory),
         "parent": None if is_root else root.name(directory.parent).removeprefix("."),
         "entries": [
             {
-                "name": each.path.name,
+                "name": each.path.relative_to(directory).as_posix(),
                 "path": root.name(each.path),
                 "kind": each.kind,
                 "size": each.size,

@@ -117,10 +117,11 @@ class Discard(BaseRequest):
 
 
 class ListFiles(BaseRequest):
-    """List a directory; the root for an empty one."""
+    """List a directory, the root for an empty one; with `below` also the files in directories below it."""
 
     answer = a.Listing
     directory: Path = ""
+    below: bool = False
 
 
 class _ChosenStates(TabEdit):
@@ -358,8 +359,12 @@ class StartTests(TabRequest):
 
 
 class Judge(TabRequest):
-    """Ask whether a document, as it was saved, is ready to drive a robot, or what to fix first."""
+    """Ask whether a document, as it was saved, is ready to drive a robot, or what to fix first.
 
+    The robot has this `body`.
+    """
+
+    body: Name = ""
     answer = a.Judged
 
 

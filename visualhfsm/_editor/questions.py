@@ -21,6 +21,7 @@ from visualhfsm._document.reasons import summary
 from visualhfsm._document.serialization import parse_file
 from visualhfsm._document.views import AutomatonView, view
 from visualhfsm._drawing.page import drawing_page
+from visualhfsm._processes.bodies import body_option, known_body
 from visualhfsm.project._code_help.definition import define
 from visualhfsm.project._document import OpenDocument
 from visualhfsm.project._editing.files import read_file
@@ -76,9 +77,11 @@ async def diff(workspace: Workspace, _: Window, request: p.Diff) -> a.Comparison
 
 async def judge(workspace: Workspace, _: Window, request: p.Judge) -> a.Judged:
     """Judge a document as it was saved, after others: each takes a thread for seconds."""
-    tab = workspace.tabs.get(request.tab)
+    tab, root = workspace.tabs.get(request.tab), workspace.project.root.directory
+    body = await workspace.threads.do(partial(known_body, root, request.body))
+    judging = partial(tab.document.verdict, body=body_option(root, body.name))
     async with workspace.judging:
-        verdict = await workspace.threads.do(tab.document.verdict)
+        verdict = await workspace.threads.do(judging)
     first = verdict.reasons[0] if verdict.reasons else None
     return {
         "ready": verdict.ready,
@@ -88,6 +91,7 @@ async def judge(workspace: Workspace, _: Window, request: p.Judge) -> a.Judged:
         "proved": len(verdict.proved),
         "tests": verdict.tests,
         "seconds": verdict.seconds,
+        "robot": body.title,
     }
 
 

@@ -59,12 +59,17 @@ def require_body(root: Path, name: str) -> str:
 
     Raises VisualHfsmError for any other name.
     """
-    known = [body.name for body in find_bodies(root)]
+    return known_body(root, name).name
+
+
+def known_body(root: Path, name: str) -> KnownBody:
+    """Return the body of a name; see `require_body`."""
+    known = {body.name: body for body in find_bodies(root)}
     if name and name not in known:
         raise VisualHfsmError.because(
-            "there is no robot {name}; there are {few}", name=printable(name)[:60], few=few(known, 12)
+            "there is no robot {name}; there are {few}", name=printable(name)[:60], few=few([*known], 12)
         )
-    return name or known[0]
+    return known[name or next(iter(known))]
 
 
 def body_option(root: Path, name: str) -> str:

@@ -111,15 +111,17 @@ class Analyses:
         seconds: float = 10.0,
         patience: float = 60.0,
         allow: Callable[[Archive], object] = lambda _: None,
+        body: str = "",
     ) -> Verdict:
         """Return whether the document is ready to drive a robot, or what is not; see `Verdict`.
 
         Its files are read once, and a copy is judged: beside `check`, it runs for some seconds of virtual
-        time, with the robot without physics, and its tests are run: both in other processes, with a limit of
-        `patience` s each. `allow` gets the files of a document without errors, and raises what keeps it from
-        running. Raises EditError for a document with changes that are not saved.
+        time, with the robot without physics, of a `body` as `simulate` takes it, and its tests are run: both
+        in other processes, with a limit of `patience` s each. `allow` gets the files of a document without
+        errors, and raises what keeps it from running. Raises EditError for a document with changes that are
+        not saved.
         """
-        return self.judge(seconds=seconds, patience=patience, allow=allow).verdict
+        return self.judge(seconds=seconds, patience=patience, allow=allow, body=body).verdict
 
     def judge(
         self,
@@ -128,6 +130,7 @@ class Analyses:
         patience: float = 60.0,
         allow: Callable[[Archive], object] = lambda _: None,
         runs: bool = True,
+        body: str = "",
     ) -> Judgement:
         """Return the verdict with what it was made of; see `verdict`. Without `runs` no code is run."""
         from ._copy import Copy  # only who judges waits for trials
@@ -141,7 +144,7 @@ class Analyses:
                 raise EditError(what, "it has changes that are not saved", "save it first")
             findings = project.checks.check(document, copy.document, project.include)
             limits = (seconds, patience) if runs else None
-            return project.judge.judge(copy, document, findings, allow, limits)
+            return project.judge.judge(copy, document, findings, allow, limits, body=body)
 
     # -- code ----------------------------------------------------------------------------------------------
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import stat
 import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from ._verdict import Judge
 
 _MOST_ENTRIES: Final = 2000  # of a directory
+_MOST_DIRECTORIES: Final = 200  # below it, whose entries are listed with its own
 _MOST_REMARKS: Final = 100  # about one document
 
 
@@ -231,14 +232,30 @@ class Project:
 
     # -- files ---------------------------------------------------------------------------------------------
 
-    def entries(self, directory: str | Path = "") -> list[Entry]:
-        """Return the directories, documents, recordings and models in a directory, without hidden ones."""
+    def entries(self, directory: str | Path = "", *, depth: int = 0) -> list[Entry]:
+        """Return the directories, documents, recordings and models in a directory, without hidden ones.
+
+        With a `depth` those files follow that are in directories so far below it, the nearest first. Links
+        to directories, and those of packages, are left out there.
+        """
         place = self.root.directory_of(str(directory))
         with MissingError.in_place_of(OSError, "{place} cannot be listed: {reason}", place=place.name):
-            found = [*place.iterdir()]
-        shown = [each for path in found if (each := self._entry(path)) is not None]
-        shown.sort(key=lambda each: (each.kind != "directory", each.path.name))
+            shown = level = self._entries_in(place)
+        left = _MOST_DIRECTORIES
+        for _ in range(depth):
+            below = [each.path for each in level if each.kind == "directory" and _leads_on(each.path)][:left]
+            left -= len(below)
+            level = []
+            for folder in below:
+                if len(level) < _MOST_ENTRIES:
+                    with suppress(OSError):  # closed, or deleted just now
+                        level += self._entries_in(folder)
+            shown = [*shown, *(each for each in level if each.kind != "directory")]
         return shown[:_MOST_ENTRIES]
+
+    def _entries_in(self, directory: Path) -> list[Entry]:
+        found = [each for path in directory.iterdir() if (each := self._entry(path)) is not None]
+        return sorted(found, key=lambda each: (each.kind != "directory", each.path.name))
 
     def _entry(self, path: Path) -> Entry | None:
         if path.name.startswith(".") or not self.root.contains(path):
@@ -326,6 +343,12 @@ class Project:
         if name not in self._abandoned:
             raise MissingError.because("{name} cannot be recovered any more", name=name)
         return self._abandoned[name].file
+
+
+def _leads_on(directory: Path) -> bool:
+    """Return whether the files of a directory may be listed with those of one above it."""
+    is_of_packages = directory.name in {"node_modules", "__pycache__"} or (directory / "pyvenv.cfg").exists()
+    return not is_of_packages and not directory.is_symlink()
 
 
 _KINDS: Final[dict[str, Literal["document", "recording", "model"]]] = {

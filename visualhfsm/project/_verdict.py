@@ -32,7 +32,7 @@ from visualhfsm._document.places import Locator
 from visualhfsm._document.problems import Findings
 from visualhfsm._document.reasons import MOST, Reason, reasons_of
 from visualhfsm._processes import document_tests as of_tests
-from visualhfsm.trials import Archive, Plan, Processes, Task, versions
+from visualhfsm.trials import Archive, Plan, Processes, Quantity, Task, versions
 from zenoh_ice.application import tether_command
 from zenoh_ice.data import typed
 from zenoh_ice.data.text import sentence
@@ -110,8 +110,10 @@ class Judge:
         findings: Findings,
         allow: Callable[[Archive], object],
         limits: tuple[float, float] | None,
+        *,
+        body: str,
     ) -> Judgement:
-        """Return the judgement of a document, of which findings are known; `allow` is as for `verdict`.
+        """Return the judgement of a document, of which findings are known; `allow`, `body`: see `verdict`.
 
         `limits` are the virtual time of the run, and the time of the run and of the tests, in s; without them
         no code is run.
@@ -124,7 +126,7 @@ class Judge:
         seconds, patience = limits or (0.0, 0.0)
         if limits and not found:
             allow(archive)
-            found += self._run(archive, document, seconds, patience)
+            found += self._run(archive, document, seconds, patience, body)
             went, failed = self._test(copy, patience)
             found += failed
         warnings = reasons_of(document, copy.document, findings.problems, "warning")
@@ -141,9 +143,14 @@ class Judge:
         )
         return Judgement(verdict, findings, copy.document, went)
 
-    def _run(self, archive: Archive, document: Document, seconds: float, patience: float) -> Iterator[Reason]:
+    def _run(
+        self, archive: Archive, document: Document, seconds: float, patience: float, body: str
+    ) -> Iterator[Reason]:
         """Yield what is wrong with a run in virtual time."""
-        plan = Plan(robot="fake", limit=seconds, patience=patience, memory=_MEMORY, stand_ins=True)
+        scene: dict[str, Quantity] = {"body": body} if body else {}
+        plan = Plan(
+            robot="fake", limit=seconds, patience=patience, memory=_MEMORY, stand_ins=True, scene=scene
+        )
         name = Path(archive.document).name
         hints = (f"see it in a dry run: visualhfsm edit {name}",)
         try:

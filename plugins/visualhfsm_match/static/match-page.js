@@ -1,8 +1,10 @@
 /**
  * A match in one file, without a server: all robots in 3D, from anywhere, and the events in their order.
  *
+ * @import {Body} from "visualhfsm/robot3d/body.js"
  * @import {Described} from "visualhfsm/robot3d/robot-drawing.js"
- * @import {WorldShape} from "visualhfsm/robot3d/world-drawing.js"
+ * @import {View} from "visualhfsm/robot3d/viewpoints.js"
+ * @import {Placement, WorldShape} from "visualhfsm/robot3d/world-drawing.js"
  * @typedef {{name: string, shirt: [number, number, number], body: number, joints: string[]}} Robot
  * @typedef {{time: number, kind: string, text: string, team: string, robot: string}} MatchEvent
  * @typedef {{title: string, teams: string[], shirts: [number, number, number][], score: number[], outcome: string, seed: number, rules: string,
@@ -13,18 +15,10 @@
  */
 
 import {html, render} from "lit";
-import {
-  AmbientLight,
-  Box3,
-  HemisphereLight,
-  OrbitControls,
-  PerspectiveCamera,
-  Scene,
-  Vector3,
-  WebGLRenderer,
-} from "three";
+import {AmbientLight, Box3, HemisphereLight, Scene, Vector3, WebGLRenderer} from "three";
 
 import {figureOf} from "visualhfsm/robot3d/figure.js";
+import {Viewpoints} from "visualhfsm/robot3d/viewpoints.js";
 import {WorldDrawing} from "visualhfsm/robot3d/world-drawing.js";
 import {begin, themeButton} from "visualhfsm/onefile/frame.js";
 import {unpacked, unpackedData} from "visualhfsm/onefile/unpacked.js";
@@ -38,6 +32,9 @@ const LIVE = 0; // the speed at which the newest frame is shown
 const AGAIN = 300; // ms until the server is asked again when it had nothing
 const [CLOSE, FAR] = [4, 55]; // m of the camera from the middle of the field
 const SEEN = 3; // s before an event from which it is shown
+const JUMP = 0.5; // s between two frames that do not follow each other
+const AROUND_BALL = {height: 1, middle: 0.5, reach: 1, breadth: 1}; // m of what is seen of the play
+const VIEWS = {around: t("Around"), top: t("Top"), follow: t("Behind"), head: t("Head")};
 
 /** The robots and the field as three.js draws them. */
 class MatchDrawing {
@@ -46,21 +43,18 @@ class MatchDrawing {
     this.content = content;
     this.renderer = new WebGLRenderer({antialias: true, alpha: true});
     this.scene = new Scene();
-    this.camera = new PerspectiveCamera(40, 1, 0.05, 60);
-    this.camera.up.set(0, 0, 1);
-    this.camera.position.set(0, -8.5, 6);
-    this.controls = new OrbitControls(this.camera, this.renderer.domElement);
-    this.controls.addEventListener("change", () => this.draw());
-    this.controls.addEventListener("start", () => (this.turned = true));
-    this.turned = false;
+    this.viewpoints = new Viewpoints(this.renderer.domElement, () => this.draw());
+    this.viewpoints.camera.near = 0.05;
+    this.viewpoints.controls.maxDistance = FAR;
+    this.time = 0;
     this.world = new WorldDrawing();
     this.world.build(content.world);
     this.scene.add(new HemisphereLight(0xffffff, 0x8a929c, 2.4), new AmbientLight(0xffffff, 0.4), this.world);
     this.bodies = content.robots.map(({body, shirt}) => figureOf(content.bodies[body], undefined, shirt));
     for (const {torso} of this.bodies) this.scene.add(torso);
-    stage.append(this.renderer.domElement);
-    this.renderer.domElement.setAttribute("role", "img");
-    this.renderer.domElement.setAttribute("aria-label", t("The match in 3D"));
+    /** What the view follows; nothing if the whole field is seen. @type {Body | undefined} */
+    this.followed = undefined;
+    stage.append(Object.assign(this.renderer.domElement, {role: "img", ariaLabel: t("The match in 3D")}));
     new ResizeObserver(() => this.#resize(stage)).observe(stage);
   }
 
@@ -76,22 +70,41 @@ class MatchDrawing {
       });
       place += TORSO + joints.length;
     }
-    this.world.pose({[this.content.ball]: [frame[1], frame[2], frame[3], 0, 0, 0, 1]});
+    const turned = [0, 0, Math.SQRT1_2, Math.SQRT1_2]; // by 90 degrees, so that it is seen from the side of the field's view
+    this.world.pose({[this.content.ball]: /** @type {Placement} */ ([...frame.slice(1, BALL_PLACE), ...turned])});
+    const swing = Math.abs(frame[0] - this.time) > JUMP ? 1 : undefined;
+    this.time = frame[0];
+    if (this.followed) this.viewpoints.keep(this.followed, [], swing);
     this.draw();
   }
 
+  /** Follow the ball, or the robot of an index, from a viewpoint; without one see the whole field. @param {string} wanted */
+  look(wanted) {
+    const [view, index] = wanted.split(" ");
+    for (const {headParts} of this.bodies) for (const each of headParts) each.visible = true;
+    const ball = {torso: this.world.objects.get(this.content.ball), headParts: [], size: AROUND_BALL};
+    this.followed = view ? (this.bodies[Number(index)] ?? ball) : undefined;
+    this.viewpoints.fit(this.followed?.size);
+    this.viewpoints.choose(/** @type {View} */ (view || "home"), this.followed, []);
+    if (!view) this.#seeAll();
+  }
+
   draw() {
-    this.renderer.render(this.scene, this.camera);
+    this.renderer.render(this.scene, this.viewpoints.camera);
   }
 
   /** Go so far away that the whole field is seen. */
   #seeAll() {
     const {min, max} = new Box3().setFromObject(this.world);
     const corners = [min.x, max.x].flatMap((x) => [min.y, max.y].map((y) => new Vector3(x, y, 0)));
-    const {position} = this.camera;
+    const {camera, controls} = this.viewpoints;
+    const {position} = camera;
+    position.set(0, -8.5, 6);
+    controls.target.set(0, 0, 0);
+    controls.update();
     for (position.setLength(CLOSE); position.length() < FAR; position.multiplyScalar(1.02)) {
-      this.camera.updateMatrixWorld();
-      const seen = corners.map((corner) => corner.clone().project(this.camera));
+      camera.updateMatrixWorld();
+      const seen = corners.map((corner) => corner.clone().project(camera));
       if (seen.every(({x, y}) => Math.max(Math.abs(x), Math.abs(y)) < 0.98)) break;
     }
   }
@@ -99,9 +112,9 @@ class MatchDrawing {
   /** @param {HTMLElement} stage */
   #resize({clientWidth: width, clientHeight: height}) {
     if (!width || !height) return;
-    this.camera.aspect = width / height;
-    this.camera.updateProjectionMatrix();
-    if (!this.turned) this.#seeAll();
+    this.viewpoints.resize(width, height);
+    if (this.followed) this.viewpoints.keep(this.followed, [], 1);
+    else if (this.viewpoints.view) this.#seeAll();
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.renderer.setSize(width, height);
     this.draw();
@@ -135,6 +148,10 @@ async function follow(content, changed) {
   }
 }
 
+/** Views of the ball or a robot. @param {string} name @param {(keyof typeof VIEWS)[]} offered @param {string | number} index */
+const views = (name, offered, index) =>
+  offered.map((view) => html`<option value=${`${view} ${index}`}>${name}: ${VIEWS[view]}</option>`);
+
 async function show() {
   /** @type {Content} */
   const content = unpacked(await unpackedData());
@@ -143,8 +160,7 @@ async function show() {
   let shown = undefined;
   const end = () => content.frames.at(-1)?.[0] ?? 0;
   const isOver = () => !content.live || Boolean(content.outcome);
-  /** @type {MatchDrawing[]} the one, once its place is there */
-  const drawings = [];
+  let drawing = /** @type {MatchDrawing | undefined} */ (undefined);
   const at = () => content.frames[Math.max(0, content.frames.findLastIndex(([each]) => each <= time + 1e-6))];
   const score = () => {
     const goals = content.events.filter(({kind, time: when}) => kind === "goal" && when <= time);
@@ -159,18 +175,18 @@ async function show() {
   const go = (when) => {
     time = Math.min(end(), Math.max(0, when));
     const frame = at();
-    if (frame && frame !== shown) for (const drawing of drawings) drawing.show(frame);
-    if (drawings.length) shown = frame;
+    if (frame && frame !== shown) drawing?.show(frame);
+    if (drawing) shown = frame;
     draw();
   };
   /** @param {number} now in ms */
   const step = (now) => {
     if (!playing) return;
-    go(speed === LIVE ? end() : time + ((now - last) / 1000) * speed);
+    const next = speed === LIVE ? end() : time + ((now - last) / 1000) * speed;
     last = now;
-    if (time >= end() && isOver()) playing = false;
+    playing = next < end() || !isOver();
+    go(next);
     if (playing) requestAnimationFrame(step);
-    else draw();
   };
   const toggle = () => {
     playing = !playing;
@@ -203,6 +219,14 @@ async function show() {
             />
             <output>${decimal(time, 1)} s</output>
             <select
+              aria-label=${t("View of the match")}
+              @change=${(/** @type {any} */ event) => drawing?.look(event.target.value)}
+            >
+              <option value="">${t("Whole field")}</option>
+              ${drawing ? views(t("Ball"), ["around", "top"], "ball") : ""}
+              ${drawing ? content.robots.map(({name}, index) => views(name, ["follow", "head"], index)) : ""}
+            </select>
+            <select
               aria-label=${t("Speed")}
               @change=${(/** @type {any} */ event) => (speed = Number(event.target.value))}
             >
@@ -228,19 +252,15 @@ async function show() {
       document.body,
     );
   };
-  draw();
-  const begin3D = () => {
-    if (drawings.length || !content.frames.length) return;
-    drawings.push(new MatchDrawing(content, /** @type {HTMLElement} */ (document.querySelector(".stage"))));
+  const changed = () => {
+    draw();
+    if (drawing || !content.frames.length) return;
+    drawing = new MatchDrawing(content, /** @type {HTMLElement} */ (document.querySelector(".stage")));
     go(0);
     if (content.live) toggle();
   };
-  begin3D();
+  changed();
   if (!content.live) return;
-  const changed = () => {
-    begin3D();
-    draw();
-  };
   await follow(content, changed).catch((error) => (trouble = t("The match has ended here: {reason}", {reason: messageOf(error)})));
   if (speed === LIVE) {
     go(end());

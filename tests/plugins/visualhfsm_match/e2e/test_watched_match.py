@@ -11,7 +11,7 @@ from urllib.parse import urlsplit
 import cv2
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, expect
+from playwright.sync_api import Browser, Page, expect
 
 from tests.support.documents import document, state, sub
 from tests.support.processes import ComponentProcess, module
@@ -28,6 +28,13 @@ def started(folder: Path, minutes: float) -> ComponentProcess:
 
 def address_of(process: ComponentProcess) -> str:
     return str(process.wait_for(r"watch it at (http://127\.0\.0\.1:\S+)")[1])
+
+
+def orange(page: Page) -> int:
+    """Return how many pixels of the match have the color of the ball, and of parts of robots."""
+    picture = cv2.imdecode(np.frombuffer(page.locator(".stage").screenshot(), np.uint8), cv2.IMREAD_COLOR)
+    assert picture is not None
+    return cv2.countNonZero(cv2.inRange(picture, np.array([0, 40, 150]), np.array([60, 160, 255])))
 
 
 def asked(address: str, path: str, host: str = "") -> tuple[int, bytes]:
@@ -73,6 +80,13 @@ def test_a_match_is_seen_as_it_is_played_and_to_the_end(browser: Browser, tmp_pa
                 "no part of the field is cut off"
             )
             assert np.ptp(picture) > 100, "the field is seen"
+        near = []
+        views = page.get_by_label("View of the match")
+        for view in ("Ball: Around", "Ball: Top", "red1: Behind"):
+            views.select_option(label=view)
+            near.append(orange(page))
+        views.select_option(label="Whole field")
+        assert min(near) > 10 * orange(page) > 0
         assert troubles == []
     with pytest.raises(ConnectionRefusedError):
         asked(address, "/")

@@ -260,6 +260,36 @@ def test_directories_come_first_and_hidden_files_not_at_all(project: Project, ro
         project.entries("..")
 
 
+def test_files_below_follow_but_not_those_of_packages_hidden_ones_and_links(
+    project: Project, root: Path
+) -> None:
+    for name in ("behaviors/in/deep", "node_modules/x", "env/lib", ".git", "z"):
+        (root / name).mkdir(parents=True)
+        (root / name / "part.xml").write_text("")
+    (root / "behaviors" / "first.xml").write_text("")
+    (root / "env" / "pyvenv.cfg").write_text("")
+    (root / "again").symlink_to(root)
+
+    def found(depth: int) -> list[str]:
+        return [
+            str(each.path.relative_to(root))
+            for each in project.entries(depth=depth)
+            if each.kind != "directory"
+        ]
+
+    assert found(0) == ["waver.xml"]
+    assert found(1) == ["waver.xml", "behaviors/first.xml", "z/part.xml"]
+    assert found(2) == found(1)
+    assert found(3) == [*found(2), "behaviors/in/deep/part.xml"]
+
+
+def test_of_many_folders_below_only_the_first_are_looked_at(project: Project, root: Path) -> None:
+    for number in range(220):
+        (root / f"{number:03}").mkdir()
+        (root / f"{number:03}" / "one.xml").write_text("")
+    assert sum(each.kind == "document" for each in project.entries(depth=3)) == 1 + 200
+
+
 def test_models_of_robots_are_told_from_documents(project: Project, root: Path) -> None:
     (root / "robots").mkdir()
     for name in ("arm.urdf", "arm.urdf.xacro", "robots/arm.toml", "other.toml"):

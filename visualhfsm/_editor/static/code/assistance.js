@@ -68,13 +68,14 @@ function marksOf({effects, docChanged}) {
 }
 
 /**
- * Whether marks are set, and one is gone of those at some code: else their bubble stays open under the mouse.
+ * Whether something is typed, which a bubble may cover, or a mark is gone of those at some code: else their bubble stays
+ * open under the mouse.
  *
  * @param {Transaction} transaction @param {number} from @param {number} to
  */
 function takesAway(transaction, from, to) {
   const marks = marksOf(transaction);
-  if (!marks) return null;
+  if (!marks) return transaction.docChanged || null;
   let isGone = false;
   forEachDiagnostic(transaction.startState, (each, start, end) => {
     if (start <= from && to <= end && !marks.includes(each)) isGone = true;

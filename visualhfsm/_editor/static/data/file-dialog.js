@@ -49,7 +49,7 @@ export async function chooseFile({title, verb, suggestion, start = "", kind = "d
   const list = async (directory, error = "") => {
     state.error = error; // and not once the files have come: what failed meanwhile has to stay
     try {
-      Object.assign(state, await store.request("listFiles", {directory}));
+      Object.assign(state, await store.request("listFiles", {directory, below: !saving}));
       finder.chosen = Math.min(finder.chosen, state.entries.length);
     } catch (reason) {
       finder.chosen = 0;

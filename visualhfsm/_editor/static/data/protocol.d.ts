@@ -542,7 +542,7 @@ export interface Download {
   text: string;
 }
 
-/** An entry of a directory; its size in bytes, when it was changed in s since 1970. */
+/** An entry of a directory, or below it; its size in bytes, when it was changed in s since 1970. */
 export interface Entry {
   changedAt: number;
   kind: "directory" | "document" | "model" | "recording";
@@ -692,13 +692,14 @@ export interface JointLimits {
   maxTorque: number;
 }
 
-/** Whether a document is ready, or the first reason why not, and who found it. */
+/** Whether a document is ready, or the first reason why not, who found it, and which `robot` was tried. */
 export interface Judged {
   found: "" | "checks" | "model checker" | "run" | "tests";
   message: string;
   place: Place | null;
   proved: number;
   ready: boolean;
+  robot: string;
   seconds: number;
   tests: number;
 }
@@ -1123,9 +1124,9 @@ export interface Requests {
   /** Ask for the interfaces that documents may declare, with their operations. */
   interfaces: {};
   /** Ask whether a document, as it was saved, is ready to drive a robot, or what to fix first. */
-  judge: {tab: number};
-  /** List a directory; the root for an empty one. */
-  listFiles: {directory?: string};
+  judge: {tab: number; body?: string};
+  /** List a directory, the root for an empty one; with `below` also the files in directories below it. */
+  listFiles: {directory?: string; below?: boolean};
   /** Ask which line of which piece of code a line of a log, or of an error's report, refers to. */
   locate: {tab: number; text: string; automaton?: number; state?: number};
   /** Ask for the tests of a document: the push `tests` names them. */

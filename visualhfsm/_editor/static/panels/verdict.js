@@ -8,6 +8,7 @@ import {confirm} from "../kit/dialog.js";
 import {askTab} from "../data/commands.js";
 import {save} from "../data/files.js";
 import {page} from "../data/page.js";
+import {chosenBody} from "../data/robot.js";
 import {notify} from "../kit/notices.js";
 import {t} from "../kit/texts.js";
 
@@ -27,11 +28,11 @@ export async function judge(app) {
     if (choice !== "save" || !(await save(tab))) return;
   }
   notify(t("Checks, a run and tests of the saved document have begun."));
-  const verdict = await askTab("judge");
+  const verdict = await askTab("judge", {body: chosenBody()});
   if (!verdict) return;
-  const {ready, found, place, message, seconds, proved, tests} = verdict;
+  const {ready, found, place} = verdict;
   if (ready) {
-    notify(t("It is ready: it ran {seconds} s, {proved} proved, {tests} tests passed.", {seconds, proved, tests}));
+    notify(t("It is ready: it ran {seconds} s on {robot}, {proved} proved, {tests} tests passed.", {...verdict}));
     return;
   }
   const panel = PANELS[found];
@@ -41,5 +42,5 @@ export async function judge(app) {
     if (place) page.jump(place);
   };
   const link = panel || place ? {label: t("Show"), run: show} : undefined;
-  notify(t("It is not ready: {message}", {message}), "error", link, {tab, about: `judge ${tab}`});
+  notify(t("It is not ready for {robot}: {message}", {...verdict}), "error", link, {tab, about: `judge ${tab}`});
 }

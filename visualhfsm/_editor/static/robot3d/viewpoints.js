@@ -141,8 +141,9 @@ export class Viewpoints {
     const ahead = new Vector3(1, 0, 0).applyQuaternion(torso.quaternion);
     if (Math.hypot(ahead.x, ahead.y) > 0.3) this.#heading = Math.atan2(ahead.y, ahead.x);
     const moved = new Vector3(torso.position.x, torso.position.y, 0).sub(this.at);
-    const follows = moved.length() >= NEAR;
-    if (follows) this.at.add(moved);
+    const far = moved.length() - (swing < 1 ? NEAR : 0);
+    const follows = far > 0;
+    if (follows) this.at.add(moved.setLength(far));
     if (this.view === "head") this.#lookAhead(body);
     else if (this.view === "follow") this.#trail(torso, swing);
     else {

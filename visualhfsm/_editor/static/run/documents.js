@@ -2,7 +2,6 @@
  * Open what a component runs elsewhere: its document, and recordings of its runs.
  *
  * @import {HfsmCanvas} from "../canvas/canvas.js"
- * @import {Entry} from "../data/protocol.js"
  */
 
 import {ask} from "../data/commands.js";
@@ -14,9 +13,6 @@ import {page} from "../data/page.js";
 import {store} from "../data/store.js";
 import {decimal, t} from "../kit/texts.js";
 import {monitor} from "./monitor.js";
-
-const DEPTH = 3; // levels of directories below the root that are searched
-const MOST = 60;
 
 /** Open the document of the component that is followed, if the server can reach a file of its name. */
 export async function openFollowed() {
@@ -34,34 +30,13 @@ export async function openFollowed() {
  */
 export async function documentBelow(name = "") {
   name = monitor.structure?.document.replace(/^.*\//, "") || name;
-  const path = name && (await find(name));
+  const isNamed = (/** @type {{path: string}} */ {path}) => path.replace(/^.*\//, "") === name;
+  const below = async () => (await ask("listFiles", {below: true}))?.entries.find(isNamed);
+  const found = name ? (store.workspace.tabs.find(isNamed) ?? (await below())) : undefined;
   const root = store.greeting.root ?? t("the root");
   const missing = name ? t("No {name} lies below {root}.", {name, root}) : t("No document lies below {root}.", {root});
-  if (!path) notify(missing, "error");
-  return path;
-}
-
-/** The path of a document by the name of its file, first of all of an open one. @param {string} name */
-async function find(name) {
-  const open = store.workspace.tabs.find(({path}) => path.replace(/^.*\//, "") === name);
-  if (open) return open.path;
-  let level = [""];
-  let looked = 0;
-  for (let depth = 0; depth <= DEPTH && level.length; depth += 1) {
-    /** @type {string[]} */
-    const next = [];
-    for (const directory of level) {
-      if ((looked += 1) > MOST) return undefined;
-      const {entries} = await store
-        .request("listFiles", {directory})
-        .catch(() => ({entries: /** @type {Entry[]} */ ([])}));
-      const found = entries.find((each) => each.kind === "document" && each.name === name);
-      if (found) return found.path;
-      next.push(...entries.filter((each) => each.kind === "directory").map((each) => each.path));
-    }
-    level = next;
-  }
-  return undefined;
+  if (!found) notify(missing, "error");
+  return found?.path;
 }
 
 /** Download the followed run, from its beginning until now, as a page that needs no server. */

@@ -277,7 +277,8 @@ const branch = ({row, selected, problem, shown, focused}, index) =>
     tabindex=${focused ? 0 : -1}
   >
     ${Array.from({length: row.level - 1}, () => html`<span class="indent"></span>`)}<span class="twist"></span
-    ><span class="dot"></span><span class="text">${visible(row.name)}</span>
+    ><span class="dot"></span
+    ><span class="text" title=${row.kind === "root" ? visible(row.name) : nothing}>${visible(row.name)}</span>
     ${problem ? html`<span class="problem ${problem}" title=${SEVERITIES[problem]}></span>` : nothing}
   </div>`;
 
