@@ -52,6 +52,14 @@ def test_all_documents_of_a_folder_are_judged_and_one_that_is_not_ready_is_an_er
     assert run_here(app, "visualhfsm", "verdict", "good.xml", "--seconds", "1", cwd=folder).returncode == 0
 
 
+def test_the_robot_of_the_run_is_chosen(folder: Path) -> None:
+    options = ("verdict", "good.xml", "--seconds", "1", "--body")
+    assert run_here(app, "visualhfsm", *options, "T1", cwd=folder).returncode == 0
+    unknown = run_here(app, "visualhfsm", *options, "T9", cwd=folder)
+    assert (unknown.returncode, unknown.stdout) == (2, "")
+    assert "there is no body 'T9'" in unknown.stderr
+
+
 def test_json_is_valid_by_the_published_schema(folder: Path) -> None:
     done = run_here(
         app, "visualhfsm", "verdict", "good.xml", "bad.xml", "--json", "--seconds", "1", cwd=folder

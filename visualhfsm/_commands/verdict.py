@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 EPILOG: Final = examples(
     "verdict behaviors/follow_ball.xml",
     "verdict behaviors --seconds 30",
+    "verdict behaviors/score.xml --body T1",
     "verdict dance.xml --json",
     "verdict --schema",
     notes="Exit codes: 0 all are ready, 1 something is not, 2 wrong usage.",
@@ -41,6 +42,9 @@ def verdict(
             metavar="S", min=1.0, max=86_400.0, callback=finite, help="Time of the run, and of the tests."
         ),
     ] = 60.0,
+    body: Annotated[
+        str, typer.Option("--body", metavar="NAME|FILE", help="Robot of the run.", show_default="a Nao")
+    ] = "",
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, by the schema of --schema.")] = False,
     schema: Annotated[bool, typer.Option("--schema", help="Print the JSON schema, and end.")] = False,
 ) -> None:
@@ -59,17 +63,30 @@ def verdict(
         return
     if not files:
         raise typer.BadParameter("give a document, or --schema", param_hint="FILES")
+    if body:
+        _require(body)
     paths = [*documents_of(files)]
     verdicts = []
     with Project(include=require_directories(include), granted=paths) as project:
         for path in paths:
-            verdicts.append(project.open(path).verdict(seconds=seconds, patience=patience))
+            verdicts.append(project.open(path).verdict(seconds=seconds, patience=patience, body=body))
             if not as_json:
                 typer.echo(_text(path, verdicts[-1]))
     if as_json:
         typer.echo(msgspec.json.format(msgspec.json.encode(verdicts, enc_hook=str)).decode())
     if not all(each.ready for each in verdicts):
         raise typer.Exit(1)
+
+
+def _require(body: str) -> None:
+    """Raise BadParameter for a robot that is not known: no document could be ready for it."""
+    from naoserver.errors import RobotError
+    from visualhfsm.simulation import read_body
+
+    try:
+        read_body(body)
+    except RobotError as error:
+        raise typer.BadParameter(str(error), param_hint="--body") from error
 
 
 def _text(path: Path, verdict: Verdict) -> str:

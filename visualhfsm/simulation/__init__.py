@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from ._loading import load_component as load_component
     from ._robot import Ball as Ball
     from ._robot import RobotUnderTest as RobotUnderTest
+    from ._robot import read_body as read_body
     from ._robot import served_interfaces as served_interfaces
     from ._team import Team as Team
     from ._team import simulate_team as simulate_team

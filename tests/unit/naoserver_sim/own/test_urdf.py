@@ -134,7 +134,9 @@ def test_a_link_that_no_joint_connects_is_left_out(read):
     assert model.notes[0].endswith("r.urdf:7: link 'loose' is left out: no joint connects it to 'base'")
 
 
-@pytest.mark.parametrize(("written", "range_"), [('upper="0.04"', [0.0, 0.04]), ('lower="-0.5"', [-0.5, 0.0])])
+@pytest.mark.parametrize(
+    ("written", "range_"), [('upper="0.04"', [0.0, 0.04]), ('lower="-0.5"', [-0.5, 0.0])]
+)
 def test_an_end_of_a_range_that_is_left_out_is_zero(read, written, range_):
     finger = joint("finger", "base", "arm", kind="prismatic").replace('lower="-1" upper="1"', written)
     mj = read(BASE, ARM, finger).compiled
