@@ -189,6 +189,19 @@ CALLS = [
 ]  # fmt: skip
 
 
+CALLS += [
+    f"try:\n    self.nothing\nexcept AttributeError as error:\n    {use}"
+    for use in (
+        "error.obj.send('x')",
+        "getattr(error, 'obj').send('x')",
+        "operator.attrgetter('obj.send')(error)('x')",
+        "operator.attrgetter(error.name and 'obj')(error).send('x')",
+        "match error:\n        case AttributeError(obj=found):\n            found.send('x')",
+        "sys.exc_info()[1].obj.send('x')",
+    )
+]
+
+
 @pytest.mark.parametrize("code", CALLS)
 def test_no_proof_denies_what_a_call_beyond_the_list_sends(code: str, tmp_path: Path) -> None:
     doc = sending(code)
