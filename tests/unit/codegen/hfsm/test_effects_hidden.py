@@ -52,6 +52,9 @@ GUARDS = [
     # objects of libraries, under any name and operator
     Changing("gadget.pressed"),
     Changing("gadgets.flag"),
+    Changing("gadget.pressed is True"),
+    Changing("gadgets.flag is True"),
+    Changing("self.is_true(gadget.pressed)", "", "def is_true(self, pressed):\n    return pressed is True"),
     Changing("gadget[0]"),
     Changing("1 in gadget"),
     Changing("math.floor(gadget)"),
@@ -138,6 +141,7 @@ STEADY = [
     Changing("self.near(n)", "n = 2", "def near(self, distance, most=3):\n    return distance < most"),
     Changing("isinstance(n, int)", "n = 2"),
     Changing("seen", "seen = not gadget"),
+    Changing("mode is gadgets.MODE", "mode = None"),
 ]
 
 
