@@ -28,6 +28,7 @@ from typing import TYPE_CHECKING, Final
 from ._definitions import UNKNOWN, Answer, is_static, yields
 from ._piece_effects import Effects, ProxyCall
 from ._possible_values import (
+    AGE,
     COMPONENT,
     DATA,
     FAILED_ON,
@@ -293,6 +294,8 @@ class Evaluation:
             self._note(self._definitions.answer_of_attribute(name, self._automaton))
             if name in self._definitions.unclear_attributes:
                 self._escape(node, COMPONENT)
+        if name == AGE and DATA in owners:
+            self._note(Answer.UNKNOWN)
         if name == FAILED_ON and OTHER in owners:
             self._escape(node, COMPONENT)
         hidden = {each for each in owners if each.leaks_by(name)}

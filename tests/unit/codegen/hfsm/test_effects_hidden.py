@@ -154,6 +154,14 @@ def test_plain_values_still_prove(steady: Changing) -> None:
     assert check_model(doc, PATH).properties[0].verdict is Verdict.HOLDS
 
 
+@pytest.mark.parametrize(("read", "is_proved"), [("value.pan", True), ("time", True), ("age", False)])
+def test_a_sample_grows_older_between_two_guards(read: str, is_proved: bool) -> None:
+    guard = f"last.{read} > 0.5"
+    doc = guarded(Changing(guard, "last = self.Head.getPose.latest()"), guard, f"not {guard}")
+    (result,) = check_model(replace(doc, interfaces=HEADS), PATH).properties
+    assert (result.verdict is Verdict.HOLDS) is is_proved
+
+
 REPLACED = [
     "math.floor = gadget",
     "math.floor, other = gadget, 1",
