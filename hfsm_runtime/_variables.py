@@ -134,7 +134,7 @@ def convert(value: object, wanted: type, what: str) -> object:
     if wanted is float and isinstance(value, Real) and not truth:
         return float(value)
     given = type(value).__name__
-    raise ValueTypeError(sentence(f"{what} is {wanted.__name__}, not {given}: {value!r:.80}"))
+    raise ValueTypeError(sentence(f"{what} is {wanted.__name__}, not {given}: {short_repr(value)[:80]}"))
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
