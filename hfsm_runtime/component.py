@@ -251,7 +251,9 @@ def parameters_of(component: Component | type[Component]) -> dict[str, Parameter
 def _declared(component: Component | type[Component], kind: type[_D]) -> dict[str, _D]:
     owner = component if isinstance(component, type) else type(component)
     bases = [base for base in reversed(owner.__mro__) if base not in Component.__mro__]  # which has none
-    return {name: value for base in bases for name, value in vars(base).items() if isinstance(value, kind)}
+    return {
+        name: value for base in bases for name, value in vars(base).items() if issubclass(type(value), kind)
+    }
 
 
 def parameter_values(component: Component) -> dict[str, object]:

@@ -93,7 +93,8 @@ class Reloading:
         except KeyboardInterrupt:
             raise
         except BaseException as error:  # a document may define what makes its component
-            reason = describe(error)
+            place = locate(error, source_of(run.component))
+            reason = f"{describe(error)} at {place}" if place else describe(error)
             raise ReloadRefusedError(sentence(f"the component cannot be created: {reason}")) from error
         name = made.actors[0].automaton.name
         if name != run.name:

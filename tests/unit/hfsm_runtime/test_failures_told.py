@@ -11,7 +11,9 @@ import pytest
 from hfsm_runtime import Component
 from hfsm_runtime._component_run import ComponentRun
 from hfsm_runtime._runtime import Runtime
-from hfsm_runtime.errors import VariablesError
+from hfsm_runtime._variables import variables_of
+from hfsm_runtime.debugger.reload import Reloading
+from hfsm_runtime.errors import ReloadRefusedError, VariablesError
 from hfsm_runtime.virtual import BehaviorFailed, Execution
 from tests.support.documents import compile_to, document, load, state, sub, transition
 from tests.support.fast_clock import FastClock
@@ -35,7 +37,7 @@ class Other(BaseException):
 DRIVERS = pytest.mark.parametrize("is_virtual", [True, False], ids=["virtual time", "threads"])
 
 
-def component(
+def write(
     folder: Path,
     *,
     code: str = "",
@@ -43,15 +45,21 @@ def component(
     below: str = "",
     variables: str = "",
     functions: str = CLASSES,
-) -> Component:
-    """Return a component with an automaton, and one below it with an output."""
+) -> Path:
+    """Return the file of a component with an automaton, and one below it with an output."""
     outer = [state(1, "a", code, initial=True, child=2), state(2, "b"), transition(1, 1, 2, guard)]
     root = sub(1, 0, *outer, variables=f"got = 0\n{variables}", functions=functions)
     inner = sub(2, 1, state(1, "low", below, initial=True))
     output = "<output><name>far</name><type>int</type><default>0</default></output>\n"
     taken = '<result name="far">got</result></state>'
     text = document(root.replace("</state>", taken, 1), inner, libraries=("numpy as np",))
-    return load(compile_to(folder, text.replace('idFather="1">', f'idFather="1">\n{output}')))
+    return compile_to(folder, text.replace('idFather="1">', f'idFather="1">\n{output}'))
+
+
+def component(folder: Path, **parts: str) -> Component:
+    """Return such a component."""
+    made: Component = load(write(folder, **parts))
+    return made
 
 
 def failed(made: Component, *, is_virtual: bool) -> tuple[str, str]:
@@ -141,3 +149,47 @@ def test_variables_that_fail_in_any_way_are_told_with_their_place(
         Execution(made)
     assert str(caught.value).startswith(f"the variables of the component failed: {told}")
     assert str(caught.value).endswith(place_of(tmp_path, "raise self."))
+
+
+@pytest.mark.parametrize("raised", ["Mute", "Other"])
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"variables": "raise self.{}()"},
+        {"functions": CLASSES + "\nraise {}()"},
+        {"functions": CLASSES + "\ndef __init__(self):\n    raise self.{}()"},
+    ],
+    ids=["variables", "functions", "__init__"],
+)
+def test_a_new_version_that_fails_in_any_way_is_refused_with_its_place(
+    change: dict[str, str], raised: str, tmp_path: Path
+) -> None:
+    with Execution(component(tmp_path)) as run:
+        run.advance(0.1)
+        write(tmp_path, **{part: text.format(raised) for part, text in change.items()})
+        with pytest.raises(ReloadRefusedError) as caught:
+            Reloading(run, lambda _: None).reload()
+        assert f"{raised}: " in str(caught.value)
+        place = place_of(tmp_path, f"{raised}()")
+        assert str(caught.value).endswith(place)
+        run.advance(0.1)
+        assert not run.ended.is_set()
+
+
+@pytest.mark.parametrize(
+    ("value", "shown"),
+    [
+        ("weakref.proxy(self.Torn())", "<ProxyType: its repr raised ReferenceError>"),
+        ("self.Endless()", "<Endless: its repr raised SystemExit>"),
+    ],
+)
+def test_a_variable_that_cannot_be_looked_at_is_shown_nevertheless(
+    value: str, shown: str, tmp_path: Path
+) -> None:
+    functions = (
+        f"{CLASSES}\nclass Endless:\n    def __getattribute__(self, name):\n        raise SystemExit\n"
+    )
+    made = component(tmp_path, variables=f"import weakref\nx = {value}", code="x", functions=functions)
+    with Execution(made) as run:
+        run.advance(0.1)
+        assert variables_of(run.tree.root.automaton)["x"] == shown
