@@ -18,9 +18,7 @@ from hfsm_runtime.errors import ReloadRefusedError, VariablesError
 from hfsm_runtime.virtual import BehaviorFailed, Execution
 from tests.support.documents import compile_to, document, load, state, sub, transition
 from tests.support.fast_clock import FastClock
-from tests.support.limits import EVENT_LIMIT
 from tests.support.waiting import until
-from zenoh_ice import WallClock
 
 CLASSES = """
 class Torn:
@@ -195,59 +193,3 @@ def test_a_variable_that_cannot_be_looked_at_is_shown_nevertheless(
     with Execution(made) as run:
         run.advance(0.1)
         assert variables_of(run.tree.root.automaton)["x"] == shown
-
-
-THREAD = """
-import threading
-if not self.threads:
-    thread = threading.Thread(target={}, name="helper")
-    thread.start()
-    self.threads.append(thread)
-"""
-
-
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
-@DRIVERS
-@pytest.mark.parametrize("also_runs", [False, True])
-def test_a_thread_that_code_starts_and_an_exception_ends_is_told_and_the_component_goes_on(
-    also_runs: bool, is_virtual: bool, tmp_path: Path
-) -> None:
-    made = component(tmp_path, code=THREAD.format("lambda: self and 1 / 0"), functions="threads = []")
-    others = [Runtime(type(made)(), FastClock())] if also_runs else []
-    run: ComponentRun
-    if is_virtual:
-        with Execution(made) as run:
-            run.advance(0.1)
-            made.threads[0].join(EVENT_LIMIT)
-            run.advance(0.1)
-    else:
-        run = Runtime(made, FastClock())
-        run.start()
-        try:
-            until(lambda: made.threads and not made.threads[0].is_alive())
-        finally:
-            run.stop()
-    (error,) = run.errors
-    assert (
-        error.message
-        == "the thread helper, which its code started, failed: ZeroDivisionError: division by zero"
-    )
-    assert error.location.endswith(place_of(tmp_path, "1 / 0"))
-    assert not run.failed
-    assert not any(other.errors for other in others)
-
-
-@pytest.mark.filterwarnings("error::pytest.PytestUnhandledThreadExceptionWarning")
-def test_a_thread_that_the_end_of_the_component_ends_is_no_error(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    functions = "threads = []\ndef work(self):\n    self.sleep(1000)"
-    made = component(tmp_path, code=THREAD.format("self.work"), functions=functions)
-    run = Runtime(made, WallClock())
-    run.start()
-    until(lambda: made.threads)
-    run.stop()
-    made.threads[0].join(EVENT_LIMIT)
-    assert not made.threads[0].is_alive()
-    assert not run.errors
-    assert not capsys.readouterr().err
