@@ -467,6 +467,8 @@ class Evaluation:
             self._escape(call, owners | COMPONENT)
             return UNSURE
         self._escape(call, owners - COMPONENT)
+        if OTHER in owners and FAILED_ON.startswith(start) and FAILED_ON.endswith(end):
+            self._escape(call, COMPONENT)
         if SELF in owners:
             self.effects.any_call.append(call)
             for name in self._code.names_of_component():

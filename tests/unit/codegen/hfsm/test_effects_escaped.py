@@ -194,6 +194,7 @@ CALLS += [
     for use in (
         "error.obj.send('x')",
         "getattr(error, 'obj').send('x')",
+        "getattr(error, 'o' + error.name[:0] + 'bj').send('x')",
         "operator.attrgetter('obj.send')(error)('x')",
         "operator.attrgetter(error.name and 'obj')(error).send('x')",
         "match error:\n        case AttributeError(obj=found):\n            found.send('x')",
