@@ -36,7 +36,8 @@ def explain(error: BaseException, component: Component | None, automata: Sequenc
 
 
 def _undeclared(name: str, component: Component) -> str:
-    known = {each for each in dir(component) if not each.startswith("_")}
+    names = object.__dir__(component)  # a document may define another one, which may fail
+    known = {each for each in names if not each.startswith("_")}
     close = difflib.get_close_matches(name[:_LONGEST_NAME], sorted(known), 2)
     if close:
         meant = " or ".join(f"`self.{each}`" for each in close)

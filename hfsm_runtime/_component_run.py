@@ -17,6 +17,7 @@ from ._actor import make_event
 from ._automaton import Automaton
 from ._limits import LIMITS, RuntimeLimits
 from ._marks import Mark, Marks
+from ._own_threads import report_threads_of
 from ._proofs import Proofs
 from ._stop import stop_named
 from ._supervision import Refusal, Supervision
@@ -105,6 +106,7 @@ class ComponentRun:
         self.tree.observers.append(_RootWatch(self))
         self.proofs = Proofs(component, self.tree, self._supervision, self.ended, ordered=ordered)
         """The check, while it runs, of all that proofs about the document rely on."""
+        report_threads_of(self)
         self._prepare()
 
     @property
@@ -311,6 +313,10 @@ class ComponentRun:
     def note(self, actor: Actor, message: str) -> None:
         """Log and remember a problem of an automaton that is not an error of its code."""
         self._supervision.note(actor, message)
+
+    def thread_failed(self, location: str, message: str) -> None:
+        """Log and remember that an exception has ended a thread which user code started."""
+        self._supervision.report(self.tree.root, location, message)
 
     def _wait_for_gap(self) -> float:
         """Wait for a moment without any cycle; return the `perf_counter` since which none could begin.

@@ -16,7 +16,7 @@ from ._phases import BEGUN, ENTERED, ENTERING, PAUSED_AT_CODE, SETTLED, Phase, a
 from ._variables import convert, functions_of
 from .coroutine import current_coroutine
 from .errors import ArgumentError, ComponentStoppedError, CycleCutError, ValueTypeError
-from .source_map import PLACE, place_of_assignment
+from .source_map import locate, place_of_assignment, place_of_result, tell_place
 from .tree import Tree
 
 
@@ -317,7 +317,14 @@ def _argument(actor: Actor, transition: Transition) -> tuple[Event, ...]:
 
 
 def _is_true(guard: Callable[..., object], *event: Event) -> bool:
-    return bool(guard(*event))  # which may fail, too
+    value = guard(*event)
+    try:
+        return bool(value)
+    except Exception as error:  # as of an array with several elements
+        place, file = place_of_result(guard)
+        if not locate(error, file):
+            tell_place(error, place)
+        raise
 
 
 def _call(
@@ -349,16 +356,18 @@ def outputs_of(automaton: Automaton, code: Iterable[Callable[..., object]]) -> d
     The error has the place at which the value was most probably assigned: the first of the `code` that does.
     """
     assert automaton.get_outputs is not None
-    values = automaton.get_outputs()
+    try:
+        values = automaton.get_outputs()
+    except NameError as error:  # some code has deleted one
+        tell_place(error, place_of_assignment(code, error.name or ""))
+        raise
     outputs: dict[str, object] = {}
     for declared in automaton.outputs:
         what = sentence(f"the output {declared.name!r} of automaton {automaton.id} ({automaton.name!r})")
         try:
             outputs[declared.name] = convert(values[declared.name], declared.type, what)
         except ValueTypeError as error:
-            place = place_of_assignment(code, declared.name)
-            if place:
-                setattr(error, PLACE, place)
+            tell_place(error, place_of_assignment(code, declared.name))
             raise
     return outputs
 

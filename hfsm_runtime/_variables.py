@@ -42,9 +42,14 @@ def values_of(automaton: Automaton) -> dict[str, object]:
             value = cell.cell_contents
         except ValueError:  # nothing has been assigned
             continue
-        if not callable(value) and not isinstance(value, ModuleType):
+        if not _is_code(value):
             values[name] = value
     return values
+
+
+def _is_code(value: object) -> bool:
+    # By its type alone: a proxy of an object that is gone raises an exception when asked for its class.
+    return callable(value) or issubclass(type(value), ModuleType)
 
 
 def functions_of(automaton: Automaton) -> list[Callable[..., object]]:
@@ -84,7 +89,7 @@ def assign(automaton: Automaton, name: str, value: object) -> None:
             f"{did_you_mean(name, known)}"
         )
     try:
-        if callable(cell.cell_contents) or isinstance(cell.cell_contents, ModuleType):
+        if _is_code(cell.cell_contents):
             raise UnknownElementError(f"{name} is not a variable of automaton {automaton.id}: it is code")
         value = _with_tuples(value, cell.cell_contents)
     except ValueError:  # nothing has been assigned
@@ -134,7 +139,7 @@ def convert(value: object, wanted: type, what: str) -> object:
     if wanted is float and isinstance(value, Real) and not truth:
         return float(value)
     given = type(value).__name__
-    raise ValueTypeError(sentence(f"{what} is {wanted.__name__}, not {given}: {value!r:.80}"))
+    raise ValueTypeError(sentence(f"{what} is {wanted.__name__}, not {given}: {short_repr(value)[:80]}"))
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
@@ -150,7 +155,9 @@ def short_repr(value: object) -> str:
     """Return the repr of any object, cut to 120 characters, whatever its repr raises."""
     try:
         text = _BoundedRepr().repr(value)
-    except Exception as error:  # noqa: BLE001 - a repr is user code, and may meet an object that changes
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # noqa: BLE001 - a repr is user code, and may meet an object that changes
         text = f"<{type(value).__name__}: its repr raised {type(error).__name__}>"
     if len(text) > _LONGEST_VALUE:
         text = text[: _LONGEST_VALUE - 3] + "..."

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import logging
+import threading
 from collections.abc import Callable, Collection, Mapping
 from pathlib import PurePath
 from typing import Any, ClassVar, Generic, Self, TypeVar, overload
@@ -14,7 +15,15 @@ from zenoh_ice.threads.clock import Clock, WallClock
 from ._actor import make_event
 from ._automaton import Automaton
 from ._marks import Mark, make_mark
-from .errors import ComponentError, EventError, NotConnectedError, OnError, OnRefused, VariablesError
+from .errors import (
+    ComponentError,
+    EventError,
+    NotConnectedError,
+    OnError,
+    OnRefused,
+    VariablesError,
+    describe,
+)
 from .source_map import locate
 
 P = TypeVar("P")
@@ -154,7 +163,12 @@ class Component:
         raise NotImplementedError
 
     def sleep(self, seconds: float) -> None:
-        """Wait by the component's clock; when the component ends, the wait and the whole cycle end early."""
+        """Wait by the component's clock; when the component ends, the wait and the whole cycle end early.
+
+        Raises ValueError for a time without an end, such as nan.
+        """
+        if not seconds <= threading.TIMEOUT_MAX:
+            raise ValueError(f"self.sleep({seconds}) would never end")
         if self._hfsm_sleep is None:
             self.clock.sleep(seconds)
         else:
@@ -237,7 +251,9 @@ def parameters_of(component: Component | type[Component]) -> dict[str, Parameter
 def _declared(component: Component | type[Component], kind: type[_D]) -> dict[str, _D]:
     owner = component if isinstance(component, type) else type(component)
     bases = [base for base in reversed(owner.__mro__) if base not in Component.__mro__]  # which has none
-    return {name: value for base in bases for name, value in vars(base).items() if isinstance(value, kind)}
+    return {
+        name: value for base in bases for name, value in vars(base).items() if issubclass(type(value), kind)
+    }
 
 
 def parameter_values(component: Component) -> dict[str, object]:
@@ -254,7 +270,7 @@ def make_automata(component: Component) -> Automaton:
     """Return the automata of a component; this runs the variables of its document.
 
     Raises DefinitionError, ZenohIceError when the variables need a server that is offline, and VariablesError
-    for any other exception in them, `sys.exit` included.
+    for any other exception in them but Ctrl-C, `sys.exit` included.
     """
     sleep = component._hfsm_sleep
     send = component._hfsm_send
@@ -263,11 +279,11 @@ def make_automata(component: Component) -> Automaton:
     component._hfsm_mark = None  # there are no viewers yet
     try:
         return component.automaton()
-    except (ComponentError, ZenohIceError):
+    except (ComponentError, ZenohIceError, KeyboardInterrupt):
         raise
-    except (Exception, SystemExit) as error:
+    except BaseException as error:
         place = locate(error, source_of(component))
-        message = f"the variables of the component failed: {type(error).__name__}: {error}"
+        message = f"the variables of the component failed: {describe(error)}"
         raise VariablesError(f"{message} at {place}" if place else message) from error
     finally:
         component._hfsm_sleep = sleep

@@ -10,6 +10,7 @@ import dis
 import linecache
 from bisect import bisect_right
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from operator import itemgetter
 from pathlib import Path
 from traceback import walk_stack, walk_tb
@@ -75,10 +76,36 @@ def _first_line(lines: Iterable[tuple[FrameType, int]], file: str) -> tuple[int,
     return 0, None
 
 
+def tell_place(error: Exception, place: str) -> None:
+    """Give an exception its place, if that is known, where `locate` would find none in the document."""
+    if place:
+        with suppress(Exception):  # it may be of a class of the document
+            setattr(error, PLACE, place)
+
+
+def place_of_result(function: Callable[..., object]) -> tuple[str, str]:
+    """Return where a function of a component returns its value, in the form of `locate`, and its file.
+
+    Of several places it is the first; the texts are empty for what is no function of a component.
+    """
+    code = getattr(function, "__code__", None)
+    if not isinstance(code, CodeType):
+        return "", ""
+    lines = [
+        each.positions.lineno
+        for each in dis.get_instructions(code)
+        if each.opname.startswith("RETURN_") and each.positions is not None and each.positions.lineno
+    ]
+    namespace = getattr(function, "__globals__", {})
+    rows = [(line, _row_of(line, namespace, code.co_filename)) for line in lines]
+    line, row = next(((line, row) for line, row in rows if row is not None), (0, None))
+    return (_place(line, row, code.co_filename) if line else ""), code.co_filename
+
+
 def place_of_assignment(functions: Iterable[Callable[..., object]], name: str) -> str:
     """Return where the first function that assigns an outer variable does so last, in the form of `locate`.
 
-    The text is empty if none of them assigns it.
+    To delete it counts, too. The text is empty if none of them does.
     """
     for function in functions:
         code = getattr(function, "__code__", None)
@@ -87,7 +114,9 @@ def place_of_assignment(functions: Iterable[Callable[..., object]], name: str) -
         stores = [
             each.positions.lineno
             for each in dis.get_instructions(code)
-            if each.opname == "STORE_DEREF" and each.argval == name and each.positions is not None
+            if each.opname in ("STORE_DEREF", "DELETE_DEREF")
+            and each.argval == name
+            and each.positions is not None
         ]
         if stores and (line := stores[-1]):
             row = _row_of(line, getattr(function, "__globals__", {}), code.co_filename)

@@ -189,9 +189,14 @@ class Definitions:
         return bool(path) and path[0] not in self._bound and self._replaced.isdisjoint(path)
 
     def answer_of_library(self, node: ast.Attribute) -> Answer:
-        """Return the answer that an attribute of no followed value allows if its values are plain."""
+        """Return the answer that an attribute of no followed value allows if its values are plain.
+
+        What a library writes in capitals is a constant, and so are the modules of random numbers.
+        """
         path = dotted(node)
-        return Answer.SAME if self.is_library(path) and path[0] in self.libraries else Answer.UNKNOWN
+        full = self._full_name(path) if path and path[0] in self.libraries else ""
+        is_constant = bool(full) and (node.attr.isupper() or f"{full}.".startswith(_RANDOM_LIBRARIES))
+        return Answer.SAME if is_constant else Answer.UNKNOWN
 
     def is_constant(self, node: ast.Attribute) -> bool:
         """Return whether an attribute is a number of a library, or belongs to a generated interface."""

@@ -28,8 +28,10 @@ from typing import TYPE_CHECKING, Final
 from ._definitions import UNKNOWN, Answer, is_static, yields
 from ._piece_effects import Effects, ProxyCall
 from ._possible_values import (
+    AGE,
     COMPONENT,
     DATA,
+    FAILED_ON,
     NOTHING,
     NUMBER,
     OTHER,
@@ -50,7 +52,7 @@ from ._possible_values import (
     parameters_of,
     texts_of,
 )
-from .code.text import binds, bound_names, child_nodes, evaluated_at_once
+from .code.text import binds, bound_names, child_nodes, dotted, evaluated_at_once
 
 if TYPE_CHECKING:
     from ._effects import CodeEffects
@@ -114,6 +116,9 @@ class Evaluation:
                 for attribute in bound_names(ast.Module(node.body, [])):
                     self._give_away(node, self._names.get(attribute, NOTHING))
                 self._bind(node, name, UNSURE)
+            case ast.MatchClass(kwd_attrs=names) if FAILED_ON in names:
+                self._escape(node, COMPONENT)
+                self._inside(node)
             case ast.ImportFrom(module=str(path)) | ast.alias(name=path):
                 self._reflect(node, self._definitions.is_reflective_import(path))
                 self._inside(node)
@@ -289,6 +294,10 @@ class Evaluation:
             self._note(self._definitions.answer_of_attribute(name, self._automaton))
             if name in self._definitions.unclear_attributes:
                 self._escape(node, COMPONENT)
+        if name == AGE and DATA in owners:
+            self._note(Answer.UNKNOWN)
+        if name == FAILED_ON and OTHER in owners:
+            self._escape(node, COMPONENT)
         hidden = {each for each in owners if each.leaks_by(name)}
         self._escape(node, hidden - COMPONENT if name in self._definitions.defined else hidden)
         return NOTHING.union(*[self._attribute_of(each, name) for each in owners])
@@ -394,6 +403,11 @@ class Evaluation:
         is_text = are_plain(owners)
         self._note(self._definitions.answer_of_call(call, is_of_text=is_text))
         self._give_away(call, owners & {DATA})
+        if dotted(call.func)[-1:] == ["attrgetter"] and any(
+            not are_texts(values) or any(FAILED_ON in text.split(".") for text in texts_of(values))
+            for _, _, values in given
+        ):
+            self._escape(call, COMPONENT)
         name = call.func.id if isinstance(call.func, ast.Name) else ""
         if name not in _HARMLESS or call.keywords or not self._definitions.is_library([name]):
             keeps = not self._definitions.is_pure(call, is_of_text=is_text)
@@ -453,6 +467,8 @@ class Evaluation:
             self._escape(call, owners | COMPONENT)
             return UNSURE
         self._escape(call, owners - COMPONENT)
+        if OTHER in owners and FAILED_ON.startswith(start) and FAILED_ON.endswith(end):
+            self._escape(call, COMPONENT)
         if SELF in owners:
             self.effects.any_call.append(call)
             for name in self._code.names_of_component():

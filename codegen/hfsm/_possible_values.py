@@ -22,6 +22,10 @@ _PLAIN_KINDS: Final = frozenset({"data", "number", "plain", "text"})
 _NAMES: Final = ("call", "doc", "file", "init", "len", "module", "name", "qualname", "version")
 HARMLESS: Final = frozenset(f"__{name}__" for name in _NAMES)
 """Special attributes that lead to no other object."""
+AGE: Final = "age"
+"""The attribute of a sample of a stream that grows while code reads it."""
+FAILED_ON: Final = "obj"
+"""The attribute of an AttributeError with the object that lacks one, which may be the component."""
 SAME_PROXY: Final = frozenset({"ice_invocationTimeout"})
 """Operations that return a proxy of the same servant."""
 _OF_EVERY_PROXY: Final = frozenset(

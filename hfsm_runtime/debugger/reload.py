@@ -25,7 +25,7 @@ from .._automaton import Automaton, State
 from .._component_run import ComponentRun
 from .._variables import cells_of, values_of
 from ..component import Component, make_automata, parameters_of, proxies_of, source_of
-from ..errors import ComponentError, ReloadRefusedError
+from ..errors import ComponentError, ReloadRefusedError, describe
 from ..loading import has_own_builtins, load_module, loading_again
 from ..source_map import locate
 from ..tree import Actor, Phase, Replaced, Tree, grow
@@ -90,8 +90,11 @@ class Reloading:
             made = Replacement(run.component, loaded(), self._connect)
         except (ComponentError, ZenohIceError) as error:
             raise ReloadRefusedError(str(error)) from error
-        except (Exception, SystemExit) as error:  # a document may define what makes its component
-            reason = f"{type(error).__name__}: {error}"
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # a document may define what makes its component
+            place = locate(error, source_of(run.component))
+            reason = f"{describe(error)} at {place}" if place else describe(error)
             raise ReloadRefusedError(sentence(f"the component cannot be created: {reason}")) from error
         name = made.actors[0].automaton.name
         if name != run.name:
@@ -299,7 +302,9 @@ def _defined_in(
     """Return the class that takes the place of the former one, from a file loaded as a module `name`."""
     try:
         module = load_module(name, path, package, own_builtins=own_builtins)
-    except (Exception, SystemExit) as error:
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
         raise ReloadRefusedError(_explain(error, str(path))) from error
     finally:
         linecache.checkcache(str(path))
@@ -332,5 +337,5 @@ def _explain(error: BaseException, path: str) -> str:
     if isinstance(error, SyntaxError) and error.filename == path:
         return f"{Path(path).name}:{error.lineno}: {error.msg}"
     place = locate(error, path)
-    text = f"{Path(path).name} cannot be loaded: {type(error).__name__}: {error}"
+    text = f"{Path(path).name} cannot be loaded: {describe(error)}"
     return f"{text} at {place}" if place else text

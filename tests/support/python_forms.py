@@ -187,6 +187,7 @@ ME: _Forms = [
     "self", "self.send.__self__", Form("self.$f()", "def $f(self):\n    return self"), "$x = self\n$x",
     "self.$a = self\nself.$a", "self.__init__.__self__", "$x = [self]\n$x[0]",
     Form("self.$f", "@property\ndef $f(self):\n    return self"), "weakref.ref(self)()",
+    "try:\n    self.nothing\nexcept AttributeError as $e:\n    $x = $e.obj\n$x",
     "(lambda self: self)(self)", "(self, inspect.currentframe())[1].f_locals['self']",
 ]  # fmt: skip
 

@@ -34,10 +34,16 @@ _WAITING_BUILTINS: Final = frozenset(
 """They wait for a person, or call functions that are not known."""
 _WAITING_METHODS: Final = frozenset(
     {
-        *("accept", "acquire", "communicate", "connect", "put", "readline", "recv", "recvfrom"),
+        *("__enter__", "accept", "acquire", "communicate", "connect", "put", "readline", "recv", "recvfrom"),
         *("result", "samples", "select", "wait", "wait_for"),
     }
 )
+_NAMED_METHODS: Final = frozenset({"acquire", "wait", "wait_for"})
+"""Those that wait even where code only names them: it may call them by another name."""
+_BY_NAME: Final = frozenset({"attrgetter", "getattr", "methodcaller"})
+"""Functions that find a method by its name."""
+_GIVING_TEXTS: Final = frozenset({"filter", "list", "map", "reversed", "set", "sorted", "str", "tuple"})
+_STANDARD_INPUT: Final = "sys.stdin"
 _BUILTINS: Final = frozenset(dir(builtins))
 _SLEEP: Final = "sleep"
 
@@ -48,6 +54,7 @@ def slow_code(analysis: Analysis) -> tuple[Note, ...]:
     finder = _Finder(
         analysis.libraries,
         has_own_sleep=_SLEEP in analysis.defined,
+        has_threads="threading" in analysis.modules,
         handwritten=frozenset() if extension is None else extension.attributes,
     )
     found = []
@@ -67,9 +74,15 @@ _MESSAGE: Final = Message("this code may take longer than a period, and timers m
 
 class _Finder:
     def __init__(
-        self, libraries: Mapping[str, str], *, has_own_sleep: bool, handwritten: frozenset[str]
+        self,
+        libraries: Mapping[str, str],
+        *,
+        has_own_sleep: bool,
+        has_threads: bool,
+        handwritten: frozenset[str],
     ) -> None:
         self._libraries = libraries
+        self._has_threads = has_threads
         self._has_own_sleep = has_own_sleep
         self._handwritten = handwritten
 
@@ -87,28 +100,40 @@ class _Finder:
         match node:
             case ast.While() | ast.AsyncFor() | ast.AsyncWith() | ast.Await():
                 return True
-            case ast.With(items=items):  # a lock waits; what a call returns was found by that call
-                return any(not isinstance(item.context_expr, ast.Call) for item in items)
+            case ast.With(items=items):  # a lock waits; what a library returns was found by that call
+                return any(self._may_be_lock(item.context_expr, modules) for item in items)
             case ast.Constant(value="sleep"):  # the name of an attribute
                 return True
             case ast.Attribute(value=ast.Name("self"), attr="sleep"):
                 return not self._has_own_sleep
             case ast.Attribute(attr="sleep"):
                 return True
+            case ast.Attribute(attr=name, ctx=ast.Load()):
+                module, *others = dotted(node) or [""]
+                if module == "self":  # what it was given was found where it got it
+                    return name in self._handwritten
+                if name in _NAMED_METHODS:
+                    return True
+                full = ".".join([modules.get(module, ""), *others])
+                return full == _STANDARD_INPUT or (full == f"builtins.{name}" and name in _WAITING_BUILTINS)
             case ast.Name(id=name):
-                return name in _WAITING_BUILTINS or modules.get(name, name).split(".")[-1] == _SLEEP
+                full = modules.get(name, name)
+                last = full.split(".")[-1]
+                return full == _STANDARD_INPUT or last == _SLEEP or last in _WAITING_BUILTINS
             case ast.Call():
                 return self._may_wait(node, modules)
         return False
 
     def _may_wait(self, call: ast.Call, modules: Mapping[str, str]) -> bool:
-        if isinstance(call.func, ast.Attribute) and _waits(call.func, call):
+        if isinstance(call.func, ast.Attribute) and self._waits(call.func, call):
+            return True
+        if not _BY_NAME.isdisjoint(dotted(call.func)[-1:]) and _names_what_waits(call):
             return True
         if isinstance(call.func, ast.Name) and call.func.id == "getattr":
             return len(call.args) < 2 or _may_be_sleep(call.args[1])
         first, *others = dotted(call.func) or [""]
         if first == "self":
-            return bool(others) and others[0] in self._handwritten
+            return False
         if first not in modules and (others or "*" not in modules or first in _BUILTINS):
             return False
         name = ".".join([modules.get(first, modules.get("*", "")), *others])
@@ -116,18 +141,25 @@ class _Finder:
             return True
         return name.split(".")[0] not in _QUICK_MODULES and not name.startswith(_QUICK_PACKAGES)
 
+    def _waits(self, function: ast.Attribute, call: ast.Call) -> bool:
+        """Return whether a method, whose object is not known, may wait."""
+        arguments = len(call.args) + len(call.keywords)
+        match function.attr:
+            case "get":  # of a queue, not of a dictionary
+                return not call.args or any(each.arg in ("block", "timeout", None) for each in call.keywords)
+            case "join":  # of a thread, not of a text
+                is_text = isinstance(function.value, ast.Constant)
+                may_be_time = _is_number(call) or (self._has_threads and not _are_texts(call))
+                return not is_text and (arguments == 0 or may_be_time)
+            case name:
+                return name in _WAITING_METHODS
 
-def _waits(function: ast.Attribute, call: ast.Call) -> bool:
-    """Return whether a method, whose object is not known, may wait."""
-    arguments = len(call.args) + len(call.keywords)
-    match function.attr:
-        case "get":  # of a queue, not of a dictionary
-            return not call.args or any(each.arg in ("block", "timeout", None) for each in call.keywords)
-        case "join":  # of a thread, not of a text
-            is_text = isinstance(function.value, ast.Constant)
-            return not is_text and (arguments == 0 or _is_number(call))
-        case name:
-            return name in _WAITING_METHODS
+    def _may_be_lock(self, node: ast.expr, modules: Mapping[str, str]) -> bool:
+        """Return whether what a `with` enters may be a lock: code of the document may return one."""
+        if not isinstance(node, ast.Call):
+            return True
+        first = (dotted(node.func) or [""])[0]
+        return self._has_threads and first not in modules and first not in _BUILTINS
 
 
 def _may_be_sleep(name: ast.expr) -> bool:
@@ -145,3 +177,20 @@ def _is_number(call: ast.Call) -> bool:
         case ast.Call(args=[ast.Constant(value=int() | float())]):
             return True
     return any(each.arg in ("timeout", None) for each in call.keywords)
+
+
+def _are_texts(call: ast.Call) -> bool:
+    """Return whether a call has an argument that certainly is no time: what a text joins."""
+    shown = ast.List | ast.Tuple | ast.Set | ast.ListComp | ast.SetComp | ast.GeneratorExp
+    names = [dotted(each.func)[-1:] for each in call.args if isinstance(each, ast.Call)]
+    return any(isinstance(each, shown) for each in call.args) or any(
+        name[0] in _GIVING_TEXTS for name in names if name
+    )
+
+
+def _names_what_waits(call: ast.Call) -> bool:
+    """Return whether an argument of a call is the name of a method that waits."""
+    texts = [
+        each.value for each in call.args if isinstance(each, ast.Constant) and isinstance(each.value, str)
+    ]
+    return any(text.split(".")[-1] in (*_WAITING_METHODS, "join") for text in texts)

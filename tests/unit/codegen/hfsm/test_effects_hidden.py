@@ -52,6 +52,9 @@ GUARDS = [
     # objects of libraries, under any name and operator
     Changing("gadget.pressed"),
     Changing("gadgets.flag"),
+    Changing("gadget.pressed is True"),
+    Changing("gadgets.flag is True"),
+    Changing("self.is_true(gadget.pressed)", "", "def is_true(self, pressed):\n    return pressed is True"),
     Changing("gadget[0]"),
     Changing("1 in gadget"),
     Changing("math.floor(gadget)"),
@@ -138,6 +141,7 @@ STEADY = [
     Changing("self.near(n)", "n = 2", "def near(self, distance, most=3):\n    return distance < most"),
     Changing("isinstance(n, int)", "n = 2"),
     Changing("seen", "seen = not gadget"),
+    Changing("mode is gadgets.MODE", "mode = None"),
 ]
 
 
@@ -148,6 +152,14 @@ def test_plain_values_still_prove(steady: Changing) -> None:
     speed = Parameter(name="speed", type=Text("float"), default=Text("1.0"))
     doc = replace(doc, automata=(root,), parameters=(speed,), interfaces=HEADS)
     assert check_model(doc, PATH).properties[0].verdict is Verdict.HOLDS
+
+
+@pytest.mark.parametrize(("read", "is_proved"), [("value.pan", True), ("time", True), ("age", False)])
+def test_a_sample_grows_older_between_two_guards(read: str, is_proved: bool) -> None:
+    guard = f"last.{read} > 0.5"
+    doc = guarded(Changing(guard, "last = self.Head.getPose.latest()"), guard, f"not {guard}")
+    (result,) = check_model(replace(doc, interfaces=HEADS), PATH).properties
+    assert (result.verdict is Verdict.HOLDS) is is_proved
 
 
 REPLACED = [

@@ -47,6 +47,17 @@ SLOW = {
     "a queue with a limit": "queue.get(timeout=1)",
     "a thread": "thread.join()",
     "a thread with a limit": "thread.join(1.5)",
+    "a thread with a limit that is computed": "import threading\nthread.join(max(0, end - now))",
+    "a thread with a limit by name": "import threading\nthread.join(limit)",
+    "a wait by another name": "wait = ready.wait\nwait(1)",
+    "a lock that is passed on": "list(map(lock.acquire, [True]))",
+    "a wait by its name": "getattr(ready, 'wait')(1)",
+    "a wait by its name, for a library": "import operator\noperator.methodcaller('wait', 1)(ready)",
+    "a lock that a function returns": "import threading\nwith self.lock_of(1):\n    pass",
+    "a lock that is entered": "lock.__enter__()",
+    "standard input": "import sys\nfor line in sys.stdin:\n    pass",
+    "standard input by name": "from sys import stdin\nx = stdin.read()",
+    "a person, by the module": "import builtins as b\nb.input()",
     "a future": "self.Head.setPoseAsync(0).result()",
     "samples": "for sample in self.Head.getPose.samples():\n    pass",
     "a busy loop": "import time\nwhile time.time() < end:\n    pass",
@@ -69,6 +80,10 @@ QUICK = {
     "images": "import cv2\nimport numpy as np\ny = cv2.inRange(np.zeros(3), 0, 1)",
     "a dictionary": 'x = {"a": 1}.get("a")\ny = d.get("b", 2)',
     "a text": "x = separator.join(words)",
+    "a text beside threads": "import threading\nx = separator.join([word for word in words])",
+    "a text of a call beside threads": "import threading\nx = separator.join(map(str, words))",
+    "a library's context beside threads": "import numpy as np, threading\nwith np.errstate(all='ignore'):\n    x = 1",
+    "a time to wait": "x = self.clock.now() - since > self.wait",
     "a computed proxy": 'getattr(self, f"{side}Motors").setPose(1)',
     "the time": "import time\nx = time.monotonic()",
     "a file": "with open('x') as file:\n    x = file.read()",
@@ -156,4 +171,5 @@ def test_a_function_of_hand_written_code_may_wait(tmp_path: Path) -> None:
         "    def nap(self) -> None:\n        self.sleep(1)\n"
     )
     assert slow_code(analyze(timed("self.nap()"), path))
+    assert slow_code(analyze(timed("nap = self.nap\nnap()"), path))
     assert not slow_code(analyze(timed("self.log.info('x')"), path))

@@ -1,0 +1,66 @@
+"""Report exceptions on threads that user code starts: no cycle sees them."""
+
+from __future__ import annotations
+
+import threading
+from traceback import walk_tb
+from typing import TYPE_CHECKING, Any, Final
+from weakref import WeakSet
+
+from .component import source_of
+from .errors import ComponentStoppedError, describe
+from .source_map import locate
+
+if TYPE_CHECKING:
+    from ._component_run import ComponentRun
+
+_runs: Final = WeakSet["ComponentRun"]()
+_here: Final = threading.local()
+_lock: Final = threading.Lock()
+_before: Any = threading.__excepthook__
+"""What is called further: it writes the traceback."""
+
+
+def report_threads_of(run: ComponentRun) -> None:
+    """Report, as errors of a component, exceptions that end threads in the code of its document.
+
+    Its policy is not applied: the thread is not part of a cycle. One that the end of the component ends, in
+    `self.sleep`, is no error.
+    """
+    global _before
+    with _lock:
+        _runs.add(run)
+        if threading.excepthook is not _report:
+            _before, threading.excepthook = threading.excepthook, _report
+
+
+def _report(args: Any) -> None:  # noqa: ANN401 - `threading.ExceptHookArgs`, which has no type of its own
+    error = args.exc_value
+    if isinstance(error, ComponentStoppedError):
+        return
+    if getattr(_here, "reports", False):  # who has replaced the hook meanwhile calls it in turn
+        threading.__excepthook__(args)
+        return
+    _here.reports = True
+    try:
+        if isinstance(error, BaseException):
+            name = "" if args.thread is None else f" {args.thread.name}"
+            for run, place in _runs_of(error):
+                run.thread_failed(
+                    place, f"the thread{name}, which its code started, failed: {describe(error)}"
+                )
+        _before(args)
+    finally:
+        _here.reports = False
+
+
+def _runs_of(error: BaseException) -> list[tuple[ComponentRun, str]]:
+    """Return the runs in whose code an exception was raised, each with the place there.
+
+    Of several runs of one file it is that of the component which is `self` in the code, if it is known.
+    """
+    places = [(run, locate(error, source_of(run.component))) for run in tuple(_runs)]
+    found = [(run, place) for run, place in places if place]
+    frames = (frame for frame, _ in walk_tb(error.__traceback__))
+    own = {id(frame.f_locals.get("self")) for frame in frames}
+    return [each for each in found if id(each[0].component) in own] or found

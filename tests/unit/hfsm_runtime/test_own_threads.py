@@ -1,0 +1,79 @@
+"""Threads that the code of a document starts: what ends them is told, and the component goes on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from hfsm_runtime._component_run import ComponentRun
+from hfsm_runtime._runtime import Runtime
+from hfsm_runtime.virtual import Execution
+from tests.support.documents import compile_to, document, load, state, sub
+from tests.support.fast_clock import FastClock
+from tests.support.limits import EVENT_LIMIT
+from tests.support.waiting import until
+from zenoh_ice import WallClock
+
+CODE = """if not self.threads:
+    thread = threading.Thread(target={}, name="helper")
+    thread.start()
+    self.threads.append(thread)"""
+FUNCTIONS = "threads = []\ndef work(self):\n    self.sleep(1000)"
+
+
+def component(folder: Path, target: str) -> Any:  # the attributes are those of the document
+    """Return a component whose code starts one thread."""
+    root = sub(1, 0, state(1, "a", CODE.format(target), initial=True), functions=FUNCTIONS)
+    return load(compile_to(folder, document(root, libraries=("threading",))))
+
+
+def finished(made: Any) -> bool:
+    return bool(made.threads) and not made.threads[0].is_alive()
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
+@pytest.mark.parametrize("is_virtual", [True, False], ids=["virtual time", "threads"])
+@pytest.mark.parametrize("others", [0, 1], ids=["alone", "beside another of the same document"])
+def test_an_exception_that_ends_a_thread_is_told_and_the_component_goes_on(
+    others: int, is_virtual: bool, tmp_path: Path
+) -> None:
+    made = component(tmp_path, "lambda: self and 1 / 0")
+    beside = [Runtime(type(made)(), FastClock()) for _ in range(others)]
+    run: ComponentRun
+    if is_virtual:
+        with Execution(made) as run:
+            run.advance(0.1)
+            made.threads[0].join(EVENT_LIMIT)
+            run.advance(0.1)
+    else:
+        run = Runtime(made, FastClock())
+        run.start()
+        try:
+            until(lambda: finished(made))
+        finally:
+            run.stop()
+    (error,) = run.errors
+    assert (
+        error.message
+        == "the thread helper, which its code started, failed: ZeroDivisionError: division by zero"
+    )
+    assert error.location.endswith("(behavior.xml:4)")
+    assert not run.failed
+    assert not any(other.errors for other in beside)
+
+
+@pytest.mark.filterwarnings("error::pytest.PytestUnhandledThreadExceptionWarning")
+def test_a_thread_that_the_end_of_the_component_ends_is_no_error(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    made = component(tmp_path, "self.work")
+    run = Runtime(made, WallClock())
+    run.start()
+    until(lambda: made.threads)
+    run.stop()
+    made.threads[0].join(EVENT_LIMIT)
+    assert finished(made)
+    assert not run.errors
+    assert not capsys.readouterr().err
