@@ -13,6 +13,7 @@ import typer
 from naoserver.bodies import DEFAULT_BODY
 from visualhfsm.plugins import examples
 from visualhfsm_match._rules import RULES, load_rules
+from zenoh_ice.application.cli import unwind_on_signals
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -94,7 +95,7 @@ def play(
     plan = _between(plan, documents, team_names([first, second]))
     console = Console()
     one = Match(plan, 1, archive, page=True, unsafe=unsafe)
-    with closing(Matches()) as matches:
+    with unwind_on_signals(), closing(Matches()) as matches:
         played = _watched(matches, one, console) if watch else matches.run(one).require()
     for event in played.result.events:
         console.print(f"{event.clock}  {event.text}", markup=False, soft_wrap=True)
@@ -172,7 +173,7 @@ def play_tournament(
     console = Console()
     results: dict[int, Result] = {}
     failed: list[str] = []
-    with find_runner(cluster) if cluster else ProcessPool(Matches(), workers) as pool:
+    with unwind_on_signals(), find_runner(cluster) if cluster else ProcessPool(Matches(), workers) as pool:
         for number, answer in run_tasks(fixtures.items(), pool):
             if (played := answer.played) is None:  # the others go on
                 where = " : ".join(fixtures[number].plan.teams)

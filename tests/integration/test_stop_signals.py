@@ -1,23 +1,25 @@
-"""Signals that end a command: in a block of `stop_on_signals` they set an event, elsewhere they end it at once."""
+"""Signals that end a command: they set an event or unwind a block that asks for it, or end the command at once."""
 
 from __future__ import annotations
 
 import signal
 import subprocess
 import sys
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 
 import pytest
 
 from tests.support.limits import RUN_LIMIT
 from tests.support.processes import ComponentProcess
-from zenoh_ice.application.cli import stop_on_signals
+from zenoh_ice.application.cli import stop_on_signals, unwind_on_signals
 
 PROGRAM = """
 import os, signal, sys, threading, time, typer
 import zenoh_ice.application.cli
 from zenoh.handlers import Callback
 from zenoh_ice import ConfigurationException, initialize
-from zenoh_ice.application.cli import run, stop_on_signals
+from zenoh_ice.application.cli import run, stop_on_signals, unwind_on_signals
 
 app = typer.Typer()
 
@@ -125,6 +127,26 @@ HANGUP_FIRST = """
         say(stop.signal)
 """
 
+UNWOUND = """
+    with unwind_on_signals():
+        try:
+            strike(signal.{name})
+            time.sleep(60)
+        finally:
+            strike()  # by somebody who is in haste
+            say("cleaned up")
+    say("not said")
+"""
+
+HANGING_AS_IT_UNWINDS = """
+    with unwind_on_signals(cleanup_limit=0.1):
+        try:
+            strike(signal.SIGTERM)
+            time.sleep(60)
+        finally:
+            time.sleep(60)
+"""
+
 EACH_SIGNAL = pytest.mark.parametrize(("name", "code"), [("SIGHUP", 129), ("SIGINT", 130), ("SIGTERM", 143)])
 
 
@@ -178,15 +200,26 @@ def test_outside_of_a_block_a_signal_ends_a_command_at_once_and_quietly(name: st
     assert end_of(OUTSIDE, name=name) == (code, "", "")
 
 
+@EACH_SIGNAL
+def test_a_block_that_is_unwound_cleans_up(name: str, code: int) -> None:
+    assert end_of(UNWOUND, name=name) == (code, "cleaned up\n", "")
+
+
+def test_a_command_that_hangs_as_it_unwinds_ends_after_the_grace() -> None:
+    assert end_of(HANGING_AS_IT_UNWINDS) == (143, "", "")
+
+
 def test_the_end_of_the_terminal_ends_nothing_under_nohup() -> None:
     with ComponentProcess(["nohup", *command(HANGUP_FIRST)]) as process:
         assert process.wait(RUN_LIMIT) == 143
         assert process.output.endswith("15\n")
 
 
-def test_a_block_leaves_the_handlers_as_they_were() -> None:
+@pytest.mark.parametrize("block", [stop_on_signals, unwind_on_signals])
+def test_a_block_leaves_the_handlers_as_they_were(
+    block: Callable[[], AbstractContextManager[object]],
+) -> None:
     before = signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)
-    with stop_on_signals() as stop:
+    with block():
         assert signal.getsignal(signal.SIGINT) is not before[0]
     assert (signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)) == before
-    assert not stop.is_set()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import signal
 from pathlib import Path
 
 import jsonschema  # type: ignore[import-untyped]
@@ -12,7 +13,11 @@ import pytest
 
 from tests.support.commands import run_here
 from tests.support.documents import document, state, sub, transition
+from tests.support.limits import RUN_LIMIT
 from tests.support.pages import DOCS
+from tests.support.places import ROOT
+from tests.support.processes import ComponentProcess, module
+from tests.support.waiting import until
 from visualhfsm import Verdict
 from visualhfsm._commands.app import app
 
@@ -58,6 +63,20 @@ def test_the_robot_of_the_run_is_chosen(folder: Path) -> None:
     unknown = run_here(app, "visualhfsm", *options, "T9", cwd=folder)
     assert (unknown.returncode, unknown.stdout) == (2, "")
     assert "there is no body 'T9'" in unknown.stderr
+
+
+def test_ctrl_c_leaves_no_file(folder: Path) -> None:
+    files = folder / "temporary"
+    files.mkdir()
+    (folder / "slow.xml").write_text(moves("while True:\n    pass"))
+    command = module("visualhfsm", "verdict", "slow.xml")
+    with ComponentProcess(command, {"TMPDIR": str(files), "PYTHONPATH": str(ROOT)}, folder) as judging:
+        until(
+            lambda: {each.name.split("-")[1] for each in files.iterdir()} >= {"trials", "verdict"}, RUN_LIMIT
+        )
+        judging.process.send_signal(signal.SIGINT)
+        assert judging.wait() == 130, judging.output
+    assert not any(files.iterdir())
 
 
 def test_json_is_valid_by_the_published_schema(folder: Path) -> None:

@@ -10,7 +10,7 @@ import typer
 from codegen.options import require_directories
 from visualhfsm._base.options import Include, examples
 from visualhfsm._commands.check import documents_of
-from zenoh_ice.application.cli import finite
+from zenoh_ice.application.cli import finite, unwind_on_signals
 
 if TYPE_CHECKING:
     from visualhfsm import Verdict
@@ -67,7 +67,7 @@ def verdict(
         _require(body)
     paths = [*documents_of(files)]
     verdicts = []
-    with Project(include=require_directories(include), granted=paths) as project:
+    with unwind_on_signals(), Project(include=require_directories(include), granted=paths) as project:
         for path in paths:
             verdicts.append(project.open(path).verdict(seconds=seconds, patience=patience, body=body))
             if not as_json:

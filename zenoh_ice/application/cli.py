@@ -241,6 +241,33 @@ def stop_on_signals(*, cleanup_limit: float = 10.0) -> Iterator[Stop]:
         raise SystemExit(128 + stop.signal)
 
 
+@contextmanager
+def unwind_on_signals(*, cleanup_limit: float = 10.0) -> Iterator[None]:
+    """Let SIGINT, SIGTERM or SIGHUP raise SystemExit in a `with` block, which cleans up what it has opened.
+
+    The block runs on the main thread, and need not look out for anything. The exit code is that of
+    `stop_on_signals`. Further signals are ignored; `cleanup_limit` s after the first the process ends at
+    once, whatever keeps it.
+    """
+    signals = _stop_signals()
+
+    def end(number: int, _frame: object) -> None:
+        for each in signals:
+            signal.signal(each, signal.SIG_IGN)
+        limit = threading.Timer(cleanup_limit, os._exit, (128 + number,))
+        limit.daemon = True
+        limit.start()
+        raise SystemExit(128 + number)
+
+    former = {number: signal.signal(number, end) for number in signals}
+    try:
+        yield
+    finally:
+        for number, handler in former.items():
+            if signal.getsignal(number) is end:  # otherwise one has come, and no other may cut the end short
+                signal.signal(number, handler)
+
+
 def _stop_signals() -> tuple[signal.Signals, ...]:
     """Return the signals that end a command: without SIGHUP where it is ignored, as under nohup."""
     hangup = () if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN else (signal.SIGHUP,)
@@ -278,7 +305,8 @@ def run(app: typer.Typer, *, expected: tuple[type[Exception], ...] = ()) -> NoRe
 
     The exit code is 0, 1 after an error of ours or one of the `expected` types (one line on stderr reports
     it), 2 after wrong usage, and 129, 130 or 143 after SIGHUP, Ctrl-C or SIGTERM. Those signals end the
-    process at once, unless the command has something to clean up and is in a block of `stop_on_signals`.
+    process at once, unless the command has something to clean up and is in a block of `stop_on_signals`, or
+    of `unwind_on_signals`.
     """
     errors: tuple[type[Exception], ...] = (ZenohIceError, *expected)
     for name in ("stdout", "stderr"):

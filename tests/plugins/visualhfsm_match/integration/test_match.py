@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import signal
 from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import replace
@@ -276,6 +277,20 @@ def test_a_match_ends_with_the_command_that_plays_it(tmp_path: Path) -> None:
         playing.process.kill()
         playing.wait()
         assert_gone(left)
+
+
+def test_ctrl_c_ends_a_match_that_is_watched_and_leaves_no_file(tmp_path: Path) -> None:
+    stands, files = standing(tmp_path), tmp_path / "temporary"
+    files.mkdir()
+    command = module("visualhfsm", "match", str(stands), str(stands), "--players", "1", "--minutes", "90")
+    with ComponentProcess([*command, "--watch"], {"TMPDIR": str(files)}, tmp_path) as playing:
+        until(lambda: _plays(below(playing)), START_LIMIT)
+        assert any(files.iterdir())
+        left = below(playing)
+        playing.process.send_signal(signal.SIGINT)
+        assert playing.wait() == 130, playing.output
+        assert_gone(left)
+    assert not any(files.iterdir())
 
 
 def below(playing: ComponentProcess) -> list[psutil.Process]:
