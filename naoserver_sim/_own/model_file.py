@@ -228,8 +228,15 @@ class FoundModel:
 
     def read(self) -> ModelFile:
         """Return what MuJoCo reads. Raises RobotError, as `find_model` does."""
-        model = _Reading(self.root, self.files, self.notes, self.balance).read()
         files = self.files
+        try:
+            model = _Reading(self.root, files, self.notes, self.balance).read()
+        except ValueError as problem:
+            if "repeated name" not in str(problem):
+                raise
+            # That of a part of a joint: of a planar one, or of a ball.
+            why = str(problem).removeprefix("Error:").strip()
+            raise RobotError(f"{files.model}: MuJoCo refuses it: {why}: choose another there") from None
         return replace(
             model,
             **self.facts,

@@ -134,12 +134,36 @@ def test_a_link_that_no_joint_connects_is_left_out(read):
     assert model.notes[0].endswith("r.urdf:7: link 'loose' is left out: no joint connects it to 'base'")
 
 
-@pytest.mark.parametrize(("written", "range_"), [('upper="0.04"', [0.0, 0.04]), ('lower="-0.5"', [-0.5, 0.0])])
+@pytest.mark.parametrize(
+    ("written", "range_"), [('upper="0.04"', [0.0, 0.04]), ('lower="-0.5"', [-0.5, 0.0])]
+)
 def test_an_end_of_a_range_that_is_left_out_is_zero(read, written, range_):
     finger = joint("finger", "base", "arm", kind="prismatic").replace('lower="-1" upper="1"', written)
     mj = read(BASE, ARM, finger).compiled
     assert mj.jnt_limited.tolist() == [1]
     assert mj.jnt_range.tolist() == [range_]
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [('lower="-1"', 'lower="-1 2"'), ('velocity="2"', 'velocity="2 3"'), ('value="1"', 'value="1 2"')],
+)
+def test_two_numbers_for_one_are_refused_with_their_line(read, old, new):
+    with pytest.raises(
+        RobotError, match=rf"r\.urdf:\d: \w+ of <\w+> is '{new.split(chr(34))[1]}': write one number"
+    ):
+        read(BASE, ARM.replace(old, new), SHOULDER.replace(old, new))
+
+
+def test_a_planar_joint_has_no_limits(read):
+    mj = read(BASE, ARM, joint("slide", "base", "arm", kind="planar")).compiled
+    assert (mj.jnt_limited.tolist(), mj.jnt_actfrclimited.tolist()) == ([0, 0, 0], [0, 0, 0])
+
+
+def test_a_name_that_a_part_of_a_planar_joint_has_is_refused(read):
+    planar, wrist = joint("slide", "base", "arm", kind="planar"), joint("slide_TX", "arm", "hand")
+    with pytest.raises(RobotError, match=r"r\.urdf: MuJoCo refuses it: repeated name 'slide_TX' in joint"):
+        read(BASE, ARM, link("hand"), planar, wrist)
 
 
 def test_exchanged_limits_are_put_in_order_and_equal_ones_are_none(read):
@@ -150,6 +174,24 @@ def test_exchanged_limits_are_put_in_order_and_equal_ones_are_none(read):
     exchange, none = model.notes
     assert exchange.endswith("r.urdf:6: the limits of joint 'shoulder' are exchanged: lower is above upper")
     assert none.endswith("r.urdf:10: joint 'free' has no range, so it moves without end")
+
+
+@pytest.mark.parametrize(
+    ("inside", "pose", "angle"),
+    [
+        ('<pose degrees="true">0 0 0.1 0 45 0</pose>', (0.0, 0.0, 0.1, 0.0, 0.785398, 0.0), None),
+        ("<pose>1 0 0 0 0 0</pose><camera><pose>0 2 0 0 0 0</pose></camera>", (1.0, *(0.0,) * 5), None),
+        (
+            "<camera><horizontal_fov>1.2</horizontal_fov></camera><plugin><horizontal_fov>2</horizontal_fov></plugin>",
+            (0.0,) * 6,
+            1.2,
+        ),
+    ],
+)
+def test_a_sensor_stands_where_it_says_itself(read, inside, pose, angle):
+    eye = f'<gazebo reference="arm"><sensor name="eye" type="camera">{inside}</sensor></gazebo>'
+    (sensor,) = read(BASE, ARM, SHOULDER, eye).sensors
+    assert (sensor.pose, sensor.horizontal_fov) == (pytest.approx(pose, abs=1e-6), angle)
 
 
 @pytest.mark.parametrize(
@@ -177,6 +219,13 @@ def test_what_stands_on_the_world_has_a_root_of_its_own(read, root, kind, bodies
     model = read(root, BASE, joint("stand", name, "base", kind=kind))
     assert names(model) == bodies
     assert model.fixed == (name == "world")
+
+
+def test_a_link_called_world_that_a_joint_moves_gets_another_name(read):
+    model = read(BASE, link("world"), ARM, joint("turn", "base", "world"), joint("lift", "world", "arm"))
+    assert names(model) == ["world", "base", "mount", "arm"]
+    assert model.notes[0].endswith("r.urdf:3: link 'world' is called 'mount'")
+    assert not model.fixed
 
 
 @pytest.mark.parametrize(
