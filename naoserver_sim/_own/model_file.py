@@ -88,7 +88,7 @@ def balance_inertias(
     if little:
         yield f"the inertias of {_listed(little)} are repaired: their moments are those of no body"
     if light:
-        ball = f"taken as a ball, of {LEAST_MASS:g} kg where they move"
+        ball = f"taken as a ball, of at least {LEAST_MASS:g} kg where they move"
         yield f"{_listed(light)} without mass or inertia: {ball}"
 
 
