@@ -82,9 +82,10 @@ def speeds_of(root: Element) -> dict[str, float]:
 
 
 def is_fixed(root: Element) -> bool:
-    """Return whether a link `world` carries the robot."""
-    carried = {child.get("link") for child in root.within("joint", "child")}
-    return any(link.name == "world" for link in root.within("link")) and "world" not in carried
+    """Return whether a link `world` carries the robot, by a joint that does not let it float."""
+    holding = [joint for joint in root.within("joint") if joint.get("type") != "floating"]
+    carriers = {parent.get("link") for joint in holding for parent in joint.within("parent")}
+    return "world" in carriers - {child.get("link") for child in root.within("joint", "child")}
 
 
 def actuated_in(root: Element) -> frozenset[str]:

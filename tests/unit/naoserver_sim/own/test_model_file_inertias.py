@@ -121,7 +121,9 @@ def test_as_many_links_may_be_fixed_to_another_as_a_robot_has():
     body = spec.body("arm")
     for number in range(900):
         body = body.add_body(name=f"frame {number}")
-    assert balanced(spec) == ["'arm' without mass or inertia: taken as a ball, of at least 0.01 kg where they move"]
+    assert balanced(spec) == [
+        "'arm' without mass or inertia: taken as a ball, of at least 0.01 kg where they move"
+    ]
 
 
 def test_a_mass_below_0_is_refused():

@@ -132,6 +132,7 @@ def test_a_link_that_no_joint_connects_is_left_out(read):
     model = read(BASE, ARM, SHOULDER, link("loose"))
     assert names(model) == ["world", "base", "arm"]
     assert model.notes[0].endswith("r.urdf:7: link 'loose' is left out: no joint connects it to 'base'")
+    assert not read(BASE, ARM, SHOULDER, link("world", "", "")).fixed
 
 
 @pytest.mark.parametrize(
@@ -212,13 +213,14 @@ def test_what_no_camera_has_is_not_read(read, pose, angle):
         (link("world", BOX, ""), "fixed", ["world", "mount", "base"]),
         (link("world", "", ""), "revolute", ["world", "mount", "base"]),
         (link("map", "", ""), "floating", ["world", "base"]),
+        (link("world", "", ""), "floating", ["world", "base"]),
     ],
 )
 def test_what_stands_on_the_world_has_a_root_of_its_own(read, root, kind, bodies):
     name = "map" if "map" in root else "world"
     model = read(root, BASE, joint("stand", name, "base", kind=kind))
     assert names(model) == bodies
-    assert model.fixed == (name == "world")
+    assert model.fixed == (name == "world" and kind != "floating")
 
 
 def test_a_link_called_world_that_a_joint_moves_gets_another_name(read):
