@@ -342,7 +342,7 @@ def _settle(joint: Element, notes: list[str]) -> None:
             axis.attributes["xyz"] = "1 0 0"
     if joint.get("type") == "planar":  # which has no limits, but MuJoCo gives them to the first of its slides
         joint.children = [each for each in joint.children if each.tag != "limit"]
-    for limit in joint.within("limit"):
+    for limit in list(joint.within("limit")) or [joint.add("limit")]:
         lower, upper = (numbers(limit, name, "0")[0] for name in _ENDS)
         if lower == upper:  # as exporters write it that know no range
             if joint.get("type") in ("revolute", "prismatic"):

@@ -145,6 +145,14 @@ def test_an_end_of_a_range_that_is_left_out_is_zero(read, written, range_):
     assert mj.jnt_range.tolist() == [range_]
 
 
+@pytest.mark.parametrize("kind", ["revolute", "prismatic", "continuous", "fixed"])
+def test_a_joint_that_should_have_limits_and_has_none_is_named(read, kind):
+    plain = joint("shoulder", "base", "arm", kind=kind)
+    notes = read(BASE, ARM, plain[: plain.index("<limit")] + "</joint>").notes
+    said = "r.urdf:4: joint 'shoulder' has no range, so it moves without end"
+    assert [note.endswith(said) for note in notes] == ([True] if kind in ("revolute", "prismatic") else [])
+
+
 @pytest.mark.parametrize(
     ("old", "new"),
     [('lower="-1"', 'lower="-1 2"'), ('velocity="2"', 'velocity="2 3"'), ('value="1"', 'value="1 2"')],
