@@ -359,7 +359,7 @@ def _settle(joint: Element, notes: list[str]) -> None:
 
 
 def _color(root: Element) -> None:
-    """Give each visual the color of the first material with the name of its own, as urdfdom does."""
+    """Give each visual the color of the first material that is called as its material is, as urdfdom does."""
     visuals = list(root.within("link", "visual"))
     colors: dict[str, list[Element]] = {}
     for material in (*root.within("material"), *(each for of in visuals for each in of.within("material"))):
