@@ -330,7 +330,8 @@ class _Reading:
             if more := self._weighed(spec):  # of links whose mass was that of a mesh that is left out
                 self.notes += more
                 compiled = self._compiled(spec)
-        self.notes += [f"{self.path}: MuJoCo says: {' '.join(text.split())}" for text in set(texts)]
+        said = {" ".join(text.split()) for text in texts if "texture coordinate" not in text}  # not read
+        self.notes += [f"{self.path}: MuJoCo says: {text}" for text in said]
         fixed = not any(joint.type == mujoco.mjtJoint.mjJNT_FREE for joint in spec.joints)
         return ModelFile(spec, lines=self.lines, fixed=fixed, compiled=compiled)
 

@@ -184,10 +184,10 @@ def prepare(root: Element, files: Files, notes: list[str]) -> None:
     _root_it(root, notes)
     for joint in root.within("joint"):
         _settle(joint, notes)
-    # MuJoCo takes the mass of a link that gives none from its shapes.
     root.remove_where(
         lambda each: each.tag == "inertial" and not any(m.attributes for m in each.within("mass"))
     )
+    _weigh_nothing(root)
     for inertial in root.within("link", "inertial"):
         tensor = next(inertial.within("inertia"), None) or inertial.add("inertia")
         tensor.attributes = dict.fromkeys(TENSOR, "0") | tensor.attributes
@@ -356,6 +356,25 @@ def _settle(joint: Element, notes: list[str]) -> None:
             lower, upper = upper, lower
         # Both are written: an end that is left out is 0, but MuJoCo takes a range with one end for none.
         limit.attributes |= {"lower": str(lower), "upper": str(upper)}
+
+
+def _weigh_nothing(root: Element) -> None:
+    """Give the links without a mass none that are fixed to one with a mass.
+
+    MuJoCo takes the mass of the others from their shapes.
+    """
+    fixed = [joint for joint in root.within("joint") if joint.get("type") == "fixed"]
+    carriers = {_end(joint, "child").get("link"): _end(joint, "parent").get("link") for joint in fixed}
+
+    def carrier(name: str) -> str:
+        while name in carriers:
+            name = carriers[name]
+        return name
+
+    weighed = {carrier(link.name) for link in root.within("link") if any(link.within("inertial"))}
+    for link in root.within("link"):
+        if carrier(link.name) in weighed and not any(link.within("inertial")):
+            link.add("inertial").add("mass", value="0")
 
 
 def _color(root: Element) -> None:

@@ -293,6 +293,7 @@ def test_an_stl_may_be_written_in_capitals(tmp_path):
     [
         CUBE.replace("f 1 2", "o second\nf 1 2").replace("f 2 4", "g third group\nf 2 4"),
         "\ufeff" + CUBE,
+        CUBE.replace("f 1 3 4 2", "vt 0 0\nf 1/1 3/1 4/1 2/1"),
         CUBE.replace("f 1 3 4 2", "f 1 3 \\\n4 2").replace("\n", "\r\n"),
     ],
 )
@@ -302,8 +303,8 @@ def test_of_an_obj_all_is_read(tmp_path, changed):
         '<mujoco><asset><mesh name="a" file="a.obj"/></asset><worldbody><body><geom type="mesh" mesh="a"/>'
         "<body><joint/><geom size='1'/></body></body></worldbody></mujoco>"
     )
-    mj = find_model(tmp_path / "r.xml", tmp_path).read().compiled
-    assert (mj.nmeshface, mj.nmeshvert) == (12, 8)
+    model = find_model(tmp_path / "r.xml", tmp_path).read()
+    assert (model.compiled.nmeshface, model.compiled.nmeshvert, model.notes) == (12, 8, ())
 
 
 @pytest.mark.parametrize("kind", ["dae", "ply", "off", "glb"])

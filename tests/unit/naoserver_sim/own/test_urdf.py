@@ -251,6 +251,24 @@ def test_a_link_without_mass_weighs_as_its_shapes_do(read, inertial):
     assert read(BASE, link("arm", BOX, inertial), SHOULDER).compiled.body("arm").mass[0] == pytest.approx(1.0)
 
 
+def test_a_link_without_mass_that_is_fixed_to_one_with_a_mass_has_none(read):
+    foot, case, lid = (link(name, BOX, "") for name in ("foot", "case", "lid"))
+    joints = [
+        joint(f"fix {child}", parent, child, kind="fixed")
+        for parent, child in (("foot", "base"), ("arm", "case"), ("case", "lid"))
+    ]
+    model = read(foot, lid, case, BASE, ARM, SHOULDER, *joints)
+    assert dict(zip(names(model), model.compiled.body_mass.tolist(), strict=True)) == {
+        "world": 0.0,
+        "foot": 0.0,
+        "base": 1.0,
+        "arm": 1.0,
+        "case": 0.0,
+        "lid": 0.0,
+    }
+    assert model.notes == ()
+
+
 def test_an_inertia_may_lack_its_products(read):
     inertial = INERTIAL.replace(' ixy="0" ixz="0" iyz="0"', "")
     assert read(BASE, link("arm", BOX, inertial), SHOULDER).notes == ()
