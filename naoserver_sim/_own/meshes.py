@@ -10,6 +10,7 @@ import io
 import itertools
 import os
 import re
+from codecs import BOM_UTF8
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
@@ -43,8 +44,8 @@ _CONVERTER: Final = 2
 _SCHEME: Final = re.compile(r"(?:(package|model|file):/*)?(.*)", re.DOTALL)
 _PACKAGE: Final = re.compile(rb"<name>\s*([\w.-]+)\s*</name>")
 _UNIT: Final = re.compile(rb"<unit[^>]{0,200}?\bmeter\s*=\s*[\"']\s*([\d.eE+-]{1,30})\s*[\"']")
-_OBJECTS: Final = re.compile(rb"\A\xef\xbb\xbf|^[ \t]*[og]\b.*|\\\r?\n", re.MULTILINE)
-"""What makes MuJoCo lose parts of an OBJ: it reads the first object or group; a mark, and broken lines."""
+_OBJECTS: Final = re.compile(rb"^[ \t]*[og]\b.*", re.MULTILINE)
+"""The beginnings of objects and groups in an OBJ, of which MuJoCo reads the first one."""
 _VERTEX: Final = re.compile(rb"\bvertex\s+(\S+)\s+(\S+)\s+(\S+)", re.IGNORECASE)
 _TRIANGLE: Final = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
 
@@ -219,7 +220,7 @@ def read_mesh(path: Path) -> MeshFile:
     if ending == ".stl":
         return MeshFile(ending, _stl(content))
     if ending == ".obj":
-        return MeshFile(ending, _OBJECTS.sub(b"", content))
+        return MeshFile(ending, _OBJECTS.sub(b"", content.removeprefix(BOM_UTF8)))
     if ending == ".msh":
         return MeshFile(ending, content)
     if ending in (".dae", ".ply", ".off", ".glb"):

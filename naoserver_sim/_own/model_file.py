@@ -234,7 +234,7 @@ class FoundModel:
         except ValueError as problem:
             if "repeated name" not in str(problem):
                 raise
-            # That of a part of a joint: of a planar one, or of a ball.
+            # That of a part of a planar joint or of a ball.
             why = str(problem).removeprefix("Error:").strip()
             raise RobotError(f"{files.model}: MuJoCo refuses it: {why}: choose another there") from None
         return replace(

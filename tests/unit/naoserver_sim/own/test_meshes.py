@@ -292,9 +292,9 @@ def test_an_stl_may_be_written_in_capitals(tmp_path):
     "changed",
     [
         CUBE.replace("f 1 2", "o second\nf 1 2").replace("f 2 4", "g third group\nf 2 4"),
-        "\ufeff" + CUBE,
+        "\ufeffo first\n" + CUBE.replace("f 1 2", "o second\nf 1 2"),
         CUBE.replace("f 1 3 4 2", "vt 0 0\nf 1/1 3/1 4/1 2/1"),
-        CUBE.replace("f 1 3 4 2", "f 1 3 \\\n4 2").replace("\n", "\r\n"),
+        CUBE.replace("f 1 2", "g\nf 1 2").replace("\n", "\r\n"),
     ],
 )
 def test_of_an_obj_all_is_read(tmp_path, changed):
