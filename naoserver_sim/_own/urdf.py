@@ -359,7 +359,7 @@ def _settle(joint: Element, notes: list[str]) -> None:
 
 
 def _weigh_nothing(root: Element) -> None:
-    """Give a link without a mass none where it is fixed to one with a mass; others weigh as their shapes do."""
+    """Give a link without a mass none if it is fixed to one with a mass; others weigh as their shapes do."""
     fixed = [joint for joint in root.within("joint") if joint.get("type") == "fixed"]
     carriers = {_end(joint, "child").get("link"): _end(joint, "parent").get("link") for joint in fixed}
 
