@@ -89,7 +89,7 @@ def couplings_of(model: ModelFile) -> Couplings:
     notes: list[str] = []
     note = _noting(notes, model, "joint")
     motors, tendons = {}, {}
-    for actuator in range(mj.nu):
+    for actuator in range(mj.nactuator):
         target = int(mj.actuator_trnid[actuator, 0])
         if mj.actuator_trntype[actuator] in _OF_JOINT:
             motors[actuator] = mj.joint(target).name
@@ -104,9 +104,11 @@ def couplings_of(model: ModelFile) -> Couplings:
         each.pulls += [Pull(actuator) for actuator, joint in motors.items() if joint == each.leader]
     _pull(chains, {actuator: tendon for actuator, tendon in tendons.items() if tendon})
     used = {pull.actuator for each in chains for pull in each.pulls}
-    if muscles := [mj.actuator(each).name for each in used if mj.actuator_gaintype[each] == _MUSCLE]:
+    if muscles := [
+        mj.actuator(each).name or str(each) for each in used if mj.actuator_gaintype[each] == _MUSCLE
+    ]:
         note("", f"the muscles {', '.join(sorted(muscles))} are servos here, which pull and push")
-    for actuator in sorted(set(range(mj.nu)) - used):
+    for actuator in sorted(set(range(mj.nactuator)) - used):
         joint = motors.get(actuator, "")
         why = f"joint {joint!r} follows another one" if joint else "it acts on no joint"
         if tendons.get(actuator):

@@ -10,6 +10,7 @@ import io
 import itertools
 import os
 import re
+from codecs import BOM_UTF8
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
@@ -38,12 +39,14 @@ _LEVELS: Final = 5
 _MOST_SIBLINGS: Final = 500
 _BESIDE: Final = frozenset(("meshes", "mesh", "assets", "dae", "stl", "obj", "visual", "collision", "common"))
 """Folders beside that of the model which are read, too."""
-_CONVERTER: Final = 1
+_CONVERTER: Final = 2
 """To be counted up when `_by_trimesh` makes something else of a mesh."""
 _SCHEME: Final = re.compile(r"(?:(package|model|file):/*)?(.*)", re.DOTALL)
 _PACKAGE: Final = re.compile(rb"<name>\s*([\w.-]+)\s*</name>")
-_UNIT: Final = re.compile(rb"<unit[^>]{0,200}?\bmeter\s*=\s*[\"']([\d.eE+-]{1,30})[\"']")
-_VERTEX: Final = re.compile(rb"\bvertex\s+(\S+)\s+(\S+)\s+(\S+)")
+_UNIT: Final = re.compile(rb"<unit[^>]{0,200}?\bmeter\s*=\s*[\"']\s*([\d.eE+-]{1,30})\s*[\"']")
+_OBJECTS: Final = re.compile(rb"^[ \t]*[og]\b.*", re.MULTILINE)
+"""The beginnings of objects and groups in an OBJ, of which MuJoCo reads the first one."""
+_VERTEX: Final = re.compile(rb"\bvertex\s+(\S+)\s+(\S+)\s+(\S+)", re.IGNORECASE)
 _TRIANGLE: Final = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
 
 
@@ -216,7 +219,9 @@ def read_mesh(path: Path) -> MeshFile:
         raise MeshError(f"it {POINTER}")
     if ending == ".stl":
         return MeshFile(ending, _stl(content))
-    if ending in (".obj", ".msh"):
+    if ending == ".obj":
+        return MeshFile(ending, _OBJECTS.sub(b"", content.removeprefix(BOM_UTF8)))
+    if ending == ".msh":
         return MeshFile(ending, content)
     if ending in (".dae", ".ply", ".off", ".glb"):
         return _kept(content, ending)
@@ -227,7 +232,7 @@ def _stl(content: bytes) -> bytes:
     """Return a binary STL; one that is text is turned into it."""
     count = int.from_bytes(content[80:84], "little")
     size = 84 + _TRIANGLE.itemsize * count
-    text = content.lstrip().startswith(b"solid")
+    text = content.lstrip()[:5].lower() == b"solid"
     if count and (len(content) == size or (len(content) > size and not text)):
         return _written(np.frombuffer(content, _TRIANGLE, count, 84)["corners"])
     if not text:
@@ -285,6 +290,8 @@ def _by_trimesh(content: bytes, ending: str) -> MeshFile:
     try:
         scene = trimesh.load_scene(io.BytesIO(content), file_type=ending[1:], process=False)
         parts: list[Any] = [part for part in scene.dump() if hasattr(part, "faces")]
+        if not parts:
+            raise MeshError("it has no triangles")
         corners = np.concatenate([part.vertices[part.faces] for part in parts])
         unit = _UNIT.search(content[:100_000]) if ending == ".dae" else None
         return MeshFile(".stl", _written(corners * (float(unit[1]) if unit else 1.0)), _color(parts))

@@ -88,7 +88,7 @@ def balance_inertias(
     if little:
         yield f"the inertias of {_listed(little)} are repaired: their moments are those of no body"
     if light:
-        ball = f"taken as a ball, of {LEAST_MASS:g} kg where they move"
+        ball = f"taken as a ball, of at least {LEAST_MASS:g} kg where they move"
         yield f"{_listed(light)} without mass or inertia: {ball}"
 
 
@@ -228,8 +228,15 @@ class FoundModel:
 
     def read(self) -> ModelFile:
         """Return what MuJoCo reads. Raises RobotError, as `find_model` does."""
-        model = _Reading(self.root, self.files, self.notes, self.balance).read()
         files = self.files
+        try:
+            model = _Reading(self.root, files, self.notes, self.balance).read()
+        except ValueError as problem:
+            if "repeated name" not in str(problem):
+                raise
+            # That of a part of a planar joint or of a ball.
+            why = str(problem).removeprefix("Error:").strip()
+            raise RobotError(f"{files.model}: MuJoCo refuses it: {why}: choose another there") from None
         return replace(
             model,
             **self.facts,
@@ -323,7 +330,8 @@ class _Reading:
             if more := self._weighed(spec):  # of links whose mass was that of a mesh that is left out
                 self.notes += more
                 compiled = self._compiled(spec)
-        self.notes += [f"{self.path}: MuJoCo says: {' '.join(text.split())}" for text in set(texts)]
+        said = {" ".join(text.split()) for text in texts if "texture coordinate" not in text}  # not read
+        self.notes += [f"{self.path}: MuJoCo says: {text}" for text in said]
         fixed = not any(joint.type == mujoco.mjtJoint.mjJNT_FREE for joint in spec.joints)
         return ModelFile(spec, lines=self.lines, fixed=fixed, compiled=compiled)
 

@@ -334,9 +334,10 @@ class _Reader:
         for motor, lever in self._pulls(joint):
             by_speed = mj.actuator_biastype[motor] == mujoco.mjtBias.mjBIAS_AFFINE
             by_speed = by_speed and not mj.actuator_biasprm[motor, 1] and mj.actuator_biasprm[motor, 2] < 0.0
-            if by_speed and mj.actuator_ctrllimited[motor]:
+            control = mj.actuator_ctrladr[motor]
+            if by_speed and mj.actuator_ctrllimited[control]:
                 gear = lever * abs(float(mj.actuator_gear[motor, 0])) or 1.0
-                return float(np.abs(mj.actuator_ctrlrange[motor]).max()) / gear or None
+                return float(np.abs(mj.actuator_ctrlrange[control]).max()) / gear or None
         return None
 
     def _torque(self, joint: int) -> float | None:
@@ -346,12 +347,14 @@ class _Reader:
         if mj.jnt_actfrclimited[joint]:
             limits.append(float(np.abs(mj.jnt_actfrcrange[joint]).max()))
         for motor, lever in self._pulls(joint):
-            gear = lever * abs(float(mj.actuator_gear[motor, 0]))
+            gear, control = lever * abs(float(mj.actuator_gear[motor, 0])), mj.actuator_ctrladr[motor]
             if mj.actuator_forcelimited[motor]:
                 limits.append(gear * float(np.abs(mj.actuator_forcerange[motor]).max()))
-            elif mj.actuator_ctrllimited[motor] and mj.actuator_biastype[motor] == mujoco.mjtBias.mjBIAS_NONE:
+            elif (
+                mj.actuator_ctrllimited[control] and mj.actuator_biastype[motor] == mujoco.mjtBias.mjBIAS_NONE
+            ):
                 gain = abs(float(mj.actuator_gainprm[motor, 0]))
-                limits.append(gear * gain * float(np.abs(mj.actuator_ctrlrange[motor]).max()))
+                limits.append(gear * gain * float(np.abs(mj.actuator_ctrlrange[control]).max()))
         if (least := min(limits, default=0.0)) > 0.0:
             return least
         return None if self._is_driven(joint) else 0.0

@@ -16,6 +16,7 @@ from naoserver.errors import RobotError
 from naoserver_sim._own.figure import matrix_of
 from naoserver_sim._own.meshes import Files
 from naoserver_sim._own.tree import Element, number, numbers
+from naoserver_sim.appearance import NO_COLOR
 
 _TYPES: Final = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 TENSOR: Final = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
@@ -24,6 +25,7 @@ _NUMBERS: Final = {
     *("value", *TENSOR),
 }
 """Attributes that have numbers; shapes and colors are left out where they have others, as urdfdom does."""
+_VECTORS: Final = ("xyz", "rpy")
 _ENDS: Final = ("lower", "upper")
 _SHAPES: Final = {
     "box": {"size": 3},
@@ -80,9 +82,10 @@ def speeds_of(root: Element) -> dict[str, float]:
 
 
 def is_fixed(root: Element) -> bool:
-    """Return whether a link `world` carries the robot."""
-    carried = {child.get("link") for child in root.within("joint", "child")}
-    return any(link.name == "world" for link in root.within("link")) and "world" not in carried
+    """Return whether a link `world` carries the robot, by a joint that does not let it float."""
+    holding = [joint for joint in root.within("joint") if joint.get("type") != "floating"]
+    carriers = {parent.get("link") for joint in holding for parent in joint.within("parent")}
+    return "world" in carriers - {child.get("link") for child in root.within("joint", "child")}
 
 
 def actuated_in(root: Element) -> frozenset[str]:
@@ -99,7 +102,8 @@ def sensors_in(root: Element) -> Iterator[Sensor]:
     for holder in root.children:
         for sensor in holder.all("sensor") if holder.tag in ("gazebo", "sensor", "link") else ():
             parts: dict[str, Element] = defaultdict(lambda: nothing)
-            parts |= {part.tag: part for part in sensor.all()}
+            # Its own elements count before those within others, and of these the first.
+            parts |= {part.tag: part for part in (*reversed(list(sensor.all())), *sensor.children)}
             link = parts["parent"].get("link") or holder.get("reference") or holder.name
             kind = sensor.get("type").lower()
             if link not in links or not ("imu" in kind or "camera" in kind or "camera" in parts):
@@ -108,6 +112,8 @@ def sensors_in(root: Element) -> Iterator[Sensor]:
             if "origin" in parts:
                 place = " ".join(parts["origin"].get(name, "0 0 0") for name in ("xyz", "rpy"))
             pose = tuple(number(word) or 0.0 for word in place.split())
+            if parts["pose"].get("degrees") in ("true", "1") and "origin" not in parts:
+                pose = (*pose[:3], *map(math.radians, pose[3:]))
             pose = pose if len(pose) == 6 and all(map(math.isfinite, pose)) else (0.0,) * 6
             width = number(parts["horizontal_fov"].text or parts["image"].get("hfov")) or 0.0
             angle = width if 0.0 < width < math.pi else None
@@ -178,21 +184,22 @@ def prepare(root: Element, files: Files, notes: list[str]) -> None:
     _root_it(root, notes)
     for joint in root.within("joint"):
         _settle(joint, notes)
-    # MuJoCo takes the mass of a link that gives none from its shapes.
     root.remove_where(
         lambda each: each.tag == "inertial" and not any(m.attributes for m in each.within("mass"))
     )
+    _weigh_nothing(root)
     for inertial in root.within("link", "inertial"):
         tensor = next(inertial.within("inertia"), None) or inertial.add("inertia")
         tensor.attributes = dict.fromkeys(TENSOR, "0") | tensor.attributes
-    for material in root.all("material"):
-        material.attributes.setdefault("name", f"material {material.line}")
+    for place, material in enumerate(root.all("material")):
+        material.attributes["name"] = material.name or f"material {place}"
         for color in [each for each in material.children if not _has(each, "rgba", 4)]:
             material.children.remove(color)
             if color.get("rgba"):
                 notes.append(
                     f"{color.at}: a color is left out: its rgba is {color.get('rgba')[:60]!r}, not 4 numbers"
                 )
+    _color(root)
     _keep_shapes(root, files, folder, notes)
 
 
@@ -214,10 +221,11 @@ def _require_numbers(root: Element) -> None:
         for name in _NUMBERS & element.attributes.keys():
             if name == "value" and element.tag != "mass":
                 continue  # a word, as in <verbose value="Yes"/>
-            if element.get(name).strip():
-                numbers(element, name)
-            else:
+            if not element.get(name).strip():
                 del element.attributes[name]
+            elif len(numbers(element, name)) > 1 and name not in _VECTORS:
+                found = f"{name} of <{element.tag}> is {element.get(name)[:60]!r}"
+                raise RobotError(f"{element.at}: {found}: write one number")
 
 
 def _require_names(root: Element) -> None:
@@ -308,12 +316,13 @@ def _set_down(root: Element, link: Element, notes: list[str]) -> None:
     if bare and below[0].get("type") == "floating":
         root.children.remove(link)
         root.children.remove(below[0])
-    elif link.name == "world" and not (bare and below[0].get("type") == "fixed"):
-        name = unused(MOUNT, root)
-        notes.append(f"{link.at}: link 'world' is called {name!r}")
-        link.attributes["name"] = name
-        for joint in below:
-            _end(joint, "parent").attributes["link"] = name
+    for world in [each for each in root.within("link") if each.name == "world"]:
+        if world is link and bare and below[0].get("type") == "fixed":
+            continue
+        world.attributes["name"] = name = unused(MOUNT, root)
+        notes.append(f"{world.at}: link 'world' is called {name!r}")
+        for end in (*root.within("joint", "parent"), *root.within("joint", "child")):
+            end.attributes["link"] = name if end.get("link") == "world" else end.get("link")
 
 
 def unused(name: str, root: Element) -> str:
@@ -331,7 +340,9 @@ def _settle(joint: Element, notes: list[str]) -> None:
             if joint.get("type") != "fixed":
                 raise RobotError(f"{axis.at}: the axis of joint {joint.name!r} is 0: write its direction")
             axis.attributes["xyz"] = "1 0 0"
-    for limit in joint.within("limit"):
+    if joint.get("type") == "planar":  # which has no limits, but MuJoCo gives them to the first of its slides
+        joint.children = [each for each in joint.children if each.tag != "limit"]
+    for limit in list(joint.within("limit")) or [joint.add("limit")]:
         lower, upper = (numbers(limit, name, "0")[0] for name in _ENDS)
         if lower == upper:  # as exporters write it that know no range
             if joint.get("type") in ("revolute", "prismatic"):
@@ -347,6 +358,35 @@ def _settle(joint: Element, notes: list[str]) -> None:
         limit.attributes |= {"lower": str(lower), "upper": str(upper)}
 
 
+def _weigh_nothing(root: Element) -> None:
+    """Give a link without a mass none if it is fixed to one with a mass; others weigh as their shapes do."""
+    fixed = [joint for joint in root.within("joint") if joint.get("type") == "fixed"]
+    carriers = {_end(joint, "child").get("link"): _end(joint, "parent").get("link") for joint in fixed}
+
+    def carrier(name: str) -> str:
+        while name in carriers:
+            name = carriers[name]
+        return name
+
+    weighed = {carrier(link.name) for link in root.within("link") if any(link.within("inertial"))}
+    for link in root.within("link"):
+        if carrier(link.name) in weighed and not any(link.within("inertial")):
+            link.add("inertial").add("mass", value="0")
+
+
+def _color(root: Element) -> None:
+    """Give each visual the color of the first material that is called as its material is, as urdfdom does."""
+    visuals = list(root.within("link", "visual"))
+    colors: dict[str, list[Element]] = {}
+    for material in (*root.within("material"), *(each for of in visuals for each in of.within("material"))):
+        colors[material.name] = colors.get(material.name) or list(material.within("color"))
+    for visual in visuals:
+        for material in list(visual.within("material")):
+            material.children = colors[material.name]
+            if not material.children:
+                visual.children.remove(material)
+
+
 def _keep_shapes(root: Element, files: Files, folder: str, notes: list[str]) -> None:
     """Leave the shapes that MuJoCo can read, with their meshes."""
     for link in root.within("link"):
@@ -358,6 +398,9 @@ def _keep_shapes(root: Element, files: Files, folder: str, notes: list[str]) -> 
                 notes.append(f"{shape.at}: a <{shape.tag}> of link {link.name!r} is left out: {fault}")
             if fault or (solid and solid.tag == "mesh" and not _read_mesh(shape, solid, files, folder)):
                 link.children.remove(shape)
+            elif shape.tag == "visual" and not any(shape.within("material")):
+                # MuJoCo gives it the color of the visual before it.
+                shape.add("material", name="none").add("color", rgba=" ".join(map(str, NO_COLOR)))
 
 
 def _fault(solid: Element) -> str:

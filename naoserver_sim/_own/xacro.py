@@ -40,6 +40,7 @@ _READ: Final = ("link", "joint", "material")
 """The elements of a URDF that are about the robot; others have texts for other programs."""
 _EVALUATED: Final = re.compile(r"when evaluating expression '(.+?)'")
 _UNDEFINED: Final = re.compile(r"Undefined substitution argument (\w+)")
+_IN_FILE: Final = ", in the file"
 _LONGEST_LIST: Final = 200
 _FORBIDDEN: Final = ("os.", "subprocess.", "socket.", "ctypes.", "shutil.")
 """Beginnings of events of Python that an expansion does not need."""
@@ -109,11 +110,9 @@ def _run(root: Element, path: Path, packages: Mapping[str, Path], arguments: Map
         known = ", ".join(names)[:_LONGEST_LIST]
         why += f"; an argument is given by --xacro {names[0]}:=VALUE, or in [xacro] of a TOML file: {known}"
     place = str(path)
-    if expression := _EVALUATED.search(why):
-        said = (
-            each for each in root.all() if any(expression[1] in text for text in each.attributes.values())
-        )
-        place = next((each.at for each in said), place)
+    if (expression := _EVALUATED.search(why)) and _IN_FILE not in why:
+        said = (each for each in root.all() for text in each.attributes.values() if expression[1] in text)
+        place = next((each.at for each in said if any(_leftovers(each))), place)
     raise RobotError(f"{place}: xacro cannot be expanded: {why}")
 
 
@@ -149,6 +148,7 @@ def _guard(folders: Iterable[Path], seconds: int) -> list[Path]:
 
 def _main() -> int:
     """Print a file of this folder, expanded, as stdin asks for it."""
+    import xacro
     import xacrodoc
 
     name, folders, arguments, seconds = json.load(sys.stdin)
@@ -164,7 +164,10 @@ def _main() -> int:
     except Exception as problem:  # noqa: BLE001 - whatever an expression raises is the user's to know
         known = [path for path in dict.fromkeys(opened) if path.is_file()]
         pointers = [path for path in known if is_pointer(path.read_bytes())]
-        sys.stderr.write(f"{pointers[-1]} {POINTER}" if pointers else f"{problem or type(problem).__name__}")
+        within = [f", in the macro {each.body.getAttribute('name')}" for each in xacro.macrostack or ()]
+        within += [f"{_IN_FILE} {name}" for name in xacro.filestack or () if name]
+        why = f"{problem or type(problem).__name__}{''.join(reversed(within))}"
+        sys.stderr.write(f"{pointers[-1]} {POINTER}" if pointers else why)
         return 1
     if len(content) > LARGEST_FILE:
         sys.stderr.write(f"it gives more than {LARGEST_FILE >> 20} MB")

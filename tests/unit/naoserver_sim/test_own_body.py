@@ -226,6 +226,19 @@ def test_a_follower_whose_speed_nobody_says_does_not_slow_its_leader(written):
     assert [body.joint[name].max_velocity for name in "ab"] == [8.0, 16.0]
 
 
+def test_a_servo_with_two_controls_has_nothing_to_do_with_the_speed_of_the_next(written):
+    joints = "".join(
+        f'<body><joint name="{name}" axis="0 1 0"/><geom size="0.1" mass="1"/></body>' for name in "ab"
+    )
+    model = (
+        f'<mujoco><worldbody><body name="box"><geom size="1"/>{joints}</body></worldbody><actuator>'
+        '<pid joint="a" kp="9" forcerange="-5 5"/><velocity joint="b" kv="1" ctrlrange="-8 8" forcerange="-5 5"/>'
+        "</actuator></mujoco>"
+    )
+    body = read_own_body(written(model, 'model = "arm.urdf"'))
+    assert body.joint["b"].max_velocity == 8.0
+
+
 def test_a_range_that_was_written_for_the_other_direction_does_not_stop_a_follower(written, caplog):
     model = GRIPPER.replace('lower="-2" upper="2"', 'lower="0" upper="1"').replace(
         'lower="-1" upper="0.9"', 'lower="0.1" upper="1"'

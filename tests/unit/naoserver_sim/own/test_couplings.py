@@ -94,6 +94,12 @@ def test_a_joint_without_a_motor_is_passive_where_others_have_one():
     assert "no actuator moves a, c: passive" in kept.notes[0]
 
 
+def test_an_actuator_may_have_several_controls():
+    both = found('<actuator><pid name="m" joint="a" kp="3"/><muscle joint="c" lengthrange="0 1"/></actuator>')
+    assert both.pulls == {"a": (Pull(0),), "c": (Pull(1),)}
+    assert both.notes[0] == "r.xml: the muscles 1 are servos here, which pull and push"
+
+
 def test_an_equality_of_tendons_over_one_joint_each_is_a_coupling():
     both = tendon("t", a=2) + tendon("u", c=0.5)
     bound = '<equality><tendon tendon1="u" tendon2="t" polycoef="0.1 3 0 0 0"/></equality>'

@@ -9,12 +9,18 @@ import pytest
 
 from naoserver_sim._own import meshes
 from naoserver_sim._own.meshes import Files, MeshError, packages_near, read_mesh
+from naoserver_sim._own.model_file import find_model
 from tests.support.meshes import cone, write_stl
 
 CUBE = """v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 0 1\nv 1 0 1\nv 0 1 1\nv 1 1 1
 f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n"""
 POINTER = b"version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 84284\n"
 KINDS = ("stl", "obj", "msh", "dae", "ply", "off", "glb")
+POINT = (
+    b"ply\nformat ascii 1.0\nelement vertex 1\n"
+    + b"".join(b"property float %c\n" % axis for axis in b"xyz")
+    + b"end_header\n1 2 3\n"
+)
 TRIANGLES = cone(0.1, 0.2, sides=6)
 
 
@@ -277,6 +283,30 @@ def test_an_stl_of_text_becomes_a_binary_one(tmp_path):
     assert corners(read_mesh(tmp_path / "a.STL")) == pytest.approx(TRIANGLES, abs=1e-6)
 
 
+def test_an_stl_may_be_written_in_capitals(tmp_path):
+    (tmp_path / "a.stl").write_text(ascii_stl(TRIANGLES).upper())
+    assert corners(read_mesh(tmp_path / "a.stl")) == pytest.approx(TRIANGLES, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        CUBE.replace("f 1 2", "o second\nf 1 2").replace("f 2 4", "g third group\nf 2 4"),
+        "\ufeffo first\n" + CUBE.replace("f 1 2", "o second\nf 1 2"),
+        CUBE.replace("f 1 3 4 2", "vt 0 0\nf 1/1 3/1 4/1 2/1"),
+        CUBE.replace("f 1 2", "g\nf 1 2").replace("\n", "\r\n"),
+    ],
+)
+def test_of_an_obj_all_is_read(tmp_path, changed):
+    (tmp_path / "a.obj").write_bytes(changed.encode())
+    (tmp_path / "r.xml").write_text(
+        '<mujoco><asset><mesh name="a" file="a.obj"/></asset><worldbody><body><geom type="mesh" mesh="a"/>'
+        "<body><joint/><geom size='1'/></body></body></worldbody></mujoco>"
+    )
+    model = find_model(tmp_path / "r.xml", tmp_path).read()
+    assert (model.compiled.nmeshface, model.compiled.nmeshvert, model.notes) == (12, 8, ())
+
+
 @pytest.mark.parametrize("kind", ["dae", "ply", "off", "glb"])
 def test_other_formats_become_an_stl(tmp_path, kind):
     (tmp_path / f"a.{kind}").write_bytes(exported(kind))
@@ -288,7 +318,7 @@ def test_other_formats_become_an_stl(tmp_path, kind):
 
 
 def test_the_unit_and_the_colors_of_a_collada_file_count(tmp_path):
-    content = exported("dae").replace(b"<up_axis>", b'<unit meter="0.01"/><up_axis>')
+    content = exported("dae").replace(b"<up_axis>", b'<unit meter=" 0.01 "/><up_axis>')
     content = re.sub(rb"(<diffuse>\s*<color>)[^<]*", rb"\g<1>1 0 0 1", content)
     (tmp_path / "a.dae").write_bytes(content)
     mesh = read_mesh(tmp_path / "a.dae")
@@ -306,6 +336,7 @@ def test_the_unit_and_the_colors_of_a_collada_file_count(tmp_path):
         ("a.stl", b"solid nothing\nendsolid\n", "it has 0 triangles"),
         ("a.stl", b"solid\nvertex 0 0 x\n" * 3, "cut off, or has a vertex that is no number"),
         ("a.dae", b"<COLLADA>", "it is broken"),
+        ("a.ply", POINT, "it has no triangles"),
         ("a.dae", b'<!DOCTYPE c [<!ENTITY e "x">]><COLLADA/>', "a document type"),
         ("a.ply", b"ply\nformat ascii 1.0\nelement vertex 999999999999\n", "it is broken"),
         ("a.glb", b"glTF" + bytes(20), "it is broken"),

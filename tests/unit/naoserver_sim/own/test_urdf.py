@@ -132,6 +132,7 @@ def test_a_link_that_no_joint_connects_is_left_out(read):
     model = read(BASE, ARM, SHOULDER, link("loose"))
     assert names(model) == ["world", "base", "arm"]
     assert model.notes[0].endswith("r.urdf:7: link 'loose' is left out: no joint connects it to 'base'")
+    assert not read(BASE, ARM, SHOULDER, link("world", "", "")).fixed
 
 
 @pytest.mark.parametrize(
@@ -144,6 +145,36 @@ def test_an_end_of_a_range_that_is_left_out_is_zero(read, written, range_):
     assert mj.jnt_range.tolist() == [range_]
 
 
+@pytest.mark.parametrize("kind", ["revolute", "prismatic", "continuous", "fixed"])
+def test_a_joint_that_should_have_limits_and_has_none_is_named(read, kind):
+    plain = joint("shoulder", "base", "arm", kind=kind)
+    notes = read(BASE, ARM, plain[: plain.index("<limit")] + "</joint>").notes
+    said = "r.urdf:4: joint 'shoulder' has no range, so it moves without end"
+    assert [note.endswith(said) for note in notes] == ([True] if kind in ("revolute", "prismatic") else [])
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [('lower="-1"', 'lower="-1 2"'), ('velocity="2"', 'velocity="2 3"'), ('value="1"', 'value="1 2"')],
+)
+def test_two_numbers_for_one_are_refused_with_their_line(read, old, new):
+    with pytest.raises(
+        RobotError, match=rf"r\.urdf:\d: \w+ of <\w+> is '{new.split(chr(34))[1]}': write one number"
+    ):
+        read(BASE, ARM.replace(old, new), SHOULDER.replace(old, new))
+
+
+def test_a_planar_joint_has_no_limits(read):
+    mj = read(BASE, ARM, joint("slide", "base", "arm", kind="planar")).compiled
+    assert (mj.jnt_limited.tolist(), mj.jnt_actfrclimited.tolist()) == ([0, 0, 0], [0, 0, 0])
+
+
+def test_a_name_that_a_part_of_a_planar_joint_has_is_refused(read):
+    planar, wrist = joint("slide", "base", "arm", kind="planar"), joint("slide_TX", "arm", "hand")
+    with pytest.raises(RobotError, match=r"r\.urdf: MuJoCo refuses it: repeated name 'slide_TX' in joint"):
+        read(BASE, ARM, link("hand"), planar, wrist)
+
+
 def test_exchanged_limits_are_put_in_order_and_equal_ones_are_none(read):
     exchanged = SHOULDER.replace('lower="-1" upper="1"', 'lower="0.5" upper="-1"')
     model = read(BASE, ARM, exchanged, link("hand"), joint("free", "arm", "hand").replace('"-1"', '"1"'))
@@ -152,6 +183,24 @@ def test_exchanged_limits_are_put_in_order_and_equal_ones_are_none(read):
     exchange, none = model.notes
     assert exchange.endswith("r.urdf:6: the limits of joint 'shoulder' are exchanged: lower is above upper")
     assert none.endswith("r.urdf:10: joint 'free' has no range, so it moves without end")
+
+
+@pytest.mark.parametrize(
+    ("inside", "pose", "angle"),
+    [
+        ('<pose degrees="true">0 0 0.1 0 45 0</pose>', (0.0, 0.0, 0.1, 0.0, 0.785398, 0.0), None),
+        ("<pose>1 0 0 0 0 0</pose><camera><pose>0 2 0 0 0 0</pose></camera>", (1.0, *(0.0,) * 5), None),
+        (
+            "<camera><horizontal_fov>1.2</horizontal_fov></camera><plugin><horizontal_fov>2</horizontal_fov></plugin>",
+            (0.0,) * 6,
+            1.2,
+        ),
+    ],
+)
+def test_a_sensor_stands_where_it_says_itself(read, inside, pose, angle):
+    eye = f'<gazebo reference="arm"><sensor name="eye" type="camera">{inside}</sensor></gazebo>'
+    (sensor,) = read(BASE, ARM, SHOULDER, eye).sensors
+    assert (sensor.pose, sensor.horizontal_fov) == (pytest.approx(pose, abs=1e-6), angle)
 
 
 @pytest.mark.parametrize(
@@ -172,13 +221,21 @@ def test_what_no_camera_has_is_not_read(read, pose, angle):
         (link("world", BOX, ""), "fixed", ["world", "mount", "base"]),
         (link("world", "", ""), "revolute", ["world", "mount", "base"]),
         (link("map", "", ""), "floating", ["world", "base"]),
+        (link("world", "", ""), "floating", ["world", "base"]),
     ],
 )
 def test_what_stands_on_the_world_has_a_root_of_its_own(read, root, kind, bodies):
     name = "map" if "map" in root else "world"
     model = read(root, BASE, joint("stand", name, "base", kind=kind))
     assert names(model) == bodies
-    assert model.fixed == (name == "world")
+    assert model.fixed == (name == "world" and kind != "floating")
+
+
+def test_a_link_called_world_that_a_joint_moves_gets_another_name(read):
+    model = read(BASE, link("world"), ARM, joint("turn", "base", "world"), joint("lift", "world", "arm"))
+    assert names(model) == ["world", "base", "mount", "arm"]
+    assert model.notes[0].endswith("r.urdf:3: link 'world' is called 'mount'")
+    assert not model.fixed
 
 
 @pytest.mark.parametrize(
@@ -192,6 +249,24 @@ def test_what_stands_on_the_world_has_a_root_of_its_own(read, root, kind, bodies
 )
 def test_a_link_without_mass_weighs_as_its_shapes_do(read, inertial):
     assert read(BASE, link("arm", BOX, inertial), SHOULDER).compiled.body("arm").mass[0] == pytest.approx(1.0)
+
+
+def test_a_link_without_mass_that_is_fixed_to_one_with_a_mass_has_none(read):
+    foot, case, lid = (link(name, BOX, "") for name in ("foot", "case", "lid"))
+    joints = [
+        joint(f"fix {child}", parent, child, kind="fixed")
+        for parent, child in (("foot", "base"), ("arm", "case"), ("case", "lid"))
+    ]
+    model = read(foot, lid, case, BASE, ARM, SHOULDER, *joints)
+    assert dict(zip(names(model), model.compiled.body_mass.tolist(), strict=True)) == {
+        "world": 0.0,
+        "foot": 0.0,
+        "base": 1.0,
+        "arm": 1.0,
+        "case": 0.0,
+        "lid": 0.0,
+    }
+    assert model.notes == ()
 
 
 def test_an_inertia_may_lack_its_products(read):

@@ -10,7 +10,7 @@ import pytest
 
 from naoserver.errors import RobotError
 from naoserver_sim._own.model_file import find_model
-from naoserver_sim.appearance import color_of
+from naoserver_sim.appearance import NO_COLOR, color_of
 from tests.support.meshes import cone, write_stl
 from tests.support.robot_files import BOX, INERTIAL, joint, link
 
@@ -37,6 +37,29 @@ def test_of_two_materials_the_first_is_seen_and_it_is_said_once(read):
     assert colors == [(0.0, 0.0, 0.0, 1.0)] * 3
     said = "r.urdf:2: a second <material> in one <visual>, and 2 more such: the first one counts"
     assert [note.endswith(said) for note in model.notes] == [True]
+
+
+def colors_of(model):
+    return [color_of(model.compiled, geom) for geom in range(model.compiled.ngeom)]
+
+
+def test_a_visual_without_a_color_does_not_get_that_of_the_one_before_it(read):
+    texture = '<material name="cloth"><texture filename="cloth.png"/></material>'
+    seen = [BLACK, "", '<material name="unknown"/>', texture, '<material name=""/>']
+    shapes = "".join(f"<visual>{CUBE}{material}</visual>" for material in seen)
+    model = read(link("base", shapes), link("arm", f"<visual>{CUBE}</visual>"), SHOULDER)
+    assert colors_of(model) == [(0.0, 0.0, 0.0, 1.0), *[NO_COLOR] * 5]
+
+
+def test_a_material_has_the_color_that_its_name_has_first(read):
+    red, blue = (WHITE.replace("1 1 1 1", rgba) for rgba in ("1 0 0 1", "0 0 1 1"))
+    seen = link("base", f"<visual>{CUBE}{blue}</visual><visual>{CUBE}<material name='white'/></visual>")
+    assert colors_of(read(seen, ARM, SHOULDER, red))[:2] == [(1.0, 0.0, 0.0, 1.0)] * 2
+    unnamed = "".join(f"<visual>{CUBE}{each.replace('white', '')}</visual>" for each in (red, blue))
+    assert colors_of(read(link("base", unnamed), ARM, SHOULDER))[:2] == [
+        (1.0, 0.0, 0.0, 1.0),
+        (0.0, 0.0, 1.0, 1.0),
+    ]
 
 
 @pytest.mark.parametrize(

@@ -91,6 +91,27 @@ def test_what_cannot_be_expanded_is_refused_with_its_line(expand, expression, pr
         expand(evaluating(expression))
 
 
+def test_what_is_wrong_in_a_macro_or_a_file_is_said_with_its_name(expand, tmp_path):
+    (tmp_path / "arm.xacro").write_text(MACRO)
+    with pytest.raises(
+        RobotError, match=r"xacro: xacro cannot be expanded: Invalid parameter .sight., in the macro \w+$"
+    ):
+        expand(ROBOT.replace("INCLUDED", "arm.xacro").replace("side=", "sight="))
+    (tmp_path / "arm.xacro").write_text(evaluating("unknown * 2"))
+    both = evaluating("unknown * 2").replace("<xacro", '<xacro:include filename="arm.xacro"/><xacro')
+    with pytest.raises(RobotError, match=r"r\.urdf\.xacro: xacro .*, in the file \S*arm\.xacro$"):
+        expand(both)
+
+
+def test_an_expression_is_not_found_in_a_name(expand):
+    with pytest.raises(RobotError, match=r"r\.urdf\.xacro:3: xacro cannot be expanded: name 'r' is not"):
+        expand(
+            SIZED.replace(
+                'default="left"', 'default="left"/>\n<xacro:property name="q" value="${r}"'
+            ).replace("$(arg dof)", "${q}")
+        )
+
+
 def test_an_expansion_that_does_not_end_is_ended(expand, monkeypatch):
     monkeypatch.setattr("naoserver_sim._own.xacro._LONGEST", 1)
     with pytest.raises(
