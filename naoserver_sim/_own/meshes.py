@@ -39,11 +39,13 @@ _LEVELS: Final = 5
 _MOST_SIBLINGS: Final = 500
 _BESIDE: Final = frozenset(("meshes", "mesh", "assets", "dae", "stl", "obj", "visual", "collision", "common"))
 """Folders beside that of the model which are read, too."""
-_CONVERTER: Final = 2
+_CONVERTER: Final = 3
 """To be counted up when `_by_trimesh` makes something else of a mesh."""
 _SCHEME: Final = re.compile(r"(?:(package|model|file):/*)?(.*)", re.DOTALL)
 _PACKAGE: Final = re.compile(rb"<name>\s*([\w.-]+)\s*</name>")
 _UNIT: Final = re.compile(rb"<unit[^>]{0,200}?\bmeter\s*=\s*[\"']\s*([\d.eE+-]{1,30})\s*[\"']")
+_MATERIALS: Final = re.compile(rb"<bind_material>.*?</bind_material>", re.DOTALL)
+"""What gives a part of a COLLADA file its materials."""
 _OBJECTS: Final = re.compile(rb"^[ \t]*[og]\b.*", re.MULTILINE)
 """The beginnings of objects and groups in an OBJ, of which MuJoCo reads the first one."""
 _VERTEX: Final = re.compile(rb"\bvertex\s+(\S+)\s+(\S+)\s+(\S+)", re.IGNORECASE)
@@ -289,6 +291,9 @@ def _by_trimesh(content: bytes, ending: str) -> MeshFile:
         raise MeshError("it has a document type, which a mesh does not need")
     try:
         scene = trimesh.load_scene(io.BytesIO(content), file_type=ending[1:], process=False)
+        if not scene.geometry and ending == ".dae":  # a material that is not there takes its part with it
+            plain = _MATERIALS.sub(b"", content)
+            scene = trimesh.load_scene(io.BytesIO(plain), file_type="dae", process=False)
         parts: list[Any] = [part for part in scene.dump() if hasattr(part, "faces")]
         if not parts:
             raise MeshError("it has no triangles")

@@ -326,6 +326,12 @@ def test_the_unit_and_the_colors_of_a_collada_file_count(tmp_path):
     assert mesh.color == pytest.approx((1.0, 0.0, 0.0, 1.0))
 
 
+def test_a_collada_file_whose_material_is_missing_keeps_its_triangles(tmp_path):
+    content = re.sub(rb'(<instance_material[^>]*target=")#[^"]*', rb"\g<1>#lost", exported("dae"))
+    (tmp_path / "a.dae").write_bytes(content)
+    assert corners(read_mesh(tmp_path / "a.dae")).shape == TRIANGLES.shape
+
+
 @pytest.mark.parametrize(
     ("name", "content", "problem"),
     [
