@@ -65,7 +65,7 @@ def test_a_place_that_is_pointed_at_becomes_the_arguments_of_the_selected_state_
 ) -> None:
     hint = shown.page.locator(".robot-hint")
     draw(shown, "Walk to")
-    expect(hint).to_have_text("Click a place: the state walk to gets it.")
+    expect(hint).to_have_text("Click a place for the state “walk to”.")
     expect(hint).to_be_visible()
     expect(shown.page.locator(".pointable canvas")).to_have_css("cursor", "crosshair")
     x, y, _, *eye = shown.page.evaluate(STAND)

@@ -34,6 +34,7 @@ def test_it_leads_to_what_to_fix_first_until_it_is_ready(browser: Browser, tmp_p
         refusal = page.get_by_role("alert").filter(has_text="It is not ready")
         expect(refusal).to_contain_text("raised ValueError: no", timeout=JUDGED)
         expect(refusal).to_contain_text("It is not ready for Booster T1: ")
+        expect(page.locator("hfsm-problems")).to_contain_text("It is not ready for Booster T1: ")
         refusal.get_by_role("button", name="Show").click()
         field = page.get_by_role("textbox", name=re.compile("[Cc]ode of the state go|Code in each cycle"))
         expect(field).to_be_focused()
@@ -43,7 +44,15 @@ def test_it_leads_to_what_to_fix_first_until_it_is_ready(browser: Browser, tmp_p
         field.focus()
         shown.press("Control+a", "Delete")
         expect(refusal).to_have_count(0)
+        panel = page.locator("hfsm-problems")
+        expect(panel).not_to_contain_text("It is not ready")  # that was said of what was there before
         ask.click()
         page.get_by_role("dialog", name="Save moves first?").get_by_role("button", name="Save").click()
-        ready = page.get_by_role("status").filter(has_text="It is ready: it ran 10 s on Booster T1, ")
+        ready = page.get_by_role("status").filter(
+            has_text="It is ready: it ran 10 s on Booster T1 without an error."
+        )
+        expect(shown.button("Being tried…")).to_be_disabled()
         expect(ready).to_be_visible(timeout=JUDGED)
+        expect(panel).to_contain_text(
+            "It is ready: it ran 10 s on Booster T1 without an error. It has no tests."
+        )

@@ -12,6 +12,7 @@ from codegen.messages import Message
 from tests.support.browser import new_context
 from tests.support.component import dance_and_follow
 from tests.support.places import ROOT
+from tests.support.waiting import until
 from tests.support.watching import recorded
 from visualhfsm._document.serialization import parse
 from visualhfsm._monitor.realm.pictures import encode_jpeg
@@ -29,6 +30,14 @@ COLORS = """() => new Promise((resolve) => {
   gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
   resolve(new Set(new Uint32Array(pixels.buffer)).size);
 })"""
+
+BRIGHTNESS = """() => {
+  const canvas = document.querySelector(".lanes canvas");
+  const {data} = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+  const drawn = [...data.keys()].filter((at) => at % 4 === 0 && data[at + 3] > 200);
+  return drawn.reduce((sum, at) => sum + data[at], 0) / drawn.length;
+}"""
+"""The mean red of what is drawn in the lanes."""
 
 
 def write(path: Path) -> None:
@@ -88,6 +97,17 @@ def test_five_lanes_and_their_times_are_seen_whole(browser: Browser, tmp_path: P
         assert lanes.evaluate("lanes => lanes.scrollHeight <= lanes.clientHeight")
         change = page.locator(".change-list button").first
         assert change.evaluate("row => row.offsetHeight") <= 30
+
+
+def test_the_lanes_take_the_colors_of_the_dark_page(browser: Browser, tmp_path: Path) -> None:
+    path = tmp_path / "run.html"
+    write(path)
+    with new_context(browser) as context:
+        page = context.new_page()
+        page.goto(path.as_uri())
+        until(lambda: page.evaluate(BRIGHTNESS) > 180)
+        page.get_by_role("button", name="Light or dark").click()
+        until(lambda: page.evaluate(BRIGHTNESS) < 100)
 
 
 def plays(page: Page) -> None:

@@ -30,7 +30,7 @@ const SECTIONS = {
  *   cursor in the text at a place, with how many characters it selects; or whether the value there is selected, so that
  *   typing replaces it. Without `focus`, the focus stays where it is
  * @typedef {{tab: number, code: readonly import("./protocol.js").PassedCode[]}} Tested
- * @typedef {{tab: null, automaton: null, selection: null, change: null, highlight: null, tested: null,
+ * @typedef {{tab: null, automaton: null, selection: null, change: null, highlight: null, tested: null, verdict: null,
  *   reveal: {legible: boolean} | null, save: null, run: null, "focus-canvas": null, say: string, alert: string, edit: Place & At,
  *   data: {section: string, place?: Place & At}}} PageEvents
  */

@@ -14,6 +14,7 @@ export function currentTheme() {
 function show() {
   const chosen = forced.matches ? null : browserStorage.getItem(KEY);
   document.documentElement.dataset.theme = chosen ?? (system.matches ? "dark" : "light");
+  dispatchEvent(new Event("theme"));
 }
 
 export function initTheme() {

@@ -16,7 +16,7 @@ import {counterexamplePlayer, showStep} from "./counterexample.js";
 import {showNoMarks} from "../data/marks.js";
 import {placeOf, wordsFor} from "../code/places.js";
 import {moveAmongRows, pathOf} from "../kit/rows.js";
-import {judge} from "./verdict.js";
+import {judge, verdictOf} from "./verdict.js";
 
 /** @type {[severity: Problem["severity"], counted: (count: number) => string][]} */
 const COUNTED = [
@@ -32,7 +32,7 @@ class Problems extends PageElement {
   static properties = {played: {state: true}};
   #isWaiting = false;
   /** @type {typeof PageElement.watches} */
-  static watches = {page: ["tab"], store: ["document", "problems"]};
+  static watches = {page: ["tab", "verdict"], store: ["document", "problems"]};
 
   constructor() {
     super();
@@ -76,6 +76,7 @@ class Problems extends PageElement {
     const {document} = page;
     if (!document) return html`<p class="empty">${t("No document is open.")}</p>`;
     const {problems} = document;
+    const verdict = verdictOf();
     const shown = problems.filter((each) => !this.left.has(each.severity)).slice(0, MOST);
     const counts = COUNTED.map(([severity]) => (this.left.has(severity) ? 0 : (document.counts[severity] ?? 0)));
     /** Each once, below all that holds under it. */
@@ -106,11 +107,13 @@ class Problems extends PageElement {
           type="button"
           class="button"
           title=${t("Check, run and test the saved document: is it ready for a robot?")}
+          ?disabled=${verdict === ""}
           @click=${() => judge(this.context.app)}
         >
-          ${t("Is it ready?")}
+          ${verdict === "" ? t("Being tried…") : t("Is it ready?")}
         </button>
       </div>
+      ${verdict ? html`<p class="explain">${coded(verdict)}</p>` : nothing}
       ${
         problems.length
           ? html`<ol class="rows" aria-label=${t("Problems")} @keydown=${moveAmongRows}>

@@ -10,10 +10,25 @@ import {save} from "../data/files.js";
 import {page} from "../data/page.js";
 import {chosenBody} from "../data/robot.js";
 import {notify} from "../kit/notices.js";
-import {t} from "../kit/texts.js";
+import {n, t} from "../kit/texts.js";
 
 /** Where more is said of what somebody found. @type {Partial<Record<string, string>>} */
 const PANELS = {checks: "hfsm-problems", "model checker": "hfsm-problems", tests: "hfsm-tests-panel"};
+
+/** The last verdict of each tab: on which revision, and what it says; nothing while it is made. @type {Map<number, {revision: number, text: string}>} */
+const verdicts = new Map();
+
+/** What the verdict on the shown document says, while it is as it was then; empty while it is made. */
+export function verdictOf() {
+  const verdict = verdicts.get(page.tab);
+  return verdict && verdict.revision === page.document?.revision ? verdict.text : undefined;
+}
+
+/** @param {number} tab @param {number} revision @param {string} text */
+function keep(tab, revision, text) {
+  verdicts.set(tab, {revision, text});
+  page.dispatchEvent(new Event("verdict"));
+}
 
 /** @param {HfsmApp} app */
 export async function judge(app) {
@@ -27,14 +42,26 @@ export async function judge(app) {
     });
     if (choice !== "save" || !(await save(tab))) return;
   }
-  notify(t("Checks, a run and tests of the saved document have begun."));
+  const revision = page.document?.revision ?? 0;
+  keep(tab, revision, "");
   const verdict = await askTab("judge", {body: chosenBody()});
-  if (!verdict) return;
-  const {ready, found, place} = verdict;
-  if (ready) {
-    notify(t("It is ready: it ran {seconds} s on {robot}, {proved} proved, {tests} tests passed.", {...verdict}));
+  if (!verdict) {
+    verdicts.delete(tab);
+    page.dispatchEvent(new Event("verdict"));
     return;
   }
+  const {ready, found, place, proved, tests} = verdict;
+  if (ready) {
+    const text = [
+      t("It is ready: it ran {seconds} s on {robot} without an error.", {...verdict}),
+      proved ? n("A property was proved.", "{count} properties were proved.", proved) : "",
+      tests ? n("A test passed.", "{count} tests passed.", tests) : t("It has no tests."),
+    ];
+    keep(tab, revision, text.filter(Boolean).join(" "));
+    notify(text[0]);
+    return;
+  }
+  keep(tab, revision, t("It is not ready for {robot}: {message}", {...verdict}));
   const panel = PANELS[found];
   const show = () => {
     page.show(tab);

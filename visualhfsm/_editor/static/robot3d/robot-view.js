@@ -54,6 +54,7 @@ export class RobotView extends MonitorElement {
     heard: {state: true},
     films: {state: true},
     watched: {state: true},
+    aims: {state: true},
   };
 
   constructor() {
@@ -68,6 +69,8 @@ export class RobotView extends MonitorElement {
     this.simulated = false;
     /** Whether dragging the robot pushes it. */
     this.pushes = false;
+    /** Whether a click gives the selected state its place. */
+    this.aims = false;
     /** Whether there is a line for what the robot is to hear. */
     this.says = false;
     /** Whether the robot has a camera. */
@@ -248,8 +251,8 @@ export class RobotView extends MonitorElement {
     if (!monitor.looking && monitor.newest?.robot.health?.fallen && !this.simulated)
       return t("It has fallen. A real robot reports how far it is tilted, but not to which side.");
     if (this.watched) return t("This is {name}. Home returns to your own robot.", {name: this.watched});
-    const aimed = this.pointing?.aimed;
-    if (aimed) return t("Click a place: the state {name} gets it.", {name: aimed.state.name});
+    const aimed = this.aims && this.pointing?.aimed;
+    if (aimed) return t("Click a place for the state “{name}”.", {name: aimed.state.name});
     if (this.pushes) return t("Drag the robot to push it, a ball to carry it.");
     return this.#mayTouch
       ? t("Drag to turn, with Shift to move, use the wheel to zoom. Drag a ball to carry it.")
@@ -268,6 +271,7 @@ export class RobotView extends MonitorElement {
     if (this.pointing) {
       this.pointing.enabled = this.#mayPoint && store.online;
       this.pointing.show();
+      this.aims = Boolean(this.pointing.aimed); // after the body, which may have come just now
     }
     if (!this.grabbing) return;
     this.grabbing.enabled = this.#mayTouch && store.online;

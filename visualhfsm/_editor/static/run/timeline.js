@@ -45,6 +45,7 @@ class Timeline extends MonitorElement {
   connectedCallback() {
     super.connectedCallback();
     this.listen(scrubbing, "play", () => this.requestUpdate());
+    this.listen(window, "theme", () => this.#draw());
     if (this.watched) this.sizes.observe(this.watched);
   }
 
@@ -67,7 +68,7 @@ class Timeline extends MonitorElement {
     return html`<div class="timeline ${this.compact ? "compact" : ""}">
       <div class="timeline-tools" role="group" aria-label=${t("Playback")}>
         ${iconButton(
-          scrubbing.plays ? "pause" : "history",
+          scrubbing.plays ? "pause" : monitor.recording ? "run" : "history", // beside *Run*, another sign
           scrubbing.plays ? t("Pause the playback") : t("Play from here"),
           () => (scrubbing.plays ? scrubbing.pause() : scrubbing.play()),
         )}
