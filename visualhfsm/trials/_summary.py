@@ -22,7 +22,9 @@ from ._statistics import Quartiles, Rate, quartiles, success_rate
 
 _BINS: Final = 5
 _MOST_VALUES: Final = 10
-"""A quantity that has no more values is shown by each of them."""
+"""A quantity that has no more values is shown by each of them, unless each trial has its own."""
+_BIN: Final = 5
+"""Trials that are at least to be in a bin of few trials."""
 _NOTED: Final = frozenset({"time", "calls", "cycles", "distance"})
 """Numbers of every trial; the others are the plan's."""
 _WORST: Final = 10
@@ -163,12 +165,14 @@ class Summary:
         rows = [row for row in self.rows if name in row.values]
         values = [row.values[name] for row in rows]
         distinct = sorted(set(values), key=lambda value: (str(type(value)), value))
-        if len(distinct) <= _MOST_VALUES or any(isinstance(value, str | bool) for value in values):
+        repeated = len(distinct) <= _MOST_VALUES and len(distinct) < max(len(rows), _BIN + 1)
+        if repeated or any(isinstance(value, str | bool) for value in values):
             return [
                 self._part(_shown(value), [row for row in rows if row.values[name] == value])
                 for value in distinct
             ]
-        edges = np.quantile([float(value) for value in values], np.linspace(0.0, 1.0, _BINS + 1)).tolist()
+        bins = min(_BINS, max(2, len(rows) // _BIN))
+        edges = np.quantile([float(value) for value in values], np.linspace(0.0, 1.0, bins + 1)).tolist()
         parts = []
         for low, high in pairwise(edges):
             end = math.inf if high == edges[-1] else high

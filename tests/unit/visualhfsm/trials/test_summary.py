@@ -97,6 +97,16 @@ def test_a_quantity_with_ten_values_is_shown_by_each_of_them() -> None:
     assert labels == ["0", "0.25", "0.5", "0.75", "1", "1.25", "1.5", "1.75", "2", "2.25"]
 
 
+@pytest.mark.parametrize(
+    ("count", "labels"), [(10, ["0 to 1.12", "1.12 to 2.25"]), (4, ["0", "0.25", "0.5", "0.75"])]
+)
+def test_values_of_which_each_trial_has_its_own_are_joined(count: int, labels: list[str]) -> None:
+    trials = (structs.replace(outcome(n), values={"speed": n / 4}) for n in range(count))
+    parts = Summary(trials, ("speed",)).dependences["speed"]
+    assert [part.label for part in parts] == labels
+    assert {part.rate.trials for part in parts} == {count // len(labels)}
+
+
 def test_trials_are_distinguished_by_their_groups() -> None:
     trials = (structs.replace(outcome(n), groups={"on": "back" if n < 30 else "belly"}) for n in range(100))
     parts = Summary(trials, VARYING).dependences["on"]
