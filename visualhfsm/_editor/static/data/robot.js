@@ -10,8 +10,7 @@ import {decimal, language, t} from "../kit/texts.js";
  */
 
 /** A time of the day without its seconds. @param {number} seconds since 1970 */
-const minutes = (seconds) =>
-  new Date(seconds * 1000).toLocaleTimeString(language, {hour: "2-digit", minute: "2-digit"});
+const minutes = (seconds) => new Date(seconds * 1000).toLocaleTimeString(language, {timeStyle: "short"});
 
 /**
  * The status of a robot: in words, in fewer words for narrow windows, and as a color.
