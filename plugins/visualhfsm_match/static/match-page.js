@@ -99,7 +99,7 @@ class MatchDrawing {
     const corners = [min.x, max.x].flatMap((x) => [min.y, max.y].map((y) => new Vector3(x, y, 0)));
     const {camera, controls} = this.viewpoints;
     const {position} = camera;
-    position.set(0, -8.5, 6);
+    position.set(0, -8.5, 6 * Math.max(1, 1.9 / camera.aspect)); // from higher up where the stage is high
     controls.target.set(0, 0, 0);
     controls.update();
     for (position.setLength(CLOSE); position.length() < FAR; position.multiplyScalar(1.02)) {
