@@ -306,6 +306,13 @@ def test_breakpoints_pause_before_the_start_in_other_documents_and_after_a_resta
     expect_breakpoint(shown, "go", "paused at this breakpoint")
     shown.press("F10")
     expect(status(shown)).to_have_text("Paused")
+    shown.state("wait").locator(".body").click()
+    shown.press("Control+Enter")  # into its sub-automaton, which is a ghost now
+    shown.state("look").wait_for()
+    shown.press("F10")
+    notice(shown, re.compile(" does not run now: the state above it is not the current one"))
+    shown.press("Backspace")
+    shown.state("go").wait_for()
     shown.press("F8")
     expect(status(shown)).to_have_text("Running")
 

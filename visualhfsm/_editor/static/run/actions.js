@@ -37,6 +37,17 @@ function toggleBreakpoint() {
   return monitor.breakpoints.set(page.tab, automaton, kind(), id, known ? undefined : "");
 }
 
+/** Run a cycle of the shown automaton, unless the state above it is not the current one. */
+function step() {
+  const {id} = page.shownAutomaton;
+  if (!monitor.now(id)?.ghost) return monitor.steer("step", {automaton: id});
+  notify(
+    t("{automaton} does not run now: the state above it is not the current one.", {automaton: page.title()}),
+    "error",
+  );
+  return undefined;
+}
+
 /** Fire the selected transition, which has to leave the current state. */
 function force() {
   const automaton = page.shownAutomaton;
@@ -181,7 +192,7 @@ export const monitorActions = [
     scope: "typing",
     enabled: () => steers() && paused() && here(),
     refused,
-    run: () => monitor.steer("step", {automaton: page.shownAutomaton.id}),
+    run: step,
     hint: t("one cycle of the shown automaton"),
   },
   {
