@@ -111,12 +111,14 @@ def stops(runs: int, seed: int) -> None:
 
 
 def fixtures(first: str, second: str, given: argparse.Namespace) -> dict[int, Match]:
-    """Return matches of two of our documents by their seeds; they change sides."""
+    """Return matches of two of our documents by their seeds; they change sides, and also the kick-off."""
     archive, paths = pack([BEHAVIORS / f"{first}.xml", BEHAVIORS / f"{second}.xml"])
     teams = team_names([BEHAVIORS / first, BEHAVIORS / second])
     found = {}
     for seed in range(given.seed, given.seed + given.runs):
-        order = slice(None, None, 1 if seed % 2 else -1)
+        order = slice(
+            None, None, 1 if seed // 2 % 2 else -1
+        )  # whose kick-off it is, the seed's last bit says
         plan = Plan(
             documents=tuple(paths[order]),  # type: ignore[arg-type]
             teams=tuple(teams[order]),  # type: ignore[arg-type]

@@ -229,12 +229,13 @@ def _plan(players: int, minutes: float, seed: int, body: str, rules: Path, *, no
 
 
 def _between(plan: Plan, documents: Sequence[str], teams: Sequence[str], again: int = 0) -> Plan:
+    """Return the plan of two documents' match; the sides change each time, and the kick-off with them."""
     import msgspec
 
     first, second = documents
     ours, theirs = teams
     return msgspec.structs.replace(
-        plan, documents=(first, second), teams=(ours, theirs), seed=plan.seed + again
+        plan, documents=(first, second), teams=(ours, theirs), seed=plan.seed + again // 2
     )
 
 

@@ -27,7 +27,7 @@ from visualhfsm_match._command import tournament as play_all
 from visualhfsm_match._errors import MatchError
 from visualhfsm_match._match import Plan, Result
 from visualhfsm_match._rules import RULES, load_rules
-from visualhfsm_match._series import Match, Matches, Played, pack, team_names
+from visualhfsm_match._series import Answer, Match, Matches, Played, pack, team_names
 
 pytestmark = [pytest.mark.sim, pytest.mark.slow]
 
@@ -239,6 +239,24 @@ def test_a_tournament_writes_a_table_and_pages(tmp_path: Path) -> None:
     assert (tmp_path / "out" / "table.csv").read_text().splitlines()[1].startswith("stands,1,1,0,0,")
     assert 'href="match1.html"' in (tmp_path / "out" / "index.html").read_text()
     assert (tmp_path / "out" / "match1.html").is_file()
+
+
+def test_each_document_of_a_tournament_has_the_kick_off_as_often(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    standing(tmp_path)
+    standing(tmp_path, "other")
+    plans: list[Plan] = []
+
+    def seen(_: Matches, match: Match) -> Answer:
+        plans.append(match.plan)
+        return Answer(refused="it was only looked at")
+
+    monkeypatch.setattr(Matches, "run", seen)
+    tournament_of(tmp_path, "--matches", "4")
+    begins = [plan.teams[plan.seed % 2] for plan in plans]
+    assert sorted(begins) == ["other", "other", "stands", "stands"]
+    assert len({(plan.teams, plan.seed % 2) for plan in plans}) == 4  # from each side, too
 
 
 def test_a_match_that_nobody_can_judge_is_named(tmp_path: Path) -> None:
