@@ -13,7 +13,7 @@ from tests.support.arm import ARM, ARM_TOML
 from tests.support.browser import EditorPage, editor_page
 from tests.support.editor import editor
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
-from tests.support.monitor import comes_true, patient_parts, status
+from tests.support.monitor import comes_true, monitor_page, patient_parts, robot_and_editor, status
 from tests.support.processes import children, free_endpoint
 from zenoh_ice import Settings
 
@@ -124,6 +124,20 @@ def test_a_run_is_on_the_robot_that_is_lit_on_the_start_page(shown: EditorPage) 
     expect(asked).to_have_count(0)
     shown.press("Alt+b")
     expect(menu.get_by_label("Robot")).to_have_value("H21")
+
+
+def test_a_robot_of_somebody_else_leaves_no_choice_on_the_start_page(
+    browser: Browser, tmp_path: Path
+) -> None:
+    with (
+        robot_and_editor(tmp_path / "walk.xml") as (_, running),
+        monitor_page(browser, running) as shown,
+    ):
+        page = shown.page
+        page.locator(".robot-pill.here").wait_for()
+        shown.press("Alt+w")
+        page.get_by_role("heading", name="Draw what your robot does").wait_for()
+        expect(page.get_by_role("radiogroup", name="Robot")).to_have_count(0)
 
 
 @pytest.mark.sim

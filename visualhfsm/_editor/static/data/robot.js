@@ -106,7 +106,7 @@ export function simulationFor(fields) {
 /** Whether the simulation that was started here is not of the chosen robot, or not in the world of a document. @param {Fields} fields */
 export function isElsewhere({world}) {
   const {started, simulation} = store.robot;
-  const isThere = (!world || world === simulation.world) && chosenBody() === simulation.body;
+  const isThere = ["", simulation.world].includes(world) && ["", simulation.body].includes(chosenBody());
   return started === "simulation" && !isThere;
 }
 
