@@ -13,7 +13,7 @@ from tests.support.arm import ARM, ARM_TOML
 from tests.support.browser import EditorPage, editor_page
 from tests.support.editor import editor
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
-from tests.support.monitor import comes_true, patient_parts, status
+from tests.support.monitor import comes_true, monitor_page, patient_parts, robot_and_editor, status
 from tests.support.processes import children, free_endpoint
 from zenoh_ice import Settings
 
@@ -94,3 +94,64 @@ def test_try_it_moves_the_robot_that_was_chosen(shown: EditorPage) -> None:
     page.get_by_role("tab", name="Joints").click()
     row = page.get_by_role("row").filter(has_text=find_body("T1").groups.left_arm[0])
     expect(row).to_be_visible()
+
+
+@pytest.mark.sim
+def test_a_run_is_on_the_robot_that_is_lit_on_the_start_page(shown: EditorPage) -> None:
+    page = shown.page
+    cards = page.get_by_role("radiogroup", name="Robot")
+    cards.get_by_text("An arm").click()
+    shown.button("No robot: start a simulation").click()
+    expect(page.get_by_role("button", name="Simulated An arm")).to_be_visible(timeout=STARTED)
+    shown.press("Alt+b")
+    menu = page.get_by_role("dialog", name="Robot")
+    menu.get_by_label("Robot").select_option("H21")
+    expect(cards.get_by_role("radio", name="Nao H21")).to_be_checked()
+    shown.press("Escape")
+    shown.button("Dance Both arms move from pose to pose.").click()
+    page.locator(".state").first.wait_for()
+    shown.press("F5")
+    expect(status(shown)).to_have_text("Running", timeout=STARTED)
+    expect(page.get_by_role("button", name="Simulated Nao H21")).to_be_visible()
+
+    shown.press("Alt+b")
+    menu.get_by_label("Robot").select_option("T1")
+    shown.press("Escape", "F5")
+    page.get_by_role("dialog", name="dance runs").get_by_role("button", name="Run again").click()
+    asked = page.get_by_role("dialog", name="Another robot is chosen")
+    expect(asked).to_contain_text("dance runs on Nao H21. Restart the simulation with T1 and run?")
+    asked.get_by_role("button", name="Run here").click()
+    expect(asked).to_have_count(0)
+    shown.press("Alt+b")
+    expect(menu.get_by_label("Robot")).to_have_value("H21")
+
+
+def test_a_robot_of_somebody_else_leaves_no_choice_on_the_start_page(
+    browser: Browser, tmp_path: Path
+) -> None:
+    with (
+        robot_and_editor(tmp_path / "walk.xml") as (_, running),
+        monitor_page(browser, running) as shown,
+    ):
+        page = shown.page
+        page.locator(".robot-pill.here").wait_for()
+        shown.press("Alt+w")
+        page.get_by_role("heading", name="Draw what your robot does").wait_for()
+        expect(page.get_by_role("radiogroup", name="Robot")).to_have_count(0)
+
+
+@pytest.mark.sim
+def test_the_tour_runs_on_the_robot_that_is_lit_and_says_when_that_cannot_be(shown: EditorPage) -> None:
+    page = shown.page
+    cards = page.get_by_role("radiogroup", name="Robot")
+    cards.get_by_text("Nao H21").click()
+    shown.button("No robot: start a simulation").click()
+    expect(page.get_by_role("button", name="Simulated Nao H21")).to_be_visible(timeout=STARTED)
+    cards.get_by_text("An arm").click()
+    shown.button("Take the tour").click()
+    tour = page.get_by_role("dialog", name="The canvas")
+    tour.wait_for()
+    for _ in range(7):
+        shown.press("ArrowRight")
+    expect(page.get_by_role("dialog", name="It does not run")).to_be_visible(timeout=STARTED)
+    expect(page.get_by_role("button", name="Simulated An arm")).to_be_visible()

@@ -14,7 +14,7 @@ from tests.support.arm import ARM, ARM_TOML
 from tests.support.browser import EditorPage, editor_page
 from tests.support.editor import editor
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
-from tests.support.monitor import comes_true, patient_parts
+from tests.support.monitor import comes_true, patient_parts, status
 from tests.support.processes import children, free_endpoint
 from tests.support.waiting import until
 from zenoh_ice import Settings, initialize
@@ -124,6 +124,26 @@ def test_a_model_is_seen_corrected_saved_started_and_moved(
         assert body is not None
         body.setJointPositions({"elbow": 1.0}, 1.0)
         comes_true(shown, TURNED, ["hfsm-robot-view", "elbow"])
+
+
+@pytest.mark.sim
+def test_a_run_whose_robot_is_exchanged_for_one_without_its_parts_says_so(shown: EditorPage) -> None:
+    page = shown.page
+    shown.button("Watch a robot dance").click()
+    expect(status(shown)).to_have_text("Running", timeout=STARTED)
+    shown.press("Alt+b")
+    page.get_by_role("dialog", name="Robot").wait_for()
+    dialog = chosen(shown, "robots", "arm.urdf")
+    text_of(dialog)
+    dialog.get_by_role("button", name="Save and start").click()
+    expect(page.get_by_role("button", name="Simulated arm")).to_be_visible(timeout=STARTED)
+    expect(status(shown)).to_have_text("Running, parts missing")
+    expect(status(shown)).to_have_attribute("title", re.compile("This robot has no RightShoulderMotors, "))
+
+    shown.press("Alt+b")
+    page.get_by_role("dialog", name="Robot").get_by_label("Robot").select_option("H21")
+    shown.button("Restart the simulation with these").click()
+    expect(status(shown)).to_have_text("Running", timeout=STARTED)
 
 
 def test_what_was_typed_outlives_a_closed_dialog_and_no_file_is_replaced_unasked(

@@ -42,11 +42,8 @@ TOUCH = """([from, to]) => {
 SERVED = """async ([names, postures]) => {
     const base = document.querySelector('script[src$="/app.js"]').src.replace("shell/app.js", "");
     const {store} = await import(`${base}data/store.js`);
-    const request = store.request.bind(store);
-    store.request = (op, fields) => op === "identities"
-        ? Promise.resolve(Object.fromEntries(names.map((name) => [name, [`::nao::${name}`]])))
-        : request(op, fields);
-    store.robot = {...store.robot, status: names.length ? "present" : "none", title: "Cart", postures};
+    const status = names.length ? "present" : "none";
+    store.robot = {...store.robot, status, title: "Cart", postures, serves: names};
     store.dispatchEvent(new CustomEvent("robot", {detail: {}}));
 }"""
 """Let the page see a robot that serves some things."""

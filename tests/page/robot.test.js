@@ -4,8 +4,18 @@ import {test} from "node:test";
 import {Socket, STATIC} from "./page.js";
 
 const {store} = await import(new URL("data/store.js", STATIC).href);
-const {chooseBody, chosenBody, isElsewhere, isReadyFor, needsRobot, robotComes, shownOf, simulate, simulationFor} =
-  await import(new URL("data/robot.js", STATIC).href);
+const {
+  chooseBody,
+  chosenBody,
+  isElsewhere,
+  isReadyFor,
+  lackingOf,
+  needsRobot,
+  robotComes,
+  shownOf,
+  simulate,
+  simulationFor,
+} = await import(new URL("data/robot.js", STATIC).href);
 
 store.connect();
 const socket = Socket.made.at(-1);
@@ -71,6 +81,33 @@ test("the robot that was chosen is simulated, as long as there is such a body", 
   assert.equal(chosenBody(), "Cart");
   store.greeting.bodies = [];
   assert.equal(chosenBody(), "");
+});
+
+test("a document is not ready on a simulation of another robot than the chosen one", () => {
+  store.greeting.bodies = [
+    {name: "H25", title: "Nao H25"},
+    {name: "T1", title: "Booster T1"},
+  ];
+  const here = {status: "present", simulation: {world: "balls", speed: "1", balls: false, body: "H25"}};
+  pushed({...here, started: "simulation"});
+  chooseBody("T1");
+  assert.deepEqual([isElsewhere(DANCES), isReadyFor(DANCES)], [true, false]);
+  chooseBody("H25");
+  assert.deepEqual([isElsewhere(DANCES), isReadyFor(DANCES)], [false, true]);
+  chooseBody("T1");
+  pushed(here); // it was not started here, and is not exchanged
+  assert.equal(isReadyFor(DANCES), true);
+  store.greeting.bodies = [];
+});
+
+test("what a robot lacks is known once it has announced what it serves", () => {
+  const needs = [{identity: "Head"}, {identity: "Camera"}, {identity: "Head@elsewhere"}];
+  pushed({status: "present", serves: ["Head", "Safety"]});
+  assert.deepEqual(lackingOf(needs), ["Camera"]);
+  pushed({status: "present"});
+  assert.deepEqual(lackingOf(needs), []);
+  pushed({status: "lost", serves: ["Head", "Safety"]});
+  assert.deepEqual(lackingOf(needs), []);
 });
 
 test("a document that looks for a ball gets balls that move", () => {

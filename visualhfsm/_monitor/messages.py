@@ -237,6 +237,8 @@ class Robot(Push, omit_defaults=True):
     """The postures that it can be brought into, as far as they are known."""
     others: tuple[OtherRobot, ...] = ()
     """The other robots of its world."""
+    serves: tuple[str, ...] = ()
+    """The identities of what is served in its realm; empty while they are not known."""
     trouble: Message = NO_MESSAGE
     """Why the robot that was started here has ended, or is not seen."""
 

@@ -135,6 +135,7 @@ class StartedRobot:
             has_balls=seen.has_balls,
             postures=seen.postures,
             others=tuple(messages.OtherRobot(realm, called(title)) for realm, title in seen.others),
+            serves=seen.serves,
             trouble=self._trouble,
         )
 

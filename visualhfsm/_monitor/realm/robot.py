@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from typing import Final, NamedTuple
 
 import msgspec
@@ -13,7 +14,7 @@ from interfaces.nao import ClockPrx, HealthPrx, HealthReport, JointLimits, Joint
 from visualhfsm._monitor.realm.audible import AudibleMonitor
 from visualhfsm._monitor.realm.body import BODY, STALE, BodyMonitor, Others
 from visualhfsm._monitor.realm.description import DescribedRobot
-from visualhfsm._monitor.realm.realm import Newest, PolledValue, has_interface
+from visualhfsm._monitor.realm.realm import DRY_RUN_PREFIX, MONITOR_PREFIX, Newest, PolledValue, has_interface
 from visualhfsm._monitor.realm.world import Placement, WorldMonitor
 from zenoh_ice import Communicator
 from zenoh_ice.data.text import printable
@@ -23,6 +24,8 @@ _STALE_HEALTH: Final = 2.0
 _LONGEST_REASON: Final = 200
 _PARTS: Final = frozenset({BODY, "Health", "Head"})
 """Identities of which every robot has one."""
+_ANNOUNCED: Final = "Safety"
+"""The identity of what every robot has: when it is there, it has announced all that it serves."""
 
 
 class RobotState(msgspec.Struct, frozen=True, rename="camel"):
@@ -71,6 +74,8 @@ class RobotPresence(NamedTuple):
     """The postures that it can be brought into, as far as they are known."""
     others: tuple[tuple[str, str], ...] = ()
     """The other robots of its world, each with its realm, and its name for people."""
+    serves: tuple[str, ...] = ()
+    """The identities of what it and others serve in its realm, once it has announced all."""
 
 
 class RobotFacts(msgspec.Struct, frozen=True, rename="camel"):
@@ -158,6 +163,7 @@ class RobotMonitor:
             title=described.title if described else "",
             postures=described.postures if described else (),
             others=tuple((name, each.title) for name, (_, each) in self.others.bodies().items()),
+            serves=_serves(identities),
         )
 
     def stop_reason(self) -> str | None:
@@ -196,3 +202,9 @@ class RobotMonitor:
         if not self._body.is_present:
             return ""
         return printable(self._body.state.trouble or self._body.names.trouble)[:_LONGEST_REASON]
+
+
+def _serves(identities: Collection[str]) -> tuple[str, ...]:
+    if _ANNOUNCED not in identities:
+        return ()
+    return tuple(sorted(each for each in identities if not each.startswith((MONITOR_PREFIX, DRY_RUN_PREFIX))))

@@ -1277,6 +1277,7 @@ export interface RobotPush {
   hasBalls?: boolean;
   postures?: string[];
   others?: OtherRobot[];
+  serves?: string[];
   trouble?: string;
 }
 

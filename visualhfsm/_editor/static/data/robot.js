@@ -65,7 +65,10 @@ export function chosenBody() {
 }
 
 /** Choose the body of the next simulation. @param {string} name */
-export const chooseBody = (name) => browserStorage.setItem(BODY, name);
+export function chooseBody(name) {
+  browserStorage.setItem(BODY, name);
+  store.dispatchEvent(new CustomEvent("robot", {detail: {push: "robot", ...store.robot}}));
+}
 
 /** Request a simulation like the last one, of the chosen body. @param {object} [changes] to it */
 export function simulate(changes = {}) {
@@ -78,6 +81,13 @@ const LONGEST_START = 60_000; // ms
 
 /** Whether a document uses parts of a robot. @param {Fields} fields */
 export const needsRobot = ({interfaces}) => interfaces.length > 0;
+
+/** What the present robot lacks of the servants in its realm that something needs. @param {{identity: string}[]} needs */
+export function lackingOf(needs) {
+  const {status, serves} = store.robot;
+  if (status !== "present" || !serves.length) return [];
+  return needs.map(({identity}) => identity).filter((each) => /^[\w.]+$/.test(each) && !serves.includes(each));
+}
 
 /** Whether a document uses a camera, probably to look for a ball. @param {Fields} fields */
 const looks = ({interfaces}) => interfaces.some(({type}) => /\bCamera(Prx)?$/.test(type));
@@ -92,9 +102,12 @@ export function simulationFor(fields) {
   return looks(fields) ? {world: "balls", balls: true} : {};
 }
 
-/** Whether the simulation that was started here has another world than a document needs. @param {Fields} fields */
-export const isElsewhere = ({world}) =>
-  store.robot.started === "simulation" && Boolean(world) && world !== store.robot.simulation.world;
+/** Whether the simulation that was started here is not of the chosen robot, or not in the world of a document. @param {Fields} fields */
+export function isElsewhere({world}) {
+  const {started, simulation} = store.robot;
+  const isThere = ["", simulation.world].includes(world) && ["", simulation.body].includes(chosenBody());
+  return started === "simulation" && !isThere;
+}
 
 /** Whether a document can run at once: its robot is present and accepts commands. @param {Fields} fields */
 export function isReadyFor(fields) {

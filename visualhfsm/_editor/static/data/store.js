@@ -44,6 +44,7 @@ const NO_ROBOT = {
   hasBalls: false,
   postures: [],
   others: [],
+  serves: [],
   trouble: "",
 };
 /**

@@ -13,7 +13,7 @@ import {keyOf, spoken} from "../kit/keys.js";
 import {page} from "../data/page.js";
 import {isEnabled, perform} from "../kit/registry.js";
 import {viewing} from "../kit/viewers.js";
-import {needsRobot} from "../data/robot.js";
+import {lackingOf, needsRobot} from "../data/robot.js";
 import {started, spokenEnd} from "../data/component-status.js";
 import {coded, n, t, spokenSeconds} from "../kit/texts.js";
 import {actionButton, menuButton} from "../kit/buttons.js";
@@ -308,6 +308,13 @@ export function statusOf() {
     return {status: "running", word: t("Trying, {speed} x", {speed}), why: t("No robot moves.")};
   if (status === 0 && robot !== "present" && usesRobot())
     return {status: "lost", word: t("Running, no robot"), why: t("Start a robot in the header.")};
+  const lacks = monitor.isDryRun ? [] : lackingOf(store.documents.get(monitor.tab)?.fields.interfaces ?? []);
+  if (status === 0 && lacks.length)
+    return {
+      status: "lost",
+      word: t("Running, parts missing"),
+      why: t("This robot has no {names}.", {names: lacks.join(", ")}),
+    };
   if (refusal) return {status: "paused", word: t("Paused: command refused"), why: refusal};
   const word = status === 1 && stoppedAt.length ? t("At a breakpoint") : spokenStatus(status);
   return {status: STATUS[status], word};

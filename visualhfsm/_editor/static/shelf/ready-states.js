@@ -13,6 +13,7 @@ import {holdKeys} from "../kit/waiting-keys.js";
 import {notifyError} from "../kit/notices.js";
 import {triggerFrom} from "../data/outline.js";
 import {page} from "../data/page.js";
+import {lackingOf} from "../data/robot.js";
 import {store} from "../data/store.js";
 import {containsWords, folded, language, t, translated} from "../kit/texts.js";
 
@@ -33,25 +34,10 @@ const PARTS = {
   Walk: t("legs or wheels"),
 };
 
-/** The names of what the robot serves; empty while it is not known. @type {Set<string>} */
-let has = new Set();
-
-/** Find out what the robot of the realm has. */
-export async function lookAtRobot() {
-  if (store.robot.status !== "present") {
-    has = new Set();
-    return;
-  }
-  const {loadIdentities, served} = await import("../code/known-interfaces.js");
-  await loadIdentities();
-  has = new Set(served().map(({name}) => name));
-}
-
 /** What the robot lacks for a ready state, in words; nothing while there is no robot. @param {ReadyState} ready */
 export function lacking({needs, postures}) {
-  if (!has.has("Safety")) return ""; // every robot has it
-  const missing = needs.filter(({identity}) => !has.has(identity)).map(({identity}) => PARTS[identity] ?? identity);
-  const known = has.has("Postures") ? store.robot.postures : [];
+  const missing = lackingOf(needs).map((identity) => PARTS[identity] ?? identity);
+  const known = store.robot.serves.includes("Postures") ? store.robot.postures : [];
   if (known.length)
     missing.push(...postures.filter((name) => !known.includes(name)).map((name) => t("posture {name}", {name})));
   return missing.length ? t("this robot has no {parts}", {parts: missing.join(t(" and no "))}) : "";

@@ -13,10 +13,9 @@ import {isTyping, keyOf} from "../kit/keys.js";
 import {page} from "../data/page.js";
 import {resizer} from "../kit/resizer.js";
 import {browserStorage} from "../kit/location.js";
-import {store} from "../data/store.js";
 import {rich, t} from "../kit/texts.js";
 import {Carrying} from "./carrying.js";
-import {drawReady, findReady, lacking, lookAtRobot, readyStates} from "./ready-states.js";
+import {drawReady, findReady, lacking, readyStates} from "./ready-states.js";
 
 const CLOSED = "visualhfsm.shelf";
 const TALL = 620; // px of height from which it is open by default
@@ -28,7 +27,7 @@ const heightLine = () =>
 export class Shelf extends PageElement {
   static properties = {open: {state: true}, text: {state: true}, chosen: {state: true}, described: {state: true}};
   /** @type {typeof PageElement.watches} */
-  static watches = {page: ["change"], store: ["shelf", "connection"]};
+  static watches = {page: ["change"], store: ["shelf", "connection", "robot"]};
 
   constructor() {
     super();
@@ -41,17 +40,13 @@ export class Shelf extends PageElement {
     this.described = "";
   }
 
-  #robot = "";
-
   connectedCallback() {
     super.connectedCallback();
-    this.listen(store, "robot", () => this.#lookAtRobot());
     /** @type {import("../kit/events.js").Target<{keydown: null}>} */
     const keys = window;
     this.listen(keys, "keydown", ({target}) => {
       if (isTyping(target) && target !== this.querySelector("input")) this.described = ""; // it may lie over what is typed
     });
-    this.#lookAtRobot();
   }
 
   /** Open it, and let its search be typed. */
@@ -220,16 +215,6 @@ export class Shelf extends PageElement {
   #toggle(open) {
     this.open = open;
     browserStorage.setItem(CLOSED, open ? "open" : "closed");
-  }
-
-  /** Ask what the robot has when it is another one. */
-  async #lookAtRobot() {
-    const {status, title, name} = store.robot;
-    const robot = `${status} ${title} ${name}`;
-    if (robot === this.#robot) return;
-    this.#robot = robot;
-    await lookAtRobot();
-    this.requestUpdate();
   }
 }
 

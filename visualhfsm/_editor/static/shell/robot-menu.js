@@ -191,7 +191,7 @@ const choice = (label, chosen, options, choose) =>
   html`<label
     ><span>${label}</span
     ><select @change=${(/** @type {From<HTMLSelectElement>} */ {target}) => choose(target.value)}>
-      ${options.map(([value, words, title = ""]) => html`<option value=${value} ?selected=${value === chosen} title=${title}>${words}</option>`)}
+      ${options.map(([value, words, title = ""]) => html`<option value=${value} .selected=${value === chosen} title=${title}>${words}</option>`)}
     </select></label
   >`;
 

@@ -7,6 +7,7 @@ import {notify, notifyError} from "../kit/notices.js";
 import {page} from "../data/page.js";
 import {connect} from "./robot-menu.js";
 import {
+  chooseBody,
   chosenBody,
   isElsewhere,
   isReadyFor,
@@ -37,7 +38,7 @@ export async function settle(fields) {
   if (store.robot.stopped && !(await resetStop())) return false;
   if (!needsRobot(fields)) return true;
   if (isReadyFor(fields)) return true;
-  const {status, started} = store.robot;
+  const {status, started, simulation} = store.robot;
   if (["none", "lost", "stopping"].includes(status)) {
     const choice = chosen ?? (await choose());
     if (choice === "connect") {
@@ -54,20 +55,21 @@ export async function settle(fields) {
     notify(t("The robot is being connected. Press Run when it is there and may move."));
     return false;
   }
-  if (status !== "present") return begin(Promise.resolve());
   if (isElsewhere(fields)) {
     const choice = await moveTo(fields.world);
-    return choice === "restart" ? begin(simulate(simulationFor(fields))) : choice === "without";
+    if (choice !== "without") return choice === "restart" && begin(simulate(simulationFor(fields)));
+    chooseBody(simulation.body);
+    return status === "present" || begin(Promise.resolve());
   }
+  if (status !== "present") return begin(Promise.resolve());
   if (!isReadyFor(fields)) await ask("moveBalls", {moving: true});
   return true;
 }
 
 /** Open the behavior that ships, and run it on a simulated robot. @param {HfsmApp} app */
 export async function watchDance(app) {
-  const {status, simulated, started, simulation} = store.robot;
-  const isOther = started === "simulation" && simulation.body !== chosenBody();
-  const isFree = isOther || status === "none" || status === "lost";
+  const {status, simulated} = store.robot;
+  const isFree = status === "none" || status === "lost";
   const coming = isFree ? begin(simulate()) : Promise.resolve(simulated);
   await openNew(DANCE);
   if (page.tabState?.title !== DANCE) return;
@@ -108,16 +110,24 @@ const choose = () =>
     ],
   });
 
-/** @param {string} world */
-const moveTo = (world) =>
-  confirm({
-    title: t("The simulation has another world"),
-    text: t("This behavior is made for the world {world}. Restart the simulation there and run?", {world}),
+/** Ask whether the simulation may be another one; a robot that does nothing is exchanged at once. @param {string} world */
+async function moveTo(world) {
+  const {title, simulation} = store.robot;
+  const robot = chosenBody();
+  const names = (store.workspace.present ?? []).map(({component}) => component).join(", ");
+  const isOther = robot !== simulation.body;
+  if (isOther && !names) return "restart";
+  return confirm({
+    title: isOther ? t("Another robot is chosen") : t("The simulation has another world"),
+    text: isOther
+      ? t("{names} runs on {title}. Restart the simulation with {robot} and run?", {names, title, robot})
+      : t("This behavior is made for the world {world}. Restart the simulation there and run?", {world}),
     choices: [
       ["without", t("Run here")],
       ["restart", t("Restart and run"), "primary"],
     ],
   });
+}
 
 async function resetStop() {
   const choice = await confirm({

@@ -155,6 +155,7 @@ class Start extends PageElement {
   render() {
     const recent = recentFiles();
     const {recoverable = []} = store.workspace;
+    const {status, started} = store.robot;
     if (viewing.on)
       return html`<div class="start">
         <h1>${t("No document is open.")}</h1>
@@ -168,7 +169,7 @@ class Start extends PageElement {
         <button type="button" class="button" @click=${() => this.#tour()}>${t("Take the tour")}</button>
         <button type="button" class="button" @click=${openFile}>${t("Open a document")}</button>
       </div>
-      ${bodies().length > 1 ? this.#robots() : nothing}
+      ${bodies().length > 1 && (status !== "present" || started === "simulation") ? this.#robots() : nothing}
       ${
         recoverable.length
           ? html`<h2>${t("Not saved when the editor ended")}</h2>
@@ -220,7 +221,7 @@ class Start extends PageElement {
     </div>`;
   }
 
-  /** The choice of the robot that is simulated. */
+  /** The choice of the robot on which behaviors run, unless one is here that was not simulated for them. */
   #robots() {
     const chosen = chosenBody();
     return html`<h2 id="start-robots">${t("Robot")}</h2>
@@ -245,8 +246,7 @@ class Start extends PageElement {
   }
 
   async #makeRobot() {
-    await (await import("../dialogs/own-robot.js")).makeRobot();
-    this.requestUpdate();
+    (await import("../dialogs/own-robot.js")).makeRobot();
   }
 
   async #dance() {

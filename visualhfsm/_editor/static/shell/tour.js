@@ -11,6 +11,7 @@ import {keyOf, spoken} from "../kit/keys.js";
 import {STOP_KEY} from "../run/stop.js";
 import {notify} from "../kit/notices.js";
 import {page} from "../data/page.js";
+import {started} from "../data/component-status.js";
 import {store} from "../data/store.js";
 import {laterStyles} from "../kit/theme.js";
 import {rich, t} from "../kit/texts.js";
@@ -19,10 +20,10 @@ import {rich, t} from "../kit/texts.js";
 
 /**
  * An element of the page, and its explanation. `enter` is performed there; with `types` the user types there, so the
- * tour does not take the focus.
+ * tour does not take the focus. What it says `otherwise` is shown after that while the example does not run.
  *
  * @typedef {{selector: string, title: string, text: TemplateResult, next?: string, types?: boolean,
- *   enter?: (context: Context) => Promise<unknown>}} Step
+ *   enter?: (context: Context) => Promise<unknown>, otherwise?: Pick<Step, "title" | "text">}} Step
  */
 
 const EXAMPLE = "dance_and_follow";
@@ -77,6 +78,13 @@ const STEPS = [
     title: t("It runs"),
     text: html`${t("The simulation takes some seconds to start. Then the filled state is the current one, and the head follows a ball. Ten seconds later, the robot dances.")}`,
     enter: runExample,
+    otherwise: {
+      title: t("It does not run"),
+      text: html`${rich(
+        "If the robot lacks what this behavior needs, the output says so. Choose another robot with {robot}, and press Run ({key}).",
+        {robot: kbd(keyOf("robot")), key: kbd(keyOf("run"))},
+      )}`,
+    },
   },
   {
     selector: ".stop-button",
@@ -126,11 +134,13 @@ export async function startTour(context) {
   frame.className = "tour-frame";
   document.body.append(frame, bubble);
   let index = 0;
+  let entered = -1;
+  const ended = new AbortController();
 
   const end = () => {
     frame.remove();
     bubble.remove();
-    removeEventListener("resize", show);
+    ended.abort();
     context.canvas.focusSelected();
   };
   /** @param {number} step */
@@ -138,14 +148,17 @@ export async function startTour(context) {
     index += step;
     if (index >= STEPS.length) return end();
     show();
-    const {enter} = STEPS[index];
+    const at = index;
+    const {enter} = STEPS[at];
     if (step > 0 && enter) {
       await enter(context);
+      entered = at;
       if (bubble.isConnected) show(); // the element may have moved
     }
   };
   const show = () => {
-    const {selector, title, text, next = t("Next"), types} = STEPS[index];
+    const {selector, next = t("Next"), types, otherwise, ...runs} = STEPS[index];
+    const {title, text} = (entered === index && !started.isAlive(page.tab) && otherwise) || runs;
     const last = index === STEPS.length - 1;
     render(
       html`<h2 id="tour-title">${title}</h2>
@@ -176,7 +189,8 @@ export async function startTour(context) {
     event.preventDefault();
     event.stopPropagation();
   });
-  addEventListener("resize", show);
+  addEventListener("resize", show, ended);
+  store.addEventListener("started", () => STEPS[index].otherwise && show(), ended);
   show();
 }
 
