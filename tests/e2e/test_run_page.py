@@ -105,6 +105,7 @@ def test_the_lanes_take_the_colors_of_the_dark_page(browser: Browser, tmp_path: 
     with new_context(browser) as context:
         page = context.new_page()
         page.goto(path.as_uri())
+        page.locator(".lanes canvas").wait_for()
         until(lambda: page.evaluate(BRIGHTNESS) > 180)
         page.get_by_role("button", name="Light or dark").click()
         until(lambda: page.evaluate(BRIGHTNESS) < 100)

@@ -75,7 +75,7 @@ function marksOf({effects, docChanged}) {
  */
 function takesAway(transaction, from, to) {
   const marks = marksOf(transaction);
-  if (!marks) return transaction.docChanged || null;
+  if (!marks) return ["input", "delete"].some((each) => transaction.isUserEvent(each)) || null;
   let isGone = false;
   forEachDiagnostic(transaction.startState, (each, start, end) => {
     if (start <= from && to <= end && !marks.includes(each)) isGone = true;
