@@ -92,7 +92,8 @@ def declare(shown: EditorPage) -> None:
     """Go into the automaton of `search`, and declare an output there."""
     shown.state("search").locator(".body").dblclick()
     shown.state("look").wait_for()
-    shown.press("Alt+t")  # the data of the automaton
+    shown.press("Alt+t")  # the data of the automaton, which take the focus a moment later
+    expect(shown.page.locator(".side :focus")).to_have_count(1)
     entry = add(shown, "output", "steps")
     entry.get_by_label("Type").select_option("int")
     entry.get_by_label("Default").fill("0")
