@@ -116,9 +116,8 @@ def fixtures(first: str, second: str, given: argparse.Namespace) -> dict[int, Ma
     teams = team_names([BEHAVIORS / first, BEHAVIORS / second])
     found = {}
     for seed in range(given.seed, given.seed + given.runs):
-        order = slice(
-            None, None, 1 if seed // 2 % 2 else -1
-        )  # whose kick-off it is, the seed's last bit says
+        # The last bit of the seed says whose kick-off it is.
+        order = slice(None, None, 1 if seed // 2 % 2 else -1)
         plan = Plan(
             documents=tuple(paths[order]),  # type: ignore[arg-type]
             teams=tuple(teams[order]),  # type: ignore[arg-type]

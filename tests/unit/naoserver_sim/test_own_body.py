@@ -213,12 +213,16 @@ def test_a_joint_that_mimics_another_follows_it(written):
     assert (angles["elbow"], angles["thumb"]) == pytest.approx((1.0, -0.4), abs=0.02)
 
 
+_JOINTS = "".join(
+    f'<body><joint name="{name}" axis="0 1 0"/><geom size="0.1" mass="1"/></body>' for name in "ab"
+)
+TWO_JOINTS = f'<body name="box"><geom size="1"/>{_JOINTS}</body>'
+"""A body with the joints a and b."""
+
+
 def test_a_follower_whose_speed_nobody_says_does_not_slow_its_leader(written):
-    joints = "".join(
-        f'<body><joint name="{name}" axis="0 1 0"/><geom size="0.1" mass="1"/></body>' for name in "ab"
-    )
     model = (
-        f'<mujoco><worldbody><body name="box"><geom size="1"/>{joints}</body></worldbody>'
+        f"<mujoco><worldbody>{TWO_JOINTS}</worldbody>"
         '<equality><joint joint1="b" joint2="a" polycoef="0 2 0 0 0"/></equality><actuator>'
         '<velocity joint="a" kv="1" ctrlrange="-8 8" forcerange="-5 5"/></actuator></mujoco>'
     )
@@ -227,11 +231,8 @@ def test_a_follower_whose_speed_nobody_says_does_not_slow_its_leader(written):
 
 
 def test_a_servo_with_two_controls_has_nothing_to_do_with_the_speed_of_the_next(written):
-    joints = "".join(
-        f'<body><joint name="{name}" axis="0 1 0"/><geom size="0.1" mass="1"/></body>' for name in "ab"
-    )
     model = (
-        f'<mujoco><worldbody><body name="box"><geom size="1"/>{joints}</body></worldbody><actuator>'
+        f"<mujoco><worldbody>{TWO_JOINTS}</worldbody><actuator>"
         '<pid joint="a" kp="9" forcerange="-5 5"/><velocity joint="b" kv="1" ctrlrange="-8 8" forcerange="-5 5"/>'
         "</actuator></mujoco>"
     )

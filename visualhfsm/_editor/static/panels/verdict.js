@@ -15,7 +15,7 @@ import {n, t} from "../kit/texts.js";
 /** Where more is said of what somebody found. @type {Partial<Record<string, string>>} */
 const PANELS = {checks: "hfsm-problems", "model checker": "hfsm-problems", tests: "hfsm-tests-panel"};
 
-/** The last verdict of each tab: on which revision, and what it says; nothing while it is made. @type {Map<number, {revision: number, text: string}>} */
+/** The last verdict of each tab: on which revision, and what it says; nothing while it is made. @type {Map<number, {revision?: number, text?: string}>} */
 const verdicts = new Map();
 
 /** What the verdict on the shown document says, while it is as it was then; empty while it is made. */
@@ -24,7 +24,7 @@ export function verdictOf() {
   return verdict && verdict.revision === page.document?.revision ? verdict.text : undefined;
 }
 
-/** @param {number} tab @param {number} revision @param {string} text */
+/** Keep what a verdict says of a tab; without anything it is forgotten. @param {number} tab @param {number} [revision] @param {string} [text] */
 function keep(tab, revision, text) {
   verdicts.set(tab, {revision, text});
   page.dispatchEvent(new Event("verdict"));
@@ -46,8 +46,7 @@ export async function judge(app) {
   keep(tab, revision, "");
   const verdict = await askTab("judge", {body: chosenBody()});
   if (!verdict) {
-    verdicts.delete(tab);
-    page.dispatchEvent(new Event("verdict"));
+    keep(tab);
     return;
   }
   const {ready, found, place, proved, tests} = verdict;
