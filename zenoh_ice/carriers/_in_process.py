@@ -83,8 +83,10 @@ class InProcess:
         return Registration(close)
 
     def notify(self, token: str, came: bool) -> None:
-        """Report a token that appeared or disappeared to the watchers."""
+        """Report a token that appeared or disappeared to the watchers; one that is known appears once."""
         with self._lock:
+            if came and token in self._tokens:
+                return
             if not came:
                 self._tokens.pop(token, None)
             elif len(self._tokens) < _MOST_TOKENS:

@@ -461,6 +461,15 @@ class TestPresence:
         token.close()
         until(lambda: watcher.tokens == [(TOKEN, True), (TOKEN, False)])
 
+    def test_a_token_that_is_reported_twice_comes_once(self, ends: Ends) -> None:
+        watcher, other = Watcher(), f"{TOKEN}1"
+        ends.client.watch("@servant/nao/**", watcher)
+        tokens = [ends.server.announce(token) for token in (TOKEN, TOKEN, other)]
+        until(lambda: (other, True) in watcher.tokens)
+        assert watcher.tokens.count((TOKEN, True)) == 1
+        for token in tokens:
+            token.close()
+
     def test_who_watches_late_hears_of_what_is_there(self, ends: Ends) -> None:
         first, late = Watcher(), Watcher()
         ends.client.watch("@servant/nao/**", first)
