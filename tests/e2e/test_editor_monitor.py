@@ -98,6 +98,7 @@ def force_late(shown: EditorPage) -> None:
 def toggle_breakpoint(shown: EditorPage, state: str) -> None:
     """Set or remove the breakpoint of a state."""
     shown.state(state).locator(".body").click()
+    expect(shown.page.locator("hfsm-canvas :focus")).to_have_count(1)  # keys without Alt are the drawing's
     shown.press("b")
 
 

@@ -446,7 +446,12 @@ def test_a_reset_starts_no_walk_of_a_node_that_publishes_on(
     assert "/cmd_vel: refused: commands of " in caplog.text
 
 
-def test_a_reset_starts_no_trajectory_that_waits(shared: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_reset_starts_no_trajectory_that_waits(
+    shared: Robot, robot: FakeRobot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    walker = robot.walker
+    assert walker is not None
+    eventually(lambda: not walker.commanded().forward)  # no walk of another test asks the gate, too
     gate, begin, waits = shared.nao.assembly.gate, position(shared, "HeadYaw"), threading.Event()
     require = gate.require
 
