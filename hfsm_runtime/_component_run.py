@@ -315,8 +315,9 @@ class ComponentRun:
         self._supervision.note(actor, message)
 
     def thread_failed(self, location: str, message: str) -> None:
-        """Log and remember that an exception has ended a thread which user code started."""
-        self._supervision.report(self.tree.root, location, message)
+        """Handle an exception that has ended a thread of user code, unless it has ended before."""
+        if not self.ended.is_set():
+            self._supervision.thread_failed(location, message)
 
     def _wait_for_gap(self) -> float:
         """Wait for a moment without any cycle; return the `perf_counter` since which none could begin.

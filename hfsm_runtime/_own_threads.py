@@ -24,8 +24,7 @@ _before: Any = threading.__excepthook__
 def report_threads_of(run: ComponentRun) -> None:
     """Report, as errors of a component, exceptions that end threads in the code of its document.
 
-    Its policy is not applied: the thread is not part of a cycle. One that the end of the component ends, in
-    `self.sleep`, is no error.
+    Its policy is applied. One that the end of the component ends, in `self.sleep`, is no error.
     """
     global _before
     with _lock:
@@ -57,7 +56,8 @@ def _report(args: Any) -> None:  # noqa: ANN401 - `threading.ExceptHookArgs`, wh
 def _runs_of(error: BaseException) -> list[tuple[ComponentRun, str]]:
     """Return the runs in whose code an exception was raised, each with the place there.
 
-    Of several runs of one file it is that of the component which is `self` in the code, if it is known.
+    Of several runs of one file it is that of the component which is `self` in the code, if it is known;
+    otherwise it may be any of them.
     """
     places = [(run, locate(error, source_of(run.component))) for run in tuple(_runs)]
     found = [(run, place) for run, place in places if place]

@@ -190,8 +190,7 @@ class Supervision(Observer):
         if self.on_error is OnError.STOP:
             if is_late:
                 raise CycleEnded from error
-            self._log.error("the component halts; `onerror` continue would ignore the error")
-            self._halt(1)
+            self._halt_for_error()
             raise CycleEnded from error
 
     def pauses_for(self, why: str) -> bool:
@@ -265,6 +264,15 @@ class Supervision(Observer):
         self._record(actor, "", message)
         self._log.warning("%s: %s", _place(actor), message)
 
+    def thread_failed(self, location: str, message: str) -> None:
+        """Handle an exception that has ended a thread which user code started.
+
+        Nothing tries again what it did, whatever the exception is.
+        """
+        self.report(self._tree.root, location, message)
+        if self.on_error is OnError.STOP:
+            self._halt_for_error()
+
     def report(self, actor: Actor, location: str, message: str) -> None:
         """Log and remember an error that ends nothing."""
         self._record(actor, location, message[:_LONGEST_MESSAGE])
@@ -281,6 +289,10 @@ class Supervision(Observer):
         first = place not in self._dropped
         self._dropped.add(place)
         self._log.log(logging.INFO if first else logging.DEBUG, "%s: %s", _place(actor), message)
+
+    def _halt_for_error(self) -> None:
+        self._log.error("the component halts; `onerror` continue would ignore the error")
+        self._halt(1)
 
     def _may_be_late(self, actor: Actor) -> bool:
         """Return whether hardware fails in too few cycles in a row, with this one, for an error."""

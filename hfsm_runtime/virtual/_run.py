@@ -186,6 +186,7 @@ class VirtualRun(ComponentRun):
         self._task_clock = cast("TaskClock", clock)  # that of a replay, which is none, drives no cycles here
         self._retry_at: float | None = None
         """The time of the clock at which the automata try again after a refused command."""
+        self._is_wound_up = False
         self.running: Actor | None = None
         """The automaton whose cycle runs, or has ended the component."""
         self.cycles: dict[Actor, _Cycles] = {}
@@ -268,7 +269,6 @@ class VirtualRun(ComponentRun):
         self._driver = threading.get_ident()
         end = self.component_time.now() + round(seconds * SECOND)
         ended, clock = self.ended, self._task_clock
-        had_ended = ended.is_set()
         while not ended.is_set():
             if self._woken:
                 self.end_sleeps()
@@ -290,10 +290,7 @@ class VirtualRun(ComponentRun):
                 clock.advance(0.0)
                 clock.wake_due()
                 self._let_late_ones_begin()
-        if ended.is_set():
-            self.end_cycles()
-            if not had_ended:
-                self._on_end()
+        self._wind_up()
         self._move_to(end)
 
     def run_cycle(self, actor: Actor, at: int) -> None:
@@ -441,8 +438,15 @@ class VirtualRun(ComponentRun):
                 _logger.warning("the step of %s takes longer than %g s", name, limit)
         with self.tree.lock:
             self._schedule(now)
-        if self.ended.is_set():
-            self.end_cycles()
+        self._wind_up()
+
+    def _wind_up(self) -> None:
+        """Once it has ended, in a cycle or by another thread, end the cycles and what they drive."""
+        if not self.ended.is_set():
+            return
+        self.end_cycles()
+        if not self._is_wound_up:
+            self._is_wound_up = True
             self._on_end()
 
     def _actor_here(self) -> Actor | None:

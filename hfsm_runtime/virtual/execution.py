@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cached_property
@@ -78,6 +79,8 @@ class Execution(VirtualRun):
         """The clock, the servants and the ROS that surround the component."""
         self._journal: Final = self.world.journal
         self._strict = on_error is None
+        self._failed_threads = deque[tuple[str, str]]()
+        """Where and how threads failed that user code started."""
         self._time_module: Final = TimeModule(self.world.clock)
         try:
             for name, stub in (stubs or {}).items():
@@ -108,8 +111,9 @@ class Execution(VirtualRun):
     def advance(self, seconds: float) -> None:
         """Run all cycles that fall due in the next `seconds`, the end included.
 
-        Raises BehaviorFailed when user code raises an exception and no `on_error` was given, and when it
-        calls `sys.exit`, or raises what is no Exception, which ends the component and stops the robot.
+        Raises BehaviorFailed when user code, also on a thread that it started, raises an exception and no
+        `on_error` was given, and when it calls `sys.exit`, or raises what is no Exception, which ends the
+        component and stops the robot.
         """
         try:
             self._run_cycles(seconds)
@@ -117,6 +121,11 @@ class Execution(VirtualRun):
             self._tell(end)
             raise
         self._check()
+
+    def thread_failed(self, location: str, message: str) -> None:
+        """Handle an exception that has ended a thread of user code; the next `advance` raises it."""
+        super().thread_failed(location, message)
+        self._failed_threads.append((location, message))
 
     def step(self, automaton: int) -> None:
         """Run one cycle of one automaton, or of all with 0, while paused: see `ComponentRun`.
@@ -320,7 +329,7 @@ class Execution(VirtualRun):
             return
         location = locate(end, source_of(self.component))
         self._supervision.crashed(self.running or self.tree.root, end)
-        stop_robot(self.component)
+        self._wind_up()
         what = f"sys.exit({short_repr(end.code)})" if isinstance(end, SystemExit) else describe(end)
         raise self._failure(f"{what} ends the component", location) from end
 
@@ -354,6 +363,9 @@ class Execution(VirtualRun):
                 location = self.errors[-1].location if self.errors else ""
                 what = f"the code of {actor.automaton.name} raised {describe(error)}"
                 raise self._failure(what, location) from error
+        if self._strict and self._failed_threads:
+            location, what = self._failed_threads.popleft()
+            raise self._failure(what, location)
 
     def _failure(self, what: str, location: str) -> BehaviorFailed:
         place = f"\n  at {location}" if location else ""

@@ -1,7 +1,8 @@
-"""Threads that the code of a document starts: what ends them is told, and the component goes on."""
+"""Threads that the code of a document starts: what ends them is an error of the component."""
 
 from __future__ import annotations
 
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,8 @@ import pytest
 
 from hfsm_runtime._component_run import ComponentRun
 from hfsm_runtime._runtime import Runtime
-from hfsm_runtime.virtual import Execution
+from hfsm_runtime.errors import OnError
+from hfsm_runtime.virtual import BehaviorFailed, Execution
 from tests.support.documents import compile_to, document, load, state, sub
 from tests.support.fast_clock import FastClock
 from tests.support.limits import EVENT_LIMIT
@@ -23,45 +25,70 @@ CODE = """if not self.threads:
 FUNCTIONS = "threads = []\ndef work(self):\n    self.sleep(1000)"
 
 
+MOTORS = """<iceinterface><nameinterface>Motors</nameinterface><nameproxy>motors</nameproxy>
+<interface>Motors</interface></iceinterface>"""
+
+
 def component(folder: Path, target: str) -> Any:  # the attributes are those of the document
-    """Return a component whose code starts one thread."""
+    """Return a component, which may drive motors, whose code starts one thread."""
     root = sub(1, 0, state(1, "a", CODE.format(target), initial=True), functions=FUNCTIONS)
-    return load(compile_to(folder, document(root, libraries=("threading",))))
+    return load(compile_to(folder, document(root, libraries=("threading",), config=MOTORS)))
 
 
 def finished(made: Any) -> bool:
     return bool(made.threads) and not made.threads[0].is_alive()
 
 
+FAILED = "the thread helper, which its code started, failed: ZeroDivisionError: division by zero"
+
+
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
 @pytest.mark.parametrize("is_virtual", [True, False], ids=["virtual time", "threads"])
 @pytest.mark.parametrize("others", [0, 1], ids=["alone", "beside another of the same document"])
-def test_an_exception_that_ends_a_thread_is_told_and_the_component_goes_on(
-    others: int, is_virtual: bool, tmp_path: Path
+@pytest.mark.parametrize("policy", OnError)
+def test_an_exception_that_ends_a_thread_is_an_error_of_its_component(
+    policy: OnError, others: int, is_virtual: bool, tmp_path: Path
 ) -> None:
     made = component(tmp_path, "lambda: self and 1 / 0")
     beside = [Runtime(type(made)(), FastClock()) for _ in range(others)]
     run: ComponentRun
     if is_virtual:
-        with Execution(made) as run:
+        with Execution(made, on_error=policy) as run:
             run.advance(0.1)
             made.threads[0].join(EVENT_LIMIT)
             run.advance(0.1)
+            goes_on = not run.ended.is_set()
     else:
-        run = Runtime(made, FastClock())
+        run = Runtime(made, FastClock(), policy)
         run.start()
         try:
-            until(lambda: finished(made))
+            until(lambda: finished(made) and run.errors)
+            if policy is OnError.STOP:
+                assert run.ended.wait(EVENT_LIMIT)
+            goes_on = not run.ended.is_set()
         finally:
             run.stop()
     (error,) = run.errors
-    assert (
-        error.message
-        == "the thread helper, which its code started, failed: ZeroDivisionError: division by zero"
-    )
+    assert error.message == FAILED
     assert error.location.endswith("(behavior.xml:4)")
-    assert not run.failed
-    assert not any(other.errors for other in beside)
+    assert goes_on == (policy is OnError.CONTINUE)
+    assert run.failed == (policy is OnError.STOP)
+    assert not any(other.errors or other.ended.is_set() for other in beside)
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
+def test_an_exception_that_ends_a_thread_fails_a_test_and_stops_the_robot(tmp_path: Path) -> None:
+    made = component(tmp_path, "lambda: self.go.wait() and 1 / 0")
+    made.go = threading.Event()
+    with Execution(made, stubs={"motors": {"stop": None}}) as run:
+        run.advance(0.1)
+        made.go.set()
+        made.threads[0].join(EVENT_LIMIT)
+        with pytest.raises(BehaviorFailed, match=FAILED) as failure:
+            run.advance(0.1)
+        assert "behavior.xml:4" in str(failure.value)
+        assert run.halted
+        assert run.calls("motors.stop")
 
 
 @pytest.mark.filterwarnings("error::pytest.PytestUnhandledThreadExceptionWarning")
