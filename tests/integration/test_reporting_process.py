@@ -7,11 +7,13 @@ import io
 import os
 import sys
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import msgspec
 import pytest
 
 from tests.support.limits import RUN_LIMIT
+from tests.support.waiting import until
 from visualhfsm._base.reporting_process import ReportingProcess
 
 
@@ -78,3 +80,24 @@ def test_a_process_that_writes_anything_else_is_killed_and_heard_no_more(written
     assert said.code == -9
     assert said.invalid
     assert why in said.invalid
+
+
+def test_one_that_writes_something_else_before_its_start_is_noticed_is_killed(tmp_path: Path) -> None:
+    written = tmp_path / "written"
+
+    async def go() -> int:
+        end: asyncio.Future[int] = asyncio.get_running_loop().create_future()
+        process = ReportingProcess(
+            msgspec.json.Decoder(dict[str, int]).decode, print, lambda code, _: end.set_result(code), 100
+        )
+        command = ["sh", "-c", f"echo hello; touch {written}; exec sleep 1000"]
+        start = asyncio.create_task(process.start(command, os.environ))
+        await asyncio.sleep(0)
+        until(written.exists)  # while nothing else happens on this loop
+        await start
+        try:
+            return await asyncio.wait_for(end, RUN_LIMIT)
+        finally:
+            process.kill()
+
+    assert asyncio.run(go()) == -9

@@ -10,7 +10,7 @@ import signal
 import subprocess
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import Any, Final
+from typing import Any, Final, cast
 
 from zenoh_ice.application import LAUNCHER, tether_command
 
@@ -85,7 +85,7 @@ class ChildProcess:
         # Blocked in the child too: the tether unblocks it once it would no longer end in a traceback.
         blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         try:
-            self._transport, self._events = await asyncio.get_running_loop().subprocess_exec(
+            transport, events = await asyncio.get_running_loop().subprocess_exec(
                 partial(_Events, self),
                 *tether,
                 *command,
@@ -99,7 +99,7 @@ class ChildProcess:
             if signal.SIGINT not in blocked:
                 signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
         self._stopped = False
-        self._ended = asyncio.create_task(self._end(self._transport, self._events))
+        self._ended = asyncio.create_task(self._end(transport, events))
 
     def give(self, text: bytes, in_place_of: ChildProcess) -> bool:
         """Give a process that waits its whole stdin; from now on it reports as another one would.
@@ -150,6 +150,10 @@ class ChildProcess:
         self.kill()
         await asyncio.wait({self._ended}, timeout=_KILL_LIMIT)
 
+    def begin(self, transport: asyncio.SubprocessTransport, events: _Events) -> None:
+        """Take over a process that has just begun: its output, for which it may be killed, comes later."""
+        self._transport, self._events = transport, events
+
     def kill(self) -> None:
         """Kill the process with its whole group, unless it has ended, and do not wait."""
         if not self._events.exited.is_set():
@@ -186,6 +190,10 @@ class _Events(asyncio.SubprocessProtocol):
         """Set once the process has ended; more of its output may follow."""
         self.closed = asyncio.Event()
         """Set once all of its output has arrived."""
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Note that the process has begun."""
+        self._process.begin(cast("asyncio.SubprocessTransport", transport), self)
 
     def pipe_data_received(self, fd: int, data: bytes) -> None:
         """Pass on the output."""
