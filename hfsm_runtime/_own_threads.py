@@ -4,24 +4,31 @@ from __future__ import annotations
 
 import threading
 from traceback import walk_tb
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final, Protocol
 from weakref import WeakSet
 
-from .component import source_of
+from .component import Component, source_of
 from .errors import ComponentStoppedError, describe
 from .source_map import locate
 
-if TYPE_CHECKING:
-    from ._component_run import ComponentRun
 
-_runs: Final = WeakSet["ComponentRun"]()
+class Run(Protocol):
+    """The run of a component."""
+
+    component: Component
+
+    def thread_failed(self, location: str, message: str) -> None:
+        """Handle an exception that has ended a thread of its code."""
+
+
+_runs: Final = WeakSet[Run]()
 _here: Final = threading.local()
 _lock: Final = threading.Lock()
 _before: Any = threading.__excepthook__
 """What is called further: it writes the traceback."""
 
 
-def report_threads_of(run: ComponentRun) -> None:
+def report_threads_of(run: Run) -> None:
     """Report, as errors of a component, exceptions that end threads in the code of its document.
 
     Its policy is applied. One that the end of the component ends, in `self.sleep`, is no error.
@@ -53,7 +60,7 @@ def _report(args: Any) -> None:  # noqa: ANN401 - `threading.ExceptHookArgs`, wh
         _here.reports = False
 
 
-def _runs_of(error: BaseException) -> list[tuple[ComponentRun, str]]:
+def _runs_of(error: BaseException) -> list[tuple[Run, str]]:
     """Return the runs in whose code an exception was raised, each with the place there.
 
     Of several runs of one file it is that of the component which is `self` in the code, if it is known;

@@ -19,9 +19,8 @@ import msgspec
 import typer
 from typer.core import TyperCommand
 
-from naoserver.bodies import BODY_NAMES, DEFAULT_BODY, find_body, is_body_file
+from naoserver.bodies import BODY_NAMES, DEFAULT_BODY, is_body_file
 from naoserver.bodies.parts import CameraFacts
-from naoserver.body import Body
 from naoserver.errors import RobotError
 from naoserver.options import CameraOptions, ServerOptions, capped
 from naoserver.safety.latch import latch_of
@@ -29,6 +28,7 @@ from naoserver.serving.entrances import Entrance, Served, find_entrances, flag, 
 from naoserver.serving.server import JointSpeed, ResumeAfterReset, TeamName, problem_of, serve
 from naoserver.soccer_field.model import Field
 from naoserver_sim.arena import Arena
+from naoserver_sim.named_body import named_body
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import DEFAULT_WORLD, bundled_worlds, load_world, side_by_side
 from zenoh_ice import ConfigurationException, initialize
@@ -195,11 +195,11 @@ def naoserver_sim(
         if not is_body_file(body):
             message = f"{body} is no file: this writes a robot of your own, --body robot.urdf"
             raise typer.BadParameter(message, param_hint="--write-body")
-        from naoserver_sim.own_body import write_own_body  # reads models: most robots are known
+        from naoserver_sim._own_body import write_own_body  # reads models: most robots are known
 
         write_own_body(Path(body), write_body, arguments=arguments, force=force, say=typer.echo)
         return
-    facts = _named_body(body, arguments)
+    facts = named_body(body, arguments=arguments, say=typer.echo)
     entrances = [entrance for entrance in entered.entrances if entrance.is_wanted(entered.options)]
     programs = [entrance for entrance in entrances if entrance.serve is not None]
     if programs and settings.security != Security():
@@ -233,14 +233,6 @@ def naoserver_sim(
         _serve(
             arena, settings, options, entered._replace(entrances=entrances), stop, field=surroundings.field
         )
-
-
-def _named_body(name: str, arguments: Mapping[str, str]) -> Body:
-    if not (is_body_file(name) or arguments):
-        return find_body(name)
-    from naoserver_sim.own_body import named_body  # reads models: most robots are known
-
-    return named_body(name, arguments=arguments, say=typer.echo)
 
 
 def _serve(

@@ -15,7 +15,8 @@ from naoserver.bodies import DEFAULT_BODY
 from naoserver.bodies.looks.description import write_looks
 from naoserver.body import write_body
 from naoserver.errors import RobotError
-from naoserver_sim.own_body import named_body, read_own_body
+from naoserver_sim._own_body import read_own_body
+from naoserver_sim.named_body import named_body
 from zenoh_ice.application.cli import run
 
 app: Final = typer.Typer(add_completion=False)

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Final
 
-from naoserver.bodies import DEFAULT_BODY, find_body, is_body_file
+from naoserver.bodies import DEFAULT_BODY, find_body
 from naoserver.bodies.capabilities import Truth, Vector
 from naoserver.body import Body
 from naoserver.errors import InvalidCommand
 from naoserver_sim._simulator import Physics, RunningPhysics
 from naoserver_sim._together import Placed, stand_together
 from naoserver_sim.cameras import CameraLimits
+from naoserver_sim.named_body import named_body
 from naoserver_sim.robot import ArenaRobot, seeded
 from naoserver_sim.world import World, side_by_side
 from zenoh_ice import VirtualClock
@@ -43,7 +43,8 @@ class Arena:
     ) -> None:
         world, seed = seeded(world, seed, virtual=clock is not None)
         places = world.robots or side_by_side(world, 1).robots
-        bodies = [_body_of(place.body, body) for place in places]
+        usual = body or find_body(DEFAULT_BODY)
+        bodies = [named_body(place.body) if place.body else usual for place in places]
         placed = [Placed(at.name, of, at, at.shirt) for at, of in zip(places, bodies, strict=True)]
         models, data = stand_together(world, placed, posture, skin=skin)
         self._running: Final = RunningPhysics(Physics(models[0].whole, data), speed, clock)
@@ -96,13 +97,3 @@ class Arena:
     def place_object(self, name: str, position: Vector) -> None:
         """Put an object somewhere, as `Stage.place_object` does. Raises InvalidCommand."""
         self.robots[0].stage.place_object(name, position)
-
-
-def _body_of(name: str, default: Body | None) -> Body:
-    if not name:
-        return default or find_body(DEFAULT_BODY)
-    if is_body_file(name):
-        from naoserver_sim.own_body import read_own_body  # reads models: most robots are known
-
-        return read_own_body(Path(name))
-    return find_body(name)

@@ -29,7 +29,7 @@ from naoserver.bodies.parts import Joint, RangeTable
 from naoserver.body import Body
 from naoserver.errors import RobotError
 from naoserver_sim._body import add_body, possible
-from naoserver_sim.own_body import named_body
+from naoserver_sim.named_body import named_body
 from zenoh_ice.application.cli import run
 
 MARGIN: Final = 0.005

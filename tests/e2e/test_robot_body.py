@@ -154,7 +154,7 @@ def test_the_shell_of_a_body_stands_on_the_floor_and_is_as_high_as_the_robot(
 
 @pytest.mark.sim
 def test_a_mesh_of_ones_own_model_is_turned_as_the_model_says(page: Page, tmp_path: Path) -> None:
-    from naoserver_sim.own_body import read_own_body
+    from naoserver_sim._own_body import read_own_body
 
     write_stl(tmp_path / "cone.stl", cone(0.1, 0.3, sides=48))
     (tmp_path / "own.xml").write_text(

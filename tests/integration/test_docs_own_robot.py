@@ -22,7 +22,7 @@ from naoserver.bodies import parts
 from naoserver.bodies.parts import Hinge, Inertia, Joint, JointFacts, Link, Motor, Shape
 from naoserver.body import Body, write_body
 from naoserver.errors import RobotError
-from naoserver_sim.own_body import read_own_body, write_own_body
+from naoserver_sim._own_body import read_own_body, write_own_body
 from tests.support.limits import MOVE_LIMIT, RUN_LIMIT
 from tests.support.pages import DOCS, blocks_of, sections_of
 from tests.support.places import ROOT

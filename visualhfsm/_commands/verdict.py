@@ -80,11 +80,10 @@ def verdict(
 
 def _require(body: str) -> None:
     """Raise BadParameter for a robot that is not known: no document could be ready for it."""
-    from naoserver.errors import RobotError
-    from visualhfsm.simulation import read_body
+    from visualhfsm.simulation import RobotError, named_body
 
     try:
-        read_body(body)
+        named_body(body)
     except RobotError as error:
         raise typer.BadParameter(str(error), param_hint="--body") from error
 

@@ -11,6 +11,9 @@ from typing import TYPE_CHECKING
 from zenoh_ice.lazy import import_on_use
 
 if TYPE_CHECKING:
+    from naoserver.errors import RobotError as RobotError
+    from naoserver_sim.named_body import named_body as named_body
+
     from ._behavior import Behavior as Behavior
     from ._behavior import simulate as simulate
     from ._kinds import CameraKind as CameraKind
@@ -20,7 +23,6 @@ if TYPE_CHECKING:
     from ._loading import load_component as load_component
     from ._robot import Ball as Ball
     from ._robot import RobotUnderTest as RobotUnderTest
-    from ._robot import read_body as read_body
     from ._robot import served_interfaces as served_interfaces
     from ._team import Team as Team
     from ._team import simulate_team as simulate_team

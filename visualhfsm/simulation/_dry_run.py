@@ -30,10 +30,11 @@ from hfsm_runtime.virtual.world import VirtualWorld
 from naoserver.bodies import DEFAULT_BODY
 from naoserver.body import Body
 from naoserver.errors import RobotError
+from naoserver_sim.named_body import named_body
 from zenoh_ice import Clock, Communicator
 from zenoh_ice.application.cli import run
 
-from ._robot import RobotUnderTest, read_body
+from ._robot import RobotUnderTest
 
 _BODY = "--body="
 _KEPT = 100
@@ -77,7 +78,7 @@ def main(**options: Any) -> NoReturn:  # noqa: ANN401 - of PacedExecution
     if len(sys.argv) < 2:
         sys.exit("usage: python -m visualhfsm.simulation._dry_run [--body=BODY] COMPONENT [ITS OPTIONS]")
     try:
-        described = read_body(body)
+        described = named_body(body)
     except RobotError as error:
         sys.exit(f"the robot cannot be read: {error}")
     file = Path(sys.argv[1]).resolve()

@@ -12,7 +12,7 @@ import numpy as np
 from hfsm_runtime.virtual.clock import TaskClock
 from hfsm_runtime.virtual.errors import UnknownName
 from hfsm_runtime.virtual.network import VirtualNetwork
-from naoserver.bodies import DEFAULT_BODY, find_body, is_body_file
+from naoserver.bodies import DEFAULT_BODY
 from naoserver.bodies.parts import Axis
 from naoserver.body import Body
 from naoserver.errors import HardwareFailure
@@ -23,6 +23,7 @@ from naoserver.protocol.jobs import Job, is_due
 from naoserver.robot import BodyState, Frame, JointDevice, Robot
 from naoserver.serving.assembly import Assembly
 from naoserver.serving.medium import Membership
+from naoserver_sim.named_body import named_body
 from zenoh_ice import Object, WallClock
 
 from ._kinds import CameraKind, RobotKind
@@ -211,17 +212,8 @@ def served_interfaces(body: str | Path = DEFAULT_BODY) -> dict[str, list[str]]:
     Raises RobotError when the body cannot be read.
     """
     clock = WallClock()
-    assembly = Assembly(FakeRobot(clock, body=read_body(body)), ServerOptions(), clock, hears=True)
+    assembly = Assembly(FakeRobot(clock, body=named_body(body)), ServerOptions(), clock, hears=True)
     return {name: [servant.ice_interface.type_id] for name, servant in assembly.servants.items()}
-
-
-def read_body(name: str | Path) -> Body:
-    """Return a known body by its name, or one's own by its file or its model. Raises RobotError."""
-    if is_body_file(name):
-        from naoserver_sim.own_body import read_own_body  # load MuJoCo only when it is used
-
-        return read_own_body(Path(name))
-    return find_body(str(name))
 
 
 def _device(
@@ -235,7 +227,7 @@ def _device(
         return kind
     if kind not in ("fake", "sim"):
         raise ValueError(f"robot is {kind!r}: it is 'fake', 'sim' or None")
-    settings = {**settings, "body": body if isinstance(body, Body) else read_body(body)}
+    settings = {**settings, "body": body if isinstance(body, Body) else named_body(body)}
     return FakeRobot(clock, **settings) if kind == "fake" else _simulated(clock, camera, settings)
 
 

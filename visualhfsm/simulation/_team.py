@@ -14,12 +14,13 @@ from hfsm_runtime.virtual.errors import BehaviorFailed, UnknownName, says_it_all
 from naoserver.bodies import DEFAULT_BODY
 from naoserver.body import Body
 from naoserver.serving.medium import Membership
+from naoserver_sim.named_body import named_body
 from zenoh_ice.data.text import sentence
 
 from ._behavior import Behavior, simulate
 from ._kinds import CameraKind
 from ._medium import VirtualMedium
-from ._robot import RobotUnderTest, as_camera, read_body
+from ._robot import RobotUnderTest, as_camera
 from ._turns import TICK, Turns, catch_up
 
 if TYPE_CHECKING:
@@ -137,7 +138,7 @@ def simulate_team(
     turns = Turns()
     arena = Arena(
         world,
-        body=body if isinstance(body, Body) else read_body(body),
+        body=body if isinstance(body, Body) else named_body(body),
         clock=turns.clock,
         skin=camera != "drawn",
         seed=seed,

@@ -10,7 +10,8 @@ from naoserver.bodies.parts import Axis
 from naoserver.body import read_body, write_body
 from naoserver.errors import RobotError
 from naoserver_sim._own.tree import LARGEST_FILE
-from naoserver_sim.own_body import named_body, read_own_body, write_own_body
+from naoserver_sim._own_body import read_own_body, write_own_body
+from naoserver_sim.named_body import named_body
 from naoserver_sim.robot import SimulatedRobot
 from tests.support.cart import CART, CART_TOML
 from tests.support.meshes import cone, write_stl

@@ -6,8 +6,8 @@ import pytest
 
 from naoserver.bodies import find_body
 from naoserver.errors import RobotError
+from naoserver_sim._own_body import read_own_body
 from naoserver_sim._together import Placed, stand_together
-from naoserver_sim.own_body import read_own_body
 from naoserver_sim.world import StartPose, load_world, parse_world
 
 pytestmark = pytest.mark.sim

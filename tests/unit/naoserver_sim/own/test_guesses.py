@@ -8,7 +8,7 @@ import pytest
 from naoserver.bodies.capabilities import WalkVelocity
 from naoserver.bodies.parts import Axis, Stance
 from naoserver.errors import RobotError
-from naoserver_sim.own_body import read_own_body
+from naoserver_sim._own_body import read_own_body
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
 from tests.support.models import ARM, CARRIER, MODELS, fixed, joint, link, robot

@@ -10,10 +10,10 @@ import pytest
 from naoserver.bodies.looks.description import write_looks
 from naoserver.body import write_body
 from naoserver.errors import RobotError
-from naoserver_sim import own_body
+from naoserver_sim import _own_body
 from naoserver_sim._own import kept_bodies
 from naoserver_sim._own.looks import looks_in
-from naoserver_sim.own_body import read_own_body
+from naoserver_sim._own_body import read_own_body
 from tests.support.meshes import cone, write_stl
 
 MODEL = """<robot name="stump">
@@ -49,7 +49,7 @@ def reads(monkeypatch, caplog):
         compiled.append(given)
         return looks_in(*given)
 
-    monkeypatch.setattr(own_body, "looks_in", counted)
+    monkeypatch.setattr(_own_body, "looks_in", counted)
 
     def read(path, text=None):
         said: list[str] = []

@@ -13,8 +13,8 @@ from naoserver.body import LARGEST_DESCRIPTION, write_body
 from naoserver.errors import RobotError
 from naoserver_sim._own.looks import MOST_TRIANGLES, MOST_VERTICES
 from naoserver_sim._own.meshes import LARGEST_MESH
+from naoserver_sim._own_body import read_own_body
 from naoserver_sim.model import build_model
-from naoserver_sim.own_body import read_own_body
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
 from tests.support.meshes import cone, write_stl

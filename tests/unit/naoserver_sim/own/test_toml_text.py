@@ -6,7 +6,7 @@ import pytest
 
 from naoserver.body import write_body
 from naoserver_sim._own.toml_text import key, toml_text, torques_to_paste, value_text
-from naoserver_sim.own_body import read_own_body, write_own_body
+from naoserver_sim._own_body import read_own_body, write_own_body
 from tests.support.models import CARRIER, HUMANOID, MODELS
 
 pytestmark = pytest.mark.sim

@@ -34,7 +34,6 @@ from typing import Any, Final
 import msgspec
 import numpy as np
 
-from naoserver.bodies import find_body, is_body_file
 from naoserver.bodies.looks.description import write_looks
 from naoserver.body import LARGEST_DESCRIPTION, Body, read_body, write_body
 from naoserver.errors import RobotError
@@ -115,17 +114,6 @@ def read_own_body(
         check=described,
     )
     return _reported(kept_body(model, (str(path), text), lambda: _dressed(described(model.read()), [])), say)
-
-
-def named_body(
-    name: str, *, arguments: Mapping[str, str] = _NONE, say: Callable[[str], None] = _log.info
-) -> Body:
-    """Return a known body by its name, or one's own by its file. Raises RobotError."""
-    if is_body_file(name):
-        return read_own_body(Path(name), arguments=arguments, say=say)
-    if arguments:
-        raise RobotError(f"{name}: {NO_XACRO}")
-    return find_body(name)
 
 
 def write_own_body(
