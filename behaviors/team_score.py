@@ -64,6 +64,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
     KNOWN = 5.0  # s for which the team trusts in where somebody saw the ball
     PACE = 0.08  # m/s, of a walk to the ball and round it
     FAR = 60.0  # s, the cost of what nobody can say
+    KICK = 1.5  # m that a kick sends the ball, at least
     LOST = 4.0  # s after which a striker turns to where its mates see the ball
 
     def take_role(self, role):
@@ -122,14 +123,15 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
         wide, long = self.FIELD.width / 2 - 0.3, self.FIELD.length / 2 - 1.0
         return complex(max(-long, min(long, spot.real)), max(-wide, min(wide, spot.imag)))
 
-    def spot_in_goal(self):
-        """Return where the keeper stands: between the ball and the middle of its goal."""
+    def spot_before_goal(self):
+        """Return where the keeper stands: between the ball and its goal, out as far as a kick reaches it."""
         ball = self.ball_of_team()
         if ball is None:
             return self.GOAL
-        way = ball - (self.GOAL - 0.4)
-        reach = self.FIELD.goal_width / 2 - 0.3
-        return complex(self.GOAL.real, max(-reach, min(reach, 0.4 * way.imag / max(0.4, way.real))))
+        middle = self.GOAL - 0.4
+        way = ball - middle
+        spot = middle + max(0.4, abs(way) - self.KICK) * way / max(0.1, abs(way))
+        return complex(max(self.GOAL.real, spot.real), spot.imag)
 
     def take_place(self, wanted, spot):
         """Walk to a place and look at the ball from there; return where it walks to."""
@@ -650,7 +652,7 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
             nonlocal corner, role, spot
             # <code 2.3>
             role = self.take_role(role)
-            spot = self.take_place(self.spot_in_goal(), spot)
+            spot = self.take_place(self.spot_before_goal(), spot)
             corner = self.search(corner)
             # </code 2.3>
 

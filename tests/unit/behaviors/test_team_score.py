@@ -105,12 +105,16 @@ def test_a_supporter_goes_where_the_ball_is_that_a_mate_sees(play: Callable[[Mat
     assert ((2.0 + 1.0j - here) / facing).real > 0.0, "it does not face the ball"
 
 
-def test_a_keeper_stays_before_its_goal_between_it_and_the_ball(play: Callable[[Mate], Behavior]) -> None:
-    b = play(Mate("striker", ball=-2.0 + 1.5j))
+@pytest.mark.parametrize("ball", [-2.0 + 1.5j, -3.8 - 0.5j])
+def test_a_keeper_stays_between_its_goal_and_the_ball(
+    ball: complex, play: Callable[[Mate], Behavior]
+) -> None:
+    b = play(Mate("striker", ball=ball))
     b.advance(60.0)
-    here, _ = b.component.place()
-    assert here.real == pytest.approx(-4.1, abs=0.4)
-    assert 0.0 < here.imag < 0.8
+    (here, facing), goal = b.component.place(), -4.5 + 0j
+    assert abs(here - goal) == pytest.approx(max(0.4, abs(ball - goal) - 1.5), abs=0.4)
+    assert abs(((here - goal) / (ball - goal)).imag * abs(ball - goal)) < 0.4, "a ball passes it"
+    assert ((ball - here) / facing).real > 0.0, "it does not face the ball"
 
 
 def test_a_robot_that_has_fallen_gets_up_and_leaves_the_rest_to_the_others(
