@@ -22,6 +22,7 @@ from zenoh_ice.data.text import sentence
 from zenoh_ice.data.values import Resolve
 from zenoh_ice.data.wire import NO_ATTACHMENT, Attachment, decode_attachment, encode_sample_attachment
 from zenoh_ice.objects._presence import Presence
+from zenoh_ice.objects.callbacks import notify_of_failure
 from zenoh_ice.threads._starting import repeat
 from zenoh_ice.threads.limits import LIMITS, Limits
 from zenoh_ice.threads.pool import Pool
@@ -540,6 +541,7 @@ class Subscription(_Listener[V]):
             self._failing = type(error)
             if self._failing is not failing:  # a stream may have a hundred samples a second
                 _logger.exception("the callback on %s failed; it is called again", self.what)
+                notify_of_failure(error)
 
 
 class Samples(Generic[V]):

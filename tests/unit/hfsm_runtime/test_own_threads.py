@@ -1,7 +1,8 @@
-"""Threads that the code of a document starts: what ends them is an error of the component."""
+"""Threads that the code of a document starts, and its callbacks: what ends them is an error of the component."""
 
 from __future__ import annotations
 
+import re
 import threading
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from tests.support.documents import compile_to, document, load, state, sub
 from tests.support.fast_clock import FastClock
 from tests.support.limits import EVENT_LIMIT
 from tests.support.waiting import until
+from visualhfsm.testing import MakeBehavior
 from zenoh_ice import WallClock
 
 CODE = """if not self.threads:
@@ -89,6 +91,33 @@ def test_an_exception_that_ends_a_thread_fails_a_test_and_stops_the_robot(tmp_pa
         assert "behavior.xml:4" in str(failure.value)
         assert run.halted
         assert run.calls("motors.stop")
+
+
+HEAD = """<iceinterface><nameinterface>Head</nameinterface><nameproxy>Head</nameproxy>
+<interface>PoseHead</interface></iceinterface>"""
+FUTURE = "self.heard = self.Head.getPose.begin()\n    self.heard.add_done_callback(self.hear)"
+STREAM = "self.heard = self.Head.getPose.subscribe(self.hear)"
+
+
+@pytest.mark.parametrize("policy", [None, *OnError])
+@pytest.mark.parametrize("code", [FUTURE, STREAM], ids=["of a call", "of a stream"])
+def test_an_exception_in_a_callback_is_an_error_of_its_component(
+    code: str, policy: OnError | None, behavior: MakeBehavior, tmp_path: Path
+) -> None:
+    hears = "heard = None\ndef hear(self, what):\n    1 / 0"
+    root = sub(1, 0, state(1, "a", f"if not self.heard:\n    {code}", initial=True), functions=hears)
+    made = load(compile_to(tmp_path, document(root, config=HEAD)))
+    failed = "a callback of its code failed: ZeroDivisionError: division by zero"
+    run = behavior(type(made), robot="fake", on_error=policy)
+    if policy is None:
+        with pytest.raises(BehaviorFailed, match=failed):
+            run.advance(0.5)
+    else:
+        run.advance(0.5)
+    (error,) = run.errors
+    assert error.message == failed
+    assert re.search(r"\(behavior.xml:\d+\)$", error.location)
+    assert run.halted == bool(run.calls("Head.stop")) == (policy is not OnError.CONTINUE)
 
 
 @pytest.mark.filterwarnings("error::pytest.PytestUnhandledThreadExceptionWarning")
