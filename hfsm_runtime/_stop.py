@@ -27,6 +27,18 @@ def may_move(component: Component) -> bool:
     return bool(endpoints_of(component)) or any(True for _ in _stops_of(component))
 
 
+def end_callbacks(component: Component) -> None:
+    """Call no user code any more with samples of streams: it might command again what is to stop."""
+    for proxy in _connected(component).values():
+        proxy.ice_endSubscriptions()
+
+
+def send_only_stops(component: Component) -> None:
+    """Let proxies of the component do nothing but stop, whichever thread of user code still has them."""
+    for proxy in _connected(component).values():
+        proxy.ice_getCommunicator().sends_only_stops = True
+
+
 def stop_robot(component: Component) -> None:
     """Stop everything that a component may have commanded: call the operations that the IDL marks as stops.
 
@@ -91,8 +103,12 @@ def names_in(component: Component, code: Callable[..., object]) -> set[str]:
 
 def _stops_of(component: Component) -> Iterator[tuple[str, Call[..., Any], int]]:
     """Yield what stops each connected proxy: its name, the call, and how many arguments that takes."""
-    for name in proxies_of(component):
-        proxy = vars(component).get(name)
-        if isinstance(proxy, ObjectPrx):
-            for operation in proxy.ice_interface.stop_operations:
-                yield name, getattr(proxy, operation.method), len(operation.arguments.fields)
+    for name, proxy in _connected(component).items():
+        for operation in proxy.ice_interface.stop_operations:
+            yield name, getattr(proxy, operation.method), len(operation.arguments.fields)
+
+
+def _connected(component: Component) -> dict[str, ObjectPrx]:
+    """Return the connected proxies, by attribute."""
+    found = ((name, vars(component).get(name)) for name in proxies_of(component))
+    return {name: proxy for name, proxy in found if isinstance(proxy, ObjectPrx)}

@@ -103,6 +103,8 @@ class Communicator:
         self.realm = settings.realm
         self.limits = limits
         self.destroyed = False
+        self.sends_only_stops = False
+        """While set, proxies call nothing else: who commanded has ended, perhaps not all of its threads."""
         self.served: Final[dict[Target, ServedObject]] = {}
         """Servants of this process."""
         self.client_watches: tuple[ClientWatch, ...] = ()

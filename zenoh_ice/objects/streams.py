@@ -219,6 +219,14 @@ class Streams:
         for reader in self._all_readers():
             reader.close_if_unwanted()
 
+    def end_subscriptions(self, target: Target) -> None:
+        """Close the subscriptions to streams of a servant."""
+        with self._lock:
+            listening = tuple(self.listening)
+        for listener in listening:
+            if isinstance(listener, Subscription) and listener.target == target:
+                listener.close()
+
     def close(self) -> None:
         """Close all readers and subscriptions."""
         with self._lock:

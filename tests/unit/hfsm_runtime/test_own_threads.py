@@ -120,6 +120,19 @@ def test_an_exception_in_a_callback_is_an_error_of_its_component(
     assert run.halted == bool(run.calls("Head.stop")) == (policy is not OnError.CONTINUE)
 
 
+def test_a_callback_commands_nothing_after_an_error_elsewhere(behavior: MakeBehavior, tmp_path: Path) -> None:
+    follows = "heard = None\ndef hear(self, what):\n    self.Head.setPose(0.1, 0.0, 0.5)"
+    code = f"if not self.heard:\n    {STREAM}\n1 / (self.clock.now() < 0.5)"
+    root = sub(1, 0, state(1, "a", code, initial=True), functions=follows)
+    made = load(compile_to(tmp_path, document(root, config=HEAD)))
+    run = behavior(type(made), robot="fake", on_error="stop")
+    run.advance(1.0)
+    assert run.halted
+    *commands, stop = [call.target for call in run.calls("Head")]
+    assert set(commands) == {"Head.setPose"}
+    assert stop == "Head.stop"
+
+
 @pytest.mark.filterwarnings("error::pytest.PytestUnhandledThreadExceptionWarning")
 def test_a_thread_that_the_end_of_the_component_ends_is_no_error(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
