@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import inspect
 import logging
-from collections.abc import Callable, Container, Iterator
+from collections import deque
+from collections.abc import Callable, Collection, Container, Iterable, Iterator
 from concurrent.futures import Future, wait
-from contextlib import suppress
-from functools import partial
+from functools import lru_cache, partial
+from itertools import islice
+from types import CellType, CodeType, FunctionType, MethodType
 from typing import Any, Final
 
 from zenoh_ice import ObjectPrx, ZenohIceError
@@ -18,6 +20,11 @@ from .kinds import kinds_of
 
 _STOP_LIMIT: Final = 1.0
 """The longest wait in wall seconds for the robot's answer to being stopped."""
+
+_MOST_ITEMS: Final = 1000
+"""Of a list or a dictionary, in which code may have servants."""
+
+_Cached: Final = type(lru_cache(bool))
 
 _logger = logging.getLogger(__name__)
 
@@ -85,20 +92,59 @@ def _report_stop(name: str, call: Future[Any]) -> None:
 
 
 def names_in(component: Component, code: Callable[..., object]) -> set[str]:
-    """Return the names of attributes that code uses, with those in functions that it names."""
+    """Return the names of attributes that code uses, with those in functions that it names.
+
+    It may use them by another name, which is a variable or an attribute, and by texts, as with `getattr`.
+    """
+    attributes, servants = vars(component), _connected(component)
+    used = {id(each): name for name, proxy in servants.items() for each in (proxy, *vars(proxy).values())}
     found: set[str] = set()
     new: list[Any] = [code]
+    seen: set[int] = set()
     for each in new:  # grows
-        compiled = getattr(each, "__code__", each)
-        names = set(getattr(compiled, "co_names", ())) - found
-        found |= names
-        inner = [inspect.getattr_static(type(component), name, None) for name in names]
-        inner += getattr(compiled, "co_consts", ())  # lambdas, and loops within brackets
-        for cell in getattr(each, "__closure__", None) or ():
-            with suppress(ValueError):  # nothing has been assigned
-                inner.append(cell.cell_contents)
-        new += [one for one in inner if (inspect.isfunction(one) or inspect.iscode(one)) and one not in new]
+        if isinstance(each, str):
+            if each not in found:
+                found.add(each)
+                new += attributes.get(each), inspect.getattr_static(type(component), each, None)
+        elif id(each) not in seen:
+            seen.add(id(each))
+            if isinstance(each, ObjectPrx | Call) and id(each) in used:
+                found.add(used[id(each)])
+            new += _consists_of(each, servants)
     return found
+
+
+def _consists_of(value: Any, servants: Collection[str]) -> Iterable[object]:  # noqa: ANN401 - whatever code has
+    """Return what code names, or what holds some holds."""
+    kind = type(value)  # to ask the value may run code of the document
+    if kind is CodeType:  # also of lambdas, and of loops within brackets
+        names, constants = value.co_names, value.co_consts
+        texts = constants if "getattr" in names else ()
+        ends = tuple(each for each in texts if isinstance(each, str) and each)  # as in f"{side}Motors"
+        meant = [each for each in servants if each.startswith(ends) or each.endswith(ends)]
+        return (*names, *constants, *meant)
+    if kind is FunctionType:
+        return (value.__code__, *(cell.cell_contents for cell in value.__closure__ or () if _is_set(cell)))
+    if issubclass(kind, staticmethod | classmethod | MethodType):
+        return (value.__func__,)
+    if issubclass(kind, property):
+        return (value.fget,)
+    if kind is partial:
+        return (value.func, *value.args, *value.keywords.values())
+    if kind is _Cached:
+        return (value.__wrapped__,)
+    if issubclass(kind, dict):
+        value = dict.values(value)
+    elif not issubclass(kind, list | tuple | set | frozenset | deque):
+        return ()
+    return islice((*value,), _MOST_ITEMS)
+
+
+def _is_set(cell: CellType) -> bool:
+    try:
+        return cell.cell_contents is not None
+    except ValueError:  # nothing has been assigned
+        return False
 
 
 def _stops_of(component: Component) -> Iterator[tuple[str, Call[..., Any], int]]:
