@@ -22,6 +22,9 @@ class Run(Protocol):
     def thread_failed(self, location: str, message: str) -> None:
         """Handle an exception that has ended a thread of its code."""
 
+    def callback_failed(self, location: str, error: BaseException) -> None:
+        """Handle what a callback of its code has raised."""
+
 
 _runs: Final = WeakSet[Run]()
 _here: Final = threading.local()
@@ -55,7 +58,10 @@ def _report(args: Any) -> None:  # noqa: ANN401 - `threading.ExceptHookArgs`, wh
     try:
         if isinstance(error, BaseException):
             name = "" if args.thread is None else f" {args.thread.name}"
-            _tell(error, f"the thread{name}, which its code started, failed")
+            for run, place in _runs_of(error):
+                run.thread_failed(
+                    place, f"the thread{name}, which its code started, failed: {describe(error)}"
+                )
         _before(args)
     finally:
         _here.reports = False
@@ -63,12 +69,8 @@ def _report(args: Any) -> None:  # noqa: ANN401 - `threading.ExceptHookArgs`, wh
 
 def _report_callback(error: BaseException) -> None:
     if not isinstance(error, ComponentStoppedError | CycleCutError):
-        _tell(error, "a callback of its code failed")
-
-
-def _tell(error: BaseException, what: str) -> None:
-    for run, place in _runs_of(error):
-        run.thread_failed(place, f"{what}: {describe(error)}")
+        for run, place in _runs_of(error):
+            run.callback_failed(place, error)
 
 
 def _runs_of(error: BaseException) -> list[tuple[Run, str]]:

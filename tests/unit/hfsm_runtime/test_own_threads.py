@@ -13,6 +13,7 @@ from hfsm_runtime._component_run import ComponentRun
 from hfsm_runtime._runtime import Runtime
 from hfsm_runtime.errors import OnError
 from hfsm_runtime.virtual import BehaviorFailed, Execution
+from interfaces.nao import SafetyPrx
 from tests.support.documents import compile_to, document, load, state, sub
 from tests.support.fast_clock import FastClock
 from tests.support.limits import EVENT_LIMIT
@@ -118,6 +119,44 @@ def test_an_exception_in_a_callback_is_an_error_of_its_component(
     assert error.message == failed
     assert re.search(r"\(behavior.xml:\d+\)$", error.location)
     assert run.halted == bool(run.calls("Head.stop")) == (policy is not OnError.CONTINUE)
+
+
+def following(folder: Path, behavior: MakeBehavior) -> Any:
+    """Return a behavior whose callback of a stream commands the head."""
+    follows = "heard = None\ndef hear(self, what):\n    self.Head.setPose(0.1, 0.0, 0.5)"
+    root = sub(1, 0, state(1, "a", f"if not self.heard:\n    {STREAM}", initial=True), functions=follows)
+    return behavior(type(load(compile_to(folder, document(root, config=HEAD)))), robot="fake")
+
+
+def test_a_command_that_is_refused_to_a_callback_pauses_the_component(
+    behavior: MakeBehavior, tmp_path: Path
+) -> None:
+    run = following(tmp_path, behavior)
+    safety = SafetyPrx.uncheckedCast(run.world.communicator.stringToProxy("Safety"))
+    run.advance(0.5)
+    safety.emergencyStop("a test")
+    run.advance(0.5)
+    (error,) = run.errors
+    assert "a callback of its code failed: CommandRefusedException" in error.message
+    assert run.refusal is not None
+    safety.resetEmergencyStop(True)
+    run.advance(2.0)
+    assert run.refusal is None
+    assert not run.ended.is_set()
+
+
+def test_a_callback_is_called_again_after_its_server_was_offline(
+    behavior: MakeBehavior, tmp_path: Path
+) -> None:
+    run = following(tmp_path, behavior)
+    run.advance(0.5)
+    with run.server_offline("Head"):
+        run.advance(0.5)
+    (error,) = run.errors
+    assert "a callback of its code failed: ConnectionLostException" in error.message
+    before = len(run.calls("Head.setPose"))
+    run.advance(0.5)
+    assert len(run.calls("Head.setPose")) > before + 10
 
 
 def test_a_callback_commands_nothing_after_an_error_elsewhere(behavior: MakeBehavior, tmp_path: Path) -> None:
