@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import logging
-from collections import deque
+from collections import defaultdict, deque
 from collections.abc import Callable, Collection, Container, Iterable, Iterator
 from concurrent.futures import Future, wait
 from functools import lru_cache, partial
@@ -133,9 +133,9 @@ def _consists_of(value: Any, servants: Collection[str]) -> Iterable[object]:  # 
         return (value.func, *value.args, *value.keywords.values())
     if kind is _Cached:
         return (value.__wrapped__,)
-    if issubclass(kind, dict):
-        value = dict.values(value)
-    elif not issubclass(kind, list | tuple | set | frozenset | deque):
+    if kind in (dict, defaultdict):
+        value = value.values()
+    elif kind not in (list, tuple, set, frozenset, deque):
         return ()
     return islice((*value,), _MOST_ITEMS)
 
