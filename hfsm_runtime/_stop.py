@@ -67,10 +67,21 @@ def stop_named(component: Component, code: Callable[..., object]) -> None:
     Nobody waits for their answers; failures are logged.
     """
     names = names_in(component, code)
-    for call, name in _begin_stops(component, names).items():
-        call.add_done_callback(partial(_report_stop, name))
+    _stop_soon(component, names)
     for kind in kinds_of(component).values():
         kind.stop(component, names)
+
+
+def stop_removed(former: Component, component: Component) -> None:
+    """Begin to stop the servants for which a component has no proxies any more, as the former version had."""
+    kept = {proxy.ice_toWire() for proxy in _connected(component).values()}
+    lost = {name for name, proxy in _connected(former).items() if proxy.ice_toWire() not in kept}
+    _stop_soon(former, lost)
+
+
+def _stop_soon(component: Component, names: Container[str]) -> None:
+    for call, name in _begin_stops(component, names).items():
+        call.add_done_callback(partial(_report_stop, name))
 
 
 def _begin_stops(component: Component, names: Container[str]) -> dict[Future[Any], str]:
