@@ -24,7 +24,14 @@ from ._supervision import Refusal, Supervision
 from ._timeline import Timeline
 from ._variables import assign, convert, did_you_mean
 from .component import Component, equip, make_automata, parameters_of, source_of
-from .errors import OnError, OnRefused, ReloadRefusedError, UnknownElementError, ValueTypeError
+from .errors import (
+    OnError,
+    OnRefused,
+    ReloadRefusedError,
+    UnknownElementError,
+    ValueTypeError,
+    describe,
+)
 from .observer import Observer
 from .source_map import locate_frame
 from .tree import Actor, Replaced, Tree
@@ -318,6 +325,12 @@ class ComponentRun:
         """Handle an exception that has ended a thread of user code, unless it has ended before."""
         if not self.ended.is_set():
             self._supervision.thread_failed(location, message)
+
+    def callback_failed(self, location: str, error: BaseException) -> None:
+        """Handle what a callback of user code has raised: an error as on a thread, unless it may pass."""
+        message = f"a callback of its code failed: {describe(error)}"
+        if not (self.ended.is_set() or self._supervision.may_pass(location, message, error)):
+            self.thread_failed(location, message)
 
     def _wait_for_gap(self) -> float:
         """Wait for a moment without any cycle; return the `perf_counter` since which none could begin.

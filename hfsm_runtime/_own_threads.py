@@ -1,4 +1,4 @@
-"""Report exceptions on threads that user code starts: no cycle sees them."""
+"""Report exceptions on threads that user code starts, and of its callbacks: no cycle sees them."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ from traceback import walk_tb
 from typing import Any, Final, Protocol
 from weakref import WeakSet
 
+from zenoh_ice.objects.callbacks import failure_watchers
+
 from .component import Component, source_of
-from .errors import ComponentStoppedError, describe
+from .errors import ComponentStoppedError, CycleCutError, describe
 from .source_map import locate
 
 
@@ -20,6 +22,9 @@ class Run(Protocol):
     def thread_failed(self, location: str, message: str) -> None:
         """Handle an exception that has ended a thread of its code."""
 
+    def callback_failed(self, location: str, error: BaseException) -> None:
+        """Handle what a callback of its code has raised."""
+
 
 _runs: Final = WeakSet[Run]()
 _here: Final = threading.local()
@@ -29,13 +34,15 @@ _before: Any = threading.__excepthook__
 
 
 def report_threads_of(run: Run) -> None:
-    """Report, as errors of a component, exceptions that end threads in the code of its document.
+    """Report, as errors of a component, exceptions of its document's code on threads and in callbacks.
 
     Its policy is applied. One that the end of the component ends, in `self.sleep`, is no error.
     """
     global _before
     with _lock:
         _runs.add(run)
+        if _report_callback not in failure_watchers:
+            failure_watchers.append(_report_callback)
         if threading.excepthook is not _report:
             _before, threading.excepthook = threading.excepthook, _report
 
@@ -58,6 +65,12 @@ def _report(args: Any) -> None:  # noqa: ANN401 - `threading.ExceptHookArgs`, wh
         _before(args)
     finally:
         _here.reports = False
+
+
+def _report_callback(error: BaseException) -> None:
+    if not isinstance(error, ComponentStoppedError | CycleCutError):
+        for run, place in _runs_of(error):
+            run.callback_failed(place, error)
 
 
 def _runs_of(error: BaseException) -> list[tuple[Run, str]]:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import inspect
 import logging
-from collections.abc import Callable, Container, Iterator
+from collections import defaultdict, deque
+from collections.abc import Callable, Collection, Container, Iterable, Iterator
 from concurrent.futures import Future, wait
-from contextlib import suppress
-from functools import partial
+from functools import lru_cache, partial
+from itertools import islice
+from types import CellType, CodeType, FunctionType, MethodType
 from typing import Any, Final
 
 from zenoh_ice import ObjectPrx, ZenohIceError
@@ -19,12 +21,29 @@ from .kinds import kinds_of
 _STOP_LIMIT: Final = 1.0
 """The longest wait in wall seconds for the robot's answer to being stopped."""
 
+_MOST_ITEMS: Final = 1000
+"""Of a list or a dictionary, in which code may have servants."""
+
+_Cached: Final = type(lru_cache(bool))
+
 _logger = logging.getLogger(__name__)
 
 
 def may_move(component: Component) -> bool:
     """Return whether a component may have the robot move: whether its end stops anything."""
     return bool(endpoints_of(component)) or any(True for _ in _stops_of(component))
+
+
+def end_callbacks(component: Component) -> None:
+    """Call no user code any more with samples of streams: it might command again what is to stop."""
+    for proxy in _connected(component).values():
+        proxy.ice_endSubscriptions()
+
+
+def send_only_stops(component: Component) -> None:
+    """Let proxies of the component do nothing but stop, whichever thread of user code still has them."""
+    for proxy in _connected(component).values():
+        proxy.ice_getCommunicator().sends_only_stops = True
 
 
 def stop_robot(component: Component) -> None:
@@ -48,10 +67,21 @@ def stop_named(component: Component, code: Callable[..., object]) -> None:
     Nobody waits for their answers; failures are logged.
     """
     names = names_in(component, code)
-    for call, name in _begin_stops(component, names).items():
-        call.add_done_callback(partial(_report_stop, name))
+    _stop_soon(component, names)
     for kind in kinds_of(component).values():
         kind.stop(component, names)
+
+
+def stop_removed(former: Component, component: Component) -> None:
+    """Begin to stop the servants for which a component has no proxies any more, as the former version had."""
+    kept = {proxy.ice_toWire() for proxy in _connected(component).values()}
+    lost = {name for name, proxy in _connected(former).items() if proxy.ice_toWire() not in kept}
+    _stop_soon(former, lost)
+
+
+def _stop_soon(component: Component, names: Container[str]) -> None:
+    for call, name in _begin_stops(component, names).items():
+        call.add_done_callback(partial(_report_stop, name))
 
 
 def _begin_stops(component: Component, names: Container[str]) -> dict[Future[Any], str]:
@@ -73,26 +103,69 @@ def _report_stop(name: str, call: Future[Any]) -> None:
 
 
 def names_in(component: Component, code: Callable[..., object]) -> set[str]:
-    """Return the names of attributes that code uses, with those in functions that it names."""
+    """Return the names of attributes that code uses, with those in functions that it names.
+
+    It may use them by another name, which is a variable or an attribute, and by texts, as with `getattr`.
+    """
+    attributes, servants = vars(component), _connected(component)
+    used = {id(each): name for name, proxy in servants.items() for each in (proxy, *vars(proxy).values())}
     found: set[str] = set()
     new: list[Any] = [code]
+    seen: set[int] = set()
     for each in new:  # grows
-        compiled = getattr(each, "__code__", each)
-        names = set(getattr(compiled, "co_names", ())) - found
-        found |= names
-        inner = [inspect.getattr_static(type(component), name, None) for name in names]
-        inner += getattr(compiled, "co_consts", ())  # lambdas, and loops within brackets
-        for cell in getattr(each, "__closure__", None) or ():
-            with suppress(ValueError):  # nothing has been assigned
-                inner.append(cell.cell_contents)
-        new += [one for one in inner if (inspect.isfunction(one) or inspect.iscode(one)) and one not in new]
+        if isinstance(each, str):
+            if each not in found:
+                found.add(each)
+                new += attributes.get(each), inspect.getattr_static(type(component), each, None)
+        elif id(each) not in seen:
+            seen.add(id(each))
+            if isinstance(each, ObjectPrx | Call) and id(each) in used:
+                found.add(used[id(each)])
+            new += _consists_of(each, servants)
     return found
+
+
+def _consists_of(value: Any, servants: Collection[str]) -> Iterable[object]:  # noqa: ANN401 - whatever code has
+    """Return what code names, or what holds some holds."""
+    kind = type(value)  # to ask the value may run code of the document
+    if kind is CodeType:  # also of lambdas, and of loops within brackets
+        names, constants = value.co_names, value.co_consts
+        texts = constants if "getattr" in names else ()
+        ends = tuple(each for each in texts if isinstance(each, str) and each)  # as in f"{side}Motors"
+        meant = [each for each in servants if each.startswith(ends) or each.endswith(ends)]
+        return (*names, *constants, *meant)
+    if kind is FunctionType:
+        return (value.__code__, *(cell.cell_contents for cell in value.__closure__ or () if _is_set(cell)))
+    if issubclass(kind, staticmethod | classmethod | MethodType):
+        return (value.__func__,)
+    if issubclass(kind, property):
+        return (value.fget,)
+    if kind is partial:
+        return (value.func, *value.args, *value.keywords.values())
+    if kind is _Cached:
+        return (value.__wrapped__,)
+    if kind in (dict, defaultdict):
+        value = value.values()
+    elif kind not in (list, tuple, set, frozenset, deque):
+        return ()
+    return islice((*value,), _MOST_ITEMS)
+
+
+def _is_set(cell: CellType) -> bool:
+    try:
+        return cell.cell_contents is not None
+    except ValueError:  # nothing has been assigned
+        return False
 
 
 def _stops_of(component: Component) -> Iterator[tuple[str, Call[..., Any], int]]:
     """Yield what stops each connected proxy: its name, the call, and how many arguments that takes."""
-    for name in proxies_of(component):
-        proxy = vars(component).get(name)
-        if isinstance(proxy, ObjectPrx):
-            for operation in proxy.ice_interface.stop_operations:
-                yield name, getattr(proxy, operation.method), len(operation.arguments.fields)
+    for name, proxy in _connected(component).items():
+        for operation in proxy.ice_interface.stop_operations:
+            yield name, getattr(proxy, operation.method), len(operation.arguments.fields)
+
+
+def _connected(component: Component) -> dict[str, ObjectPrx]:
+    """Return the connected proxies, by attribute."""
+    found = ((name, vars(component).get(name)) for name in proxies_of(component))
+    return {name: proxy for name, proxy in found if isinstance(proxy, ObjectPrx)}

@@ -273,6 +273,16 @@ class Supervision(Observer):
         if self.on_error is OnError.STOP:
             self._halt_for_error()
 
+    def may_pass(self, location: str, message: str, error: BaseException) -> bool:
+        """Handle what a callback met and the next one need not meet, as in a cycle; false for all else."""
+        is_refused = isinstance(error, CommandRefusedException) and self.on_refused is OnRefused.PAUSE
+        if not (is_refused or isinstance(error, (*UNAVAILABLE, HardwareFailedException))):
+            return False
+        self.report(self._tree.root, location, message)
+        if isinstance(error, CommandRefusedException):
+            self._pause(Refusal(message, error.holder, time.monotonic()))
+        return True
+
     def report(self, actor: Actor, location: str, message: str) -> None:
         """Log and remember an error that ends nothing."""
         self._record(actor, location, message[:_LONGEST_MESSAGE])

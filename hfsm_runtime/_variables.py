@@ -137,7 +137,12 @@ def convert(value: object, wanted: type, what: str) -> object:
     if wanted is int and isinstance(value, Integral) and not truth:
         return int(value)
     if wanted is float and isinstance(value, Real) and not truth:
-        return float(value)
+        try:
+            return float(value)
+        except OverflowError:
+            raise ValueTypeError(
+                sentence(f"{what} is too large for a float: {short_repr(value)[:80]}")
+            ) from None
     given = type(value).__name__
     raise ValueTypeError(sentence(f"{what} is {wanted.__name__}, not {given}: {short_repr(value)[:80]}"))
 

@@ -27,7 +27,7 @@ from ._component_run import ComponentRun
 from ._robot import Permission, servers_present
 from ._robot import connect as connect_proxies
 from ._runtime import Runtime
-from ._stop import may_move, stop_robot
+from ._stop import end_callbacks, may_move, send_only_stops, stop_robot
 from .component import Component, Parameter, endpoints_of, parameters_of
 from .debugger.monitor import Monitor
 from .debugger.snapshot import structure_of
@@ -274,11 +274,16 @@ def _run(
 
 
 def _end(runtime: ComponentRun) -> None:
-    """End the automata and stop the robot: at once, and again when the last cycle has ended."""
+    """End the automata and stop the robot: at once, and again when the last cycle has ended.
+
+    What goes on of user code then, on its own threads, commands nothing any more.
+    """
     runtime.request_stop()
     if runtime.in_cycle:
         stop_robot(runtime.component)
     runtime.stop()
+    end_callbacks(runtime.component)
+    send_only_stops(runtime.component)
     stop_robot(runtime.component)
 
 

@@ -23,6 +23,7 @@ from zenoh_ice.data.text import sentence
 
 from .._automaton import Automaton, State
 from .._component_run import ComponentRun
+from .._stop import stop_named, stop_removed
 from .._variables import cells_of, values_of
 from ..component import Component, make_automata, parameters_of, proxies_of, source_of
 from ..errors import ComponentError, ReloadRefusedError, describe
@@ -154,14 +155,15 @@ class Replacement:
                         "has its default again"
                     )
                     self.not_kept.append(text)
+        stop_removed(self._former, self.component)
         _share_attributes(self._former, self.component)
-        began = {actor for actor in tree.actors if actor.phase is not Phase.UNUSED}
+        began = {actor: actor.active for actor in tree.actors if actor.phase is not Phase.UNUSED}
         replaced = tree.replace(self.actors, now)
         for actor in replaced.gone:
             own, state = actor.automaton, actor.current
             if actor in began:
                 text = sentence(f"automaton {own.id} ({own.name}) is gone, which was in {state.name}")
-                self.not_kept.append(text + _without_exit(state))
+                self.not_kept.append(text + self._without_exit(state, is_active=began[actor]))
             else:
                 self.not_kept.append(sentence(f"automaton {own.id} ({own.name}) is gone"))
         for actor, left in replaced.displaced:
@@ -170,12 +172,16 @@ class Replacement:
                 f"automaton {own.id} ({own.name}) was in the state {left.name}, which is gone, and restarts "
                 f"in {initial.name}"
             )
-            self.not_kept.append(text + _without_exit(left))
+            self.not_kept.append(text + self._without_exit(left, is_active=began[actor]))
         return replaced
 
-
-def _without_exit(left: State) -> str:
-    return "" if left.exit is None else f"; {sentence('its exit code did not run')}"
+    def _without_exit(self, left: State, *, is_active: bool) -> str:
+        """Stop what the exit code of an active state names, which does not run, and say so."""
+        if left.exit is None:
+            return ""
+        if is_active:
+            stop_named(self._former, left.exit)
+        return f"; {sentence('its exit code did not run')}"
 
 
 def _carry_variables(old: Automaton, new: Automaton, first: FirstValues) -> list[str]:

@@ -93,10 +93,11 @@ class TaskClock(VirtualClock):
             heapq.heappop(self.asleep)[2].go()
 
     def end_sleepers(self, error: type[BaseException]) -> None:
-        """End all code that sleeps, by an exception where it does."""
+        """End all code that sleeps, by an exception where it does; what refuses to end never goes on."""
         asleep, self.asleep = self.asleep, []
         for _, _, code in asleep:
             code.close(error)
+        self.asleep.clear()
 
     def wait(self, event: threading.Event, timeout: float) -> bool:
         """Move the time forward until a task sets an event, at most `timeout` s; return whether it is set."""

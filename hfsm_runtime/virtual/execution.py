@@ -17,7 +17,7 @@ from zenoh_ice.data.text import sentence
 from .._limits import LIMITS, RuntimeLimits
 from .._recording.clocks import TimeModule, restore
 from .._robot import Permission
-from .._stop import stop_robot
+from .._stop import end_callbacks, stop_robot
 from .._supervision import UNAVAILABLE
 from .._variables import short_repr, values_of
 from ..component import Component, parameters_of, source_of
@@ -94,7 +94,7 @@ class Execution(VirtualRun):
                     clock=self.world.clock,
                     on_error=on_error,
                     on_refused=on_refused,
-                    on_end=lambda: stop_robot(self.component),
+                    on_end=self._stop_robot,
                     commands_accepted=Permission(safety).is_given,
                     observers=[self._journal],
                     kept=self.world.kept,
@@ -332,6 +332,10 @@ class Execution(VirtualRun):
         self._wind_up()
         what = f"sys.exit({short_repr(end.code)})" if isinstance(end, SystemExit) else describe(end)
         raise self._failure(f"{what} ends the component", location) from end
+
+    def _stop_robot(self) -> None:
+        end_callbacks(self.component)
+        stop_robot(self.component)
 
     def _run_cycles(self, seconds: float) -> None:
         """Advance, while the code of the component sees virtual time; raises what ends the component."""

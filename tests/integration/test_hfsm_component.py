@@ -244,6 +244,24 @@ def test_stay_halted_keeps_the_monitor_after_an_error(tmp_path: Path, endpoint: 
         assert component.wait(END_LIMIT) == 130
 
 
+def test_threads_of_code_that_halted_command_nothing_any_more(tmp_path: Path, endpoint: str) -> None:
+    functions = """def work(self):
+    try:
+        while True:
+            self.head.setSpeed(0.2, 0.0)
+            time.sleep(0.01)
+    except BaseException as error:
+        self.head.stop()
+        print("the thread ended:", error, flush=True)"""
+    code = "threading.Thread(target=self.work, daemon=True).start()\nself.sleep(0.1)\n1 / 0"
+    root = sub(1, 0, state(1, "turn", code, initial=True), functions=functions)
+    file = compile_to(tmp_path, document(root, libraries=("threading", "time"), config=HEAD), "turner")
+    with serve(endpoint), start(file, endpoint, "--stay-halted") as component:
+        component.wait_for("the thread ended: Head.setSpeed: the component has ended")
+        component.process.send_signal(signal.SIGINT)
+        assert component.wait(END_LIMIT) == 130
+
+
 def test_on_error_continue_goes_on(tmp_path: Path, endpoint: str) -> None:
     file = turning(tmp_path, "print('again', flush=True)\n1 / 0")
     with serve(endpoint), start(file, endpoint, "--on-error", "continue") as component:

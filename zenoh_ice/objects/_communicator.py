@@ -33,6 +33,7 @@ from zenoh_ice.data.values import PROXY_TEXT
 from zenoh_ice.objects._adapter import ObjectAdapter
 from zenoh_ice.objects._presence import ClientWatch, Presence, ServantInfo
 from zenoh_ice.objects._servant import ServedObject
+from zenoh_ice.objects.callbacks import CallFuture
 from zenoh_ice.objects.proxy import ObjectPrx, fail, stream
 from zenoh_ice.objects.streams import Streams
 from zenoh_ice.routes._given_up import GivenUpCalls
@@ -102,6 +103,8 @@ class Communicator:
         self.realm = settings.realm
         self.limits = limits
         self.destroyed = False
+        self.sends_only_stops = False
+        """While set, proxies call nothing else: who commanded has ended, perhaps not all of its threads."""
         self.served: Final[dict[Target, ServedObject]] = {}
         """Servants of this process."""
         self.client_watches: tuple[ClientWatch, ...] = ()
@@ -205,7 +208,7 @@ class Communicator:
         """Return a future that has an outcome at the latest when the communicator is destroyed."""
         self.check()
         relay = self.transport.relay
-        future: Future[Any] = Future() if relay is None else _ObservedFuture(relay)
+        future = CallFuture() if relay is None else _ObservedFuture(relay)
         self._futures.add(future)
         future.add_done_callback(self._forget_future)
         return future
@@ -438,7 +441,7 @@ class Communicator:
         )
 
 
-class _ObservedFuture(Future[Any]):
+class _ObservedFuture(CallFuture):
     """A future whose relay decides when it is done."""
 
     def __init__(self, relay: Relay) -> None:

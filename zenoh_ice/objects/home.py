@@ -26,6 +26,7 @@ class Home(Protocol):
     client_id: str
     limits: Limits
     destroyed: bool
+    sends_only_stops: bool
     pool: Pool
     transport: Transport
     presence: Presence

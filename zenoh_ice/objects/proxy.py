@@ -34,6 +34,7 @@ from typing import (
 
 from zenoh_ice.data.codec import Parted, encode
 from zenoh_ice.data.exceptions import (
+    CommunicatorDestroyedException,
     ConfigurationException,
     InterfaceMismatchException,
     MarshalException,
@@ -112,7 +113,7 @@ class Call(Generic[P, V]):
             if self._proxy._line in self._communicator.pool.lines:  # it must not overtake waiting calls
                 return self.begin_encoded(payload).result()
             caller = self._find(time.monotonic() + self._proxy._timeout)
-        if len(payload) > self._size_limit or self._communicator.destroyed:
+        if self._is_refused(payload):
             raise self._refusal(payload)
         started = time.monotonic()
         try:
@@ -175,9 +176,17 @@ class Call(Generic[P, V]):
             self._caller = caller
         return caller
 
+    def _is_refused(self, payload: bytes) -> bool:
+        communicator = self._communicator
+        if len(payload) > self._size_limit or communicator.destroyed:
+            return True
+        return communicator.sends_only_stops and not self._operation.stop
+
     def _refusal(self, payload: bytes) -> MarshalException:
         """Return why a request is not sent; raises CommunicatorDestroyedException, also after a fork."""
         self._communicator.check()
+        if self._communicator.sends_only_stops and not self._operation.stop:
+            raise CommunicatorDestroyedException(f"{self._what}: the component has ended")
         return MarshalException(
             f"{self._what}: a request of {len(payload)} bytes; at most {self._size_limit} are sent"
         )
@@ -228,7 +237,7 @@ class Call(Generic[P, V]):
         self, caller: Caller, payload: bytes, finish: Callable[[bytes | Parted], object], future: Future[Any]
     ) -> None:
         """Call without waiting; a future gets the outcome."""
-        if len(payload) > self._size_limit or self._communicator.destroyed:
+        if self._is_refused(payload):
             raise self._refusal(payload)
         started = time.monotonic()
 
@@ -432,6 +441,10 @@ class ObjectPrx(Reference):
     def ice_toWire(self) -> str:
         """Return the proxy as text that means the same in every realm."""
         return f"{self._target.identity}@{self._target.realm}"
+
+    def ice_endSubscriptions(self) -> None:
+        """Close all subscriptions of this process to streams of the servant; wait for running callbacks."""
+        self._communicator.streams.end_subscriptions(self._target)
 
     # How it calls.
 

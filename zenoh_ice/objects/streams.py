@@ -22,6 +22,7 @@ from zenoh_ice.data.text import sentence
 from zenoh_ice.data.values import Resolve
 from zenoh_ice.data.wire import NO_ATTACHMENT, Attachment, decode_attachment, encode_sample_attachment
 from zenoh_ice.objects._presence import Presence
+from zenoh_ice.objects.callbacks import notify_of_failure
 from zenoh_ice.threads._starting import repeat
 from zenoh_ice.threads.limits import LIMITS, Limits
 from zenoh_ice.threads.pool import Pool
@@ -217,6 +218,14 @@ class Streams:
         """Close readers that nobody asked for the last four calls."""
         for reader in self._all_readers():
             reader.close_if_unwanted()
+
+    def end_subscriptions(self, target: Target) -> None:
+        """Close the subscriptions to streams of a servant."""
+        with self._lock:
+            listening = tuple(self.listening)
+        for listener in listening:
+            if isinstance(listener, Subscription) and listener.target == target:
+                listener.close()
 
     def close(self) -> None:
         """Close all readers and subscriptions."""
@@ -540,6 +549,7 @@ class Subscription(_Listener[V]):
             self._failing = type(error)
             if self._failing is not failing:  # a stream may have a hundred samples a second
                 _logger.exception("the callback on %s failed; it is called again", self.what)
+                notify_of_failure(error)
 
 
 class Samples(Generic[V]):

@@ -43,6 +43,7 @@ _NAMED_METHODS: Final = frozenset({"acquire", "wait", "wait_for"})
 _BY_NAME: Final = frozenset({"attrgetter", "getattr", "methodcaller"})
 """Functions that find a method by its name."""
 _GIVING_TEXTS: Final = frozenset({"filter", "list", "map", "reversed", "set", "sorted", "str", "tuple"})
+_ENDLESS: Final = frozenset({"itertools.count", "itertools.cycle", "itertools.repeat"})
 _STANDARD_INPUT: Final = "sys.stdin"
 _BUILTINS: Final = frozenset(dir(builtins))
 _SLEEP: Final = "sleep"
@@ -100,6 +101,8 @@ class _Finder:
         match node:
             case ast.While() | ast.AsyncFor() | ast.AsyncWith() | ast.Await():
                 return True
+            case ast.For(iter=ast.Call() as call) | ast.comprehension(iter=ast.Call() as call):
+                return self._is_endless(call, modules)
             case ast.With(items=items):  # a lock waits; what a library returns was found by that call
                 return any(self._may_be_lock(item.context_expr, modules) for item in items)
             case ast.Constant(value="sleep"):  # the name of an attribute
@@ -123,6 +126,12 @@ class _Finder:
             case ast.Call():
                 return self._may_wait(node, modules)
         return False
+
+    def _is_endless(self, call: ast.Call, modules: Mapping[str, str]) -> bool:
+        """Return whether only the body of a loop over what a call returns ends it, as with `while`."""
+        module, *others = dotted(call.func) or [""]
+        name = ".".join([modules.get(module, module), *others])
+        return (name == "iter" and len(call.args) == 2) or name in _ENDLESS
 
     def _may_wait(self, call: ast.Call, modules: Mapping[str, str]) -> bool:
         if isinstance(call.func, ast.Attribute) and self._waits(call.func, call):

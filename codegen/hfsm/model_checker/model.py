@@ -18,7 +18,7 @@ from ..analysis import analyze
 from ..code._values import delay as transition_time
 from ..code._values import milliseconds, truth
 from ..code.language import is_foreign
-from ..document import DEFAULT_PERIOD, Automaton, Document, State, Text, Transition
+from ..document import DEFAULT_PERIOD, REFUSED, Automaton, Document, State, Text, Transition
 from ._guards import conjunction
 
 _DEEPEST_TREE: Final = 200
@@ -146,6 +146,11 @@ class _Reader:
         self._trusting = trusting
         self._untimed = untimed
         self._python = not is_foreign(document)
+        self._hears_refusals = any(
+            each.type == "event" and each.trigger.text.strip() == REFUSED
+            for automaton in document.automata
+            for each in automaton.transitions
+        )
         self.doubtful: list[Note] = []
         self._sources: dict[int, Automaton] = {}
         for source in document.automata:
@@ -257,6 +262,8 @@ class _Reader:
             piece = self._analysis.piece(guard)
             tree = None if piece is None else piece.expression
             holds = conjunction(tree, text, unique, is_steady=is_steady)
+            if holds == () and self._hears_refusals and self._effects.of(guard).answer is not Answer.SAME:
+                holds = ((unique, True),)  # a state hears what a servant refuses: the guard fails then
         if holds is None or not event:
             return holds
         return (*arrives, *((f"{atom} [{event}]", value) for atom, value in holds))

@@ -219,6 +219,15 @@ def test_a_value_of_another_type_is_an_error_of_the_automaton_that_assigned_it(
     assert repr(value) in error.message
 
 
+def test_a_number_that_is_too_large_for_a_float_is_such_an_error() -> None:
+    child, above = Child(Output(name="n", type=float, default=0.0)), Above()
+    below = child.of(State(id=4, name="x", code=child.let(n=10**400)))
+    (error,) = ran(automaton(1, "root", [above.state(below)]), 1).errors
+    assert error.message.startswith(
+        "ValueTypeError: the output 'n' of automaton 2 ('child 2') is too large for a float: 1000"
+    )
+
+
 def test_a_wrong_value_is_reported_where_the_code_that_ran_last_assigns_it() -> None:
     value: object = 0
 

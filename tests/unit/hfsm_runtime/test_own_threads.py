@@ -1,7 +1,8 @@
-"""Threads that the code of a document starts: what ends them is an error of the component."""
+"""Threads that the code of a document starts, and its callbacks: what ends them is an error of the component."""
 
 from __future__ import annotations
 
+import re
 import threading
 from pathlib import Path
 from typing import Any
@@ -12,10 +13,12 @@ from hfsm_runtime._component_run import ComponentRun
 from hfsm_runtime._runtime import Runtime
 from hfsm_runtime.errors import OnError
 from hfsm_runtime.virtual import BehaviorFailed, Execution
+from interfaces.nao import SafetyPrx
 from tests.support.documents import compile_to, document, load, state, sub
 from tests.support.fast_clock import FastClock
 from tests.support.limits import EVENT_LIMIT
 from tests.support.waiting import until
+from visualhfsm.testing import MakeBehavior
 from zenoh_ice import WallClock
 
 CODE = """if not self.threads:
@@ -89,6 +92,84 @@ def test_an_exception_that_ends_a_thread_fails_a_test_and_stops_the_robot(tmp_pa
         assert "behavior.xml:4" in str(failure.value)
         assert run.halted
         assert run.calls("motors.stop")
+
+
+HEAD = """<iceinterface><nameinterface>Head</nameinterface><nameproxy>Head</nameproxy>
+<interface>PoseHead</interface></iceinterface>"""
+FUTURE = "self.heard = self.Head.getPose.begin()\n    self.heard.add_done_callback(self.hear)"
+STREAM = "self.heard = self.Head.getPose.subscribe(self.hear)"
+
+
+@pytest.mark.parametrize("policy", [None, *OnError])
+@pytest.mark.parametrize("code", [FUTURE, STREAM], ids=["of a call", "of a stream"])
+def test_an_exception_in_a_callback_is_an_error_of_its_component(
+    code: str, policy: OnError | None, behavior: MakeBehavior, tmp_path: Path
+) -> None:
+    hears = "heard = None\ndef hear(self, what):\n    1 / 0"
+    root = sub(1, 0, state(1, "a", f"if not self.heard:\n    {code}", initial=True), functions=hears)
+    made = load(compile_to(tmp_path, document(root, config=HEAD)))
+    failed = "a callback of its code failed: ZeroDivisionError: division by zero"
+    run = behavior(type(made), robot="fake", on_error=policy)
+    if policy is None:
+        with pytest.raises(BehaviorFailed, match=failed):
+            run.advance(0.5)
+    else:
+        run.advance(0.5)
+    (error,) = run.errors
+    assert error.message == failed
+    assert re.search(r"\(behavior.xml:\d+\)$", error.location)
+    assert run.halted == bool(run.calls("Head.stop")) == (policy is not OnError.CONTINUE)
+
+
+def following(folder: Path, behavior: MakeBehavior) -> Any:
+    """Return a behavior whose callback of a stream commands the head."""
+    follows = "heard = None\ndef hear(self, what):\n    self.Head.setPose(0.1, 0.0, 0.5)"
+    root = sub(1, 0, state(1, "a", f"if not self.heard:\n    {STREAM}", initial=True), functions=follows)
+    return behavior(type(load(compile_to(folder, document(root, config=HEAD)))), robot="fake")
+
+
+def test_a_command_that_is_refused_to_a_callback_pauses_the_component(
+    behavior: MakeBehavior, tmp_path: Path
+) -> None:
+    run = following(tmp_path, behavior)
+    safety = SafetyPrx.uncheckedCast(run.world.communicator.stringToProxy("Safety"))
+    run.advance(0.5)
+    safety.emergencyStop("a test")
+    run.advance(0.5)
+    (error,) = run.errors
+    assert "a callback of its code failed: CommandRefusedException" in error.message
+    assert run.refusal is not None
+    safety.resetEmergencyStop(True)
+    run.advance(2.0)
+    assert run.refusal is None
+    assert not run.ended.is_set()
+
+
+def test_a_callback_is_called_again_after_its_server_was_offline(
+    behavior: MakeBehavior, tmp_path: Path
+) -> None:
+    run = following(tmp_path, behavior)
+    run.advance(0.5)
+    with run.server_offline("Head"):
+        run.advance(0.5)
+    (error,) = run.errors
+    assert "a callback of its code failed: ConnectionLostException" in error.message
+    before = len(run.calls("Head.setPose"))
+    run.advance(0.5)
+    assert len(run.calls("Head.setPose")) > before + 10
+
+
+def test_a_callback_commands_nothing_after_an_error_elsewhere(behavior: MakeBehavior, tmp_path: Path) -> None:
+    follows = "heard = None\ndef hear(self, what):\n    self.Head.setPose(0.1, 0.0, 0.5)"
+    code = f"if not self.heard:\n    {STREAM}\n1 / (self.clock.now() < 0.5)"
+    root = sub(1, 0, state(1, "a", code, initial=True), functions=follows)
+    made = load(compile_to(tmp_path, document(root, config=HEAD)))
+    run = behavior(type(made), robot="fake", on_error="stop")
+    run.advance(1.0)
+    assert run.halted
+    *commands, stop = [call.target for call in run.calls("Head")]
+    assert set(commands) == {"Head.setPose"}
+    assert stop == "Head.stop"
 
 
 @pytest.mark.filterwarnings("error::pytest.PytestUnhandledThreadExceptionWarning")

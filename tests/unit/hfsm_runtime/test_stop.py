@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import lru_cache, partial
 from typing import Any
 
 import pytest
@@ -96,7 +97,36 @@ def by_variable(hands: Hands) -> Callable[[], object]:
     return lambda: let_go(1 // 0)
 
 
-@pytest.mark.parametrize("leave", [by_comprehension, by_lambda, by_variable])
+def by_another_name(hands: Hands) -> Callable[[], object]:
+    hand = hands.Hand
+    return lambda: 1 // 0 or hand.stop()
+
+
+def by_an_attribute(hands: Hands) -> Callable[[], object]:
+    vars(hands)["mine"] = {"hands": [hands.Hand.stop]}
+    return lambda: 1 // 0 or hands.mine["hands"][0]()  # type: ignore[attr-defined]
+
+
+def by_a_text(hands: Hands) -> Callable[[], object]:
+    return lambda: 1 // 0 or [getattr(hands, name).stop() for name in ("Hand",)]
+
+
+def by_a_part_of_a_text(hands: Hands) -> Callable[[], object]:
+    return lambda: 1 // 0 or getattr(hands, f"{'h'.upper()}and").stop()
+
+
+def by_functions_of_other_kinds(hands: Hands) -> Callable[[], object]:
+    let_go = partial(lru_cache(staticmethod(lambda hands: hands.Hand.stop())), hands)
+    return lambda: 1 // 0 or let_go()
+
+
+@pytest.mark.parametrize(
+    "leave",
+    [
+        *(by_comprehension, by_lambda, by_variable, by_another_name, by_an_attribute, by_a_text),
+        *(by_a_part_of_a_text, by_functions_of_other_kinds),
+    ],
+)
 def test_what_functions_of_exit_code_name_is_stopped(leave: Callable[[Hands], Callable[[], object]]) -> None:
     def make(hands: Hands) -> Automaton:
         return automaton(1, "hands", [State("lift", exit=leave(hands)), State("rest")], [after(0.1, 1, 2)])

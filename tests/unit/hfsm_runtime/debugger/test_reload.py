@@ -347,6 +347,39 @@ def test_proxies_are_kept_while_they_are_of_the_same_servant() -> None:
         assert new.arm.ice_getIdentity() == "R"
 
 
+def test_a_servant_that_the_new_version_has_no_proxy_of_is_stopped() -> None:
+    def version(**names: str) -> Any:
+        proxies = {name: Proxy(identity, GripperPrx) for name, identity in names.items()}
+        return component(lambda self: timed("a"), **proxies)
+
+    stubs = {"Hand": {"stop": None}, "Arm": {"stop": None}}
+    with Execution(version(hand="Hand", arm="Arm"), stubs=stubs) as run:
+        run.exchange(version(paw="Hand"))
+        assert [call.target for call in run.calls()] == ["Arm.stop"]
+
+
+@pytest.mark.parametrize(("seconds", "stopped"), [(0.2, ["Hand.stop"]), (0.7, [])], ids=["active", "ghost"])
+@pytest.mark.parametrize("after", [(), ("c", "y")], ids=["automaton", "state"])
+def test_what_exit_code_names_is_stopped_where_its_active_state_is_gone(
+    after: tuple[str, ...], seconds: float, stopped: list[str]
+) -> None:
+    def version(*below: str) -> Any:
+        def make(self: Any) -> Automaton:
+            states = tuple(
+                State(name, id=ord(name), initial=each == 0, exit=lambda: self.hand.stop())
+                for each, name in enumerate(below)
+            )
+            children = {"a": Automaton("child", id=2, states=states)} if below else None
+            return timed("a", "b", seconds=0.5, children=children)
+
+        return component(make, hand=Proxy("Hand", GripperPrx))
+
+    with Execution(version("x", "y"), stubs={"Hand": {"stop": None}}) as run:
+        run.advance(seconds)
+        run.exchange(version(*after))
+        assert [call.target for call in run.calls()] == stopped
+
+
 def test_inputs_and_events_on_their_way_are_kept() -> None:
     def version(self: Any) -> Automaton:
         color = "red"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 from weakref import ref
 
@@ -239,6 +240,22 @@ def test_code_that_goes_on_although_it_is_to_end_hangs_nothing() -> None:
         assert under.run.changes("parent")[:2] == [(0.0, "a"), (0.5, "b")]
         assert "still in a cycle 1 s after" in under.run.errors[0].message
         assert told[0] == 0.5
+
+
+def test_code_that_goes_on_although_the_component_has_ended_is_left_where_it_waits() -> None:
+    def refuses(run: Execution) -> None:
+        while True:
+            with suppress(BaseException):
+                run.component.sleep(0.1)
+            told.append(run.time)
+
+    told: list[float] = []
+    with Under(refuses, on_error="stop") as under:
+        under.run.advance(0.2)
+        under.run.request_stop()
+        under.run.advance(2.0)
+        assert told
+        assert max(told) < 0.3
 
 
 def test_a_servant_that_takes_long_holds_up_only_who_calls_it() -> None:

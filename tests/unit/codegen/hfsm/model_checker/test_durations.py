@@ -61,6 +61,9 @@ SLOW = {
     "a future": "self.Head.setPoseAsync(0).result()",
     "samples": "for sample in self.Head.getPose.samples():\n    pass",
     "a busy loop": "import time\nwhile time.time() < end:\n    pass",
+    "a loop without an end": "import itertools\nfor n in itertools.count():\n    if time() > end: break",
+    "another one": "from itertools import repeat as again\nany(time() > end for _ in again(0))",
+    "a loop until a value comes": "for _ in iter(self.busy, False):\n    pass",
     "a person": "input()",
     "a process": "import subprocess\nsubprocess.run(['ls'], timeout=1)",
     "the web": "import requests\nrequests.get('http://x', timeout=1)",
@@ -85,6 +88,7 @@ QUICK = {
     "a library's context beside threads": "import numpy as np, threading\nwith np.errstate(all='ignore'):\n    x = 1",
     "a time to wait": "x = self.clock.now() - since > self.wait",
     "a computed proxy": 'getattr(self, f"{side}Motors").setPose(1)',
+    "numbers": "import itertools\nids = itertools.count()\nfor n, x in zip(ids, iter(words)):\n    pass",
     "the time": "import time\nx = time.monotonic()",
     "a file": "with open('x') as file:\n    x = file.read()",
 }

@@ -93,6 +93,10 @@ def test_an_event_comes_when_somebody_sends_it() -> None:
 
 def test_whatever_a_state_asks_for_may_be_refused() -> None:
     assert not never(check(three(on("refused", 1, 2, id=1))))
+    guard = "self.Head.stop() or True"  # false where it is refused, and the event comes next
+    assert not never(check(three(when(guard, 1, 3, id=1), on("refused", 1, 2, id=2))))
+    assert never(check(three(when("n or True", 1, 3, id=1), on("refused", 1, 2, id=2))))
+    assert never(check(three(when(guard, 1, 3, id=1), when("x", 1, 2, id=2))))
 
 
 def test_an_event_that_only_unreachable_code_sends_never_comes() -> None:
