@@ -105,7 +105,7 @@ def _report_stop(name: str, call: Future[Any]) -> None:
 def names_in(component: Component, code: Callable[..., object]) -> set[str]:
     """Return the names of attributes that code uses, with those in functions that it names.
 
-    It may use them by another name, which is a variable or an attribute, and by texts, as with `getattr`.
+    It may use them by another name, which is a variable or an attribute, and any of them by `getattr`.
     """
     attributes, servants = vars(component), _connected(component)
     used = {id(each): name for name, proxy in servants.items() for each in (proxy, *vars(proxy).values())}
@@ -129,11 +129,9 @@ def _consists_of(value: Any, servants: Collection[str]) -> Iterable[object]:  # 
     """Return what code names, or what holds some holds."""
     kind = type(value)  # to ask the value may run code of the document
     if kind is CodeType:  # also of lambdas, and of loops within brackets
-        names, constants = value.co_names, value.co_consts
-        texts = constants if "getattr" in names else ()
-        ends = tuple(each for each in texts if isinstance(each, str) and each)  # as in f"{side}Motors"
-        meant = [each for each in servants if each.startswith(ends) or each.endswith(ends)]
-        return (*names, *constants, *meant)
+        names = value.co_names
+        inner = (each for each in value.co_consts if type(each) is CodeType)
+        return (*names, *inner, *(servants if "getattr" in names else ()))  # which may mean any of them
     if kind is FunctionType:
         return (value.__code__, *(cell.cell_contents for cell in value.__closure__ or () if _is_set(cell)))
     if issubclass(kind, staticmethod | classmethod | MethodType):
