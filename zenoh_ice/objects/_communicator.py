@@ -210,7 +210,7 @@ class Communicator:
         relay = self.transport.relay
         future = CallFuture() if relay is None else _ObservedFuture(relay)
         self._futures.add(future)
-        future.add_done_callback(self._forget_future)
+        Future.add_done_callback(future, self._forget_future)  # is none of a user's
         return future
 
     # Servants.
