@@ -40,6 +40,8 @@ from .clock import TaskClock
 
 Polls = dict[str, Callable[[], Any]]
 
+_STUB_RATE: Final = 10.0
+"""The samples of a stub in a second of virtual time, for who subscribes without a rate."""
 _CLOSE_PERIOD: Final = LIMITS.linger / CHECKS  # s of virtual time between checks for unused streams
 
 _logger = logging.getLogger(__name__)
@@ -219,11 +221,19 @@ class _PolledInlet:
         self._operation: Final = operation
         self._polled_at = -1.0
         self._count = 0
-        self.close: Final = genuine.close
+        self._end_deliveries: Callable[[], object] = lambda: None
+
+    def close(self, timeout: float = 0.0) -> bool:
+        self._end_deliveries()
+        return self._genuine.close(timeout)
+
+    @property
+    def _stub(self) -> Callable[[], Any] | None:
+        return self._polls.get(self._identity, {}).get(self._operation.name)
 
     def poll(self) -> Arrived | None:
         """Return the next sample; a stub has one for each moment, and none when it raises."""
-        poll = self._polls.get(self._identity, {}).get(self._operation.name)
+        poll = self._stub
         if poll is None:
             sample: Arrived | None = self._genuine.poll()
             return sample
@@ -241,12 +251,21 @@ class _PolledInlet:
         return Arrived(bytes(payload), encode_sample_attachment("", self._count, now, wall_time=now))
 
     def deliver(self, callback: Callable[[Any], object], rate: float | None = None) -> None:
+        """Call with each sample; a stub that is there already has `rate` a second, or some."""
+
         def call(sample: object) -> None:
             """Call as separate code, which may sleep."""
             Coroutine(f"callback of {self._operation.name}", partial(callback, sample)).go()
 
+        def make() -> None:
+            if self._stub is not None and (sample := self.poll()) is not None:
+                call(sample)
+
+        if self._stub is not None:
+            self._end_deliveries = self._clock.call_every(1.0 / (rate or _STUB_RATE), make)
         paced = None if rate is None else _PacedCallback(self._clock, call, rate, self._queue)
-        self._genuine.deliver(paced or call)
+        take = paced or call
+        self._genuine.deliver(lambda sample: None if self._stub else take(sample))
 
     def wait(self, changed: threading.Condition, holds: Callable[[], bool], timeout: float) -> bool:  # noqa: ARG002
         """Advance the time until a function returns true; return whether it did."""

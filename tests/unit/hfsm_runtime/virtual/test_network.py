@@ -189,6 +189,21 @@ def test_a_subscription_with_a_rate_is_called_at_that_rate_of_virtual_time_with_
     assert len(times) <= 9, "it was closed"
 
 
+@pytest.mark.parametrize(("rate", "number"), [(None, 20), (4.0, 8)])
+def test_a_subscription_is_called_with_samples_of_a_stub(b, rate: float | None, number: int) -> None:
+    pans = iter(range(1000))
+    b.stub("Head", getPose=lambda: HeadPose(pan=float(next(pans))))
+    heard: list[float] = []
+    subscription = b.component.Head.getPose.subscribe(
+        lambda sample: heard.append(sample.value.pan), rate=rate
+    )
+    b.advance(2.0)
+    assert heard == [float(each) for each in range(number)]
+    subscription.close()
+    b.advance(1.0)
+    assert len(heard) == number
+
+
 def test_a_stream_without_samples_times_out_after_exactly_that_time(b) -> None:
     with pytest.raises(TimeoutException, match="no new sample"):
         b.component.Camera.getImageData.wait(timeout=0.05)
