@@ -39,13 +39,13 @@ class RobotMenu extends PageElement {
     this.body = undefined;
     /** @type {boolean | undefined} */
     this.balls = undefined;
-    this.addEventListener("beforetoggle", () => (this.world = this.speed = this.body = this.balls = undefined));
-    this.addEventListener("toggle", ({newState}) => newState === "open" && this.#first.focus());
+    this.addEventListener("toggle", ({newState}) => newState === "open" && this.#open());
   }
 
-  /** What has the focus at first. @returns {HTMLElement} */
-  get #first() {
-    return this.querySelector("select, input, button") ?? this;
+  /** Forget what was chosen and not begun, and take the focus. */
+  #open() {
+    this.world = this.speed = this.body = this.balls = undefined;
+    (/** @type {HTMLElement | null} */ (this.querySelector("select, input, button")) ?? this).focus();
   }
 
   /** The present choices. */
