@@ -45,7 +45,9 @@ class RobotMenu extends PageElement {
   /** Forget what was chosen and not begun, and take the focus. */
   #open() {
     this.world = this.speed = this.body = this.balls = undefined;
-    (/** @type {HTMLElement | null} */ (this.querySelector("select, input, button")) ?? this).focus();
+    /** @type {HTMLElement} */
+    const first = this.querySelector("select, input, button") ?? this;
+    first.focus();
   }
 
   /** The present choices. */
