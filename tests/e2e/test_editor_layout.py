@@ -334,6 +334,34 @@ def test_a_finger_reads_how_a_run_is_on_a_phone_in_spanish(browser: Browser, tmp
             assert not row.evaluate(CUT)
 
 
+def test_a_phone_gives_half_of_the_room_to_the_panel_below(browser: Browser, tmp_path: Path) -> None:
+    with (
+        robot_and_editor(tmp_path / "walk.xml") as (_, running),
+        contextlib.closing(
+            browser.new_context(viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
+        ) as context,
+    ):
+        shown = EditorPage(context.new_page(), running)
+        shown.expect_states("wait", "go")
+        run(shown)
+        page = shown.page
+        content = page.locator(".bottom > .content")
+        page.evaluate("document.querySelector('hfsm-app').showBottom('hfsm-problems')")
+        ready = page.get_by_role("button", name="Is it ready?")
+        expect(ready).to_be_visible()
+        assert Box.of(ready).is_within(Box.of(content))
+        assert Box.of(content).height >= 200
+        assert Box.of(page.locator("hfsm-canvas")).height >= 200
+        page.evaluate("document.querySelector('hfsm-app').showSide('hfsm-code-panel')")
+        expect(page.locator("hfsm-canvas")).to_be_hidden()
+        assert min(Box.of(content).height, Box.of(page.locator(".side > .content")).height) >= 200
+        page.evaluate("document.querySelector('hfsm-app').showSide('')")
+        expect(shown.state("go")).to_be_in_viewport()
+        page.evaluate("document.querySelector('hfsm-app').showSide('hfsm-code-panel')")
+        page.locator(".stop-button").tap()
+        expect(page.locator(".drawing > .banner")).to_be_visible()
+
+
 def test_a_finger_meets_large_targets_and_names_that_can_be_read(browser: Browser, tmp_path: Path) -> None:
     path = tmp_path / "walk.xml"
     path.write_text(DOCUMENT)
