@@ -65,6 +65,20 @@ SMALL_NAMES = """() => [...document.querySelectorAll("hfsm-canvas .state .name")
   .map((each) => each.textContent)"""
 """Names in the drawing whose letters are smaller than 11 pixels."""
 
+IN_PART = """() => {
+  const list = document.querySelector("hfsm-tabs [role=tablist]").getBoundingClientRect();
+  const boxes = [...document.querySelectorAll(".tab")].map((each) => [each, each.getBoundingClientRect()]);
+  const seen = boxes.filter(([, {left, right, top, bottom}]) =>
+    right > list.left + 1 && left < list.right - 1 && bottom > list.top + 1 && top < list.bottom - 1);
+  const beyond = ({left, right, top, bottom}, place) =>
+    left < place.left - 1 || right > place.right + 1 || top < place.top - 1 || bottom > place.bottom + 1;
+  return seen.filter(([each, box]) => {
+    const [text, end] = [".text", ".name-end"].map((name) => each.querySelector(name).getBoundingClientRect());
+    return beyond(box, list) || beyond(end, text);
+  }).map(([{textContent}]) => textContent.trim());
+}"""
+"""The tabs of documents of which only a part is seen, or whose names are cut without a sign of it."""
+
 CUT = "each => each.scrollWidth > each.clientWidth"
 """Whether a text is longer than its place."""
 
@@ -94,7 +108,7 @@ def eleven(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterat
     """The page with eleven documents, two of which have the same name in folders of the same name."""
     root = tmp_path_factory.mktemp("eleven") / "root"
     paths = [root / f"{name}.xml" for name in ("walk", "a/parts/walk", "b/parts/walk")]
-    paths += [root / f"behavior_{number}.xml" for number in range(8)]
+    paths += [root / f"follow_and_dance_{number}.xml" for number in range(8)]
     for path in paths:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(DOCUMENT, "utf-8")
@@ -406,7 +420,7 @@ def test_a_name_that_is_cut_shows_where_it_differs_and_is_read_whole(shown: Edit
     page = shown.page
     shown.resize(683, 800)
     for number in (3, 4):
-        one = page.get_by_role("tab", name=f"behavior_{number}", exact=True)
+        one = page.get_by_role("tab", name=f"follow_and_dance_{number}", exact=True)
         start, end = one.locator(".name-start"), one.locator(".name-end")
         assert start.evaluate(CUT)
         assert not end.evaluate(CUT)
@@ -414,6 +428,16 @@ def test_a_name_that_is_cut_shows_where_it_differs_and_is_read_whole(shown: Edit
     chosen = page.get_by_role("tab", selected=True)
     name = chosen.text_content() or ""
     expect(chosen).to_have_attribute("aria-label", " ".join(name.split()))
+
+
+@pytest.mark.parametrize("width", [1280, 1024])
+def test_no_tab_is_seen_in_part(shown: EditorPage, width: int) -> None:
+    page = shown.page
+    shown.resize(width, 800)
+    for name in ("walk", "follow_and_dance_2", "follow_and_dance_7"):
+        shown.page.get_by_role("tab", name=name, exact=True).evaluate("each => each.click()")
+        expect(page.get_by_role("tab", name=name, exact=True, selected=True)).to_be_in_viewport(ratio=1)
+        assert page.evaluate(IN_PART) == []
 
 
 def test_the_middle_button_pans_and_pastes_nothing(shown: EditorPage) -> None:
