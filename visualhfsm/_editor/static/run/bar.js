@@ -74,7 +74,7 @@ class MonitorBar extends MonitorElement {
         >${monitor.component.replace(/^recording:\d+:/, "")}</strong
       >
       <span class="time" title=${t("Time of the behavior")}
-        >${spokenSeconds(monitor.snapshot?.component.time ?? NaN)}</span
+        >${spokenSeconds(monitor.time ?? NaN)}</span
       >
       ${this.#stoppedAt()}${this.#hanging()}${this.#late()}${this.#elsewhere()}
       ${
