@@ -65,6 +65,20 @@ SMALL_NAMES = """() => [...document.querySelectorAll("hfsm-canvas .state .name")
   .map((each) => each.textContent)"""
 """Names in the drawing whose letters are smaller than 11 pixels."""
 
+IN_PART = """() => {
+  const list = document.querySelector("hfsm-tabs [role=tablist]").getBoundingClientRect();
+  const boxes = [...document.querySelectorAll(".tab")].map((each) => [each, each.getBoundingClientRect()]);
+  const seen = boxes.filter(([, {left, right, top, bottom}]) =>
+    right > list.left + 1 && left < list.right - 1 && bottom > list.top + 1 && top < list.bottom - 1);
+  const beyond = ({left, right, top, bottom}, place) =>
+    left < place.left - 1 || right > place.right + 1 || top < place.top - 1 || bottom > place.bottom + 1;
+  return seen.filter(([each, box]) => {
+    const [text, end] = [".text", ".name-end"].map((name) => each.querySelector(name).getBoundingClientRect());
+    return beyond(box, list) || beyond(end, text);
+  }).map(([{textContent}]) => textContent.trim());
+}"""
+"""The tabs of documents of which only a part is seen, or whose names are cut without a sign of it."""
+
 CUT = "each => each.scrollWidth > each.clientWidth"
 """Whether a text is longer than its place."""
 
@@ -94,7 +108,7 @@ def eleven(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterat
     """The page with eleven documents, two of which have the same name in folders of the same name."""
     root = tmp_path_factory.mktemp("eleven") / "root"
     paths = [root / f"{name}.xml" for name in ("walk", "a/parts/walk", "b/parts/walk")]
-    paths += [root / f"behavior_{number}.xml" for number in range(8)]
+    paths += [root / f"follow_and_dance_{number}.xml" for number in range(8)]
     for path in paths:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(DOCUMENT, "utf-8")
@@ -334,6 +348,34 @@ def test_a_finger_reads_how_a_run_is_on_a_phone_in_spanish(browser: Browser, tmp
             assert not row.evaluate(CUT)
 
 
+def test_a_phone_gives_half_of_the_room_to_the_panel_below(browser: Browser, tmp_path: Path) -> None:
+    with (
+        robot_and_editor(tmp_path / "walk.xml") as (_, running),
+        contextlib.closing(
+            browser.new_context(viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
+        ) as context,
+    ):
+        shown = EditorPage(context.new_page(), running)
+        shown.expect_states("wait", "go")
+        run(shown)
+        page = shown.page
+        content = page.locator(".bottom > .content")
+        page.evaluate("document.querySelector('hfsm-app').showBottom('hfsm-problems')")
+        ready = page.get_by_role("button", name="Is it ready?")
+        expect(ready).to_be_visible()
+        assert Box.of(ready).is_within(Box.of(content))
+        assert Box.of(content).height >= 200
+        assert Box.of(page.locator("hfsm-canvas")).height >= 200
+        page.evaluate("document.querySelector('hfsm-app').showSide('hfsm-code-panel')")
+        expect(page.locator("hfsm-canvas")).to_be_hidden()
+        assert min(Box.of(content).height, Box.of(page.locator(".side > .content")).height) >= 200
+        page.evaluate("document.querySelector('hfsm-app').showSide('')")
+        expect(shown.state("go")).to_be_in_viewport()
+        page.evaluate("document.querySelector('hfsm-app').showSide('hfsm-code-panel')")
+        page.locator(".stop-button").tap()
+        expect(page.locator(".drawing > .banner")).to_be_visible()
+
+
 def test_a_finger_meets_large_targets_and_names_that_can_be_read(browser: Browser, tmp_path: Path) -> None:
     path = tmp_path / "walk.xml"
     path.write_text(DOCUMENT)
@@ -378,7 +420,7 @@ def test_a_name_that_is_cut_shows_where_it_differs_and_is_read_whole(shown: Edit
     page = shown.page
     shown.resize(683, 800)
     for number in (3, 4):
-        one = page.get_by_role("tab", name=f"behavior_{number}", exact=True)
+        one = page.get_by_role("tab", name=f"follow_and_dance_{number}", exact=True)
         start, end = one.locator(".name-start"), one.locator(".name-end")
         assert start.evaluate(CUT)
         assert not end.evaluate(CUT)
@@ -386,6 +428,16 @@ def test_a_name_that_is_cut_shows_where_it_differs_and_is_read_whole(shown: Edit
     chosen = page.get_by_role("tab", selected=True)
     name = chosen.text_content() or ""
     expect(chosen).to_have_attribute("aria-label", " ".join(name.split()))
+
+
+@pytest.mark.parametrize("width", [1280, 1024])
+def test_no_tab_is_seen_in_part(shown: EditorPage, width: int) -> None:
+    page = shown.page
+    shown.resize(width, 800)
+    for name in ("walk", "follow_and_dance_2", "follow_and_dance_7"):
+        shown.page.get_by_role("tab", name=name, exact=True).evaluate("each => each.click()")
+        expect(page.get_by_role("tab", name=name, exact=True, selected=True)).to_be_in_viewport(ratio=1)
+        assert page.evaluate(IN_PART) == []
 
 
 def test_the_middle_button_pans_and_pastes_nothing(shown: EditorPage) -> None:

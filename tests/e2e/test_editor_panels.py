@@ -6,6 +6,7 @@ import re
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Final
 
 import pytest
 from playwright.sync_api import Browser, Locator, WebSocketRoute, expect
@@ -23,6 +24,12 @@ CAMERA = """
     </iceinterface>
   </config>
 """
+
+RING: Final = """each => {
+  const {outlineOffset, outlineWidth} = getComputedStyle(each);
+  return each.getBoundingClientRect().bottom + parseFloat(outlineOffset) + parseFloat(outlineWidth);
+}"""
+"""Where the ring around a focused element ends."""
 
 
 @pytest.fixture
@@ -417,6 +424,15 @@ def test_labels_stand_at_one_edge_and_fields_at_one_edge(shown: EditorPage) -> N
     for what, count in ((panel.locator("label"), 8), (panel.locator("input, select, textarea"), 8)):
         assert len({round(Box.of(each).x) for each in what.all()[:count]}) == 1
     assert panel.evaluate(CUT_HINTS) == []
+
+
+def test_the_ring_around_a_button_covers_nothing_of_the_line_below_it(shown: EditorPage) -> None:
+    shown.press("Alt+p")
+    add = shown.button("Add an interface")
+    add.focus()
+    shown.press("Shift+Tab", "Tab")  # a ring is for who uses keys
+    expect(add).to_be_focused()
+    assert add.evaluate(RING) <= Box.of(shown.page.locator("hfsm-entries .explain").first).y
 
 
 def test_interfaces_parameters_properties_and_variables_are_edited(shown: EditorPage, path: Path) -> None:

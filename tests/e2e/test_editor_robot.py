@@ -158,6 +158,22 @@ def test_start_and_run_offers_to_reset_a_stop_that_was_kept_and_another_robot_is
 
 
 @pytest.mark.gl
+def test_the_tour_ends_what_runs_before_it_runs_its_own_behavior(shown: EditorPage) -> None:
+    shown.button("Watch a robot dance").click()
+    expect(shown.page.locator(".live-status")).to_have_text("Running", timeout=STARTED)
+    shown.page.get_by_role("button", name="Start page").click()
+    shown.button("Take the tour").click()
+    tour = shown.page.locator(".tour")
+    for step in range(1, 8):
+        expect(tour).to_contain_text(f"{step} of 10")
+        shown.press("ArrowRight")
+    expect(shown.page.locator(".component")).to_have_text("dance_and_follow", timeout=STARTED)
+    expect(shown.page.locator(".live-status")).to_have_text("Running", timeout=STARTED)
+    expect(shown.button("1 running")).to_be_visible()
+    expect(shown.page.locator(".notice.error")).to_have_count(0)  # nothing has gone wrong
+
+
+@pytest.mark.gl
 def test_the_tour_runs_a_behavior_and_ends_with_a_change_of_it(shown: EditorPage) -> None:
     shown.button("Take the tour").click()
     tour = shown.page.locator(".tour")

@@ -142,6 +142,10 @@ test("actions that are possible are found by their words, those that begin so fi
   page.select({states: [1]});
   assert.equal(found("  FINAL on ")[0], "toggleFinal");
   assert.equal(found("save as")[0], "saveAs");
+  assert.equal(found("start page")[0], "startPage");
+  perform("startPage", context);
+  assert.equal(page.tab, 0);
+  page.show(1);
   const all = found("");
   for (const {id} of actions.values())
     assert.equal(all.includes(id), isEnabled(id, context) && id !== "palette" && id !== "cancel", id);

@@ -119,7 +119,7 @@ class Telemetry:
             log=self.log,
             document=document,
             world=self._robot.world.shapes,
-            pictures=self._pictures.spread(MOST_PICTURES),
+            pictures=self._pictures.spread(MOST_PICTURES, *self.log.wall_times()),
             figures=figures,
         )
 

@@ -272,7 +272,8 @@ class Followers:
                 "the automata of {component} are not known yet", component=component
             )
         structure, shapes = follower.structure.structure, self._robot.world.shapes
-        pictures = self._cameras.former.spread(MOST_PICTURES)
+        # Those from before are perhaps of another robot.
+        pictures = self._cameras.former.spread(MOST_PICTURES, *follower.log.wall_times())
         body = (follower.described or nao()).page
         run = Run(component, structure, follower.log, document, imported, shapes, pictures, body=body)
         return await asyncio.to_thread(run_page, run)

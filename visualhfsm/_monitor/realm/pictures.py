@@ -55,10 +55,10 @@ class Pictures:
                 return jpeg if at - taken <= OLDEST else None
         return None
 
-    def spread(self, most: int) -> dict[str, list[tuple[float, bytes]]]:
-        """Return at most `most` kept images by camera, each with its wall time, evenly over time."""
+    def spread(self, most: int, since: float, until: float) -> dict[str, list[tuple[float, bytes]]]:
+        """Return at most `most` kept images by camera, each with its wall time, evenly over that time."""
         found: dict[str, list[tuple[float, bytes]]] = {}
-        for taken, camera, jpeg in evenly(self._kept, most):
+        for taken, camera, jpeg in evenly((each for each in self._kept if since <= each[0] <= until), most):
             found.setdefault(camera, []).append((taken, jpeg))
         return found
 

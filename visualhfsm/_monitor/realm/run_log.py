@@ -21,6 +21,7 @@ import msgspec
 from interfaces.hfsm import ComponentSnapshot, ComponentStatus, Mark
 from visualhfsm._monitor.realm.automata import LoggedChange, StateLog, number_in
 from visualhfsm._monitor.realm.robot import RobotState
+from zenoh_ice.data import typed
 
 if TYPE_CHECKING:  # it takes long to load, and is first needed when numbers are plotted
     import numpy as np
@@ -213,6 +214,13 @@ class RunLog:
                 return None
             packed = self._packed[max(0, bisect.bisect_right(self._times, time) - 1)]
         return msgspec.Raw(zlib.decompress(packed))
+
+    def wall_times(self) -> tuple[float, float]:
+        """Return the wall times in s of the first moment that is kept, and of the newest."""
+        first = self.at(0.0)
+        if first is None or self._newest is None:
+            return math.inf, -math.inf
+        return typed.from_json(bytes(first), dict[str, Any])["at"], self._newest.at
 
     def moments(self, largest: int) -> list[tuple[float, bytes]]:
         """Return the moments as JSON, each with its component time.

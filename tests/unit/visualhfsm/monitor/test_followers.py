@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import time as wall
 from collections.abc import Awaitable, Callable
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
@@ -13,12 +15,14 @@ import pytest
 
 from hfsm_runtime.recording_file.reader import RecordingFile
 from interfaces.hfsm import ComponentSnapshot
+from interfaces.jderobot import Camera, ImageData, ImageDescription, Time
 from tests.conftest import Pair
 from tests.support.coasting import Coasting
 from tests.support.component import MonitorStub, snapshot
 from tests.support.limits import CALL_LIMIT, FOREVER, RUN_LIMIT
 from tests.support.pushes import Pushes
 from tests.support.robot_server import served
+from tests.support.watching import content
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._monitor.followers import Followers
 from visualhfsm._monitor.messages import PartLimits, Present, Snapshot, Stale, Structure
@@ -46,6 +50,14 @@ class Dance(MonitorStub):
 
 def said(time: float) -> ComponentSnapshot:
     return msgspec.structs.replace(snapshot(1.0), time=time)
+
+
+def see(*_: object) -> ImageData:
+    return ImageData(ImageDescription(1, 1, 3, "RGB8"), Time(0, 0), bytes(3))
+
+
+Eye: Final = type("Eye", (Camera,), dict.fromkeys(Camera.__abstractmethods__) | {"getImageData": see})
+"""A camera that is asked for nothing but images."""
 
 
 class Page:
@@ -325,6 +337,27 @@ def test_a_robot_is_drawn_by_its_hash_while_somebody_shows_it(pair: Pair) -> Non
 def test_a_picture_that_nobody_kept_is_none(pair: Pair) -> None:
     async def go(page: Page) -> None:
         assert await page.service.picture("dance", "Camera", 1.0) is None
+
+    run(pair, go)
+
+
+def test_the_page_of_a_run_has_the_pictures_of_its_time_alone(pair: Pair) -> None:
+    async def go(page: Page) -> None:
+        pair.adapter.add(Eye(), "Camera")
+        await page.follow(await page.serve("before"), "before")
+        while await page.service.picture("before", "Camera", wall.time()) is None:
+            await asyncio.sleep(0.01)
+        await page.service.unfollow("before")
+        dance, second = await page.serve(), 1.0
+        pictures: dict[str, list[tuple[float, str]]] = {}
+        await page.service.follow("dance")
+        while not pictures:
+            await asyncio.sleep(0.01)
+            dance.say(second := second + 0.1)
+            with suppress(VisualHfsmError):  # as long as nothing is known of the run
+                found, moments = content(await page.service.exported("dance", None, ()))
+                pictures = found["pictures"]
+        assert all(moments[0]["at"] <= taken <= moments[-1]["at"] for taken, _ in pictures["Camera"])
 
     run(pair, go)
 

@@ -73,9 +73,7 @@ class MonitorBar extends MonitorElement {
       <strong class="component" title=${monitor.recording?.file || monitor.component}
         >${monitor.component.replace(/^recording:\d+:/, "")}</strong
       >
-      <span class="time" title=${t("Time of the behavior")}
-        >${spokenSeconds(monitor.snapshot?.component.time ?? NaN)}</span
-      >
+      <span class="time" title=${t("Time of the behavior")}>${spokenSeconds(monitor.time ?? NaN)}</span>
       ${this.#stoppedAt()}${this.#hanging()}${this.#late()}${this.#elsewhere()}
       ${
         recording || viewing.on || monitor.isOver

@@ -176,8 +176,22 @@ class Monitor extends ShownRun {
     this.#emit("mode", "shown");
   }
 
-  /** Show a moment of the past, or with undefined what happens now. @param {LiveSnapshot | undefined} snapshot */
-  lookAt(snapshot) {
+  /** What was found for a moment of the past, and the component time of that: it lasts until the next snapshot. */
+  #moment = {snapshot: /** @type {LiveSnapshot | undefined} */ (undefined), time: 0};
+
+  /** The component time that is shown, s. */
+  get time() {
+    const {snapshot, time} = this.#moment;
+    return this.looking && this.looking === snapshot ? time : this.snapshot?.component.time;
+  }
+
+  /**
+   * Show a moment of the past, or with undefined what happens now.
+   *
+   * @param {LiveSnapshot | undefined} snapshot @param {number} [time] for which it was found
+   */
+  lookAt(snapshot, time = snapshot?.component.time ?? 0) {
+    this.#moment = {snapshot, time};
     const differs = Boolean(this.looking) !== Boolean(snapshot);
     this.followed.looking = snapshot;
     if (differs) this.#emit("mode");

@@ -15,10 +15,6 @@ class Scrubbing extends /** @type {new () => import("../kit/events.js").Target<{
 
   /** The component time to request next. @type {number | undefined} */
   #wanted;
-  /** What was found last. @type {import("../data/protocol.js").LiveSnapshot | undefined} */
-  #found;
-  /** The component time for which it was found: it lasts until the next snapshot, perhaps longer than a step. */
-  #asked = 0;
   #busy = false;
   #timer = 0;
 
@@ -29,9 +25,7 @@ class Scrubbing extends /** @type {new () => import("../kit/events.js").Target<{
 
   /** The component time that is shown, s. */
   get time() {
-    if (this.#wanted !== undefined) return this.#wanted;
-    if (monitor.looking && monitor.looking === this.#found) return this.#asked;
-    return monitor.snapshot?.component.time ?? 0;
+    return this.#wanted ?? monitor.time ?? 0;
   }
 
   /** Show a moment; at the end of an ongoing run, the present. @param {number} time */
@@ -51,11 +45,7 @@ class Scrubbing extends /** @type {new () => import("../kit/events.js").Target<{
         const asked = this.#wanted;
         const found = await monitor.ask("moment", {time: asked});
         if (this.#wanted === undefined) break; // back to the present
-        if (found) {
-          this.#found = found;
-          this.#asked = asked;
-          monitor.lookAt(found);
-        }
+        if (found) monitor.lookAt(found, asked);
         if (this.#wanted === asked) this.#wanted = undefined;
       }
     } catch (error) {

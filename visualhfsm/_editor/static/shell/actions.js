@@ -68,6 +68,7 @@ addActions([
       });
     },
   },
+  {id: "startPage", label: t("Start page"), icon: "add", enabled: hasDocument, run: () => page.show(0)},
   {
     id: "example",
     label: t("Open an example"),
@@ -430,7 +431,7 @@ export const MENUS = [
   {
     title: t("File"),
     groups: [
-      ["new", "open", "example", "openRecording", "ownRobot"],
+      ["new", "open", "example", "startPage", "openRecording", "ownRobot"],
       ["save", "saveAs"],
       ["compare", "export", "exportRun", "share", "generate"],
       ["closeTab"],

@@ -42,7 +42,7 @@ class Tabs extends PageElement {
 
   render() {
     const {tabs} = store.workspace;
-    return html`<div role="tablist" aria-label=${t("Open documents")} @keydown=${this.#key} @wheel=${this.#scroll}>
+    return html`<div role="tablist" aria-label=${t("Open documents")} @keydown=${this.#key}>
         ${tabs.map((each) => {
           const folder = folderOf(each, tabs);
           const [start, end] = partsOf(each, tabs);
@@ -116,7 +116,7 @@ class Tabs extends PageElement {
 
   get #hidesTabs() {
     const list = this.querySelector("[role=tablist]");
-    return Boolean(list && list.scrollWidth > list.clientWidth);
+    return Boolean(list && list.scrollHeight > list.clientHeight);
   }
 
   #measure() {
@@ -126,13 +126,8 @@ class Tabs extends PageElement {
 
   #reveal() {
     const chosen = this.querySelector(".tab.chosen"); // missing until the workspace has arrived
-    chosen?.scrollIntoView({block: "nearest", inline: "nearest"});
+    chosen?.scrollIntoView({block: "nearest"});
     this.#revealed = chosen ? page.tab : 0;
-  }
-
-  /** A mouse's wheel scrolls sideways here. @param {WheelEvent & From<HTMLElement>} event */
-  #scroll({currentTarget: list, deltaX, deltaY}) {
-    if (!deltaX) list.scrollLeft += deltaY;
   }
 
   /** A menu of all documents. @param {MouseEvent & From<HTMLElement>} event */

@@ -6,6 +6,7 @@
 
 import {html, render} from "lit";
 
+import {ask} from "../data/commands.js";
 import {openNew} from "../data/files.js";
 import {keyOf, spoken} from "../kit/keys.js";
 import {STOP_KEY} from "../run/stop.js";
@@ -103,12 +104,20 @@ const STEPS = [
   },
 ];
 
-/** Run the example, unless a real robot would move. @param {Context} context */
+/** Run the example instead of what runs, unless a real robot would move. @param {Context} context */
 async function runExample({app}) {
   const {status, simulated} = store.robot;
   const mayRun = status !== "present" || simulated;
   if (!mayRun) notify(t("A real robot is connected. Press Run when it may move."));
-  await Promise.all([app.showLive("view"), mayRun && (await import("./robot-run.js")).runSimulated(app)]);
+  await Promise.all([app.showLive("view"), mayRun && runAlone(app)]);
+}
+
+/** @param {Context["app"]} app */
+async function runAlone(app) {
+  const others = store.workspace.tabs.filter(({tab}) => tab !== page.tab && started.isAlive(tab));
+  for (const {tab} of others) started.stopHere(tab);
+  await Promise.all(others.map(({tab}) => ask("stop", {tab})));
+  await (await import("./robot-run.js")).runSimulated(app);
 }
 
 /** Show how long the example follows the ball. @param {Context} context */

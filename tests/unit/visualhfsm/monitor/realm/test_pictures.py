@@ -52,10 +52,11 @@ def test_pictures_are_spread_evenly_over_the_run() -> None:
     for second in range(100):
         pictures.add("Camera", float(second), bytes([second]))
         pictures.add("Camera", second + 0.1, b"too soon")
-    spread = pictures.spread(10)["Camera"]
+    spread = pictures.spread(10, 0.0, 99.5)["Camera"]
     assert spread == [(float(second), bytes([second])) for second in range(0, 100, 10)]
-    assert len(pictures.spread(1000)["Camera"]) == 100
-    assert Pictures().spread(10) == {}
+    assert len(pictures.spread(1000, 0.0, 99.5)["Camera"]) == 100
+    assert [time for time, _ in pictures.spread(10, 20.0, 22.5)["Camera"]] == [20.0, 21.0, 22.0]
+    assert Pictures().spread(10, 0.0, 99.5) == {}
 
 
 @pytest.mark.parametrize(("width", "height", "size"), [(4, 2, 23), (0, 0, 0), (-4, -2, 24), (4, 2, 8)])
