@@ -108,6 +108,9 @@ def known_text(text: str, others: tuple[Message, ...] = (), fewest: int = 0) -> 
 def _find(text: str, others: tuple[Message, ...], separator: str) -> Message:
     """Return a text, or a list of texts, as the message with most letters of templates."""
     found = [Message.verbatim(text), *_fitting(text, others)]
+    if exception := _EXCEPTION.fullmatch(text):
+        kind, what = exception.groups()
+        found.insert(0, Message("{kind}: {what}", kind=kind, what=_find(what, others, "; ")))
     before, is_list, last = text.rpartition(separator)
     if is_list:
         found.append(joined(separator, [_find(before, others, separator), _find(last, others, "; ")]))

@@ -328,7 +328,7 @@ class ComponentRun:
 
     def callback_failed(self, location: str, error: BaseException) -> None:
         """Handle what a callback of user code has raised: an error as on a thread, unless it may pass."""
-        message = f"a callback of its code failed: {describe(error)}"
+        message = sentence(f"a callback of its code failed: {describe(error)}")
         if not (self.ended.is_set() or self._supervision.may_pass(location, message, error)):
             self.thread_failed(location, message)
 

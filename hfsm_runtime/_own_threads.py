@@ -7,6 +7,7 @@ from traceback import walk_tb
 from typing import Any, Final, Protocol
 from weakref import WeakSet
 
+from zenoh_ice.data.text import sentence
 from zenoh_ice.objects.callbacks import failure_watchers
 
 from .component import Component, source_of
@@ -59,9 +60,8 @@ def _report(args: Any) -> None:  # noqa: ANN401 - `threading.ExceptHookArgs`, wh
         if isinstance(error, BaseException):
             name = "" if args.thread is None else f" {args.thread.name}"
             for run, place in _runs_of(error):
-                run.thread_failed(
-                    place, f"the thread{name}, which its code started, failed: {describe(error)}"
-                )
+                what = sentence(f"the thread{name}, which its code started, failed: {describe(error)}")
+                run.thread_failed(place, what)
         _before(args)
     finally:
         _here.reports = False

@@ -331,7 +331,7 @@ class Execution(VirtualRun):
         self._supervision.crashed(self.running or self.tree.root, end)
         self._wind_up()
         what = f"sys.exit({short_repr(end.code)})" if isinstance(end, SystemExit) else describe(end)
-        raise self._failure(f"{what} ends the component", location) from end
+        raise self._failure(sentence(f"{what} ends the component"), location) from end
 
     def _stop_robot(self) -> None:
         end_callbacks(self.component)
@@ -365,7 +365,7 @@ class Execution(VirtualRun):
                 continue
             if self._strict and not (self.world.network.offline and isinstance(error, UNAVAILABLE)):
                 location = self.errors[-1].location if self.errors else ""
-                what = f"the code of {actor.automaton.name} raised {describe(error)}"
+                what = sentence(f"the code of {actor.automaton.name} raised {describe(error)}")
                 raise self._failure(what, location) from error
         if self._strict and self._failed_threads:
             location, what = self._failed_threads.popleft()

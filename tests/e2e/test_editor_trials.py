@@ -124,6 +124,20 @@ def test_the_first_trials_are_one_click(browser: Browser, edited: Editor) -> Non
         expect(panel.get_by_role("button", name="Run 10 trials")).to_have_count(0)
 
 
+def test_the_form_says_what_the_first_trials_ran_with(browser: Browser, edited: Editor) -> None:
+    with editor_page(browser, edited) as shown:
+        open_panel(shown)
+        panel = shown.page.get_by_role("region", name="Panel below the canvas")
+        reach, robot = panel.get_by_label("Reach"), panel.get_by_label("Robot")
+        reach.select_option("done")
+        robot.select_option("none")
+        panel.get_by_role("button", name="Run 10 trials").click()
+        panel.get_by_role("button", name="Run 10 more").wait_for(timeout=ENDED)
+        expect(panel).to_contain_text("10 of 10 trials succeed")
+        expect(reach).to_have_value("done")
+        expect(robot).to_have_value("none")
+
+
 def test_trials_run_on_the_chosen_robot_and_their_recording_names_it(
     browser: Browser, edited: Editor
 ) -> None:

@@ -12,7 +12,17 @@ from tests.support.documents import document, state, sub
 from tests.support.editor import editor
 from tests.support.limits import RUN_LIMIT
 
+RAISES = "raise ValueError('the ball was neither here nor there, which is why this has the last word')"
 JUDGED = RUN_LIMIT * 1000
+COLOR = """name => {
+  const made = document.createElement("i");
+  made.style.color = `var(${name})`;
+  document.body.append(made);
+  const {color} = getComputedStyle(made);
+  made.remove();
+  return color;
+}"""
+"""The color of a variable of the styles, as computed."""
 IS_ABOVE = """menu => {
   const notices = document.querySelector(".notices");
   const {left, right, top, bottom} = menu.getBoundingClientRect();
@@ -23,7 +33,7 @@ IS_ABOVE = """menu => {
 
 def test_it_leads_to_what_to_fix_first_until_it_is_ready(browser: Browser, tmp_path: Path) -> None:
     path = tmp_path / "moves.xml"
-    path.write_text(document(sub(1, 0, state(1, "go", "raise ValueError('no')", initial=True))))
+    path.write_text(document(sub(1, 0, state(1, "go", RAISES, initial=True))))
     with editor(tmp_path, path) as running, editor_page(browser, running) as shown:
         page = shown.page
         page.evaluate("localStorage.setItem('visualhfsm.body', 'T1')")
@@ -32,9 +42,13 @@ def test_it_leads_to_what_to_fix_first_until_it_is_ready(browser: Browser, tmp_p
         ask = shown.button("Is it ready?")
         ask.click()
         refusal = page.get_by_role("alert").filter(has_text="It is not ready")
-        expect(refusal).to_contain_text("raised ValueError: no", timeout=JUDGED)
+        expect(refusal).to_contain_text(re.compile("raised ValueError: .+ has the last word"), timeout=JUDGED)
         expect(refusal).to_contain_text("It is not ready for Booster T1: ")
-        expect(page.locator("hfsm-problems")).to_contain_text("It is not ready for Booster T1: ")
+        said = page.locator("hfsm-problems .verdict")
+        expect(said).to_contain_text("It is not ready for Booster T1: ")
+        expect(said).to_have_css("color", shown.page.evaluate(COLOR, "--error"))
+        expect(page.locator("hfsm-problems")).not_to_contain_text("found nothing wrong")
+        assert refusal.locator(".words").evaluate("words => words.scrollHeight <= words.clientHeight")
         refusal.get_by_role("button", name="Show").click()
         field = page.get_by_role("textbox", name=re.compile("[Cc]ode of the state go|Code in each cycle"))
         expect(field).to_be_focused()
@@ -53,6 +67,6 @@ def test_it_leads_to_what_to_fix_first_until_it_is_ready(browser: Browser, tmp_p
         )
         expect(shown.button("Being tried…")).to_be_disabled()
         expect(ready).to_be_visible(timeout=JUDGED)
-        expect(panel).to_contain_text(
-            "It is ready: it ran 10 s on Booster T1 without an error. It has no tests."
-        )
+        expect(said).to_have_text("It is ready: it ran 10 s on Booster T1 without an error. It has no tests.")
+        expect(said).to_have_css("color", shown.page.evaluate(COLOR, "--added"))
+        expect(panel).to_contain_text("found nothing wrong")

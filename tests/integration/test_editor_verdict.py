@@ -22,15 +22,23 @@ GO = {"kind": "state", "automaton": 1, "id": 1, "part": "code"}
 
 def test_the_first_reason_is_that_of_the_project_and_what_is_not_saved_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "moves.xml"
-    path.write_text(document(sub(1, 0, state(1, "go", "raise ValueError('no')", initial=True))))
+    path.write_text(document(sub(1, 0, state(1, "go", "1 / 0", initial=True))))
     with Project(tmp_path, journals=tmp_path / ".journals") as project:
         (reason,) = project.open(path).verdict().reasons
     with editor(tmp_path, path) as running, running.window("es") as spanish, running.window() as english:
         found = english.ask("judge", tab=1)
-        assert (found["ready"], found["found"], found["message"]) == (False, "run", summary([reason]))
+        assert (found["ready"], found["found"], found["message"]) == (
+            False,
+            "run",
+            summary([reason], terminal=False),
+        )
+        assert "visualhfsm edit" not in found["message"]
         assert found["place"] == GO
         said = spanish.ask("judge", tab=1)["message"]
-        assert said.startswith("go (moves.xml:3): una ejecución en tiempo virtual ha fallado: ")
+        assert said == (
+            "go (moves.xml:3): una ejecución en tiempo virtual ha fallado: "
+            "el código de moves lanzó ZeroDivisionError: división entre cero"
+        )
         english.ask("do", tab=1, command={"command": "setText", "place": GO, "text": ""})
         with pytest.raises(Refused, match="it has changes that are not saved; save it first"):
             english.ask("judge", tab=1)

@@ -67,10 +67,14 @@ class Reason(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_def
         return f"{self.file}:{self.line}" if self.file and self.line else ""
 
 
-def summary(reasons: Sequence[Reason]) -> Message:
-    """Return the first reason, what to do about it, and the number of the others."""
+def summary(reasons: Sequence[Reason], *, terminal: bool = True) -> Message:
+    """Return the first reason, what to do about it, and the number of the others.
+
+    What to do may be a command for a `terminal`.
+    """
     first, others = reasons[0], len(reasons) - 1
-    hints = [each for each in first.hints if "\n" not in each]
+    told = terminal or first.found not in ("run", "tests")
+    hints = [each for each in first.hints if told and "\n" not in each]
     text = joined("; ", [first.said, *hints[:1]])
     return Message("{reason} (and {more} more)", reason=text, more=others) if others else text
 

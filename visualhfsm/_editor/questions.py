@@ -86,7 +86,7 @@ async def judge(workspace: Workspace, _: Window, request: p.Judge) -> a.Judged:
     return {
         "ready": verdict.ready,
         "found": "" if first is None else first.found,
-        "message": NO_MESSAGE if first is None else summary(verdict.reasons),
+        "message": NO_MESSAGE if first is None else summary(verdict.reasons, terminal=False),
         "place": None if first is None else first.place,
         "proved": len(verdict.proved),
         "tests": verdict.tests,

@@ -23,6 +23,7 @@ from typing import Any, Final, NamedTuple
 import msgspec
 
 from codegen.hfsm.document import Document
+from codegen.messages import Message
 from visualhfsm._base.environment import child_environment
 from visualhfsm._base.errors import MissingPackageError, VisualHfsmError
 from visualhfsm._base.languages import decode_message
@@ -32,7 +33,7 @@ from visualhfsm._document.places import Locator
 from visualhfsm._document.problems import Findings
 from visualhfsm._document.reasons import MOST, Reason, reasons_of
 from visualhfsm._processes import document_tests as of_tests
-from visualhfsm.trials import Archive, Plan, Processes, Quantity, Task, versions
+from visualhfsm.trials import Archive, Plan, Processes, Quantity, Task, failure_said, versions
 from zenoh_ice.application import tether_command
 from zenoh_ice.data import typed
 from zenoh_ice.data.text import sentence
@@ -161,9 +162,10 @@ class Judge:
         if not outcome.success:
             at = _place_in(outcome.error)
             code = Locator(document).find_code(at["line"]) if at.get("file") == name else None
+            why = failure_said(outcome.reason)
             yield Reason(
                 found="run",
-                message=reason_of(sentence(f"a run in virtual time failed: {outcome.reason}")),
+                message=Message("a run in virtual time failed: {why}", why=why),
                 state=outcome.states,
                 steps=tuple(outcome.error.splitlines()[1:][-MOST:]),
                 hints=hints,

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from ._functions import call_function as call_function
     from ._outcomes import Outcome as Outcome
     from ._outcomes import Record as Record
+    from ._outcomes import failure_said as failure_said
     from ._outcomes import read_outcomes as read_outcomes
     from ._outcomes import versions as versions
     from ._plan import SUFFIX as SUFFIX

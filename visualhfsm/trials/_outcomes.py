@@ -16,7 +16,8 @@ from typing import BinaryIO, Final, Self, TypeVar
 import msgspec
 
 from codegen.messages import Message
-from codegen.reasons import reason
+from codegen.reasons import known_text, reason
+from visualhfsm._base.recognition import recognized
 from zenoh_ice.data import typed
 from zenoh_ice.data.status import version_of
 
@@ -28,6 +29,17 @@ _LONGEST_HEADER: Final = 10_000  # bytes
 _Line = TypeVar("_Line", "Outcome", "Look")
 _LOOK: Final = b'{"runs":'
 """The first bytes of a line that has a `Look`."""
+_REASONS: Final = (
+    Message("fell"),
+    Message("judged not good"),
+    Message("ended before {state}", state=""),
+    Message("not in {state} after {time} s", state="", time=""),
+    Message("took more than {time} s", time=""),
+    Message("ended its process"),
+    Message("its process was killed {times} times, perhaps for want of memory", times=""),
+    Message("needs more than {memory} MB of memory", memory=""),
+)
+"""Why trials fail, as `_trial.py` and `_processes.py` write it into outcomes."""
 _PACKAGES: Final = ("visualhfsm", "mujoco", "numpy")
 """The packages that compute the outcome of a trial, besides Python."""
 
@@ -65,6 +77,12 @@ class Outcome(msgspec.Struct, frozen=True, kw_only=True):
     """Changes that are left out before the newest ones."""
     error: str = ""
     """The error of the behavior's code with its place, and the timeline."""
+
+
+def failure_said(text: str) -> Message:
+    """Return why a trial failed as a message: what trials say, or what the behavior or its robot does."""
+    found = known_text(text, _REASONS)
+    return recognized(text) if "" in found.values else found
 
 
 class Header(msgspec.Struct, frozen=True):

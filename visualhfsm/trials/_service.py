@@ -117,6 +117,13 @@ class _TabTrials:
             raise VisualHfsmError.because("the trials run already")
         order, _ = await asyncio.to_thread(self._ordered, "run", source, choices)
         self._choices = choices
+        if (plan := self._state.plan) is not None and not plan.file:  # until the process has read it again
+            chosen = {
+                "runs": choices.runs or plan.runs,
+                "robot": choices.robot or plan.robot,
+                "limit": choices.limit or plan.limit,
+            }
+            self._report(plan=msgspec.structs.replace(plan, state=choices.state, **chosen))
         await self._start(msgspec.structs.replace(order, again=again), "running")
 
     async def stop(self) -> None:

@@ -10,26 +10,14 @@ from typing import Final
 import numpy as np
 
 from codegen.messages import Message
-from codegen.reasons import known_text
 
 from ._messages import Dependence, FailureView, Histogram, Part, PlaceMap, Trial, TrialsView, TrialTimeline
-from ._outcomes import Outcome, StateChange, read_outcomes
+from ._outcomes import Outcome, StateChange, failure_said, read_outcomes
 from ._plan import Plan
 from ._quantities import Value
 from ._statistics import figure
 from ._summary import Map, Summary
 
-_REASONS: Final = (
-    Message("fell"),
-    Message("judged not good"),
-    Message("ended before {state}", state=""),
-    Message("not in {state} after {time} s", state="", time=""),
-    Message("took more than {time} s", time=""),
-    Message("ended its process"),
-    Message("its process was killed {times} times, perhaps for want of memory", times=""),
-    Message("needs more than {memory} MB of memory", memory=""),
-)
-"""Why trials fail, as `_trial.py` and `_processes.py` write it into files of outcomes."""
 _BARS: Final = 20
 _MOST_LOOKS: Final = 50
 _MOST_WAYS: Final = 12
@@ -166,7 +154,7 @@ def _trial(row: Outcome, timeline: TrialTimeline, page: str) -> Trial:
 
 
 def _reason(text: str) -> Message:
-    return known_text(_cut(text), _REASONS)
+    return failure_said(_cut(text))
 
 
 def _cut(text: str, most: int = _LONGEST_TEXT) -> str:

@@ -18,7 +18,7 @@ import msgspec
 
 from zenoh_ice.data import typed
 from zenoh_ice.data.exceptions import MarshalException
-from zenoh_ice.data.text import printable
+from zenoh_ice.data.text import printable, sentence
 from zenoh_ice.data.values import (
     PROXY_TEXT,
     TYPE_FIELD,
@@ -51,6 +51,10 @@ _ENCODED_MARK: Final = msgspec.msgpack.encode(_MARK)
 
 _PATH: Final = re.compile(r" - at `(?:key in )?(\$[^`]*)`$")
 _MISSING_FIELD: Final = re.compile(r"missing required field `([^`]+)`")
+_WRONG_TYPE: Final = re.compile(r"Expected `(bool|int|float|str)`, got `(\w+)`")
+_PLACE: Final = re.compile(r"\$\.([\w.\[\]]+)")
+_PYTHON: Final = {"null": "None", "array": "list"}
+"""What Python calls a type of MessagePack."""
 _MOST_SEQUENCES: Final = 256  # byte sequences in a struct that may travel apart
 
 S = TypeVar("S", bound=msgspec.Struct)
@@ -290,4 +294,7 @@ def misfit(error: BaseException, what: str) -> MarshalException:
             message = re.sub("^Invalid value", "no class that fits is known as", message)
         if match := _MISSING_FIELD.search(message):
             path = f"{path}.{match[1]}"
+        if (match := _WRONG_TYPE.fullmatch(message)) and (place := _PLACE.fullmatch(path)):
+            name, wanted, given = place[1], match[1], _PYTHON.get(match[2], match[2])
+            return MarshalException(f"{what}: {sentence(f'{name} is {wanted}, not {given}')}", path)
     return MarshalException(f"{what}: {printable(message)}" + (f" at {path}" if path else ""), path)

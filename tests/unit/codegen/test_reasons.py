@@ -7,7 +7,7 @@ from gettext import NullTranslations
 import pytest
 from hypothesis import given
 
-from codegen.messages import Message
+from codegen.messages import Message, template
 from codegen.parsing import parse_python
 from codegen.reasons import known_text, reason
 from tests.support.any_text import any_text
@@ -75,6 +75,8 @@ def test_what_python_says_of_failing_code_is_known() -> None:
         text = f"{type(caught.value).__name__}: {caught.value}"
         said = known_text(text).said_in(Marked())
         assert said.count("<") >= 2, text
+        within = known_text(f"it failed: {text}", (template("it failed: {error}"),)).said_in(Marked())
+        assert said in within
 
 
 @given(any_text())

@@ -119,6 +119,23 @@ def test_the_plan_is_read_and_its_trials_run_and_the_command_goes_on_with_their_
 
 
 @pytest.mark.slow
+def test_what_is_chosen_is_the_plan_at_once(path: Path) -> None:
+    path.with_name("waits.trials.toml").unlink()
+
+    async def work(trials: Trials) -> None:
+        await trials.read(source(path))
+        await trials.service.run(source(path), Choices(runs=10, state="done", robot="none", limit=2))
+        began = trials.now
+        assert began.status == "running"
+        assert began.plan is not None
+        plan = began.plan
+        assert (plan.runs, plan.state, plan.robot, plan.limit) == (10, "done", "none", 2)
+        await trials.service.stop(1)
+
+    go(work)
+
+
+@pytest.mark.slow
 def test_it_stops_with_what_is_done_goes_on_there_and_ends_with_its_tab(path: Path) -> None:
     async def work(trials: Trials) -> None:
         await trials.service.run(source(path), Choices(runs=100_000))

@@ -146,6 +146,7 @@ def test_places_are_a_map(summary: Summary) -> None:
     (found,) = summary.maps
     assert found.thing == "robot"
     assert found.places[3] == (0.03, -0.03, True, 3)
+    assert Summary(map(outcome, range(10)), ("robot.x",)).maps == []  # a place has both
 
 
 def test_the_order_in_which_trials_end_does_not_matter(summary: Summary) -> None:

@@ -67,6 +67,11 @@ def test_long_and_many_texts_are_cut(tmp_path: Path) -> None:
         ("took more than 60 s", "took more than {time} s"),
         ("needs more than 512 MB of memory", "needs more than {memory} MB of memory"),
         ("NameError: name 'x' is not defined", "{kind}: {what}"),
+        (
+            "the code of walk raised IndexError: list index out of range",
+            "the code of {automaton} raised {error}",
+        ),
+        ("sys.exit(1) ends the component", "{what} ends the component"),
     ],
 )
 def test_why_a_trial_fails_can_be_translated(tmp_path: Path, reason: str, template: str) -> None:

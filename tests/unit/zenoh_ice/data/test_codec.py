@@ -92,6 +92,25 @@ def test_payload_is_a_map_by_parameter_name(value: Everything) -> None:
     assert read["data"] == value.data
 
 
+@pytest.mark.parametrize(
+    ("changed", "message", "path"),
+    [
+        ({"number": "fast"}, "Head.setPose: number is float, not str", "$.number"),
+        ({"number": None}, "Head.setPose: number is float, not None", "$.number"),
+        ({"inner": {"flag": [], "name": ""}}, "Head.setPose: inner.flag is bool, not list", "$.inner.flag"),
+        ({"table": {"x": "y"}}, "Head.setPose: table[...] is float, not str", "$.table[...]"),
+    ],
+)
+def test_a_value_of_another_type_is_refused_in_plain_words(
+    changed: dict[str, object], message: str, path: str
+) -> None:
+    value = Everything(1, 2, 3, 4, 0.5, b"", Inner(True, ""), [], {}, None)
+    payload = msgpack.packb({**msgpack.unpackb(pack(codec, tuple_of(value), "x")), **changed})
+    with pytest.raises(MarshalException) as refused:
+        codec.unpack(payload, "Head.setPose")
+    assert (str(refused.value), refused.value.path) == (message, path)
+
+
 @given(st.binary(max_size=200))
 def test_any_bytes_unpack_or_are_refused(payload: bytes) -> None:
     unpack_or_refuse(payload)
@@ -143,7 +162,7 @@ def test_error_has_the_path(field: str, value: object, path: str) -> None:
     with pytest.raises(MarshalException) as caught:
         codec.unpack(msgpack.packb({**sound, field: value}), "Head.setPose")
     assert caught.value.path == path
-    assert path in str(caught.value)
+    assert path.removeprefix("$.") in str(caught.value)
     assert str(caught.value).startswith("Head.setPose: ")
 
 

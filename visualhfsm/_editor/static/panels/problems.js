@@ -107,20 +107,28 @@ class Problems extends PageElement {
           type="button"
           class="button"
           title=${t("Check, run and test the saved document: is it ready for a robot?")}
-          ?disabled=${verdict === ""}
+          ?disabled=${verdict?.text === ""}
           @click=${() => judge(this.context.app)}
         >
-          ${verdict === "" ? t("Being tried…") : t("Is it ready?")}
+          ${verdict?.text === "" ? t("Being tried…") : t("Is it ready?")}
         </button>
       </div>
-      ${verdict ? html`<p class="explain">${coded(verdict)}</p>` : nothing}
+      ${
+        verdict?.text
+          ? html`<p class="explain verdict ${verdict.ready ? "holds" : "violated"}">
+              <span class="dot" aria-hidden="true"></span><span>${coded(verdict.text)}</span>
+            </p>`
+          : nothing
+      }
       ${
         problems.length
           ? html`<ol class="rows" aria-label=${t("Problems")} @keydown=${moveAmongRows}>
                 ${shown.map((each) => this.#row(document, each))}
               </ol>
               ${[...assumptions].map((each) => html`<p class="explain">${coded(each)}</p>`)}`
-          : html`<p class="empty" role="status">${t("The checks found nothing wrong.")}</p>`
+          : verdict?.ready === false
+            ? nothing
+            : html`<p class="empty" role="status">${t("The checks found nothing wrong.")}</p>`
       }
     </div>`;
   }

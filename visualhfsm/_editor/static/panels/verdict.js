@@ -15,18 +15,18 @@ import {n, t} from "../kit/texts.js";
 /** Where more is said of what somebody found. @type {Partial<Record<string, string>>} */
 const PANELS = {checks: "hfsm-problems", "model checker": "hfsm-problems", tests: "hfsm-tests-panel"};
 
-/** The last verdict of each tab: on which revision, and what it says; nothing while it is made. @type {Map<number, {revision?: number, text?: string}>} */
+/** The last verdict of each tab: on which revision, and what it says; nothing while it is made. @type {Map<number, {revision?: number, text?: string, ready?: boolean}>} */
 const verdicts = new Map();
 
-/** What the verdict on the shown document says, while it is as it was then; empty while it is made. */
+/** The verdict on the shown document, while that is as it was then; its text is empty while it is made. */
 export function verdictOf() {
   const verdict = verdicts.get(page.tab);
-  return verdict && verdict.revision === page.document?.revision ? verdict.text : undefined;
+  return verdict && verdict.revision === page.document?.revision ? verdict : undefined;
 }
 
-/** Keep what a verdict says of a tab; without anything it is forgotten. @param {number} tab @param {number} [revision] @param {string} [text] */
-function keep(tab, revision, text) {
-  verdicts.set(tab, {revision, text});
+/** Keep what a verdict says of a tab; without anything it is forgotten. @param {number} tab @param {number} [revision] @param {string} [text] @param {boolean} [ready] */
+function keep(tab, revision, text, ready) {
+  verdicts.set(tab, {revision, text, ready});
   page.dispatchEvent(new Event("verdict"));
 }
 
@@ -56,11 +56,12 @@ export async function judge(app) {
       proved ? n("A property was proved.", "{count} properties were proved.", proved) : "",
       tests ? n("A test passed.", "{count} tests passed.", tests) : t("It has no tests."),
     ];
-    keep(tab, revision, text.filter(Boolean).join(" "));
+    keep(tab, revision, text.filter(Boolean).join(" "), true);
     notify(text[0]);
     return;
   }
-  keep(tab, revision, t("It is not ready for {robot}: {message}", {...verdict}));
+  const text = t("It is not ready for {robot}: {message}", {...verdict});
+  keep(tab, revision, text, false);
   const panel = PANELS[found];
   const show = () => {
     page.show(tab);
@@ -68,5 +69,5 @@ export async function judge(app) {
     if (place) page.jump(place);
   };
   const link = panel || place ? {label: t("Show"), run: show} : undefined;
-  notify(t("It is not ready for {robot}: {message}", {...verdict}), "error", link, {tab, about: `judge ${tab}`});
+  notify(text, "error", link, {tab, about: `judge ${tab}`});
 }

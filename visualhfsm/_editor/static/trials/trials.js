@@ -159,8 +159,8 @@ class TrialsPanel extends PageElement {
     return html`<label
         >${t("Reach")}
         <select name="state" ?disabled=${running} @change=${this.#input}>
-          <option value="" ?selected=${!state}>${t("no particular state")}</option>
-          ${statePaths(page.document).map((path) => html`<option value=${path} ?selected=${path === state}>${path}</option>`)}
+          <option value="" .selected=${!state}>${t("no particular state")}</option>
+          ${statePaths(page.document).map((path) => html`<option value=${path} .selected=${path === state}>${path}</option>`)}
         </select></label
       ><label
         >${t("Within (s)")}
@@ -177,7 +177,7 @@ class TrialsPanel extends PageElement {
       ><label
         >${t("Robot")}
         <select name="robot" ?disabled=${running} @change=${this.#input}>
-          ${ROBOTS.map(([value, words]) => html`<option value=${value} ?selected=${value === robot}>${words}</option>`)}
+          ${ROBOTS.map(([value, words]) => html`<option value=${value} .selected=${value === robot}>${words}</option>`)}
         </select></label
       >`;
   }
