@@ -9,7 +9,7 @@ import random
 from asyncio import SubprocessProtocol as Protocol
 from collections import Counter
 from collections.abc import Awaitable, Callable, Iterable, Sequence
-from typing import TypeVar
+from typing import TypeVar, cast
 
 from tests.support.limits import RUN_LIMIT
 from visualhfsm._base.errors import VisualHfsmError
@@ -78,6 +78,7 @@ class Nursery:
         self.most |= self.alive
         if self.chance.random() < 0.2:
             child.send_signal(0)
+        child.protocol.connection_made(cast("asyncio.BaseTransport", child))
         await self.turns()
         return child, child.protocol
 
