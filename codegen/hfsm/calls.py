@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Sequence
+from typing import Final
 
 from ..diagnostics import Location, Note, did_you_mean
 from ..messages import Message, all_of
@@ -12,9 +13,12 @@ from .codes import Code
 from .known_interfaces import Operation
 from .report import Report
 
+_NUMBERS: Final = frozenset({"byte", "short", "int", "long", "float", "double"})
+"""Types of IDL."""
+
 
 def check_call(access: Access, operation: Operation, report: Report) -> None:
-    """Check the number and the names of the arguments of a call."""
+    """Check the number and the names of the arguments of a call, and the kinds of constants."""
     call = access.call
     if call is None or any(isinstance(argument, ast.Starred) for argument in call.args):
         return
@@ -43,6 +47,7 @@ def check_call(access: Access, operation: Operation, report: Report) -> None:
     elif repeated := [name for name in names if name in given]:
         message = Message("`{operation}` gets `{name}` twice", operation=operation.name, name=repeated[0])
     else:
+        _check_kinds(access, call, operation, report)
         return
     place = access.place(-1)
     notes: tuple[Note, ...] = ()
@@ -52,6 +57,32 @@ def check_call(access: Access, operation: Operation, report: Report) -> None:
     example = f"`{operation.name}({', '.join(parameters)})`"
     note = Note(Message("call it as {example}", example=example))
     report.warning(Code.BAD_CALL, message, place, [*notes, note])
+
+
+def _check_kinds(access: Access, call: ast.Call, operation: Operation, report: Report) -> None:
+    """Report the first constant of a kind that its parameter cannot be."""
+    types = dict(zip(operation.parameters, operation.types, strict=False))
+    given = [
+        *zip(operation.parameters, call.args, strict=False),
+        *((str(each.arg), each.value) for each in call.keywords),
+    ]
+    for name, argument in given:
+        if not isinstance(argument, ast.Constant) or argument.value in (None, ...):
+            continue
+        is_text = isinstance(argument.value, str)
+        wanted = types.get(name, "")
+        if wanted == "string" and not is_text:
+            kind = Message("text")
+        elif wanted in _NUMBERS and is_text:
+            kind = Message("a number")
+        else:
+            continue
+        message = Message(
+            "`{name}` of `{operation}` must be {kind}", name=name, operation=operation.name, kind=kind
+        )
+        place = access.piece.at(argument.lineno, argument.col_offset, 1)
+        report.warning(Code.BAD_CALL, message, place)
+        return
 
 
 def _keyword_place(access: Access, call: ast.Call, name: str) -> Location:

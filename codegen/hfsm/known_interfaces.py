@@ -53,6 +53,8 @@ class Operation:
     is_idempotent: bool = False
     by_name: frozenset[str] = frozenset()
     """Further parameters, keyword only."""
+    types: tuple[str, ...] = ()
+    """Those of the parameters in IDL, as far as they are known."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,6 +169,7 @@ def _operation(described: Mapping[str, Any]) -> Operation:
         required=max(required, default=0),
         is_streamed=described.get("streamed") is True,
         is_idempotent=described.get("idempotent") is True,
+        types=tuple(str(each.get("type")) for each in parameters),
     )
 
 

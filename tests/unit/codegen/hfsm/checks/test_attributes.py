@@ -30,7 +30,13 @@ def test_streams_are_known_as_they_are() -> None:
 
 LAMP = {
     "kind": "interface",
-    "operations": [{"name": "light", "parameters": [{"name": "from"}, {"name": "level", "optional": True}]}],
+    "operations": [
+        {"name": "light", "parameters": [{"name": "from"}, {"name": "level", "optional": True}]},
+        {
+            "name": "say",
+            "parameters": [{"name": "words", "type": "string"}, {"name": "pause", "type": "double"}],
+        },
+    ],
 }
 RED_LAMP = {"kind": "interface", "bases": ["::lab::Lamp"], "operations": [{"name": "blink"}]}
 CONFIG = "<iceinterface><nameinterface>lamp</nameinterface><interface>RedLamp</interface></iceinterface>"
@@ -50,7 +56,16 @@ def warnings_of(directory: Path, code: str, *, described: bool = True) -> list[s
     return [f"{found.code}: {found.message}" for found in diagnostics]
 
 
-@pytest.mark.parametrize("code", ["self.lamp.blink()", "self.lamp.light(1)", "self.lamp.light(1, level=2)"])
+@pytest.mark.parametrize(
+    "code",
+    [
+        "self.lamp.blink()",
+        "self.lamp.light(1)",
+        "self.lamp.light(1, level=2)",
+        "self.lamp.say('no', 1)",
+        "self.lamp.say(str(1), pause=None)",
+    ],
+)
 def test_operations_of_an_interface_and_its_bases_are_described(tmp_path: Path, code: str) -> None:
     assert warnings_of(tmp_path, code) == []
 
@@ -59,6 +74,8 @@ def test_operations_of_an_interface_and_its_bases_are_described(tmp_path: Path, 
     ("code", "warning"),
     [
         ("self.lamp.glow()", "W528: `lab::RedLamp` has no operation `glow`"),
+        ("self.lamp.say(1, 2.0)", "W529: `words` of `say` must be text"),
+        ("self.lamp.say('hush', pause='long')", "W529: `pause` of `say` must be a number"),
         ("self.lamp.light()", "W529: `light` is called without `_from`"),
         ("self.lamp.light(1, 2, 3)", "W529: `light` takes 2 arguments, but gets 3"),
     ],
