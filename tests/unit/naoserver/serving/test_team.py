@@ -185,8 +185,8 @@ def test_a_robot_has_eight_roles_at_most(pair):
         ({"name": ""}, "no name"),
         ({"name": "m\n"}, "no name"),
         ({"name": "a", "session": 99}, "called a"),
-        ({"name": 7}, "Expected `str`"),
-        ({"x": "far"}, "Expected `float`"),
+        ({"name": 7}, "name is str, not int"),
+        ({"x": "far"}, "x is float, not str"),
     ],
 )
 def test_what_cannot_be_is_ignored_and_reported(pair, reported, why):
