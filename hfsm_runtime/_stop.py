@@ -110,7 +110,8 @@ def names_in(component: Component, code: Callable[..., object]) -> set[str]:
     attributes, servants = vars(component), _connected(component)
     used = {id(each): name for name, proxy in servants.items() for each in (proxy, *vars(proxy).values())}
     found: set[str] = set()
-    new: list[Any] = [code]
+    compiled = getattr(code, "__code__", code)  # also of what stands for code that runs elsewhere
+    new: list[Any] = [code, *getattr(compiled, "co_names", ())]
     seen: set[int] = set()
     for each in new:  # grows
         if isinstance(each, str):

@@ -239,7 +239,7 @@ class TestProcessStatus:
         ("answer", "reason"),
         [
             (b"\xc1", "malformed"),
-            (msgspec.msgpack.encode({"program": 1}), r"at \$\.program"),
+            (msgspec.msgpack.encode({"program": 1}), "program is str, not int"),
             (bytes((1 << 20) + 1), "1048577 bytes; at most 1048576 are accepted"),
             (msgspec.msgpack.encode({"version": "0.9.0"}), r"has VisualHFSM 0\.9\.0, this is .*: install"),
         ],
