@@ -315,14 +315,22 @@ def test_a_layout_is_as_it_was_left(shown: EditorPage) -> None:
     page.evaluate("localStorage.clear()")
 
 
-def test_a_finger_has_the_whole_robot_and_no_buttons_on_it(browser: Browser, tmp_path: Path) -> None:
+@contextlib.contextmanager
+def on_a_phone(browser: Browser, path: Path, locale: str = "en") -> Iterator[EditorPage]:
+    """Show an editor with a robot and a document on a phone."""
     with (
-        robot_and_editor(tmp_path / "walk.xml") as (_, running),
+        robot_and_editor(path) as (_, running),
         contextlib.closing(
-            browser.new_context(viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
+            browser.new_context(
+                viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True, locale=locale
+            )
         ) as context,
     ):
-        shown = EditorPage(context.new_page(), running)
+        yield EditorPage(context.new_page(), running)
+
+
+def test_a_finger_has_the_whole_robot_and_no_buttons_on_it(browser: Browser, tmp_path: Path) -> None:
+    with on_a_phone(browser, tmp_path / "walk.xml") as shown:
         shown.expect_states("wait", "go")
         comes_true(shown, "() => document.querySelector('hfsm-robot-view')?.drawing?.body")
         expect(shown.page.locator(".dock .stage canvas")).to_be_visible()
@@ -330,15 +338,7 @@ def test_a_finger_has_the_whole_robot_and_no_buttons_on_it(browser: Browser, tmp
 
 
 def test_a_finger_reads_how_a_run_is_on_a_phone_in_spanish(browser: Browser, tmp_path: Path) -> None:
-    with (
-        robot_and_editor(tmp_path / "dance.xml") as (_, running),
-        contextlib.closing(
-            browser.new_context(
-                viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True, locale="es"
-            )
-        ) as context,
-    ):
-        shown = EditorPage(context.new_page(), running)
+    with on_a_phone(browser, tmp_path / "dance.xml", "es") as shown:
         status, row = shown.page.locator(".live-status"), shown.page.locator(".second-row")
         expect(row.locator("li")).to_have_css("clip-path", "inset(50%)")  # the tab has the name
         for key, words in (("F5", "En marcha"), ("F8", "En pausa")):
@@ -349,13 +349,7 @@ def test_a_finger_reads_how_a_run_is_on_a_phone_in_spanish(browser: Browser, tmp
 
 
 def test_a_phone_gives_half_of_the_room_to_the_panel_below(browser: Browser, tmp_path: Path) -> None:
-    with (
-        robot_and_editor(tmp_path / "walk.xml") as (_, running),
-        contextlib.closing(
-            browser.new_context(viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
-        ) as context,
-    ):
-        shown = EditorPage(context.new_page(), running)
+    with on_a_phone(browser, tmp_path / "walk.xml") as shown:
         shown.expect_states("wait", "go")
         run(shown)
         page = shown.page
