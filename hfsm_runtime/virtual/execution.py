@@ -124,8 +124,9 @@ class Execution(VirtualRun):
 
     def thread_failed(self, location: str, message: str) -> None:
         """Handle an exception that has ended a thread of user code; the next `advance` raises it."""
+        if not self.ended.is_set():
+            self._failed_threads.append((location, message))
         super().thread_failed(location, message)
-        self._failed_threads.append((location, message))
 
     def step(self, automaton: int) -> None:
         """Run one cycle of one automaton, or of all with 0, while paused: see `ComponentRun`.

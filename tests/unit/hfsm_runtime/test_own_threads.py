@@ -172,6 +172,19 @@ def test_a_callback_commands_nothing_after_an_error_elsewhere(behavior: MakeBeha
     assert stop == "Head.stop"
 
 
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
+def test_an_exception_on_a_thread_after_the_end_is_no_error(tmp_path: Path) -> None:
+    made = component(tmp_path, "lambda: self.go.wait() and 1 / 0")
+    made.go = threading.Event()
+    with Execution(made, stubs={"motors": {"stop": None}}) as run:
+        run.advance(0.1)
+        run.request_stop()
+        made.go.set()
+        made.threads[0].join(EVENT_LIMIT)
+        run.advance(0.1)
+        assert not run.errors
+
+
 @pytest.mark.filterwarnings("error::pytest.PytestUnhandledThreadExceptionWarning")
 def test_a_thread_that_the_end_of_the_component_ends_is_no_error(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
