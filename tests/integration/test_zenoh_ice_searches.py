@@ -22,6 +22,7 @@ from zenoh_ice import (
     Communicator,
     CommunicatorDestroyedException,
     ConnectFailedException,
+    ConnectionLostException,
     Current,
     ObjectNotExistException,
     initialize,
@@ -37,15 +38,16 @@ def test_a_lost_link_is_warned_of_where_somebody_named_an_endpoint(
     endpoint = free_endpoint()
     others: dict[str, Any] = {"connect": [free_endpoint()]} if named else {}
     with initialize(clock="wall", realm="listening", listen=[endpoint], **others) as listener:
-        absent = Target("listening", "Absent")
-
-        def linked() -> bool:
-            return not isinstance(listener.presence.explain_absence(absent), ConnectFailedException)
-
-        tool = make_communicator(connect=[endpoint], realm="listening")
-        until(linked)
+        target = Target("listening", "Notebook")
+        listener.presence.watch(target.realm)
+        tool = make_communicator(connect=[endpoint], realm=target.realm)
+        adapter = tool.createObjectAdapter("Notebook")
+        adapter.add(Notebook(), "Notebook")
+        adapter.activate()
+        until(lambda: target in listener.presence.present)
         tool.destroy()
-        until(lambda: not linked())
+        # Not that no link is left: where nobody named an endpoint, somebody's robot may be at the default one.
+        until(lambda: isinstance(listener.presence.explain_absence(target), ConnectionLostException))
     assert ("no process is linked any more" in caplog.text) is named
 
 
