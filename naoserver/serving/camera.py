@@ -198,6 +198,7 @@ class CameraI(jderobot.Camera):
         self._place: tuple[Moment | None, Matrix] = (None, np.eye(4))
         """A moment and the camera's place in it: cached, because all points of an image share them."""
         self._taking = threading.Lock()  # held while an image is taken: a waiting caller gets that image
+        self._sent = math.nan  # the time of the newest image that listeners got
         self._meter = RateMeter(robot.clock.now)
         self.job: Final[Job] = Periodic(
             f"images of {facts.name}",
@@ -310,15 +311,17 @@ class CameraI(jderobot.Camera):
         self._streaming.discard(client)
 
     def publish(self) -> bool:
-        """Take an image and send it to the listeners; return whether there was one."""
+        """Take an image and send it to the listeners, unless they have it; return whether there was one."""
         try:
             with self._taking:
                 frame = self._capture()
         except HardwareFailure as failure:
             self._report(failure)
             return False
-        if self.getImageDataPublisher.listening:
+        # On a busy machine, a late image and the one that follows may show the same moment.
+        if self.getImageDataPublisher.listening and frame.time != self._sent:
             self.getImageDataPublisher.publish(_image(frame, STREAMED_FORMAT), time=frame.time)
+            self._sent = frame.time
         return True
 
     def _fresh(self) -> Frame:
