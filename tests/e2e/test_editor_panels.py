@@ -520,6 +520,27 @@ class Graph(NoPart):
         }
 
 
+def test_what_the_robot_has_is_offered_to_code_and_declared_by_choosing_it(
+    browser: Browser, path: Path
+) -> None:
+    known = parts(code_help=CodeHelp(RUN_LIMIT), followers=Graph())
+    with (
+        editor(path.parent, path, make_parts=lambda _: known) as running,
+        editor_page(browser, running) as shown,
+    ):
+        code = edit(shown, "wait")
+        shown.insert("\nself.Came")
+        option = shown.page.locator(".cm-tooltip").get_by_role("option")
+        option.wait_for(timeout=RUN_LIMIT * 1000)
+        expect(option).to_have_text("Cameradeclare Camera")
+        option.click()
+        expect(code).to_contain_text("self.Camera")
+        document = saved(shown, path)
+        assert [(each.name, each.type) for each in document.interfaces] == [("Camera", "Camera")]
+        shown.insert(".getCameraDescr")
+        expect(option).to_have_text(re.compile("^getCameraDescription"))
+
+
 def test_what_the_robot_and_the_graph_of_ros_have_is_declared_by_a_click(
     browser: Browser, path: Path
 ) -> None:

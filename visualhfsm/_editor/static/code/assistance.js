@@ -22,8 +22,9 @@ import {
   showTooltip,
 } from "codemirror";
 import {store} from "../data/store.js";
-import {coded} from "../kit/texts.js";
+import {coded, t} from "../kit/texts.js";
 import {fixesFor, learnFixes} from "./fixes.js";
+import {declare, loadIdentities, served} from "./known-interfaces.js";
 import {problemsAt} from "./places.js";
 
 /**
@@ -153,12 +154,15 @@ class Help {
   async complete(context) {
     const word = context.matchBefore(/[\w.]+$/);
     if (!context.explicit && (!word || /^\d/.test(word.text))) return null;
-    const found = await this.ask("complete", context.state, context.pos);
+    const ofSelf = /\bself\.(\w*)$/.exec(word?.text ?? "");
+    const asked = this.ask("complete", context.state, context.pos);
+    const [found] = await Promise.all([asked, ofSelf && loadIdentities()]);
     if (context.aborted) return null;
     // About what was typed meanwhile CodeMirror asks only after a result, though it has no options.
     const nothing = context.view?.state.doc === context.state.doc ? null : {from: context.pos, options: []};
-    if (!found?.options.length) return nothing;
-    const from = context.pos - found.typed;
+    const more = ofSelf ? undeclared(ofSelf[1], new Set(found?.options.map(({label}) => label))) : [];
+    if (!found || !(found.options.length || more.length)) return nothing;
+    const from = context.pos - (ofSelf?.[1].length ?? found.typed);
     /** Whether a word is complete: nothing longer begins with it. @param {string} typed */
     const isComplete = (typed) => {
       const longer = found.options.filter(({label}) => label.startsWith(typed));
@@ -171,7 +175,11 @@ class Help {
       // The server sends documentation of the first options; that of others is requested when selected.
       info: () => (info ? explain([], info) : this.#explainOption(context.state, from, context.pos, option.label)),
     }));
-    return {from, options, validFor: (/** @type {string} */ typed) => /^\w*$/.test(typed) && !isComplete(typed)};
+    return {
+      from,
+      options: [...options, ...more],
+      validFor: (/** @type {string} */ typed) => /^\w*$/.test(typed) && !isComplete(typed),
+    };
   }
 
   /** @param {EditorState} state @param {number} from @param {number} to @param {string} label */
@@ -195,6 +203,35 @@ class Help {
       create: () => ({dom: explain([`${found.name}${found.detail}`], found.documentation)}),
     };
   }
+}
+
+/**
+ * What the robot has that begins so and the document does not declare, which it does when it is chosen.
+ *
+ * @param {string} begun @param {Set<string>} known
+ */
+function undeclared(begun, known) {
+  const left = served().filter(({name, type}) => type && name.startsWith(begun) && !known.has(name));
+  return left.map(({name, type = ""}) => ({
+    label: name,
+    type: "variable",
+    detail: t("declare {type}", {type}),
+    boost: -2, // below what is there
+    info: () => null,
+    apply: (
+      /** @type {EditorView} */ view,
+      /** @type {unknown} */ _,
+      /** @type {number} */ from,
+      /** @type {number} */ to,
+    ) => {
+      view.dispatch({
+        changes: {from, to, insert: name},
+        selection: {anchor: from + name.length},
+        userEvent: "input.complete",
+      });
+      void declare(name, type);
+    },
+  }));
 }
 
 /**
