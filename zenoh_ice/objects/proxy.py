@@ -113,8 +113,7 @@ class Call(Generic[P, V]):
             if self._proxy._line in self._communicator.pool.lines:  # it must not overtake waiting calls
                 return self.begin_encoded(payload).result()
             caller = self._find(time.monotonic() + self._proxy._timeout)
-        if self._is_refused(payload):
-            raise self._refusal(payload)
+        self._admit(payload)
         started = time.monotonic()
         try:
             ok, answer = caller.call(payload)
@@ -176,20 +175,16 @@ class Call(Generic[P, V]):
             self._caller = caller
         return caller
 
-    def _is_refused(self, payload: bytes) -> bool:
+    def _admit(self, payload: bytes) -> None:
+        """Raise the reason why a request is not sent, if there is one."""
         communicator = self._communicator
-        if len(payload) > self._size_limit or communicator.destroyed:
-            return True
-        return communicator.sends_only_stops and not self._operation.stop
-
-    def _refusal(self, payload: bytes) -> MarshalException:
-        """Return why a request is not sent; raises CommunicatorDestroyedException, also after a fork."""
-        self._communicator.check()
-        if self._communicator.sends_only_stops and not self._operation.stop:
+        communicator.check()
+        if communicator.sends_only_stops and not self._operation.stop:
             raise CommunicatorDestroyedException(f"{self._what}: the component has ended")
-        return MarshalException(
-            f"{self._what}: a request of {len(payload)} bytes; at most {self._size_limit} are sent"
-        )
+        if len(payload) > self._size_limit:
+            raise MarshalException(
+                f"{self._what}: a request of {len(payload)} bytes; at most {self._size_limit} are sent"
+            )
 
     def _unpack(self, answer: bytes | Parted) -> object:
         """Return what the operation returns."""
@@ -237,8 +232,7 @@ class Call(Generic[P, V]):
         self, caller: Caller, payload: bytes, finish: Callable[[bytes | Parted], object], future: Future[Any]
     ) -> None:
         """Call without waiting; a future gets the outcome."""
-        if self._is_refused(payload):
-            raise self._refusal(payload)
+        self._admit(payload)
         started = time.monotonic()
 
         def done(outcome: Outcome | SystemException) -> None:  # on a thread of the pool
