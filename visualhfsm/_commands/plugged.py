@@ -6,7 +6,9 @@ application of typer with this one command, made with `add_completion=False`.
 
 from __future__ import annotations
 
+import shlex
 from functools import cache
+from pathlib import Path
 from typing import Any, Final, NoReturn, cast
 
 import typer
@@ -31,6 +33,12 @@ class WithPlugged(TyperGroup):
     def get_command(self, ctx: Any, cmd_name: str) -> Any:  # noqa: ANN401
         """Return a command by its name, None if there is none."""
         return super().get_command(ctx, cmd_name) or _plugged(_SEAM, cmd_name)
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:  # noqa: ANN401
+        """Return the command that arguments begin with, and what follows; name `edit` where it is a file."""
+        if Path(args[0]).is_file() and self.get_command(ctx, args[0]) is None:
+            ctx.fail(f"{args[0]} is a file, no command. To open it: visualhfsm edit {shlex.quote(args[0])}")
+        return super().resolve_command(ctx, args)
 
 
 def plugged_commands(seam: str) -> list[tuple[str, TyperCommand]]:

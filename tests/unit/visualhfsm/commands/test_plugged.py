@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
 from tests.support.commands import run_here
 from tests.support.plugins import installed
@@ -87,3 +88,13 @@ def test_a_template_adds_its_options_and_makes_a_folder(tmp_path: Path) -> None:
         plain = run_here(app, "visualhfsm", "new", tmp_path / "mine")
     assert plain.returncode == 0
     assert (tmp_path / "mine/stack.toml").is_file()
+
+
+def test_a_file_in_place_of_a_command_leads_to_edit(tmp_path: Path) -> None:
+    document = tmp_path / "my dance.xml"
+    document.touch()
+    refused = CliRunner().invoke(app, [str(document)], env={"COLUMNS": "300"})
+    assert refused.exit_code == 2
+    assert f"visualhfsm edit '{document}'" in refused.output
+    refused = CliRunner().invoke(app, ["absent.xml"])
+    assert "No such command 'absent.xml'" in refused.output
