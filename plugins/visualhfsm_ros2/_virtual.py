@@ -15,6 +15,7 @@ from hfsm_runtime.errors import describe
 from hfsm_runtime.kinds import Called
 from hfsm_runtime.virtual.errors import UnknownName, says_it_all
 from zenoh_ice import Sample
+from zenoh_ice.objects.callbacks import CallFuture
 from zenoh_ros2 import CallError, CallTimeoutError, GoalRejectedError, QoS, RosError, Status, Types
 
 from ._declared import Ros
@@ -186,7 +187,7 @@ class Service(_Used):
 
     def call_async(self, request: Any, /) -> Future[Any]:  # noqa: ANN401
         """Return a completed future with the response of the test."""
-        future: Future[Any] = Future()
+        future: Future[Any] = CallFuture()
         try:
             future.set_result(self.call(request, timeout=0.0))
         except RosError as error:

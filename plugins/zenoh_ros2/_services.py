@@ -17,6 +17,7 @@ import zenoh
 from zenoh.handlers import Callback
 
 from zenoh_ice.data.text import encodable, printable, text_of
+from zenoh_ice.objects.callbacks import CallFuture
 
 from ._codec import LARGEST_MESSAGE
 from ._endpoint import Endpoint, Handler, Owner, attachment_of, bytes_of
@@ -96,7 +97,7 @@ class Client(Endpoint):
         data = types.encode(types.coerce(f"{self.type_name}_Request", request, **fields), humble=humble)
         number, attachment = self._attachment()
         deadline = time.monotonic() + timeout
-        future: Future[Any] = Future()
+        future: Future[Any] = CallFuture()
         with self._lock:
             self._calls.add(future)
         future.add_done_callback(self._calls.discard)

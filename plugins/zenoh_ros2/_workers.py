@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable
 from typing import Final, Generic, TypeVar
 
 from zenoh_ice import BusyException
+from zenoh_ice.objects.callbacks import notify_of_failure
 from zenoh_ice.threads.pool import Pool
 
 from .exceptions import RosError
@@ -60,8 +61,9 @@ class Line(Generic[_T]):
             item = self._waiting.popleft()
         try:
             self._handle(item)
-        except BaseException:  # not even SystemExit may keep the next one waiting
+        except BaseException as error:
             _logger.exception("%s: a callback failed", self._name)
+            notify_of_failure(error)
         with self._lock:
             self._running = bool(self._waiting)
         if self._running:

@@ -12,7 +12,7 @@ from hfsm_runtime.errors import CycleCutError
 from hfsm_runtime.virtual import TaskClock, VirtualWorld
 from tests.support.documents import document, state, sub, transition
 from tests.support.places import ROOT
-from visualhfsm.testing import Behavior, MakeBehavior, UnknownName
+from visualhfsm.testing import Behavior, BehaviorFailed, MakeBehavior, UnknownName
 from zenoh_ros2 import CallError, CallTimeoutError, GoalRejectedError, MessageError, Status
 
 EXAMPLE = ROOT / "examples" / "turtlebot" / "bump_and_go.xml"
@@ -107,6 +107,17 @@ def test_a_test_answers_services(behavior: MakeBehavior, tmp_path: Path) -> None
     run.ros.service("/set", lambda _request: {"sucess": True})
     with pytest.raises(MessageError, match="success"):
         run.component.set.call()
+
+
+def test_what_a_callback_of_a_response_raises_is_an_error_of_the_behavior(
+    behavior: MakeBehavior, tmp_path: Path
+) -> None:
+    code = "self.set.call_async(data=False).add_done_callback(self.hear)"
+    service = ros("service", "set", "/set", "std_srvs/srv/SetBool")
+    run = made(behavior, tmp_path, service, code=code, functions="def hear(self, done):\n    1 / 0")
+    run.ros.service("/set", lambda _request: {"success": True})
+    with pytest.raises(BehaviorFailed, match="a callback of its code failed: ZeroDivisionError"):
+        run.advance(0.5)
 
 
 FAILURES = [ZeroDivisionError("a fault"), AssertionError("a fault"), SystemExit("a fault")]

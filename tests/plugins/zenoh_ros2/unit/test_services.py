@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import threading
 from concurrent.futures import Future
+from queue import SimpleQueue
 from typing import Any
 
 import pytest
 
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
 from tests.support.ros_nodes import DOMAIN, two_nodes
+from zenoh_ice.objects import callbacks
 from zenoh_ros2 import CallError, CallTimeoutError, Node, NodeClosedError
 from zenoh_ros2._wire import Attachment, key
 
@@ -35,6 +37,17 @@ def test_a_service_is_called() -> None:
         client.wait(EVENT_LIMIT)
         assert client.call(a=40, b=2, timeout=CALL_LIMIT).sum == 42
         assert client.call_async({"a": 1, "b": 2}).result(CALL_LIMIT).sum == 3
+
+
+def test_what_a_callback_of_a_response_raises_is_told_to_who_watches(monkeypatch: pytest.MonkeyPatch) -> None:
+    failures: SimpleQueue[BaseException] = SimpleQueue()
+    monkeypatch.setattr(callbacks, "failure_watchers", [failures.put])
+    with two_nodes() as (robot, tool):
+        robot.create_service(ADD, "/add", lambda request: {"sum": request.a + request.b})
+        client = tool.create_client(ADD, "/add")
+        client.wait(EVENT_LIMIT)
+        client.call_async(a=1, b=2).add_done_callback(lambda response: response.result().product)
+        assert "product" in str(failures.get(timeout=EVENT_LIMIT))
 
 
 def test_a_service_may_answer_later() -> None:

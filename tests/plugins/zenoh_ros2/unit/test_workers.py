@@ -9,6 +9,7 @@ from functools import partial
 import pytest
 
 from tests.support.limits import EVENT_LIMIT
+from zenoh_ice.objects import callbacks
 from zenoh_ice.threads.pool import Pool
 from zenoh_ros2 import RosError
 from zenoh_ros2._workers import Job, Line, make_pool
@@ -64,10 +65,14 @@ def test_the_oldest_job_is_dropped(pool: Pool) -> None:
 
 
 @pytest.mark.parametrize("error", [ZeroDivisionError, SystemExit])
-def test_a_failing_job_ends_no_other(
-    pool: Pool, caplog: pytest.LogCaptureFixture, error: type[BaseException]
+def test_a_failing_job_ends_no_other_and_who_watches_is_told(
+    pool: Pool,
+    caplog: pytest.LogCaptureFixture,
+    monkeypatch: pytest.MonkeyPatch,
+    error: type[BaseException],
 ) -> None:
-    line, end = line_of(pool, 10), threading.Event()
+    line, end, failures = line_of(pool, 10), threading.Event(), list[BaseException]()
+    monkeypatch.setattr(callbacks, "failure_watchers", [failures.append])
 
     def fail() -> None:
         raise error
@@ -77,6 +82,7 @@ def test_a_failing_job_ends_no_other(
     assert end.wait(EVENT_LIMIT)
     assert "/topic: a callback failed" in caplog.text
     assert error.__name__ in caplog.text
+    assert [type(failure) for failure in failures] == [error]
 
 
 def test_after_the_end_nothing_runs(pool: Pool) -> None:
