@@ -85,7 +85,7 @@ class Dance(Component, document="dance.xml", on_error="stop"):
 
         def state_up():
             # <code 1.1>
-            self.command_arms(up)  # or out, front, low: their numbers are in Variables (Alt+V)
+            self.command_arms(up)  # its numbers are in Variables (Alt+V)
             # </code 1.1>
 
         state_1 = State("up", id=1, initial=True, code=state_up)

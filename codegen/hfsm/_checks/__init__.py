@@ -30,6 +30,7 @@ from .component import (
 )
 from .events import check_events
 from .flow import check_flow
+from .idle import check_idle
 from .inputs import check_arguments, check_inputs
 from .names import check_names, check_reserved, check_start, check_variables
 from .outputs import check_outputs, check_results, check_taken
@@ -118,6 +119,7 @@ def _check_code(analysis: Analysis, interfaces: KnownInterfaces, report: Report)
             for code in analysis.automata:
                 check_start(code, analysis.defined, report)
     check_blocking(analysis, report)
+    check_idle(analysis, report)
 
 
 def _check_names(analysis: Analysis, report: Report) -> None:
