@@ -11,6 +11,7 @@ from codegen.options import require_directories
 from visualhfsm._base.options import Include, examples
 from visualhfsm._commands.check import documents_of
 from zenoh_ice.application.cli import finite, unwind_on_signals
+from zenoh_ice.data.text import few
 
 if TYPE_CHECKING:
     from visualhfsm import Verdict
@@ -91,6 +92,8 @@ def _require(body: str) -> None:
 def _text(path: Path, verdict: Verdict) -> str:
     done = f"ran {verdict.seconds:g} s, {len(verdict.proved)} proved, {verdict.tests} tests"
     lines = [f"{path}: {f'ready: {done}' if verdict.ready else 'not ready'}"]
+    if verdict.missed:
+        lines.append(f"  the run never stayed in {few(verdict.missed, 8)}")
     for number, each in enumerate((*verdict.reasons, *verdict.warnings), 1):
         head = f"{number}." if number <= len(verdict.reasons) else "warning:"
         text = each.text.replace("\n", "\n       ")

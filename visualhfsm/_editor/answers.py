@@ -79,7 +79,10 @@ class Opened(TypedDict):
 
 
 class Judged(TypedDict):
-    """Whether a document is ready, or the first reason why not, who found it, and which `robot` was tried."""
+    """Whether a document is ready, or the first reason why not, who found it, and which `robot` was tried.
+
+    `missed` are the first states in which the run never stayed.
+    """
 
     ready: bool
     found: Literal["", "checks", "model checker", "run", "tests"]
@@ -88,6 +91,7 @@ class Judged(TypedDict):
     proved: int
     tests: int
     seconds: float
+    missed: list[str]
     robot: Message
 
 

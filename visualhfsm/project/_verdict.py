@@ -11,7 +11,7 @@ import importlib.util
 import os
 import re
 import subprocess
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import partial
@@ -33,7 +33,7 @@ from visualhfsm._document.places import Locator
 from visualhfsm._document.problems import Findings
 from visualhfsm._document.reasons import MOST, Reason, reasons_of
 from visualhfsm._processes import document_tests as of_tests
-from visualhfsm.trials import Archive, Plan, Processes, Quantity, Task, failure_said, versions
+from visualhfsm.trials import Archive, Outcome, Plan, Processes, Quantity, Task, failure_said, versions
 from zenoh_ice.application import tether_command
 from zenoh_ice.data import typed
 from zenoh_ice.data.text import sentence
@@ -52,9 +52,9 @@ class Verdict(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
     """Whether a document is `ready`, and if not why: `reasons`, what to fix first at first.
 
     `proved` are the properties that hold in all runs. `warnings`, and properties that the model checker left
-    `undecided`, leave it ready. `tests` is how many passed, `seconds` the virtual time of the run. The
-    `digest` is that of all files that a run uses, and of the versions of what runs them: of others the
-    verdict may be another one.
+    `undecided`, leave it ready. `tests` is how many passed, `seconds` the virtual time of the run, `missed`
+    the names of states in which it never stayed. The `digest` is that of all files that a run uses, and of
+    the versions of what runs them: of others the verdict may be another one.
     """
 
     document: str
@@ -65,6 +65,7 @@ class Verdict(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
     undecided: tuple[str, ...] = ()
     tests: int = 0
     seconds: float = 0.0
+    missed: tuple[str, ...] = ()
     digest: str = ""
 
 
@@ -124,10 +125,12 @@ class Judge:
         proofs = [each.verdict for each in findings.proofs or ()] or ["undecided"] * len(names)
         found = [*reasons_of(document, copy.document, findings.problems)]
         went: tuple[of_tests.TestResult, ...] = ()
+        missed: tuple[str, ...] = ()
         seconds, patience = limits or (0.0, 0.0)
         if limits and not found:
             allow(archive)
-            found += self._run(archive, document, seconds, patience, body)
+            missed, failed = self._run(archive, document, seconds, patience, body)
+            found += failed
             went, failed = self._test(copy, patience)
             found += failed
         warnings = reasons_of(document, copy.document, findings.problems, "warning")
@@ -140,14 +143,15 @@ class Judge:
             undecided=tuple(name for name, proof in zip(names, proofs, strict=True) if proof == "undecided"),
             tests=sum(each.outcome == "passed" for each in went),
             seconds=seconds,
+            missed=missed,
             digest=digest_of(archive),
         )
         return Judgement(verdict, findings, copy.document, went)
 
     def _run(
         self, archive: Archive, document: Document, seconds: float, patience: float, body: str
-    ) -> Iterator[Reason]:
-        """Yield what is wrong with a run in virtual time."""
+    ) -> tuple[tuple[str, ...], list[Reason]]:
+        """Run in virtual time; return the states in which it never stayed, and what is wrong with it."""
         scene: dict[str, Quantity] = {"body": body} if body else {}
         plan = Plan(
             robot="fake", limit=seconds, patience=patience, memory=_MEMORY, stand_ins=True, scene=scene
@@ -157,21 +161,22 @@ class Judge:
         try:
             outcome = self._thread.submit(self._processes.run, Task(plan, 1, archive)).result()
         except VisualHfsmError as error:
-            yield Reason(found="run", message=error.message, hints=hints)
-            return
-        if not outcome.success:
-            at = _place_in(outcome.error)
-            code = Locator(document).find_code(at["line"]) if at.get("file") == name else None
-            why = failure_said(outcome.reason)
-            yield Reason(
-                found="run",
-                message=Message("a run in virtual time failed: {why}", why=why),
-                state=outcome.states,
-                steps=tuple(outcome.error.splitlines()[1:][-MOST:]),
-                hints=hints,
-                place=code and code.place,
-                **at,
-            )
+            return (), [Reason(found="run", message=error.message, hints=hints)]
+        if outcome.success:
+            return _missed(document, outcome), []
+        at = _place_in(outcome.error)
+        code = Locator(document).find_code(at["line"]) if at.get("file") == name else None
+        why = failure_said(outcome.reason)
+        reason = Reason(
+            found="run",
+            message=Message("a run in virtual time failed: {why}", why=why),
+            state=outcome.states,
+            steps=tuple(outcome.error.splitlines()[1:][-MOST:]),
+            hints=hints,
+            place=code and code.place,
+            **at,
+        )
+        return (), [reason]
 
     def _test(self, copy: Copy, patience: float) -> tuple[tuple[of_tests.TestResult, ...], list[Reason]]:
         """Run the document's tests; return how they went, and what is wrong."""
@@ -247,3 +252,12 @@ def _place_in(error: str) -> dict[str, Any]:
     """Return file and line of an error, as far as it says them."""
     at = _AT.search(error)
     return {"file": at["file"], "line": int(at["line"])} if at else {}
+
+
+def _missed(document: Document, outcome: Outcome) -> tuple[str, ...]:
+    """Return the names of states in which a run never stayed, as far as is known."""
+    if outcome.left_out:
+        return ()
+    paths = "/".join(each.states.replace(", ", "/") for each in outcome.changes)
+    names = dict.fromkeys(state.name for _, state in document.states() if state.name)
+    return tuple(name for name in names if f"/{name}/" not in f"/{paths}/")

@@ -82,6 +82,14 @@ def _event(event: Disturbance) -> Message:
             for place in event.places.values()
         ]
         where, thing = _one_of(words), event.move
+        if event.speed is not None:
+            axes = {axis for place in event.places.values() for axis in place}
+            unit = ", ".join(["rad/s"] * ("pan" in axes) + ["m/s"] * (not axes <= {"pan"}))
+            speed = joined(" ", [in_words(event.speed), Message.verbatim(unit)])
+            return Message(
+                "at {at} s: {thing} is carried at {speed}: {where}",
+                at=at, thing=thing, speed=speed, where=where,
+            )  # fmt: skip
         return Message("at {at} s: {thing} is put elsewhere: {where}", at=at, thing=thing, where=where)
     if event.offline is not None:
         what = Message.verbatim(", ".join(event.offline)) if event.offline else Message("all servants")

@@ -105,7 +105,7 @@ def test_it_is_ready_when_all_agree(judged: Judged) -> None:
     verdict = judged.verdict(moves("unread = 1", properties=properties), tests)
     assert (verdict.ready, verdict.reasons) == (True, ())
     assert (verdict.document, verdict.tests, verdict.seconds) == ("moves.xml", 1, 1.0)
-    assert (verdict.proved, verdict.undecided) == (("arrives",), ())
+    assert (verdict.proved, verdict.undecided, verdict.missed) == (("arrives",), (), ())
     (warning,) = verdict.warnings
     assert (warning.found, warning.line, warning.state) == ("checks", 4, "go")
     assert judged.opened is not None
@@ -124,6 +124,7 @@ def test_a_property_that_the_model_checker_cannot_decide_leaves_it_ready(judged:
     )
     verdict = judged.verdict(text)
     assert (verdict.ready, verdict.proved, verdict.undecided) == (True, (), ("prompt",))
+    assert verdict.missed == ("late",)
 
 
 # -- what checks and the model checker find ----------------------------------------------------------------

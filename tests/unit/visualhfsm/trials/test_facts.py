@@ -38,6 +38,10 @@ def test_numbers_of_a_quantity_have_the_comma_of_spanish() -> None:
     [
         (Disturbance(at=2, push=60, seconds=0.1), "at 2 s: a push of 60 N for 0.1 s"),
         (Disturbance(at=1, move="Ball", to={"x": 1.0}), "at 1 s: Ball is put elsewhere: x 1"),
+        (
+            Disturbance(at=1, move="Ball", to={"pan": 1.0}, speed=Spread(lowest=0.25, highest=2.0)),
+            "at 1 s: Ball is carried at 0.25 to 2 rad/s: pan 1",
+        ),
         (Disturbance(at=1, offline=(), seconds=2), "at 1 s: all servants offline for 2 s"),
         (Disturbance(at=1, late=0.3, seconds=2), "at 1 s: pictures 0.3 s late for 2 s"),
     ],

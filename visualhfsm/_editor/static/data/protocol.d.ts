@@ -696,6 +696,7 @@ export interface JointLimits {
 export interface Judged {
   found: "" | "checks" | "model checker" | "run" | "tests";
   message: string;
+  missed: string[];
   place: Place | null;
   proved: number;
   ready: boolean;

@@ -49,10 +49,11 @@ export async function judge(app) {
     keep(tab);
     return;
   }
-  const {ready, found, place, proved, tests} = verdict;
+  const {ready, found, place, proved, tests, missed} = verdict;
   if (ready) {
     const text = [
       t("It is ready: it ran {seconds} s on {robot} without an error.", {...verdict}),
+      missed.length ? t("It never stayed in {states}.", {states: missed.join(", ")}) : "",
       proved ? n("A property was proved.", "{count} properties were proved.", proved) : "",
       tests ? n("A test passed.", "{count} tests passed.", tests) : t("It has no tests."),
     ];
