@@ -23,6 +23,9 @@ _SYNTAX: Final = (
     Message("unindent does not match any outer indentation level"),
     template("'{bracket}' was never closed"),
     template("unmatched '{bracket}'"),
+    template("closing parenthesis '{close}' does not match opening parenthesis '{open}'"),
+    Message("invalid decimal literal"),
+    template("invalid character '{character}' ({name})"),
     template("unterminated string literal (detected at line {line})"),
     template("cannot assign to {what} here. Maybe you meant '==' instead of '='?"),
 )
@@ -46,6 +49,7 @@ _ERRORS: Final = (
     template("'{type}' object has no attribute '{name}'"),
     template("'{type}' object is not callable"),
     Message("list index out of range"),
+    template("list indices must be integers or slices, not {type}"),
     template("unsupported operand type(s) for {operator}: '{left}' and '{right}'"),
     template("{function} missing {count} required positional argument: {name}"),
     template("No module named '{name}'"),

@@ -34,6 +34,9 @@ class Marked(NullTranslations):
         "1 = x",
         "x = 1 2",
         "x = [1 2]",
+        "x = [1)",
+        "x = 2nd",
+        "x = 5\N{EURO SIGN}",
         "if x:\n    f() = 1",
     ],
 )
@@ -65,6 +68,7 @@ def test_what_python_says_of_failing_code_is_known() -> None:
         "[].size",
         "[].appendd(1)",
         "[][0]",
+        "[1]['a']",
         "1 + 'a'",
         "3()",
         "(lambda a: 1)()",
