@@ -102,7 +102,9 @@ def check_model(
     doubtful = (*model.doubtful, *events.places, *slow)
     if not doubtful:
         return _check(model, events.outside, uses, Budget(limit))
-    cautious = read_model(document, path, effects=model.effects, untimed=True) if slow else model
+    cautious = model
+    if slow:
+        cautious = replace(read_model(document, path, effects=model.effects, untimed=True), slow=True)
     report = _check(cautious, events.outside | events.unclear, uses, Budget(limit // 2))
     trusting = read_model(document, path, effects=model.effects, trusting=True)
     likely = _check(trusting, events.outside, uses, Budget(limit // 2))

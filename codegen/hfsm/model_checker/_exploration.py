@@ -176,7 +176,8 @@ def _find(exploration: Exploration, bad: Holds, *, lasting: bool) -> Outcome:
         return exploration.came_to(Run(exploration.system, start, (), 0))
     for move in exploration.moves():
         lasts = move.elapsed > 0 or move.following.position < 0
-        if bad(move.configuration) and (lasts or not lasting):
+        is_bad = bad(move.configuration) if lasting else any(map(bad, (move.configuration, *move.during)))
+        if is_bad and (lasts or not lasting):
             return exploration.came_to(exploration.run_to(move.node, move))
     return exploration.came_to(None)
 

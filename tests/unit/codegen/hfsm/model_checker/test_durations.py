@@ -158,6 +158,39 @@ def test_a_cycle_may_be_missed_in_which_a_guard_would_have_fired() -> None:
     assert check_model(made, PATH).properties[0].verdict is Verdict.UNDECIDED
 
 
+@pytest.mark.parametrize(
+    ("part", "expression"),
+    [
+        ("exit", "a -> active(a)"),
+        ("fired", "b -> active(b)"),
+        ("entry", "b -> active(b)"),
+        ("entry", "ghost(a) and ghost(b) -> c"),
+        ("final", "c -> finished(#1)"),
+    ],
+)
+def test_others_see_a_change_that_lasts_before_its_end(part: str, expression: str) -> None:
+    slow = {"exit": "", "fired": "", "entry": "", "final": "", part: "self.sleep(3)"}
+    states = [
+        state(1, "a", children=[2], exit=slow["exit"]),
+        state(2, "b", children=[3], entry=slow["entry"]),
+        state(3, "c", final=True, entry=slow["final"]),
+    ]
+    outer = automaton(1, states, [after(200, 1, 2, code=slow["fired"]), after(300, 2, 3)])
+    inner = [automaton(2, [state(1)], father=1), automaton(3, [state(1)], father=1)]
+    made = document(outer, *inner, properties=[stated("always", expression)])
+    assert check_model(made, PATH).properties[0].verdict is Verdict.UNDECIDED
+
+
+@pytest.mark.parametrize("within", ["100", ""])
+def test_an_entry_may_last(within: str) -> None:
+    outer = automaton(1, [state(1, "a", children=[2], entry="while not self.found:\n    self.sleep(1)")])
+    inner = automaton(2, [state(1, final=True)], father=1)
+    coming = [stated("eventually", f"{what}(#2)", within) for what in ("active", "finished")]
+    made = document(outer, inner, properties=[*coming, stated("eventually", "a", within)])
+    expected = [Verdict.UNDECIDED, Verdict.UNDECIDED, Verdict.HOLDS]
+    assert [each.verdict for each in check_model(made, PATH).properties] == expected
+
+
 def test_what_no_timer_decides_is_still_proved() -> None:
     states = [state(1, code="self.sleep(1)"), state(2, "b"), state(3, "c")]
     made = document(
