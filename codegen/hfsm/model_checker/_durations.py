@@ -34,8 +34,8 @@ _WAITING_BUILTINS: Final = frozenset(
 """They wait for a person, or call functions that are not known."""
 _WAITING_METHODS: Final = frozenset(
     {
-        *("__enter__", "accept", "acquire", "communicate", "connect", "put", "readline", "recv", "recvfrom"),
-        *("result", "samples", "select", "wait", "wait_for"),
+        *("__enter__", "accept", "acquire", "communicate", "connect", "next", "put", "readline", "recv"),
+        *("recvfrom", "result", "samples", "select", "wait", "wait_for"),
     }
 )
 _NAMED_METHODS: Final = frozenset({"acquire", "wait", "wait_for"})

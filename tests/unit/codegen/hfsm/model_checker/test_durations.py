@@ -60,6 +60,7 @@ SLOW = {
     "a person, by the module": "import builtins as b\nb.input()",
     "a future": "self.Head.setPoseAsync(0).result()",
     "samples": "for sample in self.Head.getPose.samples():\n    pass",
+    "the next message": "scan = self.scan.next(timeout=2.0)",
     "a busy loop": "import time\nwhile time.time() < end:\n    pass",
     "a loop without an end": "import itertools\nfor n in itertools.count():\n    if time() > end: break",
     "another one": "from itertools import repeat as again\nany(time() > end for _ in again(0))",
@@ -89,6 +90,7 @@ QUICK = {
     "a time to wait": "x = self.clock.now() - since > self.wait",
     "a computed proxy": 'getattr(self, f"{side}Motors").setPose(1)',
     "numbers": "import itertools\nids = itertools.count()\nfor n, x in zip(ids, iter(words)):\n    pass",
+    "the newest message": "scan = self.scan.latest()\nx = next(numbers, 0)",
     "the time": "import time\nx = time.monotonic()",
     "a file": "with open('x') as file:\n    x = file.read()",
 }
