@@ -210,7 +210,8 @@ def find_avoiding(system: TransitionSystem, good: Holds, budget: Budget, within:
     start, first = exploration.start, exploration.first
     if good(start):
         return exploration.came_to(None)
-    if first.position < 0 or system.may_rest(start):
+    may_stop = system.model.slow or system.model.ends
+    if may_stop or first.position < 0 or system.may_rest(start):
         return exploration.came_to(Run(system, start, (), 0, repeats=0))
     if within is not None and exploration.elapsed > within:
         return exploration.came_to(Run(system, start, (), within))

@@ -87,6 +87,8 @@ class Model:
     """Guards that may differ from others of the same text."""
     slow: bool = False
     """Whether a cycle may last, so that others come before its end."""
+    ends: bool = False
+    """Whether code may end the component."""
 
     @cached_property
     def by_id(self) -> dict[int, AutomatonModel]:

@@ -158,9 +158,7 @@ class TransitionSystem:
         return cycle.changes
 
     def may_rest(self, configuration: Configuration) -> bool:
-        """Return whether nothing more has to change: every possible change waits for a guard or slow code."""
-        if self.model.slow:
-            return True
+        """Return whether nothing more has to change: every possible change waits for a guard."""
         for position, (index, flags, _) in enumerate(configuration):
             if flags & RUNNING == ACTIVE and (flags & OWED or not self._rests(position, index)):
                 return False
