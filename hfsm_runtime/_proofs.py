@@ -42,6 +42,7 @@ class Proofs(Observer):
         self._component: Final = component
         self._tree: Final = tree
         self._supervision: Final = supervision
+        self.now: Final = supervision.now
         self._is_doubtful = self._is_void = False
         self._places: Final = set[Hashable]()
         self._consistent: Final = set[Hashable]()
@@ -263,7 +264,8 @@ class _Properties(Observer):
             self._next_check = -1.0  # when they have ended
             return
         else:
-            is_wrong = at <= stated.within and stated.holds(None) is (stated.kind == "never")
+            is_in_time = max(at, self._proofs.now()) <= stated.within  # a cycle may end long after its time
+            is_wrong = is_in_time and stated.holds(None) is (stated.kind == "never")
         if is_wrong:
             where = ", ".join(self._tree.root.paths())
             what = f"`{stated.name}` does not hold at {at / 1e9:g} s, in {where}"

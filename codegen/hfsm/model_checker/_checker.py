@@ -15,6 +15,7 @@ from ..document import Document, Text
 from ..report import Report, state_label, transition_label
 from ._conflicts import Commands, Conflict, Operations, Use, find_conflicts, uses_of
 from ._durations import slow_code
+from ._endings import ending_code
 from ._exploration import Budget
 from ._fireability import events_of, fireability_of
 from ._reachability import (
@@ -98,11 +99,12 @@ def check_model(
     model = read_model(document, path, effects=effects)
     events = events_of(model)
     uses = uses_of(model, Commands(model.effects, operations))
-    slow = slow_code(model.effects.analysis)
-    doubtful = (*model.doubtful, *events.places, *slow)
+    slow, ending = slow_code(model.effects.analysis), ending_code(model.effects.analysis)
+    doubtful = (*model.doubtful, *events.places, *slow, *ending)
     if not doubtful:
         return _check(model, events.outside, uses, Budget(limit))
     cautious = read_model(document, path, effects=model.effects, untimed=True) if slow else model
+    cautious = replace(cautious, slow=bool(slow), ends=bool(ending))
     report = _check(cautious, events.outside | events.unclear, uses, Budget(limit // 2))
     trusting = read_model(document, path, effects=model.effects, trusting=True)
     likely = _check(trusting, events.outside, uses, Budget(limit // 2))

@@ -34,11 +34,11 @@ _WAITING_BUILTINS: Final = frozenset(
 """They wait for a person, or call functions that are not known."""
 _WAITING_METHODS: Final = frozenset(
     {
-        *("__enter__", "accept", "acquire", "communicate", "connect", "put", "readline", "recv", "recvfrom"),
-        *("result", "samples", "select", "wait", "wait_for"),
+        *("__enter__", "accept", "acquire", "communicate", "connect", "next", "put", "readline", "recv"),
+        *("recvfrom", "result", "samples", "select", "wait", "wait_for"),
     }
 )
-_NAMED_METHODS: Final = frozenset({"acquire", "wait", "wait_for"})
+_NAMED_METHODS: Final = frozenset({"acquire", "samples", "wait", "wait_for"})
 """Those that wait even where code only names them: it may call them by another name."""
 _BY_NAME: Final = frozenset({"attrgetter", "getattr", "methodcaller"})
 """Functions that find a method by its name."""
@@ -113,7 +113,7 @@ class _Finder:
                 return True
             case ast.Attribute(attr=name, ctx=ast.Load()):
                 module, *others = dotted(node) or [""]
-                if module == "self":  # what it was given was found where it got it
+                if module == "self" and len(others) < 2:  # what it was given was found where it got it
                     return name in self._handwritten
                 if name in _NAMED_METHODS:
                     return True

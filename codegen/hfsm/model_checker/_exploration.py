@@ -176,7 +176,8 @@ def _find(exploration: Exploration, bad: Holds, *, lasting: bool) -> Outcome:
         return exploration.came_to(Run(exploration.system, start, (), 0))
     for move in exploration.moves():
         lasts = move.elapsed > 0 or move.following.position < 0
-        if bad(move.configuration) and (lasts or not lasting):
+        is_bad = bad(move.configuration) if lasting else any(map(bad, (move.configuration, *move.during)))
+        if is_bad and (lasts or not lasting):
             return exploration.came_to(exploration.run_to(move.node, move))
     return exploration.came_to(None)
 
@@ -209,7 +210,8 @@ def find_avoiding(system: TransitionSystem, good: Holds, budget: Budget, within:
     start, first = exploration.start, exploration.first
     if good(start):
         return exploration.came_to(None)
-    if first.position < 0 or system.may_rest(start):
+    may_stop = system.model.slow or system.model.ends
+    if may_stop or first.position < 0 or system.may_rest(start):
         return exploration.came_to(Run(system, start, (), 0, repeats=0))
     if within is not None and exploration.elapsed > within:
         return exploration.came_to(Run(system, start, (), within))

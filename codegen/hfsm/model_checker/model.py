@@ -85,6 +85,10 @@ class Model:
     effects: CodeEffects = field(repr=False, compare=False)
     doubtful: tuple[Note, ...] = ()
     """Guards that may differ from others of the same text."""
+    slow: bool = False
+    """Whether a cycle may last, so that others come before its end."""
+    ends: bool = False
+    """Whether code may end the component."""
 
     @cached_property
     def by_id(self) -> dict[int, AutomatonModel]:

@@ -60,7 +60,8 @@ def may_hold(expression: Expression, wanted: bool, fireability: Fireability) -> 
             yield ()
             return
         owns = state is not None and children[0] in state.children and not state.final
-        for is_active in (True, False) if state is not None and owns and state.owes else (owns,):
+        may_sleep = state is not None and owns and (state.owes or model.slow)
+        for is_active in (True, False) if may_sleep else (owns,):
             for first in below(children[0], is_active):
                 for rest in under(children[1:], state):
                     yield first + rest

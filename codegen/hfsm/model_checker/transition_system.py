@@ -88,6 +88,8 @@ class Move(NamedTuple):
     following: Node
     elapsed: int
     """The time until the cycle of the next node, in ns."""
+    during: tuple[Configuration, ...] = ()
+    """The configurations before its end in which cycles of others come, if code is slow."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,11 +144,13 @@ class TransitionSystem:
         index, flags, _ = node.configuration[node.position]
         is_idle = not flags & OWED and not self._states[node.position][index].final
         for choice in self._choices_at(node):
-            configuration = node.configuration
+            configuration, during = node.configuration, tuple[Configuration, ...]()
             if choice.transition is not None or not is_idle:
-                configuration = tuple(self._cycle(node, choice).locals)
+                cycle = self._cycle(node, choice)
+                configuration = tuple(cycle.locals)
+                during = tuple(cycle.during) if self.model.slow else ()
             following, elapsed = self._next(configuration, node.phase, node.position)
-            yield Move(time, node, choice, configuration, following, elapsed)
+            yield Move(time, node, choice, configuration, following, elapsed, during)
 
     def changes(self, node: Node | None, choice: Choice | None) -> list[Change]:
         """Return the changes in a cycle, in order; without a node, those at the start."""
@@ -252,15 +256,19 @@ def _cone_of(automata: Iterable[int], fireability: Fireability) -> Iterable[int]
 
 
 class _Cycle:
-    """The automata while a cycle changes them as the runtime does, and the `changes`."""
+    """The automata while a cycle changes them as the runtime does, and the `changes`.
 
-    __slots__ = ("_initial", "_states", "changes", "locals")
+    `during` are the configurations while exit code runs, and while code of the transition and entry code do.
+    """
+
+    __slots__ = ("_initial", "_states", "changes", "during", "locals")
 
     def __init__(
         self, states: tuple[tuple[_State, ...], ...], initial: tuple[int, ...], locals_: list[Local]
     ) -> None:
         self.locals = locals_
         self.changes: list[Change] = []
+        self.during: list[Configuration] = []
         self._states = states
         self._initial = initial
 
@@ -275,10 +283,12 @@ class _Cycle:
         if transition is not None:
             for child in state.children:
                 self._sleep(child)
+            self.during.append(tuple(self.locals))
             index = transition.target
             self.changes.append(Change(StepKind.FIRES, position, index))
             state = self._states[position][index]
             self.locals[position] = index, flags, 0
+            self.during.append(tuple(self.locals))
             self._wake_children(state)
         if state.final:
             self.locals[position] = index, flags | FINISHED, 0

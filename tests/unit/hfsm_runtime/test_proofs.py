@@ -93,6 +93,33 @@ def test_nothing_is_reported_of_right_proofs(right: Wrong, path: Path, behavior:
     assert not b.errors
 
 
+SLOW = """<VisualHFSM>
+  <properties><property kind="never"><expression>a/b</expression><within>100</within></property></properties>
+  <SubAutomata id="1" idFather="0">
+    <state id="1" initial="true"><name>a</name><child>2</child><code>self.sleep(0.2)</code></state>
+    <iteration_time>250</iteration_time>
+  </SubAutomata>
+  <SubAutomata id="2" idFather="1">
+    <state id="1" initial="true"><name>c</name></state>
+    <state id="2"><name>d</name></state>
+    <state id="3"><name>b</name></state>
+    <transition id="1"><origin>1</origin><destiny>2</destiny><trans type="condition">True</trans></transition>
+    <transition id="2"><origin>2</origin><destiny>3</destiny><trans type="condition">True</trans></transition>
+    <iteration_time>150</iteration_time>
+  </SubAutomata>
+</VisualHFSM>"""
+
+
+def test_a_cycle_that_ends_after_the_time_of_a_property_does_not_refute_it(
+    path: Path, behavior: MakeBehavior
+) -> None:
+    path.write_text(SLOW)
+    b = behavior(path)
+    b.advance(0.3)
+    assert b.state("a") == "b"
+    assert not b.errors
+
+
 def meddled(b: Behavior, how: str) -> None:
     """Do something that no proof allows for."""
     match how:

@@ -50,6 +50,9 @@ SLOW = {
     "a thread with a limit that is computed": "import threading\nthread.join(max(0, end - now))",
     "a thread with a limit by name": "import threading\nthread.join(limit)",
     "a wait by another name": "wait = ready.wait\nwait(1)",
+    "a wait for the component's sample by another name": "first = self.Head.getPose.wait\nfirst(timeout=1)",
+    "a wait for the component's lock that is passed on": "list(map(self.lock.acquire, [True]))",
+    "samples by another name": "arrive = self.Head.getPose.samples\nfor sample in arrive():\n    pass",
     "a lock that is passed on": "list(map(lock.acquire, [True]))",
     "a wait by its name": "getattr(ready, 'wait')(1)",
     "a wait by its name, for a library": "import operator\noperator.methodcaller('wait', 1)(ready)",
@@ -60,6 +63,7 @@ SLOW = {
     "a person, by the module": "import builtins as b\nb.input()",
     "a future": "self.Head.setPoseAsync(0).result()",
     "samples": "for sample in self.Head.getPose.samples():\n    pass",
+    "the next message": "scan = self.scan.next(timeout=2.0)",
     "a busy loop": "import time\nwhile time.time() < end:\n    pass",
     "a loop without an end": "import itertools\nfor n in itertools.count():\n    if time() > end: break",
     "another one": "from itertools import repeat as again\nany(time() > end for _ in again(0))",
@@ -89,6 +93,7 @@ QUICK = {
     "a time to wait": "x = self.clock.now() - since > self.wait",
     "a computed proxy": 'getattr(self, f"{side}Motors").setPose(1)',
     "numbers": "import itertools\nids = itertools.count()\nfor n, x in zip(ids, iter(words)):\n    pass",
+    "the newest message": "scan = self.scan.latest()\nx = next(numbers, 0)",
     "the time": "import time\nx = time.monotonic()",
     "a file": "with open('x') as file:\n    x = file.read()",
 }
@@ -156,6 +161,39 @@ def test_a_cycle_may_be_missed_in_which_a_guard_would_have_fired() -> None:
                         [when("True", 1, 2), after(100, 1, 3, priority=1)], father=1)  # fmt: skip
     made = document(outer, ends, goes_on, properties=[stated("never", "P/c")])
     assert check_model(made, PATH).properties[0].verdict is Verdict.UNDECIDED
+
+
+@pytest.mark.parametrize(
+    ("part", "expression"),
+    [
+        ("exit", "a -> active(a)"),
+        ("fired", "b -> active(b)"),
+        ("entry", "b -> active(b)"),
+        ("entry", "ghost(a) and ghost(b) -> c"),
+        ("final", "c -> finished(#1)"),
+    ],
+)
+def test_others_see_a_change_that_lasts_before_its_end(part: str, expression: str) -> None:
+    slow = {"exit": "", "fired": "", "entry": "", "final": "", part: "self.sleep(3)"}
+    states = [
+        state(1, "a", children=[2], exit=slow["exit"]),
+        state(2, "b", children=[3], entry=slow["entry"]),
+        state(3, "c", final=True, entry=slow["final"]),
+    ]
+    outer = automaton(1, states, [after(200, 1, 2, code=slow["fired"]), after(300, 2, 3)])
+    inner = [automaton(2, [state(1)], father=1), automaton(3, [state(1)], father=1)]
+    made = document(outer, *inner, properties=[stated("always", expression)])
+    assert check_model(made, PATH).properties[0].verdict is Verdict.UNDECIDED
+
+
+@pytest.mark.parametrize("within", ["100", ""])
+def test_an_entry_may_last(within: str) -> None:
+    outer = automaton(1, [state(1, "a", children=[2], entry="while not self.found:\n    self.sleep(1)")])
+    inner = automaton(2, [state(1, final=True)], father=1)
+    coming = [stated("eventually", f"{what}(#2)", within) for what in ("active", "finished")]
+    made = document(outer, inner, properties=[*coming, stated("eventually", "a", within)])
+    expected = [Verdict.UNDECIDED, Verdict.UNDECIDED, Verdict.HOLDS]
+    assert [each.verdict for each in check_model(made, PATH).properties] == expected
 
 
 def test_what_no_timer_decides_is_still_proved() -> None:
