@@ -171,6 +171,16 @@ def test_stop_is_repeated_once_the_editor_says_so(browser: Browser, root: Path, 
         expect(said(page, "STOP")).to_have_count(0)
 
 
+def test_a_pause_says_that_the_robot_and_its_world_go_on(browser: Browser, tmp_path: Path) -> None:
+    with (
+        robot_and_editor(tmp_path / "walk.xml") as (_, editor),
+        monitor_page(browser, editor) as shown,
+    ):
+        run(shown)
+        shown.press("F8")
+        expect(status(shown)).to_have_attribute("title", "Paused\nThe robot and its world go on.")
+
+
 STOP_AREA = """() => {
   const button = document.querySelector(".stop-button");
   const {left, right, top, bottom} = button.getBoundingClientRect();

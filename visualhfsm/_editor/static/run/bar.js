@@ -315,7 +315,8 @@ export function statusOf() {
     };
   if (refusal) return {status: "paused", word: t("Paused: command refused"), why: refusal};
   const word = status === 1 && stoppedAt.length ? t("At a breakpoint") : spokenStatus(status);
-  return {status: STATUS[status], word};
+  const goesOn = status === PAUSED && robot === "present" && !monitor.isDryRun;
+  return {status: STATUS[status], word, why: goesOn ? t("The robot and its world go on.") : ""};
 }
 
 /** Whether the editor has started the followed component. */
