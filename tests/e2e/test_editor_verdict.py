@@ -29,6 +29,14 @@ IS_ABOVE = """menu => {
   Object.assign(notices.style, {position: "fixed", inset: `${top}px auto auto ${left}px`});
   return menu.contains(document.elementFromPoint((left + right) / 2, notices.getBoundingClientRect().top + 20));
 }"""
+BUSY = """() => {
+  const panel = document.querySelector("hfsm-problems");
+  const words = [];
+  const look = () => words.push(...[...panel.querySelectorAll("button:disabled")].map((each) => each.innerText.trim()));
+  new MutationObserver(look).observe(panel, {attributes: true, childList: true, subtree: true, characterData: true});
+  return words;
+}"""
+"""What its buttons say from now on while they are disabled, however shortly."""
 
 
 def test_it_leads_to_what_to_fix_first_until_it_is_ready(browser: Browser, tmp_path: Path) -> None:
@@ -60,13 +68,14 @@ def test_it_leads_to_what_to_fix_first_until_it_is_ready(browser: Browser, tmp_p
         expect(refusal).to_have_count(0)
         panel = page.locator("hfsm-problems")
         expect(panel).not_to_contain_text("It is not ready")  # that was said of what was there before
+        busy = page.evaluate_handle(BUSY)
         ask.click()
         page.get_by_role("dialog", name="Save moves first?").get_by_role("button", name="Save").click()
         ready = page.get_by_role("status").filter(
             has_text="It is ready: it ran 10 s on Booster T1 without an error."
         )
-        expect(shown.button("Being tried…")).to_be_disabled()
         expect(ready).to_be_visible(timeout=JUDGED)
+        assert "Being tried…" in busy.json_value()
         expect(said).to_have_text("It is ready: it ran 10 s on Booster T1 without an error. It has no tests.")
         expect(said).to_have_css("color", shown.page.evaluate(COLOR, "--added"))
         expect(panel).to_contain_text("found nothing wrong")
