@@ -30,7 +30,8 @@ import {make} from "./svg.js";
 import {FAR, FIT_LARGEST, TINY, VERY_FAR, Viewport} from "./viewport.js";
 
 const REST = 300; // ms
-const FINGERS = matchMedia("(pointer: coarse)"); // for which canvas.css makes handles larger, the farther away
+/** For these canvas.css makes handles larger, the farther away. */
+const FINGERS = matchMedia("(pointer: coarse)");
 const FIRST_ACTS = {newState: t("Draw a state"), shelf: t("Take one from the shelf"), example: t("Open an example")};
 
 export class HfsmCanvas extends HTMLElement {
@@ -72,9 +73,12 @@ export class HfsmCanvas extends HTMLElement {
   #views = new Map();
   #shown = "";
   #unfitted = false;
-  #fitted = ""; // the view in which everything was shown: unless the user changes it, everything stays visible
-  #wanted = 1; // the scale of that view, to which it returns when there is room again
-  #sought = ""; // the selection that the user is led to: until the user chooses another view, it stays legible
+  /** The view in which everything was shown: unless the user changes it, everything stays visible. */
+  #fitted = "";
+  /** The scale of that view, to which it returns when there is room again. */
+  #wanted = 1;
+  /** The selection that the user is led to: until the user chooses another view, it stays legible. */
+  #sought = "";
   /** @type {Map<string, Live> | undefined} */
   #live;
 

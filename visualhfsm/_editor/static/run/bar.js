@@ -33,7 +33,8 @@ class MonitorBar extends MonitorElement {
   /** @type {typeof MonitorElement.watches} */
   static watches = {page: ["change"], store: ["connection", "document", "problems", "robot", "started", "workspace"]};
 
-  #stop = ""; // the breakpoints at which it paused last
+  /** The breakpoints at which it paused last. */
+  #stop = "";
   /** The cycle that hangs, and where it was first seen to: a loop has several lines. */
   #hang = {cycle: "", location: "", line: 0};
 
