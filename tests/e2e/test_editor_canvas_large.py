@@ -55,6 +55,8 @@ def shown(opened: EditorPage) -> Iterator[EditorPage]:
     for _ in undo_names(opened):
         undo.click()
     expect(undo).to_be_disabled()
+    opened.page.locator("hfsm-canvas .surface").focus()
+    opened.press("Control+a", "Escape")  # the keys begin at the first state again, not at what was undone
     opened.page.evaluate("document.querySelector('hfsm-app').showSide('')")
     opened.page.evaluate("document.querySelector('hfsm-app').showBottom('')")
     opened.button("Fit").click()
