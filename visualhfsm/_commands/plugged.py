@@ -6,9 +6,9 @@ application of typer with this one command, made with `add_completion=False`.
 
 from __future__ import annotations
 
+import os
 import shlex
 from functools import cache
-from pathlib import Path
 from typing import Any, Final, NoReturn, cast
 
 import typer
@@ -36,7 +36,7 @@ class WithPlugged(TyperGroup):
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:  # noqa: ANN401
         """Return the command that arguments begin with, and what follows; name `edit` where it is a file."""
-        if Path(args[0]).is_file() and self.get_command(ctx, args[0]) is None:
+        if os.path.isfile(args[0]) and self.get_command(ctx, args[0]) is None:  # noqa: PTH113 - takes any text
             ctx.fail(f"{args[0]} is a file, no command. To open it: visualhfsm edit {shlex.quote(args[0])}")
         return super().resolve_command(ctx, args)
 

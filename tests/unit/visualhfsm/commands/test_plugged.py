@@ -96,5 +96,6 @@ def test_a_file_in_place_of_a_command_leads_to_edit(tmp_path: Path) -> None:
     refused = CliRunner().invoke(app, [str(document)], env={"COLUMNS": "300"})
     assert refused.exit_code == 2
     assert f"visualhfsm edit '{document}'" in refused.output
-    refused = CliRunner().invoke(app, ["absent.xml"])
-    assert "No such command 'absent.xml'" in refused.output
+    for absent in ("absent.xml", 300 * "a"):  # a name that no file may have
+        refused = CliRunner().invoke(app, [absent], env={"COLUMNS": "400"})
+        assert f"No such command '{absent}'" in refused.output
