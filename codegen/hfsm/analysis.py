@@ -10,7 +10,7 @@ from __future__ import annotations
 import ast
 import re
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -430,6 +430,15 @@ def imported_names(node: ast.Import | ast.ImportFrom) -> dict[str, str]:
         alias.asname or alias.name.split(".")[0]: alias.name if alias.asname else alias.name.split(".")[0]
         for alias in node.names
     }
+
+
+def names_with(libraries: Mapping[str, str], nodes: Iterable[ast.AST]) -> dict[str, str]:
+    """Return the full names of libraries and of what nodes import, by name."""
+    names = dict(libraries)
+    for node in nodes:
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            names.update(imported_names(node))
+    return names
 
 
 _Kind = Literal["statements", "variables", "functions", "condition", "value"]

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Mapping
 from typing import Final
 
 from ...diagnostics import Note
 from ...graphs import reached
 from ...messages import Message
-from ..analysis import Analysis, Piece, imported_names
+from ..analysis import Analysis, Piece, names_with
 from ..code._values import milliseconds, seconds, truth
-from ..code.text import dotted, own_nodes
+from ..code.text import full_name, own_nodes
 from ..codes import Code
 from ..report import Report
 
@@ -71,14 +70,11 @@ class _Checker:
             who = Message("a cycle that calls the function") if piece.is_functions else Message("the cycle")
             advice = Message("wait with a timed transition instead, or check in each cycle")
             note = Note(Message("{who} has {period:g} ms; {advice}", who=who, period=period, advice=advice))
-        modules = dict(self._libraries)
-        for node in own_nodes(tree):
-            if isinstance(node, ast.Import | ast.ImportFrom):
-                modules.update(imported_names(node))
+        modules = {**names_with(self._libraries, own_nodes(tree)), self_name: "self"}
         for node in own_nodes(tree):
             match node:
                 case ast.Call(func=func) as where:
-                    message = self._blocking(node, _full_name(func, self_name, modules), period)
+                    message = self._blocking(node, full_name(func, modules), period)
                 case ast.While(test=where) if truth(where) is True and not _has_way_out(node):
                     message = _ENDLESS
                 case ast.For(iter=ast.Call(func=ast.Attribute(attr="samples")) as where) if not _has_way_out(
@@ -121,7 +117,7 @@ def _has_way_out(loop: ast.While | ast.For) -> bool:
             inner = [other for other in own_nodes(node) if isinstance(other, ast.Return | ast.Raise)]
             if inner or any(_has_break(statement) for statement in node.orelse):
                 return True
-        elif isinstance(node, ast.Call) and _full_name(node.func, "self", {}) in _EXITS:
+        elif isinstance(node, ast.Call) and full_name(node.func, {}) in _EXITS:
             return True
         elif not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef | ast.Lambda):
             pending += ast.iter_child_nodes(node)
@@ -130,9 +126,3 @@ def _has_way_out(loop: ast.While | ast.For) -> bool:
 
 def _has_break(node: ast.AST) -> bool:
     return isinstance(node, ast.Break) or any(isinstance(inner, ast.Break) for inner in own_nodes(node))
-
-
-def _full_name(node: ast.expr, self_name: str, modules: Mapping[str, str]) -> str:
-    """Return the full name of what is called, such as `time.sleep`, or an empty text."""
-    first, *others = dotted(node) or [""]
-    return ".".join(["self" if first == self_name else modules.get(first, first), *others])

@@ -25,12 +25,13 @@ def _check_piece(piece: Piece, report: Report) -> None:
     for node in nodes:
         if not isinstance(node, ast.Expr) or id(node) in tries:  # there, code may ask whether it is there
             continue
-        code = ast.unparse(node.value)
         match node.value:
             case ast.Attribute():
+                code = ast.unparse(node.value)
                 message = Message("`{code}` does nothing: it is not called", code=code)
                 note = Message("call it as {example}", example=f"`{code}()`")
             case ast.Compare(left=ast.Name() | ast.Attribute() as left, ops=[ast.Eq()], comparators=[right]):
+                code = ast.unparse(node.value)
                 message = Message("`{code}` compares, and does nothing else", code=code)
                 example = f"`{ast.unparse(left)} = {ast.unparse(right)}`"
                 note = Message("to assign it, write {example}", example=example)

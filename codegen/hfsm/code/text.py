@@ -12,7 +12,7 @@ import re
 import textwrap
 import tokenize
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Final
@@ -86,6 +86,12 @@ def dotted(node: ast.AST) -> list[str]:
         names.append(node.attr)
         node = node.value
     return [node.id, *names[::-1]] if isinstance(node, ast.Name) else []
+
+
+def full_name(node: ast.AST, modules: Mapping[str, str]) -> str:
+    """Return `a.b.c` with the full name of `a`; empty if the expression does not start with a name."""
+    first, *others = dotted(node) or [""]
+    return ".".join([modules.get(first, first), *others])
 
 
 def parse_piece(source: str) -> ast.Module | None:

@@ -13,8 +13,8 @@ from typing import Final
 
 from ...diagnostics import Location, Note
 from ...messages import Message
-from ..analysis import Analysis, Piece, imported_names
-from ..code.text import all_nodes, dotted
+from ..analysis import Analysis, Piece, names_with
+from ..code.text import all_nodes, dotted, full_name
 
 _QUICK_MODULES: Final = frozenset(
     {
@@ -89,10 +89,7 @@ class _Finder:
 
     def slow(self, piece: Piece) -> Iterator[ast.AST]:
         """Yield the nodes of a piece of code that may take longer than a period."""
-        modules = dict(self._libraries)
-        for node in all_nodes(piece.tree):
-            if isinstance(node, ast.Import | ast.ImportFrom):
-                modules.update(imported_names(node))
+        modules = names_with(self._libraries, all_nodes(piece.tree))
         for node in all_nodes(piece.tree):
             if self._is_slow(node, modules):
                 yield node
@@ -129,8 +126,7 @@ class _Finder:
 
     def _is_endless(self, call: ast.Call, modules: Mapping[str, str]) -> bool:
         """Return whether only the body of a loop over what a call returns ends it, as with `while`."""
-        module, *others = dotted(call.func) or [""]
-        name = ".".join([modules.get(module, module), *others])
+        name = full_name(call.func, modules)
         return (name == "iter" and len(call.args) == 2) or name in _ENDLESS
 
     def _may_wait(self, call: ast.Call, modules: Mapping[str, str]) -> bool:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import ast
-from collections.abc import Mapping
 from typing import Final
 
 from ...diagnostics import Note
 from ...messages import Message
-from ..analysis import Analysis, imported_names
-from ..code.text import all_nodes, dotted
+from ..analysis import Analysis, names_with
+from ..code.text import all_nodes, full_name
 
 _ENDING: Final = frozenset(
     {"os._exit", "os.abort", "os.kill", "signal.raise_signal", "sys.exit", "KeyboardInterrupt", "SystemExit"}
@@ -27,18 +25,8 @@ def ending_code(analysis: Analysis) -> tuple[Note, ...]:
     for _, _, piece in analysis.by_text.values():
         if piece is None or piece.is_deep:
             continue  # it is slow, too, or the component cannot be generated
-        modules, nodes = dict(analysis.libraries), [*all_nodes(piece.tree)]
-        for node in nodes:
-            if isinstance(node, ast.Import | ast.ImportFrom):
-                modules.update(imported_names(node))
-        ends = next((each for each in nodes if _full_name(each, modules) in ending), None)
+        modules = names_with(analysis.libraries, all_nodes(piece.tree))
+        ends = next((each for each in all_nodes(piece.tree) if full_name(each, modules) in ending), None)
         if ends is not None:
             found.append(Note(_MESSAGE, piece.place(ends)))
     return tuple(found)
-
-
-def _full_name(node: ast.AST, modules: Mapping[str, str]) -> str:
-    if not isinstance(node, ast.Name | ast.Attribute):
-        return ""
-    first, *others = dotted(node) or [""]
-    return ".".join([modules.get(first, first), *others])
