@@ -81,7 +81,7 @@ class Opened(TypedDict):
 class Judged(TypedDict):
     """Whether a document is ready, or the first reason why not, who found it, and which `robot` was tried.
 
-    `missed` are the first states in which the run never stayed.
+    `missed` are the states in which the run never stayed.
     """
 
     ready: bool

@@ -33,7 +33,6 @@ from .tab import Tab
 from .window import Window
 from .workspace import Workspace
 
-_MOST_MISSED: Final = 8  # states that a verdict names
 _MOST_LINES: Final = 200  # lines of the difference of a text
 _SAVED: Final = "saved"  # a document may be compared with this instead of a file
 
@@ -92,7 +91,7 @@ async def judge(workspace: Workspace, _: Window, request: p.Judge) -> a.Judged:
         "proved": len(verdict.proved),
         "tests": verdict.tests,
         "seconds": verdict.seconds,
-        "missed": list(verdict.missed[:_MOST_MISSED]),
+        "missed": list(verdict.missed),
         "robot": body.title,
     }
 

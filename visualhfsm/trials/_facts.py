@@ -84,8 +84,8 @@ def _event(event: Disturbance) -> Message:
         where, thing = _one_of(words), event.move
         if event.speed is not None:
             axes = {axis for place in event.places.values() for axis in place}
-            unit = ", ".join(["rad/s"] * ("pan" in axes) + ["m/s"] * (not axes <= {"pan"}))
-            speed = joined(" ", [in_words(event.speed), Message.verbatim(unit)])
+            units = {"rad/s" if axis == "pan" else "m/s" for axis in axes}
+            speed = joined(" ", [in_words(event.speed), Message.verbatim(", ".join(sorted(units)))])
             return Message(
                 "at {at} s: {thing} is carried at {speed}: {where}",
                 at=at, thing=thing, speed=speed, where=where,

@@ -12,6 +12,7 @@ import {chosenBody} from "../data/robot.js";
 import {notify} from "../kit/notices.js";
 import {n, t} from "../kit/texts.js";
 
+const MOST_NAMED = 8;
 /** Where more is said of what somebody found. @type {Partial<Record<string, string>>} */
 const PANELS = {checks: "hfsm-problems", "model checker": "hfsm-problems", tests: "hfsm-tests-panel"};
 
@@ -28,6 +29,13 @@ export function verdictOf() {
 function keep(tab, revision, text, ready) {
   verdicts.set(tab, {revision, text, ready});
   page.dispatchEvent(new Event("verdict"));
+}
+
+/** The first of some names, and how many more there are. @param {string[]} names */
+function few(names) {
+  const name = names.slice(0, MOST_NAMED).join(", ");
+  const more = names.length - MOST_NAMED;
+  return more > 0 ? n("{name} and {count} more", "{name} and {count} more", more, {name}) : name;
 }
 
 /** @param {HfsmApp} app */
@@ -53,7 +61,7 @@ export async function judge(app) {
   if (ready) {
     const text = [
       t("It is ready: it ran {seconds} s on {robot} without an error.", {...verdict}),
-      missed.length ? t("It never stayed in {states}.", {states: missed.join(", ")}) : "",
+      missed.length ? t("It never stayed in {states}.", {states: few(missed)}) : "",
       proved ? n("A property was proved.", "{count} properties were proved.", proved) : "",
       tests ? n("A test passed.", "{count} tests passed.", tests) : t("It has no tests."),
     ];
