@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -18,6 +19,14 @@ FAR_NAMES = """() => [...document.querySelector("hfsm-canvas").surface.querySele
   .map(([name, knob]) => Math.max(knob.left - name.right, name.left - knob.right,
     knob.top - name.bottom, name.top - knob.bottom)).filter((gap) => gap > 12)"""
 """The pixels between the name of the only transition and its handle, if they are too many."""
+ZOOM = """scale => {
+  const {viewport} = document.querySelector("hfsm-canvas");
+  viewport.zoom(scale / viewport.scale);
+}"""
+NAMES = """() => [...document.querySelectorAll("hfsm-canvas .state .name")]
+  .filter((each) => each.checkVisibility())
+  .map((each) => [each.textContent, each.getBoundingClientRect().toJSON(), parseFloat(each.getAttribute("font-size"))])"""
+"""What is seen of the names of states, where, and the size of their letters in the drawing."""
 
 
 @pytest.fixture
@@ -54,14 +63,33 @@ def test_the_name_of_a_transition_stays_beside_its_handle_where_its_second_line_
         shown.expect_states("down", "up")
         name = shown.page.locator("hfsm-canvas .label .title")
         for scale in (0.94, 0.89, 0.84, 0.7):
-            shown.page.evaluate(
-                "scale => { const {viewport} = document.querySelector('hfsm-canvas');"
-                " viewport.zoom(scale / viewport.scale); }",
-                scale,
-            )
+            shown.page.evaluate(ZOOM, scale)
             expect(shown.page.locator(".zoom")).to_have_text(f"{scale:.0%}".replace("%", " %"))
             expect(name).to_have_text("there")
             assert shown.page.evaluate(FAR_NAMES) == [], scale
+
+
+def test_names_of_states_are_read_from_far_away_and_none_covers_another(browser: Browser, root: Path) -> None:
+    path = root / "wide.xml"
+    names = ("approach", "look around", "wait")
+    states = (
+        state(number, name, initial=number == 1).replace(
+            "<name>", f"<posx>{230 * number}</posx><posy>100</posy><name>"
+        )
+        for number, name in enumerate(names, 1)
+    )
+    path.write_text(document(sub(1, 0, *states)))
+    with editor(root, path) as running, editor_page(browser, running) as shown:
+        shown.expect_states(*names)
+        for scale in (1.0, 0.7, 0.5, 0.39, 0.3, 0.24):
+            shown.page.evaluate(ZOOM, scale)
+            seen = shown.page.evaluate(NAMES)
+            assert tuple(name for name, _, _ in seen) == names, scale
+            assert all(size * scale >= 9.9 for _, _, size in seen), scale
+            boxes = sorted((box["left"], box["right"]) for _, box, _ in seen)
+            assert all(right < left for (_, right), (left, _) in pairwise(boxes)), scale
+        shown.page.evaluate(ZOOM, 0.2)
+        assert shown.page.evaluate(NAMES) == []
 
 
 def test_an_action_is_found_the_middle_of_the_view_kept_and_a_drawing_outside_shown(

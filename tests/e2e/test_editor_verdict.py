@@ -14,6 +14,7 @@ from tests.support.limits import RUN_LIMIT
 
 RAISES = "raise ValueError('the ball was neither here nor there, which is why this has the last word')"
 JUDGED = RUN_LIMIT * 1000
+TEST = "def test_it(behavior):\n    behavior('moves.xml').run_until('go', limit=1.0)\n"
 COLOR = """name => {
   const made = document.createElement("i");
   made.style.color = `var(${name})`;
@@ -76,6 +77,11 @@ def test_it_leads_to_what_to_fix_first_until_it_is_ready(browser: Browser, tmp_p
         )
         expect(ready).to_be_visible(timeout=JUDGED)
         assert "Being tried…" in busy.json_value()
-        expect(said).to_have_text("It is ready: it ran 10 s on Booster T1 without an error. It has no tests.")
+        expect(said).to_have_text(re.compile("without an error. Nothing shows that it does what it should: "))
+        expect(said).to_have_css("color", shown.page.evaluate(COLOR, "--warning"))
+        path.with_name("test_moves.py").write_text(TEST)
+        ask.click()
+        done = "It is ready: it ran 10 s on Booster T1 without an error. A test passed."
+        expect(said).to_have_text(done, timeout=JUDGED)
         expect(said).to_have_css("color", shown.page.evaluate(COLOR, "--added"))
         expect(panel).to_contain_text("found nothing wrong")

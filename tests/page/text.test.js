@@ -33,3 +33,10 @@ test("a name that does not fit in its circle is smaller, then shortened", () => 
   assert.equal(lines.length, 3);
   assert.match(lines[2], /…$/);
 });
+
+test("a name in larger letters, seen from far away, may stand out of its circle as far as there is room", () => {
+  assert.deepEqual(fitCircle("approach", false, 25, 150), {lines: ["approach"], size: 25});
+  assert.deepEqual(fitCircle("approach slowly", false, 25, 150).lines, ["approach", "slowly"]);
+  assert.match(fitCircle("approach", false, 25, 100).lines[0], /^app.*…$/);
+  assert.equal(fitCircle("walk", false, 10, 150).lines[0], "walk");
+});

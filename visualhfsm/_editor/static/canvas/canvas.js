@@ -392,6 +392,7 @@ export class HfsmCanvas extends HTMLElement {
     this.svg.style.transform = `translate(${x.toFixed(2)}px, ${y.toFixed(2)}px) scale(${scale.toFixed(6)})`;
     this.classList.toggle("far", scale < FAR);
     this.classList.toggle("very-far", scale < VERY_FAR);
+    this.classList.toggle("nameless", scale < this.drawing.nameless);
     this.classList.toggle("tiny", scale < TINY);
     this.#look();
     this.minimap.frame();

@@ -15,11 +15,14 @@ import {touches} from "./plane.js";
 import {Stage} from "./stage.js";
 import {StateView} from "./state-view.js";
 import {TransitionView} from "./transition-view.js";
-import {FAR, lettersAt, VERY_FAR} from "./viewport.js";
+import {FAR, lettersAt, NAMELESS, nameLettersAt, VERY_FAR} from "./viewport.js";
 
 const LARGE = 1000; // states and transitions; of larger automata only what is seen is on the page
 const AROUND = 400; // pixels around an arc within which states may be in the way of its name
 const BESIDE_ARC = 200; // pixels around an arc within which its name may be
+const WIDEST = 8 * RADIUS; // name of a state
+const BETWEEN = 12; // pixels between two names of states
+const LINES = 2.4; // times the size of letters: the height of a name
 const MARKED = 200; // views with marks that are drawn one by one in any case
 
 /**
@@ -230,7 +233,7 @@ export class Drawing {
   /** Draw a part of the drawing. @param {Box} seen @param {number} scale */
   look(seen, scale) {
     this.#last = {seen, scale};
-    this.#detailed = scale >= VERY_FAR;
+    this.#detailed = scale >= this.nameless;
     if (!this.#stage.isLarge) this.#scaleLetters();
     this.#stage.look(seen, scale);
     this.#placeDetails();
@@ -244,14 +247,23 @@ export class Drawing {
     this.#placeDetails();
   }
 
-  #letters = lettersAt(1);
+  #letters = nameLettersAt(1);
+
+  get #scale() {
+    return this.#last?.scale ?? 1;
+  }
+
+  /** The scale below which nothing has a name. */
+  get nameless() {
+    return this.#stage.isLarge ? VERY_FAR : NAMELESS;
+  }
 
   /** Write names in letters that are readable now. */
   #scaleLetters() {
-    const letters = lettersAt(this.#last?.scale ?? 1);
+    const letters = nameLettersAt(this.#scale);
     if (letters === this.#letters || !this.#detailed) return;
     this.#letters = letters;
-    for (const view of this.#views()) view.scaleLetters(letters);
+    for (const view of this.transitions.values()) view.scaleLetters(lettersAt(this.#scale));
     this.#stale = true;
   }
 
@@ -268,8 +280,24 @@ export class Drawing {
     this.#stale = false;
     this.#fresh = [];
     if (fresh?.length === 0) return;
-    this.#placeNames(fresh);
+    if (this.#scale >= VERY_FAR) this.#placeNames(fresh);
+    this.#fitNames(fresh);
     this.#placeBadges(fresh);
+  }
+
+  /** Write names of states in the room that others leave: all that are drawn, or some. @param {View[]} [fresh] */
+  #fitNames(fresh = [...this.#stage.drawn]) {
+    const letters = this.#letters;
+    for (const view of fresh) {
+      if (!(view instanceof StateView)) continue;
+      const {x, y} = view.middle;
+      const [wide, high] = [WIDEST, LINES * letters];
+      let room = WIDEST;
+      for (const other of this.#stage.within({left: x - wide, right: x + wide, top: y - high, bottom: y + high}))
+        if (other instanceof StateView && other !== view && Math.abs(other.middle.y - y) < high)
+          room = Math.min(room, Math.abs(other.middle.x - x) - BETWEEN);
+      if (view.letters !== letters || view.room !== room) view.scaleLetters(letters, room);
+    }
   }
 
   /** Place names so that none covers another: all that are drawn, or some beside the others. @param {View[]} [fresh] */
@@ -432,7 +460,7 @@ export class Drawing {
       if (!view) {
         view = made(item);
         Object.assign(view, {key, order: this.#count++});
-        view.scaleLetters(this.#letters);
+        if (view instanceof TransitionView) view.scaleLetters(lettersAt(this.#scale));
         views.set(key, view);
       }
       found.push({view, item, key});

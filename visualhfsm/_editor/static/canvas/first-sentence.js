@@ -9,6 +9,7 @@ import {rich, visible} from "../kit/texts.js";
 import {viewing} from "../kit/viewers.js";
 
 const EDITED = "visualhfsm.edited";
+const FINGERS = matchMedia("(pointer: coarse)");
 
 /** @param {import("./canvas.js").HfsmCanvas} canvas */
 export function invite(canvas) {
@@ -39,6 +40,11 @@ function sentence() {
   const state = states.find(({code, children}) => code.trim() && !children.length) ?? states.find(({name}) => name);
   if (!state) return undefined;
   const words = {title: html`<b>${visible(page.title())}</b>`, state: html`<b>${visible(state.name)}</b>`};
-  if (state.children.length) return rich("This is {title}. Double-click {state} to see what is inside.", words);
-  return rich("This is {title}. Double-click {state} to change it.", words);
+  if (state.children.length)
+    return FINGERS.matches
+      ? rich("This is {title}. Tap {state} twice to see what is inside.", words)
+      : rich("This is {title}. Double-click {state} to see what is inside.", words);
+  return FINGERS.matches
+    ? rich("This is {title}. Tap {state} twice to change it.", words)
+    : rich("This is {title}. Double-click {state} to change it.", words);
 }

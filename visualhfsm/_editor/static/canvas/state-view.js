@@ -84,16 +84,20 @@ export class StateView extends ElementView {
     return paths;
   }
 
-  /** Write its name in letters of a size at least. @param {number} letters */
-  scaleLetters(letters) {
+  /** The width of its name, where the letters are larger than usual. */
+  room = 0;
+
+  /** Write its name in letters of a size at least. @param {number} letters @param {number} room */
+  scaleLetters(letters, room) {
     this.letters = letters;
+    this.room = room;
     this.#drawName();
   }
 
   #drawName() {
     const {name, initial, final} = this.state;
     const hasCodes = this.letters < FEW_SIGNS && codesOf(this.state).length > 0;
-    if (this.#name) drawName(this.#name, visible(name), hasCodes, initial || final, this.letters);
+    if (this.#name) drawName(this.#name, visible(name), hasCodes, initial || final, this);
   }
 
   /** Make its elements. */
@@ -202,9 +206,9 @@ export class StateView extends ElementView {
   }
 }
 
-/** @param {Element} element @param {string} name @param {boolean} hasCodes @param {boolean} hasRing @param {number} letters */
-function drawName(element, name, hasCodes, hasRing, letters) {
-  const {lines, size} = fitCircle(name, hasRing, letters);
+/** @param {Element} element @param {string} name @param {boolean} hasCodes @param {boolean} hasRing @param {{letters: number, room: number}} fit */
+function drawName(element, name, hasCodes, hasRing, {letters, room}) {
+  const {lines, size} = fitCircle(name, hasRing, letters, room);
   const high = lineHeight(size);
   const top = -((lines.length - 1) * high) / 2 + size * 0.35 - (hasCodes ? 2 : 0);
   element.setAttribute("font-size", String(size));

@@ -11,9 +11,13 @@ const READABLE = FINGERS ? 11 : 10;
 const LETTERS = [10, 10.5, 12, 14.5, 17.5, 21, 25];
 /** The smallest letters that are readable at a scale. @param {number} scale */
 export const lettersAt = (scale) => LETTERS.find((size) => size * scale >= READABLE) ?? LETTERS[LETTERS.length - 1];
+const NAMES = [...LETTERS, 30, 36, 44]; // of states, while there are few
+/** The smallest letters of names of states that are readable at a scale. @param {number} scale */
+export const nameLettersAt = (scale) => NAMES.find((size) => size * scale >= READABLE) ?? NAMES[NAMES.length - 1];
 /** Below each of these scales, fewer details are drawn: see canvas.css. */
 export const FAR = READABLE / LETTERS[1]; // no second lines of labels
 export const VERY_FAR = READABLE / LETTERS[LETTERS.length - 1]; // no text
+export const NAMELESS = READABLE / NAMES[NAMES.length - 1]; // not even names of few states
 export const TINY = 0.15;
 const LEGIBLE = 0.55;
 

@@ -10,12 +10,15 @@ export class Resumption {
   #key = undefined;
 
   /** @param {string | undefined} key in hexadecimal digits, from the server's greeting */
-  async learn(key) {
+  static async of(key) {
+    const made = new Resumption();
     // Browsers offer cryptography only to pages from loopback or https.
-    this.#key =
-      key && crypto.subtle
-        ? await crypto.subtle.importKey("raw", bytes(key), {name: "HMAC", hash: "SHA-256"}, false, ["sign", "verify"])
-        : undefined;
+    if (key && crypto.subtle)
+      made.#key = await crypto.subtle.importKey("raw", bytes(key), {name: "HMAC", hash: "SHA-256"}, false, [
+        "sign",
+        "verify",
+      ]);
+    return made;
   }
 
   /**

@@ -6,7 +6,6 @@
  */
 
 import {channelOf, socketAddress} from "../kit/location.js";
-import {Resumption} from "./resumption.js";
 import {decimal, language, t} from "../kit/texts.js";
 import {updated, withContent} from "./updates.js";
 import {viewing} from "../kit/viewers.js";
@@ -126,7 +125,8 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   #waiting = new Map();
   #retry = FIRST_RETRY;
   #timer = 0;
-  #resumption = new Resumption();
+  /** Settled with what can readmit this page. @type {Promise<import("./resumption.js").Resumption | undefined> | undefined} */
+  #resumption = undefined;
   /** @type {ReturnType<typeof channelOf> | undefined} */
   #admission = undefined;
   /** Settled when the server has greeted, or will not. */
@@ -271,7 +271,10 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
       location.reload();
       return;
     }
-    await this.#resumption.learn(key);
+    this.#resumption = import("./resumption.js").then(
+      ({Resumption}) => Resumption.of(key),
+      () => undefined, // the server is lost already
+    );
     this.online = true;
     this.offlineSince = 0;
     this.refused = undefined;
@@ -300,7 +303,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
   async #findOutWhy() {
     const answer = await fetch("./", {method: "HEAD"}).catch(() => undefined);
     if (answer?.status !== 403 || this.online) return;
-    const admitted = await this.#resumption.resume();
+    const admitted = this.#resumption ? await (await this.#resumption)?.resume() : false;
     if (admitted) this.connect();
     // Without a key, others decide who may come, such as a hub, and may let this page in again.
     else if (admitted === false && !this.online && (viewing.on || this.greeting.key !== "")) this.#giveUp();

@@ -66,39 +66,48 @@ export function shortened(text, size, wanted) {
 /**
  * The lines in which a name stands in a state's circle, and the size of its letters.
  *
- * It is broken at spaces, underscores and before capitals.
+ * It is broken at spaces, underscores and before capitals. Letters that are larger than usual may stand out of the circle.
  *
  * @param {string} name
  * @param {number} [smallest] size of letters
+ * @param {number} [spill] width of what may stand out
  */
-export function fitCircle(name, hasRing = false, smallest = 0) {
-  const key = `${hasRing} ${smallest} ${name}`;
+export function fitCircle(name, hasRing = false, smallest = 0, spill = 0) {
+  const key = `${hasRing} ${smallest} ${spill} ${name}`;
   let known = fits.get(key);
   if (!known) {
-    known = fit(name, RADIUS - (hasRing ? RING_MARGIN : MARGIN), smallest);
+    known = fit(name, RADIUS - (hasRing ? RING_MARGIN : MARGIN), smallest, spill);
     if (fits.size > REMEMBERED) fits.clear();
     fits.set(key, known);
   }
   return known;
 }
 
-/** @param {string} name @param {number} radius @param {number} smallest */
-function fit(name, radius, smallest) {
+/** @param {string} name @param {number} radius @param {number} smallest @param {number} spill */
+function fit(name, radius, smallest, spill) {
   const text = name.trim().replace(/\s+/g, " ");
   if (!text) return {lines: [], size: SIZES[0]};
   const words = text.match(/[^\s_-]*?[\p{Ll}\d](?=\p{Lu})|[^\s_-]*[\s_-]?/gu)?.filter(Boolean) ?? [text];
+  /** @type {Room} */
+  const circle = (line, count, size) => chord(line, count, size, radius);
   for (const [usual, count] of FITS) {
     if (usual < smallest && usual < SIZES[0]) continue;
     const size = Math.max(usual, smallest);
-    const lines = broken(words, size, count, radius);
+    const lines = broken(words, size, count, circle);
     if (lines) return {lines, size};
   }
   const size = Math.max(SIZES[SIZES.length - 1], smallest);
-  const most = [3, 2].find((count) => chord(0, count, size, radius) > 2 * size) ?? 1;
+  const spills = smallest > SIZES[0] && spill > 2 * radius;
+  const room = spills ? () => spill : circle;
+  if (spills) {
+    const lines = broken(words, size, 1, room) ?? broken(words, size, 2, room);
+    if (lines) return {lines, size};
+  }
+  const most = spills ? 2 : ([3, 2].find((count) => chord(0, count, size, radius) > 2 * size) ?? 1);
   const rest = [];
   let left = words;
   for (let line = 0; line < most && left.length; line++) {
-    const room = chord(line, most, size, radius);
+    const wide = room(line, most, size);
     const isLast = line === most - 1;
     let taken = 1;
     while (
@@ -110,22 +119,24 @@ function fit(name, radius, smallest) {
           .join("")
           .trim(),
         size,
-      ) <= room
+      ) <= wide
     )
       taken++;
-    rest.push(shortened((isLast ? left : left.slice(0, taken)).join("").trim(), size, room));
+    rest.push(shortened((isLast ? left : left.slice(0, taken)).join("").trim(), size, wide));
     left = isLast ? [] : left.slice(taken);
   }
   return {lines: rest, size};
 }
 
-/** @param {string[]} words @param {number} size @param {number} count @param {number} radius */
-function broken(words, size, count, radius) {
+/** @typedef {(line: number, count: number, size: number) => number} Room the width of one of several lines */
+
+/** @param {string[]} words @param {number} size @param {number} count @param {Room} room */
+function broken(words, size, count, room) {
   const lines = [];
   let current = "";
   for (const word of words) {
     const longer = current + word;
-    if (current && width(longer.trim(), size) > chord(lines.length, count, size, radius)) {
+    if (current && width(longer.trim(), size) > room(lines.length, count, size)) {
       lines.push(current.trim());
       current = word;
     } else {
@@ -134,9 +145,7 @@ function broken(words, size, count, radius) {
   }
   lines.push(current.trim());
   if (lines.length > count) return undefined;
-  return lines.every((line, index) => width(line, size) <= chord(index, lines.length, size, radius))
-    ? lines
-    : undefined;
+  return lines.every((line, index) => width(line, size) <= room(index, lines.length, size)) ? lines : undefined;
 }
 
 /**

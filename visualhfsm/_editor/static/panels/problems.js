@@ -115,7 +115,7 @@ class Problems extends PageElement {
       </div>
       ${
         verdict?.text
-          ? html`<p class="explain verdict ${verdict.ready ? "holds" : "violated"}">
+          ? html`<p class="explain verdict ${verdict.kind}">
               <span class="dot" aria-hidden="true"></span><span>${coded(verdict.text)}</span>
             </p>`
           : nothing
@@ -126,7 +126,7 @@ class Problems extends PageElement {
                 ${shown.map((each) => this.#row(document, each))}
               </ol>
               ${[...assumptions].map((each) => html`<p class="explain">${coded(each)}</p>`)}`
-          : verdict?.ready === false
+          : verdict?.kind === "violated"
             ? nothing
             : html`<p class="empty" role="status">${t("The checks found nothing wrong.")}</p>`
       }

@@ -16,7 +16,12 @@ const MOST_NAMED = 8;
 /** Where more is said of what somebody found. @type {Partial<Record<string, string>>} */
 const PANELS = {checks: "hfsm-problems", "model checker": "hfsm-problems", tests: "hfsm-tests-panel"};
 
-/** The last verdict of each tab: on which revision, and what it says; nothing while it is made. @type {Map<number, {revision?: number, text?: string, ready?: boolean}>} */
+/**
+ * The last verdict of each tab: on which revision, what it says, and how: an `undecided` one is ready, but nothing shows that
+ * it does what it should. It says nothing while it is made.
+ *
+ * @type {Map<number, {revision?: number, text?: string, kind?: "holds" | "undecided" | "violated"}>}
+ */
 const verdicts = new Map();
 
 /** The verdict on the shown document, while that is as it was then; its text is empty while it is made. */
@@ -25,9 +30,13 @@ export function verdictOf() {
   return verdict && verdict.revision === page.document?.revision ? verdict : undefined;
 }
 
-/** Keep what a verdict says of a tab; without anything it is forgotten. @param {number} tab @param {number} [revision] @param {string} [text] @param {boolean} [ready] */
-function keep(tab, revision, text, ready) {
-  verdicts.set(tab, {revision, text, ready});
+/**
+ * Keep what a verdict says of a tab; without anything it is forgotten.
+ *
+ * @param {number} tab @param {number} [revision] @param {string} [text] @param {"holds" | "undecided" | "violated"} [kind]
+ */
+function keep(tab, revision, text, kind) {
+  verdicts.set(tab, {revision, text, kind});
   page.dispatchEvent(new Event("verdict"));
 }
 
@@ -59,18 +68,20 @@ export async function judge(app) {
   }
   const {ready, found, place, proved, tests, missed} = verdict;
   if (ready) {
+    const shown = proved + tests > 0;
     const text = [
       t("It is ready: it ran {seconds} s on {robot} without an error.", {...verdict}),
       missed.length ? t("It never stayed in {states}.", {states: few(missed)}) : "",
       proved ? n("A property was proved.", "{count} properties were proved.", proved) : "",
-      tests ? n("A test passed.", "{count} tests passed.", tests) : t("It has no tests."),
+      tests ? n("A test passed.", "{count} tests passed.", tests) : "",
+      shown ? "" : t("Nothing shows that it does what it should: it has no tests, and no property was proved."),
     ];
-    keep(tab, revision, text.filter(Boolean).join(" "), true);
+    keep(tab, revision, text.filter(Boolean).join(" "), shown ? "holds" : "undecided");
     notify(text[0]);
     return;
   }
   const text = t("It is not ready for {robot}: {message}", {...verdict});
-  keep(tab, revision, text, false);
+  keep(tab, revision, text, "violated");
   const panel = PANELS[found];
   const show = () => {
     page.show(tab);
