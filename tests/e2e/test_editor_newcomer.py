@@ -20,6 +20,8 @@ LEFT_ITS_INITIAL_STATE = """() => {
 
 def test_the_automata_on_the_start_page_run_unless_nothing_is_to_move(start_page: EditorPage) -> None:
     page = start_page.page
+    page.emulate_media(reduced_motion="reduce")
+    page.reload()
     expect(page.locator(".card svg")).to_have_count(5)
     expect(page.locator(".card animate")).to_have_count(0)
     page.emulate_media(reduced_motion="no-preference")
