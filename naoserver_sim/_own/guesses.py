@@ -6,6 +6,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Iterator
+from copy import copy
 from dataclasses import dataclass, field
 from itertools import combinations
 from typing import Any, Final
@@ -236,9 +237,14 @@ class Guesser:
     def _guess_neck(self) -> None:
         """Find the joints that turn a head to the left and down."""
         axes: dict[str, Any] = {}
-        for limb in self._limbs.of("head"):
-            for name in limb.joints:
-                axis = self._figure.data.xaxis[self._parts.joints[name]]
+        mj, straight = self._mj, copy(self._figure.data)
+        heads = [(name, self._parts.joints[name]) for limb in self._limbs.of("head") for name in limb.joints]
+        at = mj.jnt_qposadr[np.array([joint for _, joint in heads], int)]
+        straight.qpos[at] = mj.qpos0[at]  # a head that is turned at rest tilts about no lateral axis
+        mujoco.mj_kinematics(mj, straight)
+        for name, joint in heads:
+            if not self._figure.slides(joint):
+                axis = straight.xaxis[joint]
                 for key, along in (("pan", axis[2]), ("tilt", axis[1])):
                     if abs(along) > _ALONG and key not in axes and name in self._driven:
                         axes[key] = name if along > 0 else {"joint": name, "sign": -1}

@@ -231,6 +231,28 @@ def test_links_that_are_all_in_one_place_are_refused(read):
         )
 
 
+_HEAD = """<mujoco><worldbody><body name="foot"><geom type="box" size="0.1 0.1 0.05" mass="1"/>
+  <body name="neck" pos="0 0 0.1"><joint name="neck" axis="0 0 1" range="0 1" type="{kind}"/>
+    <geom size="0.02" mass="0.1"/>
+    <body name="head" pos="0 0 0.1"><joint name="head_nod" axis="0 1 0" range="-50 50"/>
+      <geom type="box" size="0.03 0.05 0.03" mass="0.1"/></body></body></body></worldbody>
+  <actuator><position joint="neck" kp="10" kv="1"/><position joint="head_nod" kp="10" kv="1"/></actuator>
+  <keyframe><key name="home" qpos="{turned} 0.2"/></keyframe></mujoco>"""
+
+
+def test_a_head_that_is_turned_at_rest_tilts_too(read):
+    body, _ = read(_HEAD.format(kind="hinge", turned=0.9), "robot.xml")
+    assert {axis: turned.joint for axis, turned in body.hinges["Neck"].items()} == {
+        Axis.PAN: "neck",
+        Axis.TILT: "head_nod",
+    }
+
+
+def test_what_lifts_a_head_does_not_pan_it(read):
+    body, _ = read(_HEAD.format(kind="slide", turned=0.5), "robot.xml")
+    assert {axis: turned.joint for axis, turned in body.hinges["Neck"].items()} == {Axis.TILT: "head_nod"}
+
+
 def test_a_ball_joint_is_three_hinges(read, caplog):
     model = MJCF.replace('<joint name="nod" axis="0 1 0" range="-90 90"/>', '<joint name="nod" type="ball"/>')
     body, _ = read(model.format(root="", more=""), "robot.xml")
