@@ -33,6 +33,8 @@ def _tree(text: str) -> ast.expr | None:
         ("None", None),
         ("a and not a", None),
         ("a and 0", None),
+        ("not set()", (("set()", False),)),
+        ("set() == 1", (("set() == 1", True),)),
         ("  \n", (("", True),)),
         ("return x > 1", (("return x > 1", True),)),
         ("{", (("{", True),)),
