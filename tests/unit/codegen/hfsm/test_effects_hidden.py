@@ -32,8 +32,8 @@ LIBRARIES = tuple(
             "io",
             "itertools",
         ),
-        *("operator", "threading", "unittest.mock", "types", "weakref", "tests.support.gadgets as gadgets"),
-        "from tests.support.gadgets import Gadget, gadget",
+        *("operator", "random", "threading", "unittest.mock", "types", "weakref"),
+        *("tests.support.gadgets as gadgets", "from tests.support.gadgets import Gadget, Number, gadget"),
     )
 )
 HEADS = (Interface(name="Head", type="PoseHead"), Interface(name="Neck", type="PoseHead"))
@@ -64,6 +64,10 @@ GUARDS = [
     Changing("True if gadget else False"),
     Changing("abs(mine)", "mine = Gadget()"),
     Changing("mine + 1 == 2", "first, mine = 1, gadget"),
+    Changing("mine > 3", "mine = random.uniform(Number(), Number())"),
+    Changing("mine > 3", "mine = random.gauss(Number(), Number())"),
+    Changing("mine == 'b'", "mine = str(Number())"),
+    Changing("mine == 'b'", "mine = f'{Number()}'"),
     Changing("pair[1] > 3", "pair = (1, gadget)"),
     Changing("pair == (1, 1)", "pair = (1, gadget)"),
     Changing("-mine", "mine = (None or gadget)"),
