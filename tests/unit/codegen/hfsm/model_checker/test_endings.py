@@ -32,6 +32,14 @@ def ending(code: str, functions: str = "", *libraries: str) -> Document:
         ending("quit()"),
         ending("exit(0)"),
         ending("import os\nos._exit(0)"),
+        ending("s = sys\ns.exit()", "", "sys"),
+        ending("self.s = sys\nself.s.exit()", "", "sys"),
+        ending("getattr(sys, 'exit')()", "", "sys"),
+        ending("operator.methodcaller('exit')(sys)", "", "operator", "sys"),
+        ending("raise builtins.SystemExit", "", "builtins"),
+        ending("raise Leaving", "", "from builtins import SystemExit as Leaving"),
+        ending("self.s.exit()", "import sys as s\ndef f(self):\n    pass"),
+        ending("self.exit()", "from sys import exit\ndef f(self):\n    pass"),
         ending("self.leave()", "def leave(self):\n    raise SystemExit(0)"),
     ],
 )
@@ -42,7 +50,9 @@ def test_code_that_may_end_the_component_leaves_open_what_is_to_come(made: Docum
     assert not report.complete
 
 
-@pytest.mark.parametrize("code", ["exit = tired", "self.exit()", "path = sys.path"])
+@pytest.mark.parametrize(
+    "code", ["exit = tired", "self.exit()", "path = sys.path", "x = getattr(sys, 'path')"]
+)
 def test_other_code_leaves_it_proved(code: str) -> None:
     report = check_model(ending(code, "def exit(self):\n    pass", "sys"), PATH)
     assert [each.verdict for each in report.properties] == [Verdict.HOLDS] * 3
