@@ -14,6 +14,7 @@ from typing import Final
 from ...diagnostics import Location, Note
 from ...messages import Message
 from ..analysis import Analysis, Piece, names_with
+from ..code.names import COMPONENT_ALIASES, COMPONENT_ATTRIBUTES
 from ..code.text import all_nodes, dotted, full_name
 
 _QUICK_MODULES: Final = frozenset(
@@ -64,15 +65,7 @@ _SLEEP: Final = "sleep"
 
 def slow_code(analysis: Analysis) -> tuple[Note, ...]:
     """Return the places of code that may take longer than a period, at most one for each piece of code."""
-    extension = analysis.extension
-    finder = _Finder(
-        analysis.libraries,
-        has_own_sleep=_SLEEP in analysis.defined,
-        has_threads="threading" in analysis.modules,
-        handwritten=frozenset() if extension is None else extension.attributes,
-    )
-    for each in analysis.pieces:
-        finder.read(each)
+    finder = _Finder(analysis)
     found = []
     for text, path, piece in analysis.by_text.values():
         if piece is None:
@@ -89,22 +82,24 @@ _MESSAGE: Final = Message("this code may take longer than a period, and timers m
 
 
 class _Finder:
-    def __init__(
-        self,
-        libraries: Mapping[str, str],
-        *,
-        has_own_sleep: bool,
-        has_threads: bool,
-        handwritten: frozenset[str],
-    ) -> None:
-        self._libraries = libraries
-        self._has_threads = has_threads
-        self._has_own_sleep = has_own_sleep
-        self._handwritten = handwritten
+    def __init__(self, analysis: Analysis) -> None:
+        extension, document = analysis.extension, analysis.document
+        self._libraries = analysis.libraries
+        self._has_threads = "threading" in analysis.modules
+        self._has_own_sleep = _SLEEP in analysis.defined
+        self._proxies = {each.name for each in document.all_interfaces}
+        self._handwritten = frozenset[str]() if extension is None else extension.attributes
+        self._is_open = extension is not None and extension.is_open
+        """Whether hand-written code may have other attributes than those that are known."""
+        given = {each.name for each in document.parameters}
+        given |= {each.name for each in analysis.accesses if each.is_stored}
+        self._given = given | self._proxies | analysis.defined | COMPONENT_ATTRIBUTES | COMPONENT_ALIASES
         self._endless = set[str]()
         """Names of variables and attributes that may be iterators without an end."""
+        for each in analysis.pieces:
+            self._read(each)
 
-    def read(self, piece: Piece) -> None:
+    def _read(self, piece: Piece) -> None:
         """Note the iterators without an end to which a piece of code gives names."""
         modules = names_with(self._libraries, all_nodes(piece.tree))
         for node in all_nodes(piece.tree):
@@ -148,8 +143,12 @@ class _Finder:
                 return True
             case ast.Attribute(attr=name, ctx=ast.Load()):
                 module, *others = dotted(node) or [""]
+                is_of_proxy = module == "self" and others[0] in self._proxies and len(others) > 1
+                is_other = self._is_open and len(others) < 2 and name not in self._given
+                if not (module in modules or is_of_proxy) and (is_other or name in self._handwritten):
+                    return True  # hand-written, whatever name the component has here
                 if module == "self" and len(others) < 2:  # what it was given was found where it got it
-                    return name in self._handwritten
+                    return False
                 if name in _NAMED:
                     return True
                 full = ".".join([modules.get(module, ""), *others])
@@ -179,7 +178,7 @@ class _Finder:
     def _may_wait(self, call: ast.Call, modules: Mapping[str, str]) -> bool:
         if isinstance(call.func, ast.Attribute) and self._waits(call.func, call):
             return True
-        if may_be_named(call, _FOUND_BY_NAME) or _calls_until(call, modules):
+        if may_be_named(call, _FOUND_BY_NAME | self._handwritten) or _calls_until(call, modules):
             return True
         if full_name(call.func, modules) in _TAKING_ALL and self._is_endless(call, modules):
             return True
@@ -197,6 +196,8 @@ class _Finder:
         match function.attr:
             case "get":  # of a queue, not of a dictionary
                 return not call.args or any(each.arg in ("block", "timeout", None) for each in call.keywords)
+            case "exception":  # of a future, not of a log
+                return arguments == 0 or _is_number(call)
             case "join":  # of a thread, not of a text
                 is_text = isinstance(function.value, ast.Constant)
                 may_be_time = _is_number(call) or (self._has_threads and not _are_texts(call))

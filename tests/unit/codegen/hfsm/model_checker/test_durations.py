@@ -62,6 +62,8 @@ SLOW = {
     "standard input by name": "from sys import stdin\nx = stdin.read()",
     "a person, by the module": "import builtins as b\nb.input()",
     "a future": "self.Head.setPoseAsync(0).result()",
+    "the failure of a call": "error = self.Head.setPose.begin(0).exception()",
+    "the failure of a call, with a limit": "error = moving.exception(timeout=limit)",
     "samples": "for sample in self.Head.getPose.samples():\n    pass",
     "the next message": "scan = self.scan.next(timeout=2.0)",
     "a busy loop": "import time\nwhile time.time() < end:\n    pass",
@@ -100,6 +102,7 @@ QUICK = {
     "nothing": "",
     "a servant": "self.Head.setPose(0.1, 0.2)",
     "a log": 'self.log.info("%s", ", ".join(["a"]))',
+    "an exception in a log": "try:\n    x = 1 / y\nexcept ZeroDivisionError:\n    self.log.exception('y is 0')",
     "an event": 'self.send("go")',
     "computing": "import math\nx = math.hypot(1, 2)\nfor i in range(3):\n    x += i",
     "images": "import cv2\nimport numpy as np\ny = cv2.inRange(np.zeros(3), 0, 1)",
@@ -237,4 +240,19 @@ def test_a_function_of_hand_written_code_may_wait(tmp_path: Path) -> None:
     )
     assert slow_code(analyze(timed("self.nap()"), path))
     assert slow_code(analyze(timed("nap = self.nap\nnap()"), path))
+    assert slow_code(analyze(timed("me = self\nme.nap()"), path))
+    assert slow_code(analyze(timed("self.namespace.nap()"), path))
+    assert slow_code(analyze(timed("getattr(self, 'nap')()"), path))
+    assert slow_code(analyze(timed("self.rest()", functions="def rest(this):\n    this.nap()"), path))
     assert not slow_code(analyze(timed("self.log.info('x')"), path))
+
+
+def test_a_function_that_hand_written_code_inherits_may_wait(tmp_path: Path) -> None:
+    path = tmp_path / "robot.xml"
+    (tmp_path / "robot_ext.py").write_text(
+        "from hfsm_runtime import Component\nfrom naps import Naps\n\n\n"
+        "class RobotExtension(Naps, Component):\n    pass\n"
+    )
+    assert slow_code(analyze(timed("self.nap()"), path))
+    assert slow_code(analyze(timed("me = self\nme.nap()"), path))
+    assert not slow_code(analyze(timed("self.n = 1\nself.log.info('%d', self.n)\nself.send('x')"), path))
