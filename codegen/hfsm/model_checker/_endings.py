@@ -6,8 +6,10 @@ import ast
 from collections.abc import Collection, Mapping
 from typing import Final
 
-from ...diagnostics import Note
+from ...diagnostics import Location, Note
 from ...messages import Message
+from ...parsing import parse_python
+from .._extension import Extension
 from ..analysis import Analysis, names_with
 from ..code.text import all_nodes, dotted, full_name
 from ._durations import may_be_named
@@ -29,7 +31,18 @@ def ending_code(analysis: Analysis) -> tuple[Note, ...]:
         ends = next((each for each in all_nodes(piece.tree) if _may_end(each, modules, own)), None)
         if ends is not None:
             found.append(Note(_MESSAGE, piece.place(ends)))
+    if analysis.extension is not None and _may_end_by_hand(analysis.extension):
+        found.append(Note(_MESSAGE, Location(analysis.extension.path)))
     return tuple(found)
+
+
+def _may_end_by_hand(extension: Extension) -> bool:
+    """Return whether hand-written code beside the document may end the component, whoever calls it."""
+    if extension.problem:
+        return False  # the component cannot be generated
+    nodes = all_nodes(parse_python(extension.source))
+    modules = names_with({}, nodes)
+    return any(_may_end(each, modules, ()) for each in nodes)
 
 
 def _may_end(node: ast.AST, modules: Mapping[str, str], own: Collection[str]) -> bool:
