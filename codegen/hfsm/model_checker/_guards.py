@@ -8,7 +8,8 @@ definition says that it has its value exactly if all literals of a conjunction d
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import Final
 
 from ...logic import Conjunction
 from ..code._values import truth
@@ -69,6 +70,14 @@ def never(definition: Definition) -> Iterator[Conjunction]:
         yield (atom, value), (part, not wanted)
 
 
+_OPPOSITES: Final[Mapping[type, type[ast.cmpop]]] = {
+    ast.IsNot: ast.Is,
+    ast.NotEq: ast.Eq,
+    ast.NotIn: ast.In,
+}
+"""Comparisons that are true exactly if others are false; `<=` and `>` are both false of a nan."""
+
+
 class _NeverHolds(Exception):
     """A part of a conjunction is always false."""
 
@@ -79,9 +88,10 @@ def _parts(tree: ast.expr, wanted: bool) -> Iterator[tuple[ast.expr, bool]]:
     elif isinstance(tree, ast.BoolOp) and isinstance(tree.op, ast.And) is wanted:
         for operand in tree.values:
             yield from _parts(operand, wanted)
-    else:
-        constant = truth(tree)
-        if constant is None:
-            yield tree, wanted
-        elif constant is not wanted:
+    elif (constant := truth(tree)) is not None:
+        if constant is not wanted:
             raise _NeverHolds
+    elif isinstance(tree, ast.Compare) and len(tree.ops) == 1 and type(tree.ops[0]) in _OPPOSITES:
+        yield ast.Compare(tree.left, [_OPPOSITES[type(tree.ops[0])]()], tree.comparators), not wanted
+    else:
+        yield tree, wanted

@@ -130,6 +130,8 @@ def branching(*guards: str) -> Document:
         ("x and not y", "y and not x", "x and y or not x and not y"),
         ("x and (y or x > 5)", "not x or not (y or x > 5)"),
         ("y", "(x or not x) and not y"),
+        ("x is None", "x is not None"),
+        ("x == 1 or y not in (1, 2)", "x != 1 and y in (1, 2)"),
     ],
 )
 def test_one_of_guards_holds_that_leave_nothing_over(guards: tuple[str, ...]) -> None:
