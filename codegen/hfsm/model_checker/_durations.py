@@ -27,7 +27,7 @@ _QUICK_MODULES: Final = frozenset(
     }
 )
 """Modules whose functions only compute. Those that wait nevertheless are found by their names."""
-_QUICK_PACKAGES: Final = ("os.path.",)
+_QUICK_PACKAGES: Final = ("os.environ", "os.path.")
 _WAITING_BUILTINS: Final = frozenset(
     {"__import__", "breakpoint", "compile", "eval", "exec", "globals", "help", "input", "locals", "vars"}
 )
@@ -84,7 +84,14 @@ _MESSAGE: Final = Message("this code may take longer than a period, and timers m
 class _Finder:
     def __init__(self, analysis: Analysis) -> None:
         extension, document = analysis.extension, analysis.document
-        self._libraries = analysis.libraries
+        nodes = [node for piece in analysis.pieces for node in all_nodes(piece.tree)]
+        self._libraries = names_with(analysis.libraries, nodes)
+        """The names of libraries, also of those that other code imports: it shares its names."""
+        self._methods = {
+            name for piece in analysis.functions for name in names_with({}, all_nodes(piece.tree))
+        }
+        """The names of libraries that are attributes of the component, too."""
+        self._free = analysis.free
         self._has_threads = "threading" in analysis.modules
         self._has_own_sleep = _SLEEP in analysis.defined
         self._proxies = {each.name for each in document.all_interfaces}
@@ -113,10 +120,26 @@ class _Finder:
     def slow(self, piece: Piece) -> Iterator[ast.AST]:
         """Yield the nodes of a piece of code that may take longer than a period."""
         modules = names_with(self._libraries, all_nodes(piece.tree))
-        called = {node.func for node in all_nodes(piece.tree) if isinstance(node, ast.Call)}
-        for node in all_nodes(piece.tree):
-            if self._is_slow(node, modules) or (node not in called and self._may_join(node)):
+        nodes = all_nodes(piece.tree)
+        called = {node.func for node in nodes if isinstance(node, ast.Call)}
+        parts = {node.value for node in nodes if isinstance(node, ast.Attribute)}.union(*map(_classes, nodes))
+        for node in nodes:
+            is_foreign = node not in parts and self._is_foreign(node, modules)
+            if is_foreign or self._is_slow(node, modules) or (node not in called and self._may_join(node)):
                 yield node
+
+    def _is_foreign(self, node: ast.AST, modules: Mapping[str, str]) -> bool:
+        """Return whether a name leads to anything but a constant of a library that may wait.
+
+        Whatever code does with it may take its time: to read an attribute, to loop over it, to call it later.
+        """
+        names = dotted(node)
+        first = next((each for each in names if each in self._methods), names[0] if names else "")
+        is_starred = "*" in modules and first in self._free - _BUILTINS
+        if not isinstance(getattr(node, "ctx", None), ast.Load) or not (first in modules or is_starred):
+            return False
+        library = modules.get(first, modules.get("*", ""))
+        return not names[-1].isupper() and _may_wait_in(".".join([library, *names[names.index(first) + 1 :]]))
 
     def _may_join(self, node: ast.AST) -> bool:
         """Return whether a node names the `join` of a thread, and not of a text that is spelled out."""
@@ -187,8 +210,7 @@ class _Finder:
             return False
         if first not in modules and (others or "*" not in modules or first in _BUILTINS):
             return False
-        name = ".".join([modules.get(first, modules.get("*", "")), *others])
-        return name.split(".")[0] not in _QUICK_MODULES and not name.startswith(_QUICK_PACKAGES)
+        return _may_wait_in(".".join([modules.get(first, modules.get("*", "")), *others]))
 
     def _waits(self, function: ast.Attribute, call: ast.Call) -> bool:
         """Return whether a method, whose object is not known, may wait."""
@@ -211,6 +233,20 @@ class _Finder:
             return True
         first = (dotted(node.func) or [""])[0]
         return self._has_threads and first not in modules and first not in _BUILTINS
+
+
+def _may_wait_in(name: str) -> bool:
+    """Return whether something of a library, by its full name, may wait."""
+    return name.partition(".")[0] not in _QUICK_MODULES and not name.startswith(_QUICK_PACKAGES)
+
+
+def _classes(node: ast.AST) -> Iterator[ast.AST]:
+    """Yield what is only compared with the class of something."""
+    match node:
+        case ast.ExceptHandler(type=ast.expr() as kinds):
+            yield from ast.walk(kinds)
+        case ast.Call(func=ast.Name("isinstance" | "issubclass"), args=[_, kinds]):
+            yield from ast.walk(kinds)
 
 
 def may_be_named(call: ast.Call, names: Collection[str]) -> bool:

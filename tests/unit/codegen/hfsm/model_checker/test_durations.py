@@ -92,6 +92,11 @@ SLOW = {
     "a process": "import subprocess\nsubprocess.run(['ls'], timeout=1)",
     "the web": "import requests\nrequests.get('http://x', timeout=1)",
     "a library that is not known": "import mylib\nmylib.compute()",
+    "an object of a library": "from mylib import camera\nc = camera\nc.read()",
+    "an attribute in a library": "import mylib\nx = mylib.camera.frame",
+    "a loop over an object of a library": "from mylib import camera\nfor frame in camera: pass",
+    "a library by another name": "import mylib\nlib = mylib\nlib.camera.read()",
+    "a class that extends one of a library": "from mylib import Camera\nclass C(Camera): pass\nC().read()",
     "a window": "import cv2\ncv2.waitKey(0)",
     "code as a text": "exec(text)",
     "a lambda": "f = lambda: self.sleep(1)\nf()",
@@ -120,6 +125,10 @@ QUICK = {
     "a method by its name": "import operator\noperator.methodcaller('rotate', angle)(image)",
     "a text of many lines beside threads": "import threading\nlines = list(map(', '.join, rows))",
     "the newest message": "scan = self.scan.latest()\nx = next(numbers, 0)",
+    "a constant of a library": "import mylib\nx = mylib.SPEED",
+    "a class of a library": "import mylib\nx = isinstance(y, (int, mylib.Ball))",
+    "an error of a library": "import mylib\ntry:\n    x = 1\nexcept mylib.Error:\n    x = 2",
+    "the environment": "import os\nx = os.environ['HOME']",
     "the time": "import time\nx = time.monotonic()",
     "a file": "with open('x') as file:\n    x = file.read()",
 }
@@ -150,9 +159,15 @@ def test_other_code_leaves_proofs_as_they_are(code: str) -> None:
         timed("nap()", variables="import time\nnap = lambda: time.sleep(1)"),
         timed("nap(1)", libraries=("from time import sleep as nap",)),
         timed("wait_long(1)", libraries=("from mylib import *",)),
+        timed("camera.read()", libraries=("from mylib import *",)),
+        timed("self.camera.read()", functions="from mylib import camera\ndef f(self):\n    pass"),
+        timed("lib.camera.read()", variables="import mylib as lib"),
         replace(timed("self.nap()"), functions=(Functions(text=Text("def nap(me):\n    me.sleep(1)")),)),
     ],
-    ids=["function", "variables", "library", "import *", "function of the component"],
+    ids=[
+        *("function", "variables", "library", "import *", "import * of an object"),
+        *("import among functions", "import in variables", "function of the component"),
+    ],
 )
 def test_functions_and_libraries_are_followed(made: Document) -> None:
     assert [each.verdict for each in check_model(made, PATH).properties] == [Verdict.UNDECIDED] * 2
