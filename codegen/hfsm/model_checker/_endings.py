@@ -37,7 +37,7 @@ def ending_code(analysis: Analysis) -> tuple[Note, ...]:
 
 
 def _may_end_by_hand(extension: Extension) -> bool:
-    """Return whether hand-written code beside the document may end the component, whoever calls it."""
+    """Return whether hand-written code beside the document may end the component, called or not."""
     if extension.problem:
         return False  # the component cannot be generated
     nodes = all_nodes(parse_python(extension.source))
