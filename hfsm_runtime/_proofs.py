@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass
 from inspect import isfunction
 from itertools import pairwise, takewhile
@@ -52,6 +52,8 @@ class Proofs(Observer):
         self._sends: Final = dict[_Place, frozenset[str]]()
         self._guards: Final = dict[_Place, dict[int, Conjunction]]()
         """The guards out of a state, by their transitions."""
+        self._links: Final = dict[_Place, list[Conjunction]]()
+        """What no values of their atoms make true."""
         self._never: Final = set[tuple[object, ...]]()
         properties: list[_Property] = []
         for row in component._hfsm_proofs:
@@ -63,6 +65,9 @@ class Proofs(Observer):
                 case "guard", automaton, state, transition, *literals:
                     guards = self._guards.setdefault((automaton, state), {})
                     guards[transition] = tuple(zip(literals[::2], literals[1::2], strict=True))
+                case "link", automaton, state, *literals:
+                    links = self._links.setdefault((automaton, state), [])
+                    links.append(tuple(zip(literals[::2], literals[1::2], strict=True)))
                 case "property", *stated:
                     properties.append(_Property(tree, *stated))
                 case _:
@@ -73,7 +78,7 @@ class Proofs(Observer):
         )
         if self._guards or self._never:
             tree.observers.append(self)
-        complete = {place for place, each in self._guards.items() if satisfy((), each.values()) is None}
+        complete = {place for place in self._guards if self._contradict(place, (), self._guards[place])}
         if complete:
             tree.observers.append(_CompleteGuards(self, complete))
         checked = [each for each in properties if ordered or (each.is_chain and not each.is_timed)]
@@ -142,14 +147,19 @@ class Proofs(Observer):
         held = guards.get(last.id, ()) if last else ()
         before = takewhile(lambda each: each is not last, actor.automaton.outgoing(actor.current))
         failed = [each for each in before if each.id in guards and each.id in actor.guards]
-        if satisfy(held, [guards[each.id] for each in failed]) is not None:
+        if not self._contradict(place, held, (each.id for each in failed)):
             self._consistent.add(key)
             return
         failed = [each for each in failed if actor.guards[each.id][1] == at]
-        if satisfy(held, [guards[each.id] for each in failed]) is None:
+        if self._contradict(place, held, (each.id for each in failed)):
             values = [f"{_name(each)} false" for each in failed] + ([f"{_name(last)} true"] if last else [])
             what = f"guards out of the state `{actor.current.name}` contradict each other in one cycle"
             self.report(actor, place, f"{what}: {', '.join(values)}")
+
+    def _contradict(self, place: _Place, held: Conjunction, failed: Iterable[int]) -> bool:
+        """Return whether guards out of a state can not be so: one that held, and those that did not."""
+        refused = [self._guards[place][each] for each in failed]
+        return satisfy(held, [*refused, *self._links.get(place, ())]) is None
 
     def report(self, actor: Actor, place: Hashable, what: str) -> None:
         """Report what is not so, unless something was done that no proof allows for."""

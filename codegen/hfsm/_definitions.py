@@ -28,10 +28,10 @@ _MODULES: Final = frozenset({"gc", "hfsm_runtime", "importlib", "inspect", "pdb"
 """Names and modules by which code can reach what it does not name, as it can by special attributes."""
 _PURE: Final = frozenset({"abs", "bool", "float", "int", "isinstance", "len", "max", "min", "round", "str"})
 _TEXT_METHODS: Final = frozenset({"endswith", "isalpha", "isdigit", "lower", "startswith", "strip", "upper"})
-_OF_ARGUMENTS: Final = ("abs", "max", "min", "round")
+_OF_ARGUMENTS: Final = ("abs", "max", "min", "random.gauss", "random.uniform", "round", "str")
 _OF_MATH: Final = ("math.ceil", "math.floor", "math.prod", "math.sumprod", "math.trunc")
-"""Functions whose result is of the kind of their arguments: they call methods of an object."""
-_NUMBERS: Final = ("random.gauss", "random.randint", "random.random", "random.randrange", "random.uniform")
+"""Functions whose result is of the kind of their arguments: they call methods of an object, or operators."""
+_NUMBERS: Final = ("random.randint", "random.random", "random.randrange")
 """Other functions with a plain result, whatever their arguments are."""
 _RANDOM_LIBRARIES: Final = ("random.", "secrets.", "uuid.", "numpy.random.", "os.urandom")
 _RANDOM: Final = frozenset({"choice", "gauss", "rand", "randint", "randn", "random", "randrange", "uniform"})
@@ -93,7 +93,7 @@ class Definitions:
         builtin_names = {*dir(builtins)} - {"super"}
         self.classes = {camel_case(component_name(stem)), "super", *reserved_names(document)} - builtin_names
         """Names of the file that lead to the class of the component."""
-        self._file = {*self.libraries, *document.ros_messages, TF, *builtin_names}
+        self._file = {*self.libraries, *document.ros_messages, TF, *builtin_names, *HARMLESS}
         self._modules = _MODULES | {stem}
         self._imported = {name for name, path in self.libraries.items() if self.is_reflective_import(path)}
         self.is_exposed = analysis.extension is not None or not analysis.is_complete

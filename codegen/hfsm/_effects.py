@@ -62,10 +62,18 @@ class CodeEffects:
         self._known: dict[_Call, Effects] = {}
         self._last: dict[_Call, Effects] = {}
         """The effects of functions by the values of their parameters: of this pass, and of the last one."""
+        passed = {
+            (child, argument.name)
+            for _, state in document.states()
+            for child, argument in _by_child(state, state.arguments)
+        }
         self._names: dict[int, Names] = {
             automaton.id: {
                 "self": COMPONENT,
-                **{item.name: _given(item) for item in automaton.inputs},
+                **{
+                    item.name: _until_passed(item) if (automaton.id, item.name) in passed else _given(item)
+                    for item in automaton.inputs
+                },
                 **{item.name: _first(item) for item in automaton.outputs},
             }
             for automaton in document.automata
@@ -75,9 +83,6 @@ class CodeEffects:
         self._function_names: dict[_Call, Names] = {}
         """The values of the variables of functions, by the values of their parameters."""
         self._by_piece: dict[Piece, Effects] = {}
-        for _, state in document.states():
-            for child, argument in _by_child(state, state.arguments):
-                self._names.get(child, {}).pop(argument.name, None)  # the argument gives its value
         self._follow()
 
     def of(self, text: Text) -> Effects:
@@ -241,8 +246,13 @@ def _given(item: Parameter) -> Values:
     return PLAIN if item.type.text.strip() in PARAMETER_TYPES else UNSURE
 
 
+def _until_passed(item: Parameter) -> Values:
+    """Return the values of an input without those of its argument, which a servant may refuse to give."""
+    return NOTHING if item.default.is_blank else _first(item)
+
+
 def _first(item: Parameter) -> Values:
-    """Return the values of an output until code assigns it."""
+    """Return the values of an input or output until code assigns it."""
     type_name = item.type.text.strip()
     try:
         value = parse_value(type_name if type_name in INPUT_TYPES else "object", item.default)

@@ -343,6 +343,8 @@ class Evaluation:
             if isinstance(part, ast.FormattedValue) and (part.format_spec or part.conversion != -1):
                 self.value(part.format_spec or ast.Constant(""))
                 values = values and PLAIN
+            if len(parts) == 1 and not are_plain(values):
+                return UNSURE  # what an object gives for its text may be more than a text
             joined = added(joined, values if are_texts(values) else PLAIN)
         return joined
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-__all__ = ["Gadget", "gadget"]
+__all__ = ["Gadget", "Number", "gadget"]
 
 
 class Gadget:
@@ -68,6 +68,32 @@ class Gadget:
 
     def __iter__(self) -> Iterator[int]:
         return iter([1] * self.pressed)
+
+
+class Word(str):
+    """Equal another text every second time."""
+
+    __slots__ = ("asked",)
+    __hash__ = str.__hash__
+
+    def __eq__(self, other: object) -> bool:
+        self.asked = not getattr(self, "asked", True)
+        return self.asked
+
+
+class Number(Gadget):
+    """A number that every sum and product with it is, and every text of it a `Word`."""
+
+    def _itself(self, other: object) -> Number:
+        return self
+
+    __add__ = __radd__ = __sub__ = __mul__ = __rmul__ = _itself  # type: ignore[assignment]
+
+    def __str__(self) -> str:
+        return Word("a")
+
+    def __format__(self, spec: str) -> str:
+        return Word("a")
 
 
 gadget = Gadget()

@@ -143,7 +143,7 @@ def stated(kind: str, expression: str, within: str = "", name: str = "") -> Prop
     return Property(name=name, kind=kind, expression=Text(expression), within=Text(within))
 
 
-GUARDS = ("a", "b", "a", "b", "not a", "a and b", "not (a or b)", "True", "False")
+GUARDS = ("a", "b", "a", "b", "not a", "a and b", "a or b", "not (a or b)", "not (a and b)", "True", "False")
 EVENTS = ("go", "halt")
 
 

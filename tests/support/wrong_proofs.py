@@ -232,6 +232,9 @@ ALL = {
     ),
     "guards that are both false": _steady("self.flips()", "not self.flips()"),
     "guards of one text": _steady("self.flips()", "self.flips()"),
+    "guards whose parts are both false": _steady(
+        "self.flips() or len('') > 0", "not self.flips() and not len('') > 0"
+    ),
     "guards beside a timer": _steady("self.flips()", "not self.flips()", _on(3, 1, 3, "time", "1")),
     "transition": Wrong(_document(_sub(1, 0, _TWO)), _impossible(states=False), "transition 1 fired, which"),
     "state": Wrong(

@@ -8,7 +8,6 @@ from __future__ import annotations
 import keyword
 import re
 import sys
-import unicodedata
 from collections.abc import Collection
 from pathlib import Path
 from typing import Final
@@ -21,7 +20,7 @@ from ...messages import NO_MESSAGE, Message, any_of
 from .._extension import component_path
 from ..analysis import Analysis, Piece, imported_names
 from ..code._values import EXAMPLES, PARAMETER_TYPES, ValueTextError, parse_value
-from ..code.names import COMPONENT_ATTRIBUTES, identifier
+from ..code.names import COMPONENT_ATTRIBUTES, identifier, is_name
 from ..code.text import definitions, library_today, place_of_bound
 from ..codes import Code
 from ..document import Document, Interface, Parameter, RosInterface
@@ -251,18 +250,12 @@ def _is_flag(parameter: Parameter | None) -> bool:
     return parameter is not None and parameter.type.text.strip() == "bool"
 
 
-def _is_attribute(name: str) -> bool:
-    """Return whether Python keeps a name as it is written: it normalizes some characters."""
-    normal = unicodedata.normalize("NFKC", name)
-    return name.isidentifier() and not keyword.iskeyword(name) and name == normal
-
-
 def _check_name(
     interface: Interface | RosInterface, first: dict[str, Interface | RosInterface], report: Report
 ) -> None:
     name = interface.name
     place = report.place(interface)
-    if not _is_attribute(name):
+    if not is_name(name):
         message = Message(
             "`{name}` cannot be an attribute of `self`: use only letters, digits and _", name=name
         )

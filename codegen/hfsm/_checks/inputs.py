@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import keyword
 from collections.abc import Collection, Mapping
 from typing import Literal
 
@@ -11,6 +10,7 @@ from ...diagnostics import Note, did_you_mean
 from ...messages import NO_MESSAGE, Message, Value, any_of
 from ..analysis import AutomatonCode
 from ..code._values import INPUT_TYPES, ValueTextError, parse_value
+from ..code.names import is_name
 from ..codes import Code
 from ..document import NO_CHILD, Argument, Automaton, Document, Parameter, Result, State
 from ..report import Report, state_label
@@ -43,7 +43,7 @@ def problem_of(
     No name may be `reserved`, that of `others` before it, or `bound` by the variables.
     """
     name, type_name, is_input = item.name, item.type.text.strip(), kind == "input"
-    if not name.isidentifier() or keyword.iskeyword(name) or name in reserved or name == "event":
+    if not is_name(name) or name in reserved or name == "event":
         if is_input:
             return Message(
                 "`{name}` cannot be an input: it is not a valid name of a variable", name=name[:60]

@@ -151,6 +151,8 @@ def _comparison(node: ast.Compare) -> bool | None:
 
 
 def _constant(node: ast.expr) -> object:
+    if any(isinstance(each, ast.Call) for each in ast.walk(node)):
+        return _UNKNOWN  # `set()` is one for `literal_eval`, whatever it is here
     try:
         return ast.literal_eval(node)
     except (ValueError, TypeError, MemoryError, RecursionError):

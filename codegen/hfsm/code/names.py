@@ -59,6 +59,12 @@ def identifier(name: str, fallback: str) -> str:
     return joined
 
 
+def is_name(name: str) -> bool:
+    """Return whether Python keeps a name as it is written: it normalizes some characters."""
+    normal = unicodedata.normalize("NFKC", name)
+    return name.isidentifier() and not keyword.iskeyword(name) and name == normal
+
+
 def component_name(stem: str) -> str:
     """Return the name of a document's component, in ASCII, since it is part of an identity."""
     plain = unicodedata.normalize("NFKD", stem).encode("ascii", "ignore").decode()

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import ast
 import builtins
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from typing import Final
 
 from ...diagnostics import Location, Note
 from ...messages import Message
 from ..analysis import Analysis, Piece, names_with
+from ..code.names import COMPONENT_ALIASES, COMPONENT_ATTRIBUTES
 from ..code.text import all_nodes, dotted, full_name
 
 _QUICK_MODULES: Final = frozenset(
@@ -26,10 +27,9 @@ _QUICK_MODULES: Final = frozenset(
     }
 )
 """Modules whose functions only compute. Those that wait nevertheless are found by their names."""
-_QUICK_PACKAGES: Final = ("os.path.",)
-_WAITING_FUNCTIONS: Final = frozenset({"cv2.waitKey", "cv2.waitKeyEx", "cv2.pollKey"})
+_QUICK_PACKAGES: Final = ("os.environ", "os.path.")
 _WAITING_BUILTINS: Final = frozenset(
-    {"__import__", "compile", "eval", "exec", "globals", "input", "locals", "vars"}
+    {"__import__", "breakpoint", "compile", "eval", "exec", "globals", "help", "input", "locals", "vars"}
 )
 """They wait for a person, or call functions that are not known."""
 _WAITING_METHODS: Final = frozenset(
@@ -38,26 +38,34 @@ _WAITING_METHODS: Final = frozenset(
         *("recvfrom", "result", "samples", "select", "wait", "wait_for"),
     }
 )
-_NAMED_METHODS: Final = frozenset({"acquire", "samples", "wait", "wait_for"})
-"""Those that wait even where code only names them: it may call them by another name."""
+_NAMED: Final = frozenset(
+    {
+        *("acquire", "pollKey", "samples", "selectROI", "selectROIs", "sleep", "wait", "wait_for"),
+        *("waitKey", "waitKeyEx"),
+    }
+)
+"""Methods and functions that wait, found where code only names them: it may call them by another name."""
+_FOUND_BY_NAME: Final = frozenset({*_WAITING_METHODS, *_NAMED, "join"})
 _BY_NAME: Final = frozenset({"attrgetter", "getattr", "methodcaller"})
 """Functions that find a method by its name."""
 _GIVING_TEXTS: Final = frozenset({"filter", "list", "map", "reversed", "set", "sorted", "str", "tuple"})
 _ENDLESS: Final = frozenset({"itertools.count", "itertools.cycle", "itertools.repeat"})
-_STANDARD_INPUT: Final = "sys.stdin"
+_TAKING_SOME: Final = frozenset({"itertools.islice", "next"})
+_TAKING_ALL: Final = frozenset(
+    {
+        *("all", "any", "collections.deque", "filter", "itertools.dropwhile", "itertools.filterfalse"),
+        *("list", "max", "min", "set", "sorted", "sum", "tuple"),
+    }
+)
+"""Functions that take from an iterator until something comes, or until its end."""
+_STANDARD_INPUTS: Final = frozenset({"sys.stdin", "sys.__stdin__"})
 _BUILTINS: Final = frozenset(dir(builtins))
 _SLEEP: Final = "sleep"
 
 
 def slow_code(analysis: Analysis) -> tuple[Note, ...]:
     """Return the places of code that may take longer than a period, at most one for each piece of code."""
-    extension = analysis.extension
-    finder = _Finder(
-        analysis.libraries,
-        has_own_sleep=_SLEEP in analysis.defined,
-        has_threads="threading" in analysis.modules,
-        handwritten=frozenset() if extension is None else extension.attributes,
-    )
+    finder = _Finder(analysis)
     found = []
     for text, path, piece in analysis.by_text.values():
         if piece is None:
@@ -74,32 +82,80 @@ _MESSAGE: Final = Message("this code may take longer than a period, and timers m
 
 
 class _Finder:
-    def __init__(
-        self,
-        libraries: Mapping[str, str],
-        *,
-        has_own_sleep: bool,
-        has_threads: bool,
-        handwritten: frozenset[str],
-    ) -> None:
-        self._libraries = libraries
-        self._has_threads = has_threads
-        self._has_own_sleep = has_own_sleep
-        self._handwritten = handwritten
+    def __init__(self, analysis: Analysis) -> None:
+        extension, document = analysis.extension, analysis.document
+        nodes = [node for piece in analysis.pieces for node in all_nodes(piece.tree)]
+        self._libraries = names_with(analysis.libraries, nodes)
+        """The names of libraries, also of those that other code imports: it shares its names."""
+        self._methods = {
+            name for piece in analysis.functions for name in names_with({}, all_nodes(piece.tree))
+        }
+        """The names of libraries that are attributes of the component, too."""
+        self._free = analysis.free
+        self._has_threads = "threading" in analysis.modules
+        self._has_own_sleep = _SLEEP in analysis.defined
+        self._proxies = {each.name for each in document.all_interfaces}
+        self._handwritten = frozenset[str]() if extension is None else extension.attributes
+        self._is_open = extension is not None and extension.is_open
+        """Whether hand-written code may have other attributes than those that are known."""
+        given = {each.name for each in document.parameters}
+        given |= {each.name for each in analysis.accesses if each.is_stored}
+        self._given = given | self._proxies | analysis.defined | COMPONENT_ATTRIBUTES | COMPONENT_ALIASES
+        self._endless = set[str]()
+        """Names of variables and attributes that may be iterators without an end."""
+        for each in analysis.pieces:
+            self._read(each)
+
+    def _read(self, piece: Piece) -> None:
+        """Note the iterators without an end to which a piece of code gives names."""
+        modules = names_with(self._libraries, all_nodes(piece.tree))
+        for node in all_nodes(piece.tree):
+            match node:
+                case ast.Assign(value=value, targets=targets) if self._is_endless(value, modules):
+                    self._endless.update(dotted(target)[-1] for target in targets if dotted(target))
+                case ast.AnnAssign(value=value, target=target) | ast.NamedExpr(value=value, target=target):
+                    if self._is_endless(value, modules) and dotted(target):
+                        self._endless.add(dotted(target)[-1])
 
     def slow(self, piece: Piece) -> Iterator[ast.AST]:
         """Yield the nodes of a piece of code that may take longer than a period."""
         modules = names_with(self._libraries, all_nodes(piece.tree))
-        for node in all_nodes(piece.tree):
-            if self._is_slow(node, modules):
+        nodes = all_nodes(piece.tree)
+        called = {node.func for node in nodes if isinstance(node, ast.Call)}
+        parts = {node.value for node in nodes if isinstance(node, ast.Attribute)}.union(*map(_classes, nodes))
+        for node in nodes:
+            is_foreign = node not in parts and self._is_foreign(node, modules)
+            if is_foreign or self._is_slow(node, modules) or (node not in called and self._may_join(node)):
                 yield node
+
+    def _is_foreign(self, node: ast.AST, modules: Mapping[str, str]) -> bool:
+        """Return whether a name leads to anything but a constant of a library that may wait.
+
+        Whatever code does with it may take its time: to read an attribute, to loop over it, to call it later.
+        """
+        names = dotted(node)
+        first = next((each for each in names if each in self._methods), names[0] if names else "")
+        is_starred = "*" in modules and first in self._free - _BUILTINS
+        if not isinstance(getattr(node, "ctx", None), ast.Load) or not (first in modules or is_starred):
+            return False
+        library = modules.get(first, modules.get("*", ""))
+        return not names[-1].isupper() and _may_wait_in(".".join([library, *names[names.index(first) + 1 :]]))
+
+    def _may_join(self, node: ast.AST) -> bool:
+        """Return whether a node names the `join` of a thread, and not of a text that is spelled out."""
+        match node:
+            case ast.Attribute(attr="join", value=owner):
+                return self._has_threads and not isinstance(owner, ast.Constant)
+        return False
 
     def _is_slow(self, node: ast.AST, modules: Mapping[str, str]) -> bool:
         match node:
             case ast.While() | ast.AsyncFor() | ast.AsyncWith() | ast.Await():
                 return True
-            case ast.For(iter=ast.Call() as call) | ast.comprehension(iter=ast.Call() as call):
-                return self._is_endless(call, modules)
+            case ast.FunctionDef(name="__next__"):  # a loop over it may have no end
+                return True
+            case ast.For(iter=iterable) | ast.comprehension(iter=iterable) | ast.YieldFrom(value=iterable):
+                return self._is_endless(iterable, modules)
             case ast.With(items=items):  # a lock waits; what a library returns was found by that call
                 return any(self._may_be_lock(item.context_expr, modules) for item in items)
             case ast.Constant(value="sleep"):  # the name of an attribute
@@ -110,41 +166,51 @@ class _Finder:
                 return True
             case ast.Attribute(attr=name, ctx=ast.Load()):
                 module, *others = dotted(node) or [""]
+                is_of_proxy = module == "self" and others[0] in self._proxies and len(others) > 1
+                is_other = self._is_open and len(others) < 2 and name not in self._given
+                if not (module in modules or is_of_proxy) and (is_other or name in self._handwritten):
+                    return True  # hand-written, whatever name the component has here
                 if module == "self" and len(others) < 2:  # what it was given was found where it got it
-                    return name in self._handwritten
-                if name in _NAMED_METHODS:
+                    return False
+                if name in _NAMED:
                     return True
                 full = ".".join([modules.get(module, ""), *others])
-                return full == _STANDARD_INPUT or (full == f"builtins.{name}" and name in _WAITING_BUILTINS)
+                return full in _STANDARD_INPUTS or (full == f"builtins.{name}" and name in _WAITING_BUILTINS)
             case ast.Name(id=name):
                 full = modules.get(name, name)
                 last = full.split(".")[-1]
-                return full == _STANDARD_INPUT or last == _SLEEP or last in _WAITING_BUILTINS
+                is_waiting = last == _SLEEP or last in _WAITING_BUILTINS or (full != name and last in _NAMED)
+                return full in _STANDARD_INPUTS or is_waiting
             case ast.Call():
                 return self._may_wait(node, modules)
         return False
 
-    def _is_endless(self, call: ast.Call, modules: Mapping[str, str]) -> bool:
-        """Return whether only the body of a loop over what a call returns ends it, as with `while`."""
-        name = full_name(call.func, modules)
-        return (name == "iter" and len(call.args) == 2) or name in _ENDLESS
+    def _is_endless(self, node: ast.expr | None, modules: Mapping[str, str]) -> bool:
+        """Return whether only the body of a loop over something may end it, as with `while`."""
+        match node:
+            case ast.Name(id=name) | ast.Attribute(attr=name):
+                return name in self._endless
+            case ast.Call(func=function, args=arguments):
+                name = full_name(function, modules)
+                if name in _ENDLESS or name in _TAKING_SOME or _calls_until(node, modules):
+                    return name not in _TAKING_SOME
+                endless = [self._is_endless(each, modules) for each in arguments]
+                return any(endless) if name != "zip" else bool(endless) and all(endless)
+        return False
 
     def _may_wait(self, call: ast.Call, modules: Mapping[str, str]) -> bool:
         if isinstance(call.func, ast.Attribute) and self._waits(call.func, call):
             return True
-        if not _BY_NAME.isdisjoint(dotted(call.func)[-1:]) and _names_what_waits(call):
+        if may_be_named(call, _FOUND_BY_NAME | self._handwritten) or _calls_until(call, modules):
             return True
-        if isinstance(call.func, ast.Name) and call.func.id == "getattr":
-            return len(call.args) < 2 or _may_be_sleep(call.args[1])
+        if full_name(call.func, modules) in _TAKING_ALL and self._is_endless(call, modules):
+            return True
         first, *others = dotted(call.func) or [""]
         if first == "self":
             return False
         if first not in modules and (others or "*" not in modules or first in _BUILTINS):
             return False
-        name = ".".join([modules.get(first, modules.get("*", "")), *others])
-        if name in _WAITING_FUNCTIONS:
-            return True
-        return name.split(".")[0] not in _QUICK_MODULES and not name.startswith(_QUICK_PACKAGES)
+        return _may_wait_in(".".join([modules.get(first, modules.get("*", "")), *others]))
 
     def _waits(self, function: ast.Attribute, call: ast.Call) -> bool:
         """Return whether a method, whose object is not known, may wait."""
@@ -152,6 +218,8 @@ class _Finder:
         match function.attr:
             case "get":  # of a queue, not of a dictionary
                 return not call.args or any(each.arg in ("block", "timeout", None) for each in call.keywords)
+            case "exception":  # of a future, not of a log
+                return arguments == 0 or _is_number(call)
             case "join":  # of a thread, not of a text
                 is_text = isinstance(function.value, ast.Constant)
                 may_be_time = _is_number(call) or (self._has_threads and not _are_texts(call))
@@ -167,14 +235,44 @@ class _Finder:
         return self._has_threads and first not in modules and first not in _BUILTINS
 
 
-def _may_be_sleep(name: ast.expr) -> bool:
-    """Return whether the computed name of an attribute may be `sleep`; a constant one is found as such."""
+def _may_wait_in(name: str) -> bool:
+    """Return whether something of a library, by its full name, may wait."""
+    return name.partition(".")[0] not in _QUICK_MODULES and not name.startswith(_QUICK_PACKAGES)
+
+
+def _classes(node: ast.AST) -> Iterator[ast.AST]:
+    """Yield what is only compared with the class of something."""
+    match node:
+        case ast.ExceptHandler(type=ast.expr() as kinds):
+            yield from ast.walk(kinds)
+        case ast.Call(func=ast.Name("isinstance" | "issubclass"), args=[_, kinds]):
+            yield from ast.walk(kinds)
+
+
+def may_be_named(call: ast.Call, names: Collection[str]) -> bool:
+    """Return whether a call may find one of these methods by its name."""
+    function = dotted(call.func)[-1:]
+    if _BY_NAME.isdisjoint(function):
+        return False
+    first = 1 if function == ["getattr"] else 0
+    given = call.args[first:] if function == ["attrgetter"] else call.args[first : first + 1]
+    return not given or any(_may_be(each, names) for each in given)
+
+
+def _may_be(name: ast.expr, names: Collection[str]) -> bool:
+    """Return whether the name of an attribute, or a path to it, may be one of these."""
     match name:
-        case ast.Constant():
-            return False
+        case ast.Constant(value=value):
+            return str(value).split(".")[-1] in names
         case ast.JoinedStr(values=parts):
-            return all(str(part.value) in _SLEEP for part in parts if isinstance(part, ast.Constant))
+            texts = [str(part.value) for part in parts if isinstance(part, ast.Constant)]
+            return any(all(text in each for text in texts) for each in names)
     return True
+
+
+def _calls_until(call: ast.Call, modules: Mapping[str, str]) -> bool:
+    """Return whether a call makes an iterator that calls something until a value comes."""
+    return full_name(call.func, modules) == "iter" and len(call.args) == 2
 
 
 def _is_number(call: ast.Call) -> bool:
@@ -191,11 +289,3 @@ def _are_texts(call: ast.Call) -> bool:
     return any(isinstance(each, shown) for each in call.args) or any(
         name[0] in _GIVING_TEXTS for name in names if name
     )
-
-
-def _names_what_waits(call: ast.Call) -> bool:
-    """Return whether an argument of a call is the name of a method that waits."""
-    texts = [
-        each.value for each in call.args if isinstance(each, ast.Constant) and isinstance(each.value, str)
-    ]
-    return any(text.split(".")[-1] in (*_WAITING_METHODS, "join") for text in texts)

@@ -168,10 +168,11 @@ class _Possible:
         ]
         for moment in self._moments(candidates, entry[1]):
             enabled = [(transition, needs) for transition, needs in candidates if transition.delay <= moment]
+            linked = [link for transition, _ in enabled for link in transition.links]
             for place, (transition, needs) in enumerate(enabled):
-                if satisfy(needs, (other for _, other in enabled[:place])) is not None:
+                if satisfy(needs, (*linked, *(other for _, other in enabled[:place]))) is not None:
                     yield transition
-            if self._is_aligned and satisfy((), (needs for _, needs in enabled)) is None:
+            if self._is_aligned and satisfy((), (*linked, *(needs for _, needs in enabled))) is None:
                 return  # something fires by now
 
     def _needs(self, transition: TransitionModel, state: StateModel) -> Conjunction | None:

@@ -1,16 +1,21 @@
 """Read guards as conjunctions of atoms, each of which may be true or false in each cycle.
 
 Two guards of one automaton with the same text have the same value within one cycle, and `not x` has the
-opposite value of `x`. A conjunction is a set of literals; any other part of a guard is one atom.
+opposite value of `x`. A conjunction is a set of literals; any other part of a guard is one atom, and a
+definition says that it has its value exactly if all literals of a conjunction do.
 """
 
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import Final
 
 from ...logic import Conjunction
 from ..code._values import truth
+
+Definition = tuple[tuple[str, bool], Conjunction]
+"""The literal of an atom that consists of others, and what is true exactly if it is."""
 
 
 def conjunction(
@@ -28,8 +33,8 @@ def conjunction(
         return ((text if is_steady else unique, True),)
     literals: dict[str, bool] = {}
     try:
-        for atom, value in _literals(tree, True):
-            if literals.setdefault(atom, value) is not value:
+        for part, value in _parts(tree, True):
+            if literals.setdefault(ast.unparse(part), value) is not value:
                 return None
     except _NeverHolds:
         return None
@@ -38,19 +43,55 @@ def conjunction(
     return tuple(literals.items())
 
 
+def definitions(tree: ast.expr) -> Iterator[Definition]:
+    """Yield the definitions of the atoms of a guard that consist of others, such as `a or b`."""
+    try:
+        for part, _ in _parts(tree, True):
+            yield from _defined(part)
+    except (_NeverHolds, RecursionError):
+        return
+
+
+def _defined(atom: ast.expr) -> Iterator[Definition]:
+    """Yield those of an atom: `a and b` is true with all its parts, and `a or b` false without them."""
+    if isinstance(atom, ast.BoolOp):
+        value = isinstance(atom.op, ast.And)
+        parts = [*_parts(atom, value)]
+        yield (ast.unparse(atom), value), tuple((ast.unparse(part), wanted) for part, wanted in parts)
+        for part, _ in parts:
+            yield from _defined(part)
+
+
+def never(definition: Definition) -> Iterator[Conjunction]:
+    """Yield what is never true by a definition."""
+    (atom, value), parts = definition
+    yield (*parts, (atom, not value))
+    for part, wanted in parts:
+        yield (atom, value), (part, not wanted)
+
+
+_OPPOSITES: Final[Mapping[type, type[ast.cmpop]]] = {
+    ast.IsNot: ast.Is,
+    ast.NotEq: ast.Eq,
+    ast.NotIn: ast.In,
+}
+"""Comparisons that are true exactly if others are false; `<=` and `>` are both false of a nan."""
+
+
 class _NeverHolds(Exception):
     """A part of a conjunction is always false."""
 
 
-def _literals(tree: ast.expr, wanted: bool) -> Iterator[tuple[str, bool]]:
+def _parts(tree: ast.expr, wanted: bool) -> Iterator[tuple[ast.expr, bool]]:
     if isinstance(tree, ast.UnaryOp) and isinstance(tree.op, ast.Not):
-        yield from _literals(tree.operand, not wanted)
+        yield from _parts(tree.operand, not wanted)
     elif isinstance(tree, ast.BoolOp) and isinstance(tree.op, ast.And) is wanted:
         for operand in tree.values:
-            yield from _literals(operand, wanted)
-    else:
-        constant = truth(tree)
-        if constant is None:
-            yield ast.unparse(tree), wanted
-        elif constant is not wanted:
+            yield from _parts(operand, wanted)
+    elif (constant := truth(tree)) is not None:
+        if constant is not wanted:
             raise _NeverHolds
+    elif isinstance(tree, ast.Compare) and len(tree.ops) == 1 and type(tree.ops[0]) in _OPPOSITES:
+        yield ast.Compare(tree.left, [_OPPOSITES[type(tree.ops[0])]()], tree.comparators), not wanted
+    else:
+        yield tree, wanted

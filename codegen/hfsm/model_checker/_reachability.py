@@ -12,7 +12,7 @@ from ._exploration import Budget, Exploration, newness
 from ._fireability import Fireability
 from ._solitary import Obstacle, Solitary
 from .model import AutomatonModel, StateModel, TransitionModel
-from .transition_system import TransitionSystem
+from .transition_system import TransitionSystem, refused_by
 
 
 class Reachability(StrEnum):
@@ -205,6 +205,7 @@ def _always_earlier(
     alone = [
         other
         for other in others
-        if not other.finished and satisfy(transition.needs or (), [other.needs or ()]) is None
+        if not other.finished
+        and satisfy(transition.needs or (), (*transition.links, *refused_by([other]))) is None
     ]
     return tuple(other.source.id for other in (alone[:1] or others))

@@ -7,6 +7,7 @@ The result are rows:
 | `"event", "go"` | the event comes from code of the states that follow alone |
 | `"sends", 1, 2, "go", ...` | the only ones of these events that code sends in a state of an automaton |
 | `"guard", 1, 2, 3, "near", True, ...` | a guard out of it is this conjunction; its atoms keep their values |
+| `"link", 1, 2, "near or far", False, "near", True` | atoms of guards out of it never have these values |
 | `"unentered", 1, 4`, `"unfired", 1, 5` | a state is never entered, a transition never fires |
 | `"property", "lamp", kind, within in ns, timed, automata, form` | it holds; if it is timed, by its times |
 
@@ -18,7 +19,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection, Iterator
 
-from ...logic import Form
+from ...logic import Conjunction, Form
 from .._effects import CodeEffects
 from ..document import Text
 from ._checker import QUICK_LIMIT, ModelReport, check_model
@@ -116,11 +117,17 @@ def _guards(model: Model) -> Iterator[Row]:
                 for each in state.outgoing
                 if each.guarded and each.needs
             ]
-            uses = Counter(atom for _, needs in literals for atom, _ in needs)
+            uses = Counter(atom for each, _ in literals for atom in each.atoms)
+            for each, _ in literals:
+                del uses[f"event {each.event}"]
+            ids = automaton.source.id, state.source.id
+            linked = dict[Conjunction, None]()
             for each, needs in literals:
-                if any(uses[atom] > 1 for atom, _ in needs):
-                    ids = automaton.source.id, state.source.id, each.source.id
-                    yield "guard", *ids, *(part for literal in needs for part in literal)
+                if any(uses[atom] > 1 for atom in each.atoms):
+                    yield "guard", *ids, each.source.id, *(part for literal in needs for part in literal)
+                    linked |= dict.fromkeys(each.links)
+            for link in linked:
+                yield "link", *ids, *(part for literal in link for part in literal)
 
 
 def _by_ids(form: Form, model: Model) -> Form:

@@ -19,7 +19,7 @@ from ..code._values import delay as transition_time
 from ..code._values import milliseconds, truth
 from ..code.language import is_foreign
 from ..document import DEFAULT_PERIOD, REFUSED, Automaton, Document, State, Text, Transition
-from ._guards import conjunction
+from ._guards import Definition, conjunction, definitions, never
 
 _DEEPEST_TREE: Final = 200
 
@@ -43,6 +43,19 @@ class TransitionModel:
     guarded: bool = False
     always: bool = False
     """True if its guard, if it has one, is a constant that is true."""
+    definitions: tuple[Definition, ...] = ()
+    """Those of the atoms of its guard that consist of others."""
+
+    @property
+    def atoms(self) -> list[str]:
+        """The atoms of its guard, if it has one, and those of which they consist: each as often as it is."""
+        parts = (literal for _, literals in self.definitions for literal in literals)
+        return [atom for atom, _ in (*(self.needs or ()), *parts)] if self.guarded else []
+
+    @property
+    def links(self) -> list[Conjunction]:
+        """What no values of its atoms make true."""
+        return [each for definition in self.definitions for each in never(definition)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -231,7 +244,14 @@ class _Reader:
             needs=self._needs(number, source),
             guarded=not condition_of(source).is_blank,
             always=self._is_constant(condition_of(source)),
+            definitions=tuple(self._definitions(source)),
         )
+
+    def _definitions(self, source: Transition) -> Iterator[Definition]:
+        piece = self._analysis.piece(condition_of(source)) if self._python else None
+        if piece is not None and piece.expression is not None and truth(piece.expression) is None:
+            for literal, parts in definitions(piece.expression):
+                yield _of_event((literal,), source)[0], _of_event(parts, source)
 
     def _is_constant(self, guard: Text) -> bool:
         piece = self._analysis.piece(guard)
@@ -270,11 +290,11 @@ class _Reader:
                 holds = ((unique, True),)  # a state hears what a servant refuses: the guard fails then
         if holds is None or not event:
             return holds
-        return (*arrives, *((f"{atom} [{event}]", value) for atom, value in holds))
+        return (*arrives, *_of_event(holds, source))
 
     def _separated(self, outgoing: list[TransitionModel]) -> Iterator[TransitionModel]:
         """Yield the transitions out of a state: guards that may differ from others get separate atoms."""
-        atoms = Counter(atom for model in outgoing for atom, _ in model.needs or () if model.guarded)
+        atoms = Counter(atom for model in outgoing for atom in model.atoms)
         for model in outgoing:
             if model.event:
                 del atoms[f"event {model.event}"]
@@ -296,9 +316,17 @@ class _Reader:
                     Note(Message("this guard may give another answer when it is evaluated again"), place)
                 )
             if model.guarded and (is_other or (is_unsure and not self._trusting)):
-                yield replace(model, needs=self._needs(model.index, model.source, is_steady=False))
+                needs = self._needs(model.index, model.source, is_steady=False)
+                yield replace(model, needs=needs, definitions=())
             else:
                 yield model
+
+
+def _of_event(literals: Conjunction, source: Transition) -> Conjunction:
+    """Return the atoms of a guard as those of an event, if it waits for one: they may differ for each."""
+    if source.type != "event":
+        return literals
+    return tuple((f"{atom} [{source.trigger.text.strip()}]", value) for atom, value in literals)
 
 
 def condition_of(transition: Transition) -> Text:

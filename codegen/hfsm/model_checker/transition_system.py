@@ -168,8 +168,7 @@ class TransitionSystem:
         known = self._resting.get((position, index))
         if known is None:
             state = self._states[position][index]
-            needs = (transition.needs or () for transition in state.outgoing)
-            known = not state.final and satisfy((), needs) is not None
+            known = not state.final and satisfy((), refused_by(state.outgoing)) is not None
             self._resting[position, index] = known
         return known
 
@@ -353,14 +352,22 @@ def _missing(configuration: Configuration, state: _State, waited: int) -> int:
     return missing
 
 
+def refused_by(transitions: Iterable[TransitionModel]) -> Iterator[Conjunction]:
+    """Yield what has to be false if none of some transitions fires."""
+    for transition in transitions:
+        yield transition.needs or ()
+        yield from transition.links
+
+
 def _choices(enabled: list[TransitionModel]) -> Iterator[Choice]:
     """Yield the possible outcomes of a cycle. Only the event that fires arrives: others wait in the queue."""
     needs: list[Conjunction] = [transition.needs or () for transition in enabled]
+    linked = [link for transition in enabled for link in transition.links]
     events = {transition.event: (transition.needs or ())[0][0] for transition in enabled if transition.event}
     for place, transition in enumerate([*enabled, None]):
         wanted = () if transition is None else needs[place]
         fired = "" if transition is None else transition.event
         others = tuple((atom, False) for event, atom in events.items() if event != fired)
-        values = satisfy(wanted + others, needs[:place])
+        values = satisfy(wanted + others, needs[:place] + linked)
         if values is not None:
             yield Choice(transition, frozenset(atom for atom, value in values.items() if value))

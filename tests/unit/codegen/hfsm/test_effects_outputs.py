@@ -1,4 +1,4 @@
-"""Outputs carry values from automaton to automaton: what follows for events and conditions."""
+"""Outputs and inputs carry values between automata: what follows for events and conditions."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ from codegen.hfsm._definitions import Answer
 from codegen.hfsm._effects import CodeEffects
 from codegen.hfsm.analysis import analyze
 from codegen.hfsm.formats.reader import read_document
+from codegen.hfsm.model_checker import Verdict, check_model
+from tests.support.coded_documents import sent_by
 from tests.support.documents import document, state, sub, transition
 
 
@@ -58,3 +60,33 @@ def test_a_condition_on_an_object_from_below_may_answer_differently(
     effects = effects_of(tmp_path, code, type_name, default)
     condition = effects.analysis.document.automata[0].transitions[0].trigger
     assert (effects.of(condition).answer == Answer.SAME) == (answer == Answer.SAME)
+
+
+REFUSED = """<VisualHFSM>
+  <properties><property kind="never"><expression>ask/gone</expression></property></properties>
+  <SubAutomata id="1" idFather="0">
+    <state id="1" initial="true"><name>ask</name><child>2</child>
+      <argument name="word">"stay"</argument><argument name="far">self.measure()</argument></state>
+    <transition id="1"><origin>1</origin><destiny>1</destiny>
+      <trans type="event">refused</trans><guard>False</guard></transition>
+    <functions>def measure(self):
+    raise InvalidValueException("too dark")</functions>
+  </SubAutomata>
+  <SubAutomata id="2" idFather="1">
+    <state id="1" initial="true"><name>here</name><code>self.send(word)</code></state>
+    <state id="2"><name>gone</name></state>
+    <transition id="1"><origin>1</origin><destiny>2</destiny><trans type="event">go</trans></transition>
+    <input><name>word</name><type>str</type><default>"go"</default></input>
+    <input><name>far</name><type>float</type><default>0.0</default></input>
+  </SubAutomata>
+  <libraries><lib>from interfaces.jderobot import InvalidValueException</lib></libraries>
+</VisualHFSM>"""
+
+
+def test_an_input_keeps_its_default_when_a_servant_refuses_an_argument(tmp_path: Path) -> None:
+    path = tmp_path / "ask.xml"
+    path.write_text(REFUSED)
+    read = read_document(path, Diagnostics())
+    assert read is not None
+    assert sent_by(path) == {"go"}
+    assert check_model(read, path).properties[0].verdict is Verdict.VIOLATED

@@ -90,6 +90,7 @@ def test_events_that_code_sends(code: str, events: set[str]) -> None:
         ('getattr(self, f"{pick()}Motors")', False, True),
         ("eval('1')", True, True),
         ("self.send_twice(pick())", True, False),
+        ('self.send("a" if x else __file__)', True, False),
         ("print(self, self.LeftMotors)", False, False),
     ],
 )

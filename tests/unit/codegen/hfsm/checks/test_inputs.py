@@ -102,6 +102,7 @@ X = value("input", "x", "int", "1")
         (with_inputs(value("input", "x y", "int", "1")), "cannot be an input"),
         (with_inputs(value("input", "self", "int", "1")), "cannot be an input"),
         (with_inputs(value("input", "event", "int", "1")), "cannot be an input"),
+        (with_inputs(value("input", "an\u0303o", "int", "1")), "cannot be an input"),
         (with_inputs(X, X), "a second input has the name `x`"),
         (with_inputs(X, variables="x = 2"), "also set by the variables"),
         (with_inputs(value("input", "x", "long", "1")), "the type of the input `x` must be one of int,"),

@@ -54,6 +54,7 @@ def found_in(directory: Path, text: str) -> list[tuple[str, str]]:
     [
         (nested(output("x y")), "`x y` cannot be an output"),
         (nested(output("self")), "`self` cannot be an output"),
+        (nested(output("an\u0303o")), "cannot be an output"),
         (nested(output("Output")), "`Output` cannot be an output"),
         (nested(output(), output()), "a second output has the name `found`"),
         (nested(output(), "<input><name>found</name><type>bool</type><default>True</default></input>"),

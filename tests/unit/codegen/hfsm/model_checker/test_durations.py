@@ -62,16 +62,41 @@ SLOW = {
     "standard input by name": "from sys import stdin\nx = stdin.read()",
     "a person, by the module": "import builtins as b\nb.input()",
     "a future": "self.Head.setPoseAsync(0).result()",
+    "the failure of a call": "error = self.Head.setPose.begin(0).exception()",
+    "the failure of a call, with a limit": "error = moving.exception(timeout=limit)",
     "samples": "for sample in self.Head.getPose.samples():\n    pass",
     "the next message": "scan = self.scan.next(timeout=2.0)",
     "a busy loop": "import time\nwhile time.time() < end:\n    pass",
     "a loop without an end": "import itertools\nfor n in itertools.count():\n    if time() > end: break",
     "another one": "from itertools import repeat as again\nany(time() > end for _ in again(0))",
     "a loop until a value comes": "for _ in iter(self.busy, False):\n    pass",
+    "until a value comes, in one expression": "values = list(iter(self.busy, None))",
+    "a loop without an end, numbered": "import itertools\nfor n, led in enumerate(itertools.cycle(leds)): pass",
+    "a loop over a name without an end": "import itertools\nids = itertools.count()\nfor n in ids: pass",
+    "an attribute without an end": "import itertools\nself.ids = itertools.count()\nfor n in self.ids: pass",
+    "numbers without an end side by side": "import itertools as i\nfor n in zip(i.count(), i.count()): pass",
+    "an end that a function finds": "import itertools\nany(map(self.busy, itertools.repeat(0)))",
+    "the first that a function lets pass": "import itertools\nnext(filter(self.busy, itertools.count()))",
+    "a generator without an end": "import itertools\ndef f():\n    yield from itertools.count()\nfor n in f(): pass",
+    "an iterator of its own": "class A:\n    def __next__(self):\n        return 1\nfor n in A(): pass",
+    "threads that are passed on": "import threading\nlist(map(threading.Thread.join, threads))",
+    "a thread by another name": "import threading\nend = thread.join\nend()",
+    "a lock by a computed name": "getattr(lock, f'acq{rest}')()",
+    "a lock by an unknown name": "import operator\noperator.attrgetter(name)(lock)()",
+    "a window by another name": "import cv2\nwait = cv2.waitKey\nwait(0)",
+    "a window by the name of its function": "from cv2 import waitKey as wait\nlist(map(wait, [0]))",
+    "a rectangle that a person draws": "import cv2\nx = cv2.selectROI('ball', image)",
+    "a person who reads": "help(self)",
+    "standard input as it was at first": "import sys\nx = sys.__stdin__.read()",
     "a person": "input()",
     "a process": "import subprocess\nsubprocess.run(['ls'], timeout=1)",
     "the web": "import requests\nrequests.get('http://x', timeout=1)",
     "a library that is not known": "import mylib\nmylib.compute()",
+    "an object of a library": "from mylib import camera\nc = camera\nc.read()",
+    "an attribute in a library": "import mylib\nx = mylib.camera.frame",
+    "a loop over an object of a library": "from mylib import camera\nfor frame in camera: pass",
+    "a library by another name": "import mylib\nlib = mylib\nlib.camera.read()",
+    "a class that extends one of a library": "from mylib import Camera\nclass C(Camera): pass\nC().read()",
     "a window": "import cv2\ncv2.waitKey(0)",
     "code as a text": "exec(text)",
     "a lambda": "f = lambda: self.sleep(1)\nf()",
@@ -82,6 +107,7 @@ QUICK = {
     "nothing": "",
     "a servant": "self.Head.setPose(0.1, 0.2)",
     "a log": 'self.log.info("%s", ", ".join(["a"]))',
+    "an exception in a log": "try:\n    x = 1 / y\nexcept ZeroDivisionError:\n    self.log.exception('y is 0')",
     "an event": 'self.send("go")',
     "computing": "import math\nx = math.hypot(1, 2)\nfor i in range(3):\n    x += i",
     "images": "import cv2\nimport numpy as np\ny = cv2.inRange(np.zeros(3), 0, 1)",
@@ -93,7 +119,16 @@ QUICK = {
     "a time to wait": "x = self.clock.now() - since > self.wait",
     "a computed proxy": 'getattr(self, f"{side}Motors").setPose(1)',
     "numbers": "import itertools\nids = itertools.count()\nfor n, x in zip(ids, iter(words)):\n    pass",
+    "some of many numbers": "import itertools\nfor n in itertools.islice(itertools.count(), 3):\n    pass",
+    "one of many numbers": "import itertools\nids = itertools.count()\nfor n in range(next(ids)):\n    pass",
+    "an attribute by its name": "import operator\nx = sorted(words, key=operator.attrgetter('place.x'))",
+    "a method by its name": "import operator\noperator.methodcaller('rotate', angle)(image)",
+    "a text of many lines beside threads": "import threading\nlines = list(map(', '.join, rows))",
     "the newest message": "scan = self.scan.latest()\nx = next(numbers, 0)",
+    "a constant of a library": "import mylib\nx = mylib.SPEED",
+    "a class of a library": "import mylib\nx = isinstance(y, (int, mylib.Ball))",
+    "an error of a library": "import mylib\ntry:\n    x = 1\nexcept mylib.Error:\n    x = 2",
+    "the environment": "import os\nx = os.environ['HOME']",
     "the time": "import time\nx = time.monotonic()",
     "a file": "with open('x') as file:\n    x = file.read()",
 }
@@ -124,9 +159,15 @@ def test_other_code_leaves_proofs_as_they_are(code: str) -> None:
         timed("nap()", variables="import time\nnap = lambda: time.sleep(1)"),
         timed("nap(1)", libraries=("from time import sleep as nap",)),
         timed("wait_long(1)", libraries=("from mylib import *",)),
+        timed("camera.read()", libraries=("from mylib import *",)),
+        timed("self.camera.read()", functions="from mylib import camera\ndef f(self):\n    pass"),
+        timed("lib.camera.read()", variables="import mylib as lib"),
         replace(timed("self.nap()"), functions=(Functions(text=Text("def nap(me):\n    me.sleep(1)")),)),
     ],
-    ids=["function", "variables", "library", "import *", "function of the component"],
+    ids=[
+        *("function", "variables", "library", "import *", "import * of an object"),
+        *("import among functions", "import in variables", "function of the component"),
+    ],
 )
 def test_functions_and_libraries_are_followed(made: Document) -> None:
     assert [each.verdict for each in check_model(made, PATH).properties] == [Verdict.UNDECIDED] * 2
@@ -214,4 +255,19 @@ def test_a_function_of_hand_written_code_may_wait(tmp_path: Path) -> None:
     )
     assert slow_code(analyze(timed("self.nap()"), path))
     assert slow_code(analyze(timed("nap = self.nap\nnap()"), path))
+    assert slow_code(analyze(timed("me = self\nme.nap()"), path))
+    assert slow_code(analyze(timed("self.namespace.nap()"), path))
+    assert slow_code(analyze(timed("getattr(self, 'nap')()"), path))
+    assert slow_code(analyze(timed("self.rest()", functions="def rest(this):\n    this.nap()"), path))
     assert not slow_code(analyze(timed("self.log.info('x')"), path))
+
+
+def test_a_function_that_hand_written_code_inherits_may_wait(tmp_path: Path) -> None:
+    path = tmp_path / "robot.xml"
+    (tmp_path / "robot_ext.py").write_text(
+        "from hfsm_runtime import Component\nfrom naps import Naps\n\n\n"
+        "class RobotExtension(Naps, Component):\n    pass\n"
+    )
+    assert slow_code(analyze(timed("self.nap()"), path))
+    assert slow_code(analyze(timed("me = self\nme.nap()"), path))
+    assert not slow_code(analyze(timed("self.n = 1\nself.log.info('%d', self.n)\nself.send('x')"), path))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -32,6 +33,14 @@ def ending(code: str, functions: str = "", *libraries: str) -> Document:
         ending("quit()"),
         ending("exit(0)"),
         ending("import os\nos._exit(0)"),
+        ending("s = sys\ns.exit()", "", "sys"),
+        ending("self.s = sys\nself.s.exit()", "", "sys"),
+        ending("getattr(sys, 'exit')()", "", "sys"),
+        ending("operator.methodcaller('exit')(sys)", "", "operator", "sys"),
+        ending("raise builtins.SystemExit", "", "builtins"),
+        ending("raise Leaving", "", "from builtins import SystemExit as Leaving"),
+        ending("self.s.exit()", "import sys as s\ndef f(self):\n    pass"),
+        ending("self.exit()", "from sys import exit\ndef f(self):\n    pass"),
         ending("self.leave()", "def leave(self):\n    raise SystemExit(0)"),
     ],
 )
@@ -42,11 +51,24 @@ def test_code_that_may_end_the_component_leaves_open_what_is_to_come(made: Docum
     assert not report.complete
 
 
-@pytest.mark.parametrize("code", ["exit = tired", "self.exit()", "path = sys.path"])
+@pytest.mark.parametrize(
+    "code", ["exit = tired", "self.exit()", "path = sys.path", "x = getattr(sys, 'path')"]
+)
 def test_other_code_leaves_it_proved(code: str) -> None:
     report = check_model(ending(code, "def exit(self):\n    pass", "sys"), PATH)
     assert [each.verdict for each in report.properties] == [Verdict.HOLDS] * 3
     assert report.complete
+
+
+@pytest.mark.parametrize(("ends", "expected"), [("sys.exit()", 1), ("pass", 0)])
+def test_hand_written_code_may_end_the_component(ends: str, expected: int, tmp_path: Path) -> None:
+    (tmp_path / "robot_ext.py").write_text(
+        "import sys\n\nfrom hfsm_runtime import Component\n\n\nclass RobotExtension(Component):\n"
+        f"    def send(self, name, data=None):\n        {ends}\n"
+    )
+    report = check_model(ending("pass"), tmp_path / "robot.xml")
+    assert [each.message for each in report.doubtful] == ["this code may end the component"] * expected
+    assert report.properties[0].verdict is (Verdict.UNDECIDED if expected else Verdict.HOLDS)
 
 
 def test_what_is_so_at_the_start_has_come() -> None:

@@ -10,9 +10,9 @@ import pytest
 from codegen.diagnostics import Diagnostics, Severity
 from codegen.hfsm import parse_document, read_document, resolve, write_document
 from codegen.hfsm.codes import Code
-from codegen.hfsm.document import Document
+from codegen.hfsm.document import Document, Text
 from codegen.hfsm.known_interfaces import find_interfaces
-from codegen.hfsm.model_checker import Verdict, check_model, read_operations, report_model
+from codegen.hfsm.model_checker import Verdict, WhyNever, check_model, read_operations, report_model
 from tests.support.model_documents import (
     PATH,
     after,
@@ -111,6 +111,48 @@ def test_a_guard_that_is_asked_in_both_ways_makes_something_come() -> None:
     )
     assert verdict(doc, "eventually", "b or c") == "holds"
     assert verdict(doc, "eventually", "b") == "violated"
+
+
+def branching(*guards: str) -> Document:
+    """Return a state that each of these guards leaves."""
+    ways = [when(guard, 1, number, id=number) for number, guard in enumerate(guards, 2)]
+    numbers = [state(number) for number in range(1, len(guards) + 2)]
+    return document(automaton(1, numbers, ways, variables=Text("x = y = 1")))
+
+
+@pytest.mark.parametrize(
+    "guards",
+    [
+        ("x and y", "not (x and y)"),
+        ("x or y", "not (x or y)"),
+        ("x or y", "not x and not y"),
+        ("x and y", "not x or not y"),
+        ("x and not y", "y and not x", "x and y or not x and not y"),
+        ("x and (y or x > 5)", "not x or not (y or x > 5)"),
+        ("y", "(x or not x) and not y"),
+        ("x is None", "x is not None"),
+        ("x == 1 or y not in (1, 2)", "x != 1 and y in (1, 2)"),
+    ],
+)
+def test_one_of_guards_holds_that_leave_nothing_over(guards: tuple[str, ...]) -> None:
+    found = " or ".join(f"s{number}" for number in range(2, len(guards) + 2))
+    assert verdict(branching(*guards), "eventually", found, "100") == "holds"
+    assert verdict(branching(*guards[:-1]), "eventually", found.rpartition(" or ")[0], "100") == "violated"
+
+
+def test_a_guard_never_holds_after_one_of_its_parts() -> None:
+    assert verdict(branching("x or y", "x"), "never", "s3") == "holds"
+    assert verdict(branching("x", "x or y"), "never", "s3") == "violated"
+    report = check_model(branching("x or y", "x"), PATH)
+    assert (report.transitions[1].why, report.transitions[1].earlier) == (WhyNever.EARLIER, (2,))
+
+
+@pytest.mark.parametrize(
+    "guards",
+    [("f.x or y", "not f.x and not y"), ("y or f.x", "not y and not f.x"), ("f.x or not f.x", "False")],
+)
+def test_parts_of_guards_that_may_differ_prove_nothing(guards: tuple[str, ...]) -> None:
+    assert verdict(branching(*guards), "eventually", "s2 or s3", "100") == "undecided"
 
 
 def test_what_takes_too_long_is_undecided() -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from codegen.hfsm.document import Document, Event
+from codegen.hfsm.document import Document, Event, Text
 from codegen.hfsm.model_checker import relied_on
 from codegen.hfsm.model_checker.model import read_model
 from codegen.logic import PROOFS, read_proofs
@@ -57,6 +57,20 @@ def test_guards_are_kept_that_decide_together_and_keep_their_value() -> None:
     assert [row for row in found if row[0] == "guard"] == [
         ("guard", 1, 1, 1, "n > 0", True),
         ("guard", 1, 1, 2, "n > 0", False, "m > 0", True),
+    ]
+
+
+def test_links_are_kept_of_guards_that_consist_of_others() -> None:
+    states = [state(1), state(2), state(3)]
+    transitions = [when("n or m", 1, 2, id=1), when("not n", 1, 3, id=2), when("k and m", 2, 3, id=3)]
+    variables = Text("n = m = k = 1")
+    found = rows(document(automaton(1, states, transitions, variables=variables)))
+    assert [row for row in found if row[0] in ("guard", "link")] == [
+        ("guard", 1, 1, 1, "n or m", True),
+        ("guard", 1, 1, 2, "n", False),
+        ("link", 1, 1, "n", False, "m", False, "n or m", True),
+        ("link", 1, 1, "n or m", False, "n", True),
+        ("link", 1, 1, "n or m", False, "m", True),
     ]
 
 
