@@ -361,7 +361,7 @@ def test_reload_goes_on_with_the_changed_code_and_reports_what_was_not_kept(show
     shown.insert("\ncount += 2000000")
     expect(shown.button("Changed: reload")).to_be_visible()
     shown.press("F9")
-    notice(shown, "Reloaded.")
+    notice(shown, "Reloaded. States and timers were kept, as were variables that code had changed")
     expect(shown.button("Changed: reload")).to_have_count(0)
     expect_current(shown, "go")
 
