@@ -365,9 +365,10 @@ class Execution(VirtualRun):
             if pauses and isinstance(error, CommandRefusedException):
                 continue
             if self._strict and not (self.world.network.offline and isinstance(error, UNAVAILABLE)):
-                location = self.errors[-1].location if self.errors else ""
-                what = sentence(f"the code of {actor.automaton.name} raised {describe(error)}")
-                raise self._failure(what, location) from error
+                last = self.errors[-1] if self.errors else None
+                said = last.message if last else describe(error)
+                what = sentence(f"the code of {actor.automaton.name} raised {said}")
+                raise self._failure(what, last.location if last else "") from error
         if self._strict and self._failed_threads:
             location, what = self._failed_threads.popleft()
             raise self._failure(what, location)
