@@ -106,48 +106,34 @@ function fit(name, radius, smallest, spill) {
     if (lines) return {lines, size};
   }
   const most = spills ? 2 : ([3, 2].find((count) => chord(0, count, size, radius) > 2 * size) ?? 1);
-  const rest = [];
-  let left = words;
-  for (let line = 0; line < most && left.length; line++) {
-    const wide = room(line, most, size);
-    const isLast = line === most - 1;
-    let taken = 1;
-    while (
-      !isLast &&
-      taken < left.length &&
-      width(
-        left
-          .slice(0, taken + 1)
-          .join("")
-          .trim(),
-        size,
-      ) <= wide
-    )
-      taken++;
-    rest.push(shortened((isLast ? left : left.slice(0, taken)).join("").trim(), size, wide));
-    left = isLast ? [] : left.slice(taken);
-  }
-  return {lines: rest, size};
+  const lines = inLines(words, size, most, room, most);
+  return {lines: lines.map((line, index) => shortened(line, size, room(index, most, size))), size};
 }
 
 /** @typedef {(line: number, count: number, size: number) => number} Room the width of one of several lines */
 
 /** @param {string[]} words @param {number} size @param {number} count @param {Room} room */
 function broken(words, size, count, room) {
-  const lines = [];
-  let current = "";
+  const lines = inLines(words, size, count, room);
+  const fits =
+    lines.length <= count && lines.every((line, index) => width(line, size) <= room(index, lines.length, size));
+  return fits ? lines : undefined;
+}
+
+/**
+ * Words in as few lines as the room of several allows; the last one that there may be has all the rest.
+ *
+ * @param {string[]} words @param {number} size @param {number} count @param {Room} room
+ */
+function inLines(words, size, count, room, most = Infinity) {
+  const lines = [""];
   for (const word of words) {
-    const longer = current + word;
-    if (current && width(longer.trim(), size) > room(lines.length, count, size)) {
-      lines.push(current.trim());
-      current = word;
-    } else {
-      current = longer;
-    }
+    const last = lines.length - 1;
+    const longer = lines[last] + word;
+    if (lines[last] && lines.length < most && width(longer.trim(), size) > room(last, count, size)) lines.push(word);
+    else lines[last] = longer;
   }
-  lines.push(current.trim());
-  if (lines.length > count) return undefined;
-  return lines.every((line, index) => width(line, size) <= room(index, lines.length, size)) ? lines : undefined;
+  return lines.map((line) => line.trim());
 }
 
 /**
