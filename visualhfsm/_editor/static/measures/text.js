@@ -115,9 +115,9 @@ function fit(name, radius, smallest, spill) {
 /** @param {string[]} words @param {number} size @param {number} count @param {Room} room */
 function broken(words, size, count, room) {
   const lines = inLines(words, size, count, room);
-  const fits =
+  const isIn =
     lines.length <= count && lines.every((line, index) => width(line, size) <= room(index, lines.length, size));
-  return fits ? lines : undefined;
+  return isIn ? lines : undefined;
 }
 
 /**
