@@ -164,6 +164,9 @@ class Execution(VirtualRun):
 
     # -- present state -------------------------------------------------------------------------------------
 
+    def __repr__(self) -> str:
+        return f"<{self.name} at {self.time:g} s in {self.active}>"  # pytest shows it of a failed assertion
+
     def is_active(self, path: str) -> bool:
         """Return whether all states of a path from the root are current: `followBall/green`."""
         return any(f"{active}/".startswith(f"{path}/") for active in self.active_paths)
