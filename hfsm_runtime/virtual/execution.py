@@ -164,6 +164,9 @@ class Execution(VirtualRun):
 
     # -- present state -------------------------------------------------------------------------------------
 
+    def __repr__(self) -> str:
+        return f"<{self.name} at {self.time:g} s in {self.active}>"  # pytest shows it of a failed assertion
+
     def is_active(self, path: str) -> bool:
         """Return whether all states of a path from the root are current: `followBall/green`."""
         return any(f"{active}/".startswith(f"{path}/") for active in self.active_paths)
@@ -365,9 +368,10 @@ class Execution(VirtualRun):
             if pauses and isinstance(error, CommandRefusedException):
                 continue
             if self._strict and not (self.world.network.offline and isinstance(error, UNAVAILABLE)):
-                location = self.errors[-1].location if self.errors else ""
-                what = sentence(f"the code of {actor.automaton.name} raised {describe(error)}")
-                raise self._failure(what, location) from error
+                last = self.errors[-1] if self.errors else None
+                said = last.message if last else describe(error)
+                what = sentence(f"the code of {actor.automaton.name} raised {said}")
+                raise self._failure(what, last.location if last else "") from error
         if self._strict and self._failed_threads:
             location, what = self._failed_threads.popleft()
             raise self._failure(what, location)

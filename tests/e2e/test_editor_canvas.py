@@ -87,6 +87,28 @@ def test_states_and_transitions_are_drawn_moved_and_bent(shown: EditorPage, root
     assert abs(shown.middle(knob)[1] - y) > LEAST_MOVE
 
 
+@pytest.mark.parametrize("selected", ["", "followBall", "dance"])
+def test_a_transition_is_drawn_with_its_tool_from_where_the_pointer_is_pressed(
+    shown: EditorPage, selected: str
+) -> None:
+    shown.press("Escape")
+    if selected:
+        shown.page.mouse.click(*shown.middle_of(selected))
+    shown.button("Transition").click()
+    shown.drag(shown.middle_of("dance"), shown.middle_of("followBall"))
+    shown.name("drawn")
+    expect(shown.transition("drawn")).to_have_count(1)
+    assert "drawn from dance to followBall" in shown.arcs()
+
+    # Clicks choose its ends one after the other, also twice the same.
+    shown.page.mouse.click(*shown.middle_of(selected or "dance"))
+    shown.button("Transition").click()
+    shown.page.mouse.click(*shown.middle_of("dance"))
+    shown.name("clicked")
+    expect(shown.transition("clicked")).to_have_count(1)
+    assert f"clicked from {selected or 'dance'} to dance" in shown.arcs()
+
+
 def test_an_empty_canvas_offers_what_to_do_first(shown: EditorPage) -> None:
     shown.page.locator("hfsm-canvas .surface").focus()
     shown.press("Control+a", "Delete")

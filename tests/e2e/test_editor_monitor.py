@@ -210,6 +210,17 @@ def test_a_run_is_shown_on_the_canvas_in_the_tree_and_in_the_output(shown: Edito
     expect(output).to_have_text("Running")
 
 
+def test_from_far_away_the_name_of_an_active_state_stands_on_its_color(shown: EditorPage) -> None:
+    run(shown)
+    expect_current(shown, "wait")
+    shown.page.evaluate("document.querySelector('hfsm-canvas').viewport.zoom(0.3)")
+    name, body = (shown.state("wait").locator(part) for part in (".name", ".body"))
+    expect(name).to_have_css("stroke", body.evaluate("body => getComputedStyle(body).fill"))
+    scale = shown.page.evaluate("document.querySelector('hfsm-canvas').viewport.scale")
+    width = name.evaluate("name => parseFloat(getComputedStyle(name).strokeWidth)")
+    assert 2 < width / 2 * scale < 4  # pixels around its letters
+
+
 def test_a_run_that_writes_nothing_leaves_the_drawing_in_its_place(shown: EditorPage) -> None:
     place = shown.middle_of("wait")
     run(shown)
@@ -361,7 +372,7 @@ def test_reload_goes_on_with_the_changed_code_and_reports_what_was_not_kept(show
     shown.insert("\ncount += 2000000")
     expect(shown.button("Changed: reload")).to_be_visible()
     shown.press("F9")
-    notice(shown, "Reloaded.")
+    notice(shown, "Reloaded. States and timers were kept, as were variables that code had changed")
     expect(shown.button("Changed: reload")).to_have_count(0)
     expect_current(shown, "go")
 

@@ -41,6 +41,10 @@ def test_the_sentence_is_of_the_open_document_and_gone_for_good_after_the_first_
     expect(sentence).to_be_hidden()
     page.get_by_role("tab", name="dance").click()
     assert start_page.violations("hfsm-canvas") == []
+    start_page.press("t")
+    expect(page.locator("hfsm-canvas .hint")).to_be_visible()
+    expect(sentence).to_be_hidden()  # one sentence at a time
+    start_page.press("Escape")
     edit(start_page, "up")
     expect(sentence).to_be_visible()  # who only looks has not edited
     start_page.type("# mine")

@@ -350,6 +350,16 @@ def test_completion_knows_the_document_and_the_interfaces(browser: Browser, path
         shown.type("point")
         expect(options).to_have_count(0)
 
+        # On a phone the options are all that there is room for.
+        shown.press("Escape")
+        shown.resize(390, 844)
+        code.click()
+        shown.press("Control+End")
+        shown.insert("\nself.eye.")
+        options.first.wait_for()
+        info.wait_for(state="attached")
+        expect(info).to_be_hidden()
+
 
 # --------------------------------------------------------------------------------- states and transitions
 

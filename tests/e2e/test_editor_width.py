@@ -101,6 +101,13 @@ FAULTS: Final = """([canvasTop]) => {
 
 TOP: Final = "document.querySelector('.drawing').getBoundingClientRect().top"
 APP: Final = "document.querySelector('hfsm-app')"
+COVERED: Final = """() => {
+  const sentence = document.querySelector(".invitation")?.getBoundingClientRect();
+  return [...document.querySelectorAll("hfsm-canvas .state .body")].map((each) => each.getBoundingClientRect())
+    .filter(({left, right, top, bottom}) => sentence?.width && left < sentence.right && sentence.left < right &&
+      top < sentence.bottom && sentence.top < bottom)
+    .map((_, index) => `the sentence for newcomers covers state ${index + 1}`);
+}"""
 BELOW: Final = (
     "problems",
     "search",
@@ -239,7 +246,8 @@ def test_everything_fits_in_every_situation(browser: Browser, running: Editor, l
             for width, height in SIZES:
                 shown.resize(width, height)
                 tops.setdefault(width, shown.page.evaluate(TOP))
-                found[f"{situation}, {width}"] = shown.page.evaluate(FAULTS, [tops[width]])
+                faults = shown.page.evaluate(FAULTS, [tops[width]]) + shown.page.evaluate(COVERED)
+                found[f"{situation}, {width}"] = faults
             shown.resize(*SIZES[0])
     assert len(found) == 31 * len(SIZES)
     assert [f"{situation}: {fault}" for situation, faults in found.items() for fault in faults] == []

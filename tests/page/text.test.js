@@ -40,3 +40,17 @@ test("a name in larger letters, seen from far away, may stand out of its circle 
   assert.match(fitCircle("approach", false, 25, 100).lines[0], /^app.*…$/);
   assert.equal(fitCircle("walk", false, 10, 150).lines[0], "walk");
 });
+
+test("a name stands out of its circle no further than two lines need", () => {
+  assert.deepEqual(fitCircle("kick with the left foot", false, 14.5, 168).lines, ["kick with", "the left foot"]);
+  const room = width("recover balance", 14.5);
+  assert.deepEqual(fitCircle("recover balance after a push", false, 14.5, room).lines, [
+    "recover balance",
+    "after a push",
+  ]);
+});
+
+test("a name of ideographs is broken between any two", () => {
+  assert.deepEqual(fitCircle("识别红色的球并靠近它").lines, ["识别红色的", "球并靠近它"]);
+  assert.deepEqual(fitCircle("环顾四周寻找球 2", true).lines, ["环顾四周", "寻找球 2"]);
+});

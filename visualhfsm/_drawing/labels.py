@@ -1,7 +1,7 @@
 """Put names beside their handles, apart from other names, handles, states, arcs, notes and titles of frames.
 
-Each name tries some places around its handle, the best first, and takes the first that is free: at its full
-length, or else shortened.
+Each name tries some places around its handle, the best first, and takes the first that is free and nearer to
+no other handle: at its full length, or else shortened.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _CIRCLE: Final = ((2 * RADIUS + 4, RADIUS), (RADIUS, 2 * RADIUS + 4), (1.6 * RAD
 _STEP: Final = 12.0
 """Pixels between two points of an arc."""
 _CROSSED: Final = 72.0
-"""A point of an arc in a label is as bad as so many covered square pixels."""
+"""A point of an arc in a label, or a handle nearer to it, is as bad as so many covered square pixels."""
 _MANY: Final = 400
 """Of more arcs, none is avoided."""
 _LANDSCAPE: Final = 1.5
@@ -137,6 +137,27 @@ class _Points:
         )
 
 
+class _Around(NamedTuple):
+    """What a label may cover, what may cross it, and the handles of all."""
+
+    taken: _Boxes
+    crossed: _Points
+    handles: _Points
+
+    def cover(self, label: Label, box: Box, most: float = math.inf) -> float:
+        """Return how bad a place is: how much it covers and, unless that is too much, what else is wrong.
+
+        That are the arcs that cross it, and the other handles that are nearer, which would seem to have it.
+        """
+        cover = self.taken.covered(box)
+        if cover >= most:
+            return cover
+        x, y = label.handle.real, label.handle.imag
+        far = max(box.left - x, x - box.right, box.top - y, y - box.bottom) - 1
+        nearer = Box(box.left - far, box.top - far, box.right + far, box.bottom + far)
+        return cover + _CROSSED * (self.crossed.within(box) + self.handles.within(nearer))
+
+
 def place_labels(
     labels: Sequence[Label],
     states: Sequence[complex],
@@ -148,7 +169,9 @@ def place_labels(
 
     `occupied` are boxes with other words.
     """
-    taken, crossed = _Boxes(), _Points()
+    taken, crossed, handles = _Boxes(), _Points(), _Points()
+    for label in labels:
+        handles.add(label.handle)
     for box in occupied:
         taken.add(box)
     for state in states:
@@ -163,14 +186,14 @@ def place_labels(
     room = _room(states)
     found: list[Placed | None] = []
     for label in labels:
-        placed = _best_place(label, taken, crossed, room) if label.sizes else None
+        placed = _best_place(label, _Around(taken, crossed, handles), room) if label.sizes else None
         if placed is not None:
             taken.add(Box.around(placed.middle, *label.sizes[placed.size]))
         found.append(placed)
     return found
 
 
-def _best_place(label: Label, taken: _Boxes, crossed: _Points, room: Box) -> Placed:
+def _best_place(label: Label, around: _Around, room: Box) -> Placed:
     """Return a place that nothing else takes, or else the one of the smallest size that covers the least."""
     last = len(label.sizes) - 1
     best, least = Placed(label.handle, last), math.inf
@@ -179,21 +202,15 @@ def _best_place(label: Label, taken: _Boxes, crossed: _Points, room: Box) -> Pla
             box = Box.around(middle, *size)
             if index < last and (box.left < room.left or box.right > room.right):
                 continue
-            cover = _cover(box, taken, crossed, least)
+            cover = around.cover(label, box, least)
             if cover == 0.0:
                 return Placed(middle, index)
             if index == last and cover < least:
                 best, least = Placed(middle, index), cover
     size = label.sizes[last]
     places = label.last_places(size)
-    free = (each for each in places if not _cover(Box.around(each, *size), taken, crossed))
+    free = (each for each in places if not around.cover(label, Box.around(each, *size)))
     return next((Placed(middle, last) for middle in free), best)
-
-
-def _cover(box: Box, taken: _Boxes, crossed: _Points, most: float = math.inf) -> float:
-    """Return how bad a place is: how much it covers and, unless that is too much already, what of arcs."""
-    cover = taken.covered(box)
-    return cover + _CROSSED * crossed.within(box) if cover < most else cover
 
 
 def _room(states: Sequence[complex]) -> Box:

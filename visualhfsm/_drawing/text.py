@@ -119,7 +119,10 @@ def _fitting(text: str, size: float, room: float) -> int:
 
 
 def fit_circle(name: str, *, has_ring: bool = False) -> Fitted:
-    """Return the lines of a state's name, broken at spaces, hyphens, underscores and before capitals."""
+    """Return the lines of a state's name.
+
+    It is broken at spaces, hyphens, underscores, before capitals and ideographs.
+    """
     radius = RADIUS - (_RING_MARGIN if has_ring else _MARGIN)
     words = _words(" ".join(name.split()))
     if not words:
@@ -161,7 +164,7 @@ def _words(text: str) -> list[str]:
     for each in text:
         last = words[-1][-1] if words else " "
         is_hump = each.isupper() and (last.islower() or last.isdigit())
-        if last in " _-" or is_hump:
+        if last in " _-" or is_hump or "\u3400" <= each <= "\u9fff":
             words.append(each)
         else:
             words[-1] += each

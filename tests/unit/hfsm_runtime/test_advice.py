@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from hfsm_runtime import VirtualRun
+from hfsm_runtime.virtual import BehaviorFailed, Execution
 from tests.support.documents import document, generate, load, state, sub
 
 
@@ -80,6 +81,16 @@ def test_one_that_no_automaton_above_has_lacks_a_value(tmp_path: Path) -> None:
 def test_an_attribute_that_nothing_declares_is_called_so(tmp_path: Path, code: str, expected: str) -> None:
     message = said(tmp_path, sub(1, 0, state(1, "go", code, initial=True)))
     assert message.startswith(f"AttributeError: {expected}")
+
+
+def test_a_test_that_fails_says_the_same(tmp_path: Path) -> None:
+    path = tmp_path / "walk.xml"
+    path.write_text(document(sub(1, 0, state(1, "go", "self.slep(1)", initial=True))))
+    expected = (
+        r"the code of walk raised AttributeError: `self.slep` is not declared; did you mean `self.sleep`\?\n"
+    )
+    with Execution(load(generate(path, tmp_path))) as run, pytest.raises(BehaviorFailed, match=expected):
+        run.advance(0.5)
 
 
 @pytest.mark.parametrize(

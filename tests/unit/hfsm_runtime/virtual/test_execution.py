@@ -42,6 +42,7 @@ def test_it_runs_and_knows_what_happened() -> None:
         Grasps(), parameters={"force": 3.0}, stubs={"Hand": {"close": lambda force: force}}
     ) as run:
         assert run.run_until("closed") == 1.0
+        assert repr(run) == "<grasps at 1 s in closed>"
         assert (run.state("grasps"), run.variables("grasps")["held"]) == ("closed", 3.0)
         assert [(call.target, call.force, call.result) for call in run.calls()] == [("Hand.close", 3.0, 3.0)]
         assert [fired.transition for fired in run.fired] == ["time to close"]

@@ -90,6 +90,13 @@ def test_a_name_beside_its_handle_comes_before_a_longer_way() -> None:
     assert placed == Placed(254 + 0j, 0)
 
 
+def test_no_name_stands_where_another_handle_is_nearer_which_would_seem_to_have_it() -> None:
+    handle, other = label(0j, -1j, (40, 20)), label(-64j, 1j)
+    below = Box(-200, -15, 200, 200)
+    assert place_labels([handle], [], occupied=[below]) == [Placed(-44j, 0)]
+    assert place_labels([handle, other], [], occupied=[below]) == [Placed(-24j, 0), None]
+
+
 def test_without_a_free_place_a_name_covers_as_little_as_possible() -> None:
     crowd = [complex(x, y) for x in range(0, 400, 40) for y in range(0, 400, 40)]
     (placed,) = place_labels([label(200 + 200j, 1j, (60, 30))], crowd)

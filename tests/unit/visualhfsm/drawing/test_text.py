@@ -44,6 +44,10 @@ def test_long_texts_are_shortened_at_their_end() -> None:
         ("followTheRedBall", ("followThe", "RedBall")),
         ("go to the wall", ("go to the", "wall")),
         ("look_for_landmarks", ("look_for_", "landmarks")),
+        (
+            "\u8bc6\u522b\u7ea2\u8272\u7684\u7403\u5e76\u9760\u8fd1\u5b83",
+            ("\u8bc6\u522b\u7ea2\u8272\u7684", "\u7403\u5e76\u9760\u8fd1\u5b83"),
+        ),
         ("", ()),
         (" ", ()),
     ],

@@ -21,7 +21,7 @@ import {page} from "../data/page.js";
 import {problemOf} from "../data/problems.js";
 import {store} from "../data/store.js";
 import {rich, t} from "../kit/texts.js";
-import {contains, distance, RADIUS} from "../measures/geometry.js";
+import {boxOf, contains, distance, RADIUS, wider} from "../measures/geometry.js";
 import {Minimap} from "./minimap.js";
 import {Order} from "./order.js";
 import {Pointer} from "./pointer.js";
@@ -209,14 +209,7 @@ export class HfsmCanvas extends HTMLElement {
         : (places.get(key) ?? []);
     });
     if (!points.length) return this.fit();
-    const [xs, ys] = [points.map(({x}) => x), points.map(({y}) => y)];
-    const far = RADIUS * 2;
-    return this.viewport.fit({
-      left: Math.min(...xs) - far,
-      right: Math.max(...xs) + far,
-      top: Math.min(...ys) - far,
-      bottom: Math.max(...ys) + far,
-    });
+    return this.viewport.fit(wider(boxOf(points), 2 * RADIUS));
   }
 
   /** Show each automaton whole when it is shown next. */

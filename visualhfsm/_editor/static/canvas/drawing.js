@@ -8,7 +8,7 @@
 import {outgoing} from "../data/outline.js";
 import {required} from "../kit/existence.js";
 import {AnnotationLayer} from "./annotation-view.js";
-import {bounds, contains, handles, pointsOf, RADIUS, wider} from "../measures/geometry.js";
+import {bounds, boxOf, contains, handles, pointsOf, RADIUS, wider} from "../measures/geometry.js";
 import {placeLabels, roomOf} from "./labels.js";
 import {markState, markTransition} from "./live-marks.js";
 import {touches} from "./plane.js";
@@ -291,9 +291,9 @@ export class Drawing {
     for (const view of fresh) {
       if (!(view instanceof StateView)) continue;
       const {x, y} = view.middle;
-      const [wide, high] = [WIDEST, LINES * letters];
+      const high = LINES * letters;
       let room = WIDEST;
-      for (const other of this.#stage.within({left: x - wide, right: x + wide, top: y - high, bottom: y + high}))
+      for (const other of this.#stage.within(wider(boxOf([view.middle]), WIDEST, high)))
         if (other instanceof StateView && other !== view && Math.abs(other.middle.y - y) < high)
           room = Math.min(room, Math.abs(other.middle.x - x) - BETWEEN);
       if (view.letters !== letters || view.room !== room) view.scaleLetters(letters, room);

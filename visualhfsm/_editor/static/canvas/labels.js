@@ -1,6 +1,6 @@
 /**
- * Put names beside their handles so that none covers another name, a handle, a state, a note or the title of a frame, and
- * no arc crosses it.
+ * Put names beside their handles so that none covers another name, a handle, a state, a note or the title of a frame, no
+ * arc crosses it, and no other handle is nearer.
  *
  * Each name tries some places around its handle, the best first, and takes the first that is free: at its full length,
  * or else shortened.
@@ -20,7 +20,7 @@
 
 /** A handle, with its label if that stays where it is. @typedef {{handle: Point, middle?: Point, size: Size}} Placed */
 
-import {boxOf, contains, pointsOf, RADIUS} from "../measures/geometry.js";
+import {boxOf, contains, pointsOf, RADIUS, wider} from "../measures/geometry.js";
 
 const CELL = 96;
 const ROW = 65536; // cells in a row
@@ -36,7 +36,7 @@ const CIRCLE = [
 ];
 const CORNERS = 4; // of a handle, across which a label may stand
 const STEP = 12; // pixels between two points of an arc
-const CROSSED = 72; // a point of an arc in a label is as bad as so many covered square pixels
+const CROSSED = 72; // a point of an arc in a label, or a handle nearer to it, is as bad as so many covered square pixels
 const MANY = 400; // arcs; of more, none is avoided
 const LANDSCAPE = 1.5; // width to height of the room of long labels, unless the states take a wider one
 const BESIDE = 40; // pixels beside the outermost states where long labels may stand
@@ -123,6 +123,8 @@ class Points {
 export function placeLabels(labels, states, {arcs = [], placed = [], room = roomOf(states), occupied = []} = {}) {
   const taken = new Boxes();
   const crossed = new Points();
+  const handles = new Points();
+  for (const {handle} of [...labels, ...placed]) handles.add(handle);
   for (const box of occupied) taken.add(box);
   for (const place of states) for (const [width, height] of CIRCLE) taken.add(around(place, width, height));
   for (const {handle} of labels) taken.add(around(handle, HANDLE * 2, HANDLE * 2));
@@ -147,7 +149,7 @@ export function placeLabels(labels, states, {arcs = [], placed = [], room = room
         const box = around(middle, size.width, size.height);
         if (!isSmallest && !contains(room, box)) continue;
         let cover = taken.covered(box);
-        if (cover < least) cover += CROSSED * crossed.within(box);
+        if (cover < least) cover += CROSSED * (crossed.within(box) + handles.within(wider(box, beyond(box, handle))));
         // Further away only where that is free.
         if (cover < least && (!cover || (isSmallest && index < usual))) [best, least] = [{middle, size}, cover];
         if (!least) break;
@@ -221,6 +223,9 @@ function directions(normal) {
     {x: -normal.x, y: -normal.y},
   ];
 }
+
+/** How far a label lies from its handle: another one that is nearer would seem to have it. @param {Box} box @param {Point} handle */
+const beyond = ({left, right, top, bottom}, {x, y}) => Math.max(left - x, x - right, top - y, y - bottom) - 1;
 
 /** @param {Point} middle @param {number} width @param {number} height @returns {Box} */
 function around({x, y}, width, height) {

@@ -64,7 +64,10 @@ export class Pointer {
     const {surface} = canvas;
     surface.addEventListener("pointerdown", (event) => this.#down(event));
     surface.addEventListener("pointermove", (event) => this.#move(event));
-    surface.addEventListener("pointerup", (event) => this.#lift(event) && this.#up());
+    surface.addEventListener("pointerup", (event) => {
+      canvas.tool?.release?.(canvas.point(event));
+      if (this.#lift(event)) this.#up();
+    });
     surface.addEventListener("pointercancel", (event) => this.#lift(event) && canvas.cancel());
     // When the finger is lifted, the menu must keep the focus.
     surface.addEventListener("touchend", (event) => this.#opened && event.cancelable && event.preventDefault());

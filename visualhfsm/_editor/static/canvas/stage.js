@@ -10,7 +10,7 @@
  */
 
 import {MergedElements} from "./merged-elements.js";
-import {contains, distance, pointsOf, RADIUS, wider} from "../measures/geometry.js";
+import {boxOf, contains, distance, pointsOf, RADIUS, wider} from "../measures/geometry.js";
 import {Plane, touches} from "./plane.js";
 import {StateView} from "./state-view.js";
 import {make} from "./svg.js";
@@ -114,8 +114,7 @@ export class Stage {
   /** The state at a point, or else the transition, where the crowd shows them. @param {Point} point */
   at(point) {
     if (!this.#isCrowded) return undefined;
-    const near = {left: point.x - HIT, right: point.x + HIT, top: point.y - HIT, bottom: point.y + HIT};
-    const found = [...this.#plane.within(near)];
+    const found = [...this.#plane.within(wider(boxOf([point]), HIT))];
     return (
       found.findLast((view) => view instanceof StateView && distance(view.middle, point) <= RADIUS) ??
       found.findLast(

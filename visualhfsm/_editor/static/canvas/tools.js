@@ -1,16 +1,18 @@
 /**
- * The drawing tools: a new state or transition is placed with arrows and Enter, or with clicks, without a held button.
+ * The drawing tools: a new state or transition is placed with arrows and Enter, or with clicks; with a held button, a
+ * transition is drawn from one state to another.
  *
  * @import {State} from "../data/protocol.js"
  * @import {HfsmCanvas} from "./canvas.js"
  * @import {Point} from "../measures/geometry.js"
  * @typedef {{hint: string, move: (event: PointerEvent) => void, click: (point: Point) => void,
- *   key: (event: KeyboardEvent) => boolean, cancel: () => void}} DrawingTool `key` says whether it took the key
+ *   release?: (point: Point) => void, key: (event: KeyboardEvent) => boolean, cancel: () => void}} DrawingTool `key` says
+ *   whether it took the key
  */
 
 import {page} from "../data/page.js";
 import {t} from "../kit/texts.js";
-import {distance, neighbor, RADIUS, wider} from "../measures/geometry.js";
+import {boxOf, distance, neighbor, RADIUS, wider} from "../measures/geometry.js";
 import {Link} from "./gestures.js";
 import {make, set} from "./svg.js";
 
@@ -101,6 +103,8 @@ export class TransitionTool {
     this.origin = "";
     /** The last chosen state. @type {State | undefined} */
     this.chosen = undefined;
+    /** The state on which the pointer was pressed. @type {State | undefined} */
+    this.pressed = undefined;
     const origin = page.state;
     if (origin) this.#begin(origin);
   }
@@ -122,9 +126,22 @@ export class TransitionTool {
   /** @param {Point} point */
   click(point) {
     const state = this.canvas.stateAt(point);
-    if (this.link) this.#end(state, point);
+    if (this.link && !state) this.#end(state, point);
+    else if (this.link) this.pressed = state;
     else if (state) this.#begin(state);
     else this.canvas.useTool(undefined);
+  }
+
+  /** End where the pointer is let go: it may be drawn from one state to another. @param {Point} point */
+  release(point) {
+    const {link, pressed} = this;
+    const state = this.canvas.stateAt(point);
+    if (!link || !(pressed ?? (state && state.id !== link.origin))) return;
+    if (pressed && state?.id !== pressed.id) {
+      link.cancel();
+      this.#begin(pressed);
+    }
+    this.#end(state, point);
   }
 
   /** @param {KeyboardEvent} event */
@@ -224,9 +241,7 @@ export function freePlace(canvas, near, {width, height} = {width: 2 * RADIUS, he
         x: Math.round(middle.x + Math.cos(angle) * ring * 60),
         y: Math.round(middle.y + Math.sin(angle) * ring * 60),
       };
-      const {x, y} = place;
-      const box = {left: x - width / 2, right: x + width / 2, top: y - height / 2, bottom: y + height / 2};
-      if (canvas.drawing.isFree(wider(box, GAP))) return place;
+      if (canvas.drawing.isFree(wider(boxOf([place]), width / 2 + GAP, height / 2 + GAP))) return place;
     }
   }
   return middle;

@@ -5,6 +5,7 @@
  * @import {Box} from "./geometry.js"
  */
 
+import {wider} from "./geometry.js";
 import {BOLD, shortened, width, wrapped} from "./text.js";
 
 export const SIZE = 13; // of letters
@@ -100,11 +101,6 @@ export function occupied(text, box, isFrame) {
     {left, right, top: bottom, bottom},
     {left, right: left, top, bottom},
     {left: right, right, top, bottom},
-  ].map((side) => ({
-    left: side.left - BORDER,
-    right: side.right + BORDER,
-    top: side.top - BORDER,
-    bottom: side.bottom + BORDER,
-  }));
+  ].map((side) => wider(side, BORDER));
   return titleOf(text) ? [titleBox(text, box), ...sides] : sides;
 }

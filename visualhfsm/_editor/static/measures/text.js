@@ -29,6 +29,7 @@ const FITS = [
 const LINE = 1.16;
 const MARGIN = 5; // between a name and its state's rim
 const RING_MARGIN = 10;
+const STEP = 10; // by which a name may stand out further
 const ELLIPSIS = "…";
 
 /** @type {Map<string, {lines: string[], size: number}>} */
@@ -66,7 +67,8 @@ export function shortened(text, size, wanted) {
 /**
  * The lines in which a name stands in a state's circle, and the size of its letters.
  *
- * It is broken at spaces, underscores and before capitals. Letters that are larger than usual may stand out of the circle.
+ * It is broken at spaces, hyphens, underscores, before capitals and ideographs. Letters that are larger than usual may stand
+ * out of the circle: no further than needed, since arrows and handles are there.
  *
  * @param {string} name
  * @param {number} [smallest] size of letters
@@ -87,7 +89,7 @@ export function fitCircle(name, hasRing = false, smallest = 0, spill = 0) {
 function fit(name, radius, smallest, spill) {
   const text = name.trim().replace(/\s+/g, " ");
   if (!text) return {lines: [], size: SIZES[0]};
-  const words = text.match(/[^\s_-]*?[\p{Ll}\d](?=\p{Lu})|[^\s_-]*[\s_-]?/gu)?.filter(Boolean) ?? [text];
+  const words = text.split(/(?<=[\s_-])|(?<=[\p{Ll}\d])(?=\p{Lu})|(?=[\u3400-\u9fff])/u);
   /** @type {Room} */
   const circle = (line, count, size) => chord(line, count, size, radius);
   for (const [usual, count] of FITS) {
@@ -99,53 +101,39 @@ function fit(name, radius, smallest, spill) {
   const size = Math.max(SIZES[SIZES.length - 1], smallest);
   const spills = smallest > SIZES[0] && spill > 2 * radius;
   const room = spills ? () => spill : circle;
-  if (spills) {
-    const lines = broken(words, size, 1, room) ?? broken(words, size, 2, room);
+  for (let wide = 2 * RADIUS; spills && wide < spill + STEP; wide += STEP) {
+    const lines = broken(words, size, 2, () => Math.min(wide, spill));
     if (lines) return {lines, size};
   }
   const most = spills ? 2 : ([3, 2].find((count) => chord(0, count, size, radius) > 2 * size) ?? 1);
-  const rest = [];
-  let left = words;
-  for (let line = 0; line < most && left.length; line++) {
-    const wide = room(line, most, size);
-    const isLast = line === most - 1;
-    let taken = 1;
-    while (
-      !isLast &&
-      taken < left.length &&
-      width(
-        left
-          .slice(0, taken + 1)
-          .join("")
-          .trim(),
-        size,
-      ) <= wide
-    )
-      taken++;
-    rest.push(shortened((isLast ? left : left.slice(0, taken)).join("").trim(), size, wide));
-    left = isLast ? [] : left.slice(taken);
-  }
-  return {lines: rest, size};
+  const lines = inLines(words, size, most, room, most);
+  return {lines: lines.map((line, index) => shortened(line, size, room(index, most, size))), size};
 }
 
 /** @typedef {(line: number, count: number, size: number) => number} Room the width of one of several lines */
 
 /** @param {string[]} words @param {number} size @param {number} count @param {Room} room */
 function broken(words, size, count, room) {
-  const lines = [];
-  let current = "";
+  const lines = inLines(words, size, count, room);
+  const isIn =
+    lines.length <= count && lines.every((line, index) => width(line, size) <= room(index, lines.length, size));
+  return isIn ? lines : undefined;
+}
+
+/**
+ * Words in as few lines as the room of several allows; the last one that there may be has all the rest.
+ *
+ * @param {string[]} words @param {number} size @param {number} count @param {Room} room
+ */
+function inLines(words, size, count, room, most = Infinity) {
+  const lines = [""];
   for (const word of words) {
-    const longer = current + word;
-    if (current && width(longer.trim(), size) > room(lines.length, count, size)) {
-      lines.push(current.trim());
-      current = word;
-    } else {
-      current = longer;
-    }
+    const last = lines.length - 1;
+    const longer = lines[last] + word;
+    if (lines[last] && lines.length < most && width(longer.trim(), size) > room(last, count, size)) lines.push(word);
+    else lines[last] = longer;
   }
-  lines.push(current.trim());
-  if (lines.length > count) return undefined;
-  return lines.every((line, index) => width(line, size) <= room(index, lines.length, size)) ? lines : undefined;
+  return lines.map((line) => line.trim());
 }
 
 /**

@@ -77,7 +77,10 @@ async function reload(context) {
   notify(
     notKept.length
       ? t("Reloaded: {notKept}.", {notKept: notKept.join("; ")})
-      : t("Reloaded. States, timers and variables were kept; no cycle began for {time} ms.", {time}),
+      : t(
+          "Reloaded. States and timers were kept, as were variables that code had changed; no cycle began for {time} ms.",
+          {time},
+        ),
   );
 }
 
