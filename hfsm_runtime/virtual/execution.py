@@ -364,14 +364,14 @@ class Execution(VirtualRun):
             raise BehaviorFailed("\n".join(reported))
         failures = self._journal.take_failures()
         pauses = failures and self.component._hfsm_on_refused is OnRefused.PAUSE
-        for actor, error in failures:
-            if pauses and isinstance(error, CommandRefusedException):
+        for actor, failure in failures:
+            if pauses and isinstance(failure, CommandRefusedException):
                 continue
-            if self._strict and not (self.world.network.offline and isinstance(error, UNAVAILABLE)):
+            if self._strict and not (self.world.network.offline and isinstance(failure, UNAVAILABLE)):
                 last = self.errors[-1] if self.errors else None
-                said = last.message if last else describe(error)
-                what = sentence(f"the code of {actor.automaton.name} raised {said}")
-                raise self._failure(what, last.location if last else "") from error
+                error = last.message if last else describe(failure)
+                what = sentence(f"the code of {actor.automaton.name} raised {error}")
+                raise self._failure(what, last.location if last else "") from failure
         if self._strict and self._failed_threads:
             location, what = self._failed_threads.popleft()
             raise self._failure(what, location)

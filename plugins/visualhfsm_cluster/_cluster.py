@@ -148,7 +148,8 @@ class Cluster:
         return self._left(Message("its scheduler does not answer any more"))
 
     def _silent(self, error: OSError) -> TrialsError:
-        if isinstance(error, self._broken):  # seen before Dask notes it in the client's status
+        # Dask may note it in the client's status later, or only there: then the question takes too long.
+        if isinstance(error, self._broken) or self._client.status != "running":
             return self._gone()
         return self._left(Message("its scheduler does not answer: {reason}", reason=reason(error)))
 

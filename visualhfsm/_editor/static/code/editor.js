@@ -134,7 +134,7 @@ const theme = EditorView.theme({
   // CodeMirror's own sign is missing in many fonts.
   ".cm-completionIcon-keyword::after": {content: "'k'"},
   // On a phone it would cover the next options.
-  ".cm-completionInfo-left-narrow, .cm-completionInfo-right-narrow": {display: "none"},
+  "@media (max-width: 720px)": {".cm-completionInfo": {display: "none"}},
   ".cm-completionDetail": {color: "inherit", opacity: "0.9", fontStyle: "normal"},
   ".cm-help": {whiteSpace: "pre-wrap", maxHeight: "18em", overflow: "auto"},
   ".cm-completionInfo, .cm-tooltip.cm-help, .cm-tooltip-hover .cm-help": {padding: "6px 10px"},
