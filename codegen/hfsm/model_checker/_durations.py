@@ -108,8 +108,9 @@ class _Finder:
 
     def _read(self, piece: Piece) -> None:
         """Note the iterators without an end to which a piece of code gives names."""
-        modules = names_with(self._libraries, all_nodes(piece.tree))
-        for node in all_nodes(piece.tree):
+        nodes = all_nodes(piece.tree)
+        modules = names_with(self._libraries, nodes)
+        for node in nodes:
             match node:
                 case ast.Assign(value=value, targets=targets) if self._is_endless(value, modules):
                     self._endless.update(dotted(target)[-1] for target in targets if dotted(target))
@@ -119,8 +120,8 @@ class _Finder:
 
     def slow(self, piece: Piece) -> Iterator[ast.AST]:
         """Yield the nodes of a piece of code that may take longer than a period."""
-        modules = names_with(self._libraries, all_nodes(piece.tree))
         nodes = all_nodes(piece.tree)
+        modules = names_with(self._libraries, nodes)
         called = {node.func for node in nodes if isinstance(node, ast.Call)}
         parts = {node.value for node in nodes if isinstance(node, ast.Attribute)}.union(*map(_classes, nodes))
         for node in nodes:
