@@ -212,7 +212,10 @@ class Wire:
         try:
             yield
         except DDSException as error:
-            raise RobotError(f"cannot join {self._url} on loopback: {error}") from None
+            raise RobotError(
+                f"cannot join {self._url} on loopback: {error}; "
+                "another domain helps if a program has one of its ports"
+            ) from None
 
     def _run(self) -> None:
         try:

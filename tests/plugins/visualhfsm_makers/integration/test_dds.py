@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 import threading
 import time
 from types import SimpleNamespace
@@ -9,7 +10,7 @@ from types import SimpleNamespace
 import pytest
 
 from naoserver.errors import RobotError
-from tests.support.dds import free_domain
+from tests.support.dds import domain_ports, free_domain
 from tests.support.limits import EVENT_LIMIT
 
 pytest.importorskip("cyclonedds", reason="the extra unitree is not installed")
@@ -209,3 +210,13 @@ def test_as_many_programs_as_there_may_be_are_remembered(ears, monkeypatch):
 def test_what_is_no_domain_is_refused(url):
     with pytest.raises(RobotError, match="is no domain of DDS: write dds:0 to dds:232"):
         Wire(url, "Test", lambda: None, lambda _client: None, lambda _client: None)
+
+
+def test_a_domain_whose_port_another_program_has():
+    domain = free_domain()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.bind(("", domain_ports(domain)[0]))
+        with pytest.raises(
+            RobotError, match=f"cannot join dds:{domain} .*; another domain helps if a program has"
+        ):
+            Wire(f"dds:{domain}", "Test", lambda: None, str, str)

@@ -11,14 +11,14 @@ from contextlib import suppress
 import pytest
 
 from naoserver.errors import RobotError
-from tests.support.dds import free_domain
+from tests.support.dds import domain_ports, free_domain
 from tests.support.limits import EVENT_LIMIT
 from tests.support.soak import repeated
 from tests.support.waiting import until
 from visualhfsm_makers._introduction import Introduction
 
 DOMAIN = free_domain()
-GROUP = "239.255.0.1", 7400 + 250 * DOMAIN
+GROUP = "239.255.0.1", domain_ports(DOMAIN)[0]
 CYCLONE, FAST_DDS = b"\x01\x10", b"\x01\x0f"
 OURS, ITS, OTHER = b"ourselves...", b"a program...", b"another one."
 VERSION = struct.pack("<HH4s", 0x8007, 4, b"free")
