@@ -29,6 +29,7 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
+from tests.support.dds import domain_ports
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.malformed_cdr import malformed
 from tests.support.waiting import until
@@ -117,7 +118,7 @@ class Wiretap:
     """Hears the announcements of a domain, and sends them and what is like them again, changed."""
 
     def __init__(self, domain: int) -> None:
-        self._ports = [7400 + 250 * domain + place for place in (0, 1, *range(10, 20))]
+        self._ports = [domain_ports(domain)[place] for place in (0, 1, *range(10, 20))]
         self._heard = [b"RTPS\x02\x05\x01\x10" + bytes(12)]
 
     def __enter__(self) -> Self:

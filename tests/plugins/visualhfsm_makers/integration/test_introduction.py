@@ -145,6 +145,6 @@ def test_it_ends_with_its_thread(domain):
 def test_a_port_that_it_cannot_have_is_an_error():
     free = free_domain()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
-        taken.bind(("", 7400 + 250 * free))
+        taken.bind(("", domain_ports(free)[0]))
         with pytest.raises(RobotError, match="cannot hear programs at"):
             Introduction(free, OURS).start()
