@@ -85,7 +85,7 @@ def test_run_asks_once_for_a_robot_and_for_the_reset_of_its_emergency_stop(shown
     expect(menu).to_contain_text("Robot, world and speed change with a restart")
     assert shown.violations("header", ".menu") == []
     menu.get_by_role("button", name="Restart the simulation with these").click()
-    eventually(lambda: any("--speed=2" in child.cmdline() for child in children("naoserver_sim")))
+    eventually(lambda: children("naoserver_sim", "--speed=2"))
     shown.page.get_by_role("button", name="Simulated Nao H25").wait_for()
     shown.press("Alt+b")
     shown.button("Stop the simulation").click()

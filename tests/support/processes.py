@@ -44,8 +44,8 @@ def free_endpoint() -> str:
     return f"tcp/127.0.0.1:{free_port()}"
 
 
-def children(module: str) -> list[psutil.Process]:
-    """Return the processes that were started here, directly or not, of a Python module."""
+def children(module: str, *options: str) -> list[psutil.Process]:
+    """Return the processes that were started here, directly or not, of a Python module with some options."""
 
     def is_one(process: psutil.Process) -> bool:
         deadline = time.monotonic() + EVENT_LIMIT
@@ -55,7 +55,7 @@ def children(module: str) -> list[psutil.Process]:
                 time.sleep(0.001)
         except psutil.NoSuchProcess:  # it has ended
             return False
-        return module in command
+        return {module, *options} <= {*command}
 
     return [each for each in psutil.Process().children(recursive=True) if is_one(each)]
 
