@@ -45,4 +45,5 @@ def test_opening_waits_for_links_to_all_endpoints_and_no_longer(monkeypatch: pyt
     ):
         for _ in range(10):
             with open_session(Settings(connect=(second, first))) as session:
-                assert {*session.info.peers_zid()} == {robot.zid(), editor.zid()}
+                # With them may be the last one, of whose end they have not heard yet.
+                assert {*session.info.peers_zid()} >= {robot.zid(), editor.zid()}
