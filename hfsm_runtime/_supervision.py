@@ -21,7 +21,7 @@ from zenoh_ice.data.exceptions import (
     TimeoutException,
     ZenohIceError,
 )
-from zenoh_ice.data.text import printable, sentence
+from zenoh_ice.data.text import encodable, printable, sentence
 
 from ._advice import explain
 from ._automaton import Event, Transition
@@ -205,20 +205,10 @@ class Supervision(Observer):
         if any(error is crash for crash in self._crashes):
             return
         self._crashes.append(error)
-        location = locate(error, self._file)
-        place = f" at {location}" if location else ""
-        if not isinstance(error, SystemExit):
-            self._record(actor, location, describe(error)[:_LONGEST_MESSAGE])
-            trace = type(error), error, part_of_component(error, self._file)
-            self._log.critical("%s: its thread failed%s", _place(actor), place, exc_info=trace)
-        elif exit_code_of(error) == 0:
-            self._log.warning("%s: sys.exit() ends the component%s", _place(actor), place)
-        else:
-            what = f"sys.exit({short_repr(error.code)})"
-            message = sentence(f"{what} ends the component; a final state would end it without an error")
-            self._record(actor, location, message)
-            self._log.error("%s: %s%s", _place(actor), message, place)
-        self._halt(exit_code_of(error) if isinstance(error, SystemExit) else 1)
+        try:
+            self._report_crash(actor, error)
+        finally:  # to log may run user code, too
+            self._halt(exit_code_of(error) if isinstance(error, SystemExit) else 1)
 
     def succeeded(self, actor: Actor) -> None:
         """End the outages that a completed cycle has recovered from."""
@@ -269,9 +259,11 @@ class Supervision(Observer):
 
         Nothing tries again what it did, whatever the exception is.
         """
-        self.report(self._tree.root, location, message)
-        if self.on_error is OnError.STOP:
-            self._halt_for_error()
+        try:
+            self.report(self._tree.root, location, message)
+        finally:
+            if self.on_error is OnError.STOP:
+                self._halt_for_error()
 
     def may_pass(self, location: str, message: str, error: BaseException) -> bool:
         """Handle what a callback met and the next one need not meet, as in a cycle; false for all else."""
@@ -300,9 +292,26 @@ class Supervision(Observer):
         self._dropped.add(place)
         self._log.log(logging.INFO if first else logging.DEBUG, "%s: %s", _place(actor), message)
 
+    def _report_crash(self, actor: Actor, error: BaseException) -> None:
+        location = locate(error, self._file)
+        place = f" at {location}" if location else ""
+        if not isinstance(error, SystemExit):
+            self._record(actor, location, describe(error)[:_LONGEST_MESSAGE])
+            trace = type(error), error, part_of_component(error, self._file)
+            self._log.critical("%s: its thread failed%s", _place(actor), place, exc_info=trace)
+        elif exit_code_of(error) == 0:
+            self._log.warning("%s: sys.exit() ends the component%s", _place(actor), place)
+        else:
+            what = f"sys.exit({short_repr(error.code)})"
+            message = sentence(f"{what} ends the component; a final state would end it without an error")
+            self._record(actor, location, message)
+            self._log.error("%s: %s%s", _place(actor), message, place)
+
     def _halt_for_error(self) -> None:
-        self._log.error("the component halts; `onerror` continue would ignore the error")
-        self._halt(1)
+        try:
+            self._log.error("the component halts; `onerror` continue would ignore the error")
+        finally:
+            self._halt(1)
 
     def _may_be_late(self, actor: Actor) -> bool:
         """Return whether hardware fails in too few cycles in a row, with this one, for an error."""
@@ -322,7 +331,8 @@ class Supervision(Observer):
             self._log.log(level, "%s: %s; %s", _place(actor), message, what)
 
     def _record(self, actor: Actor, location: str, message: str) -> None:
-        report = ErrorReport(self.now() / 1e9, actor.automaton.id, actor.current.id, location, message)
+        at, place, text = self.now() / 1e9, encodable(location), encodable(message)  # the monitor sends them
+        report = ErrorReport(at, actor.automaton.id, actor.current.id, place, text)
         with self._lock:
             self._records.append(report)
 

@@ -281,12 +281,14 @@ def _end(runtime: ComponentRun) -> None:
     What goes on of user code then, on its own threads, commands nothing any more.
     """
     runtime.request_stop()
-    if runtime.in_cycle:
-        stop_robot(runtime.component)
-    runtime.stop()
-    end_callbacks(runtime.component)
-    send_only_stops(runtime.component)
-    stop_robot(runtime.component)
+    component = runtime.component
+    with ExitStack() as last:  # each, whatever the others raise: to log may run user code
+        last.callback(stop_robot, component)
+        last.callback(send_only_stops, component)
+        last.callback(end_callbacks, component)
+        last.callback(runtime.stop)
+        if runtime.in_cycle:
+            stop_robot(component)
 
 
 def _wait(runtime: ComponentRun, seconds: float | None, stop: threading.Event, safety: SafetyPrx) -> None:
