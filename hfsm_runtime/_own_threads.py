@@ -98,8 +98,11 @@ def _keep_ignored(args: Any) -> None:  # noqa: ANN401 - `sys.UnraisableHookArgs`
         _here.ignores = False
 
 
-def report_dropped() -> None:
-    """Report what code has raised since the last cycle, and Python has dropped."""
+def report_dropped(component: Component) -> None:
+    """Report what code has raised since the last cycle, and Python has dropped.
+
+    If it was raised in the code of no component, it is of the one whose cycle ends.
+    """
     while _ignored:
         error = _ignored.popleft()
         if isinstance(error, _ENDS):
@@ -112,7 +115,8 @@ def report_dropped() -> None:
             what = sentence(
                 f"a call or a task of its code failed, which asks for no outcome: {describe(error)}"
             )
-            for run, place in _runs_of(error):
+            own = [(run, _place(error)) for run in tuple(_runs) if run.component is component]
+            for run, place in _located(error) or own:
                 run.callback_failed(place, what, error)
 
 

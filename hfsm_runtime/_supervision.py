@@ -214,7 +214,7 @@ class Supervision(Observer):
     def succeeded(self, actor: Actor) -> None:
         """End the outages that a completed cycle has recovered from; report what Python has dropped."""
         if drops_anything():
-            report_dropped()
+            report_dropped(self._component)
         if self._hardware_failures and self._hardware_failures.get(actor, (0, -1))[1] != actor.cycle.count:
             self._hardware_failures.pop(actor, None)
         if self._refusals.waiting:

@@ -140,11 +140,18 @@ def test_a_component_whose_attributes_cannot_be_listed_says_what_is_missing(
     assert message.startswith("AttributeError: `self.nothing` is not declared")
 
 
-@pytest.mark.parametrize(("raised", "told"), [("Mute", "Mute: its message is not"), ("Other", "Other: ")])
+@pytest.mark.parametrize(
+    ("raised", "told"),
+    [
+        ("Mute()", "Mute: its message is not"),
+        ("Other()", "Other: "),
+        (r"Other('\udcff')", r"Other: \udcff"),
+    ],
+)
 def test_variables_that_fail_in_any_way_are_told_with_their_place(
     raised: str, told: str, tmp_path: Path
 ) -> None:
-    made = component(tmp_path, variables=f"raise self.{raised}()")
+    made = component(tmp_path, variables=f"raise self.{raised}")
     with pytest.raises(VariablesError) as caught:
         Execution(made)
     assert str(caught.value).startswith(f"the variables of the component failed: {told}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import re
 import sys
 import threading
@@ -271,6 +272,9 @@ def submit():
 def test_what_code_beside_the_document_raises_is_an_error_of_the_only_component(
     code: str, behavior: MakeBehavior, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    gc.collect()
+    for other in [each for each in gc.get_objects() if type(each) is Execution]:
+        other.close()  # other tests' components
     (tmp_path / "helper.py").write_text(HELPER, encoding="utf-8")
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.delitem(sys.modules, "helper", raising=False)
