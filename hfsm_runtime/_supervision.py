@@ -281,7 +281,8 @@ class Supervision(Observer):
     def report(self, actor: Actor, location: str, message: str) -> None:
         """Log and remember an error that ends nothing."""
         self._record(actor, location, message[:_LONGEST_MESSAGE])
-        self._log.error("%s: %s%s", _place(actor), message, f" at {location}" if location else "")
+        place = f" at {location}" if location else ""
+        self._log_seldom(actor, f"{location} {message}", f"{_place(actor)}: {message}{place}", None)
 
     def event_dropped(self, actor: Actor, event: Event, reason: DropReason) -> None:
         """Log a dropped event: a full queue is an error, other reasons are logged once for each place."""

@@ -224,6 +224,17 @@ def test_what_python_drops_is_an_error_of_the_component(
     assert run.halted == bool(run.calls("Head.stop")) == (policy is OnError.STOP)
 
 
+def test_what_each_cycle_drops_is_logged_once_and_counted(
+    behavior: MakeBehavior, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    root = sub(1, 0, state(1, "a", "self.Head.setPose.begin(math.nan, 0.0, 0.5)", initial=True))
+    made = load(compile_to(tmp_path, document(root, config=HEAD, libraries=LIBRARIES)))
+    run = behavior(type(made), robot="fake", on_error=OnError.CONTINUE)
+    run.advance(1.0)
+    assert len(run.errors) >= 9
+    assert caplog.text.count("which asks for no outcome") == 1
+
+
 SEEN = {
     "of a pool": "with ThreadPoolExecutor(1) as pool: pool.submit(lambda: 1 / 0).exception()",
     "of a map": (
