@@ -30,7 +30,6 @@ from .errors import (
     ReloadRefusedError,
     UnknownElementError,
     ValueTypeError,
-    describe,
 )
 from .observer import Observer
 from .source_map import locate_frame
@@ -326,9 +325,11 @@ class ComponentRun:
         if not self.ended.is_set():
             self._supervision.thread_failed(location, message)
 
-    def callback_failed(self, location: str, error: BaseException) -> None:
-        """Handle what a callback of user code has raised: an error as on a thread, unless it may pass."""
-        message = sentence(f"a callback of its code failed: {describe(error)}")
+    def callback_failed(self, location: str, message: str, error: BaseException) -> None:
+        """Handle what a callback of user code has raised: an error as on a thread, unless it may pass.
+
+        So is a call for whose outcome the code does not ask.
+        """
         if not (self.ended.is_set() or self._supervision.may_pass(location, message, error)):
             self.thread_failed(location, message)
 

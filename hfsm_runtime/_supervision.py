@@ -21,12 +21,13 @@ from zenoh_ice.data.exceptions import (
     TimeoutException,
     ZenohIceError,
 )
-from zenoh_ice.data.text import printable, sentence
+from zenoh_ice.data.text import encodable, printable, sentence
 
 from ._advice import explain
 from ._automaton import Event, Transition
 from ._cycle import CycleEnded
 from ._limits import RuntimeLimits
+from ._own_threads import drops_anything, report_dropped
 from ._timeline import Timeline
 from ._variables import short_repr
 from .component import Component, source_of
@@ -205,23 +206,15 @@ class Supervision(Observer):
         if any(error is crash for crash in self._crashes):
             return
         self._crashes.append(error)
-        location = locate(error, self._file)
-        place = f" at {location}" if location else ""
-        if not isinstance(error, SystemExit):
-            self._record(actor, location, describe(error)[:_LONGEST_MESSAGE])
-            trace = type(error), error, part_of_component(error, self._file)
-            self._log.critical("%s: its thread failed%s", _place(actor), place, exc_info=trace)
-        elif exit_code_of(error) == 0:
-            self._log.warning("%s: sys.exit() ends the component%s", _place(actor), place)
-        else:
-            what = f"sys.exit({short_repr(error.code)})"
-            message = sentence(f"{what} ends the component; a final state would end it without an error")
-            self._record(actor, location, message)
-            self._log.error("%s: %s%s", _place(actor), message, place)
-        self._halt(exit_code_of(error) if isinstance(error, SystemExit) else 1)
+        try:
+            self._report_crash(actor, error)
+        finally:  # to log may run user code, too
+            self._halt(exit_code_of(error) if isinstance(error, SystemExit) else 1)
 
     def succeeded(self, actor: Actor) -> None:
-        """End the outages that a completed cycle has recovered from."""
+        """End the outages that a completed cycle has recovered from; report what Python has dropped."""
+        if drops_anything():
+            report_dropped(self._component)
         if self._hardware_failures and self._hardware_failures.get(actor, (0, -1))[1] != actor.cycle.count:
             self._hardware_failures.pop(actor, None)
         if self._refusals.waiting:
@@ -269,9 +262,11 @@ class Supervision(Observer):
 
         Nothing tries again what it did, whatever the exception is.
         """
-        self.report(self._tree.root, location, message)
-        if self.on_error is OnError.STOP:
-            self._halt_for_error()
+        try:
+            self.report(self._tree.root, location, message)
+        finally:
+            if self.on_error is OnError.STOP:
+                self._halt_for_error()
 
     def may_pass(self, location: str, message: str, error: BaseException) -> bool:
         """Handle what a callback met and the next one need not meet, as in a cycle; false for all else."""
@@ -286,7 +281,8 @@ class Supervision(Observer):
     def report(self, actor: Actor, location: str, message: str) -> None:
         """Log and remember an error that ends nothing."""
         self._record(actor, location, message[:_LONGEST_MESSAGE])
-        self._log.error("%s: %s%s", _place(actor), message, f" at {location}" if location else "")
+        place = f" at {location}" if location else ""
+        self._log_seldom(actor, f"{location} {message}", f"{_place(actor)}: {message}{place}", None)
 
     def event_dropped(self, actor: Actor, event: Event, reason: DropReason) -> None:
         """Log a dropped event: a full queue is an error, other reasons are logged once for each place."""
@@ -300,9 +296,26 @@ class Supervision(Observer):
         self._dropped.add(place)
         self._log.log(logging.INFO if first else logging.DEBUG, "%s: %s", _place(actor), message)
 
+    def _report_crash(self, actor: Actor, error: BaseException) -> None:
+        location = locate(error, self._file)
+        place = f" at {location}" if location else ""
+        if not isinstance(error, SystemExit):
+            self._record(actor, location, describe(error)[:_LONGEST_MESSAGE])
+            trace = type(error), error, part_of_component(error, self._file)
+            self._log.critical("%s: its thread failed%s", _place(actor), place, exc_info=trace)
+        elif exit_code_of(error) == 0:
+            self._log.warning("%s: sys.exit() ends the component%s", _place(actor), place)
+        else:
+            what = f"sys.exit({short_repr(error.code)})"
+            message = sentence(f"{what} ends the component; a final state would end it without an error")
+            self._record(actor, location, message)
+            self._log.error("%s: %s%s", _place(actor), message, place)
+
     def _halt_for_error(self) -> None:
-        self._log.error("the component halts; `onerror` continue would ignore the error")
-        self._halt(1)
+        try:
+            self._log.error("the component halts; `onerror` continue would ignore the error")
+        finally:
+            self._halt(1)
 
     def _may_be_late(self, actor: Actor) -> bool:
         """Return whether hardware fails in too few cycles in a row, with this one, for an error."""
@@ -322,7 +335,8 @@ class Supervision(Observer):
             self._log.log(level, "%s: %s; %s", _place(actor), message, what)
 
     def _record(self, actor: Actor, location: str, message: str) -> None:
-        report = ErrorReport(self.now() / 1e9, actor.automaton.id, actor.current.id, location, message)
+        at, place, text = self.now() / 1e9, encodable(location), encodable(message)  # the monitor sends them
+        report = ErrorReport(at, actor.automaton.id, actor.current.id, place, text)
         with self._lock:
             self._records.append(report)
 

@@ -193,6 +193,7 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM, or that 
             def present() -> bool:
                 return servers_present(runtime.component, world.communicator)
 
+            stop.interrupts = True  # the variables of the document may wait for anything
             clock = world.communicator.clock
             reactions = {"on_error": on_error, "on_refused": on_refused, "servers_present": present}
             if record is None:
@@ -206,6 +207,7 @@ Exit codes: 0 done, 1 an error, 2 wrong usage, 130 Ctrl-C, 143 SIGTERM, or that 
                 runtime = RecordedRuntime(made, clock, recorder, **reactions)
                 recorder.action("structure", **msgspec.to_builtins(structure_of(runtime)))
                 stack.enter_context(recorded_surroundings(communicator, recorder))
+            stop.interrupts = False
             if (kept := CycleFile.of_parent()) is not None:
                 stack.callback(kept.close)
                 runtime.tree.observers.append(CycleNotes(kept))
@@ -279,12 +281,14 @@ def _end(runtime: ComponentRun) -> None:
     What goes on of user code then, on its own threads, commands nothing any more.
     """
     runtime.request_stop()
-    if runtime.in_cycle:
-        stop_robot(runtime.component)
-    runtime.stop()
-    end_callbacks(runtime.component)
-    send_only_stops(runtime.component)
-    stop_robot(runtime.component)
+    component = runtime.component
+    with ExitStack() as last:  # each, whatever the others raise: to log may run user code
+        last.callback(stop_robot, component)
+        last.callback(send_only_stops, component)
+        last.callback(end_callbacks, component)
+        last.callback(runtime.stop)
+        if runtime.in_cycle:
+            stop_robot(component)
 
 
 def _wait(runtime: ComponentRun, seconds: float | None, stop: threading.Event, safety: SafetyPrx) -> None:

@@ -6,6 +6,8 @@ from enum import StrEnum
 from types import TracebackType
 from typing import Final
 
+from zenoh_ice.data.text import encodable
+
 _LONGEST_MESSAGE: Final = 4000
 
 
@@ -92,7 +94,7 @@ def describe(error: BaseException) -> str:
         text = str(error)
     except BaseException:  # noqa: BLE001
         text = "its message is not available"
-    return f"{type(error).__name__}: {text}"[:_LONGEST_MESSAGE]
+    return encodable(f"{type(error).__name__}: {text[:_LONGEST_MESSAGE]}")[:_LONGEST_MESSAGE]
 
 
 def exit_code_of(end: SystemExit) -> int:

@@ -82,6 +82,7 @@ def _import_for(program: object, name: str, globals: Any = None, *rest: Any, **n
         line, row = line_of_frame(sys._getframe(1), program_file())
         if own and row is not None:
             _write(_failure(error, row.place_of(line)))
+            error.code = error.code or 1
         raise
     finally:
         builtins.__import__ = watching

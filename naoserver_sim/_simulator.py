@@ -256,7 +256,7 @@ class SimulationClock:
         self._ending = threading.Event()
         self._thread: threading.Thread | None = None
         physics.virtual = False
-        self.failure: Exception | None = None
+        self.failure: BaseException | None = None
         """The exception that ended the physics thread, if any."""
 
     @property
@@ -313,7 +313,7 @@ class SimulationClock:
                     pacer.record(self.now())
                 else:
                     self._ending.wait(pacer.wait_time(self.now()))
-        except Exception as error:  # noqa: BLE001 - readers must learn of it: see `failure`
+        except BaseException as error:  # noqa: BLE001 - readers must learn of it: see `failure`
             self.failure = error
             _log.exception("the physics stopped at %.3f s", self.now())
 

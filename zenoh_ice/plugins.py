@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
+from zenoh_ice.data.text import text_of
+
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint, EntryPoints
 
@@ -63,11 +65,13 @@ def _loaded(point: EntryPoint) -> Any | None:  # noqa: ANN401
         if error.name and point.module.split(".")[0] == error.name.split(".")[0]:
             return None  # removed since it was installed
         raise PluginError(_failure(point, error)) from error
-    except Exception as error:  # whatever somebody else's module raises
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # whatever somebody else's module raises, by `sys.exit`, too
         raise PluginError(_failure(point, error)) from error
 
 
-def _failure(point: EntryPoint, error: Exception) -> str:
+def _failure(point: EntryPoint, error: BaseException) -> str:
     owner = point.dist.name if point.dist else "a package"
-    why = str(error) or type(error).__name__
+    why = text_of(error) or type(error).__name__
     return f"the plug-in {point.name} of {owner} ({point.value}) cannot be loaded: {why}"

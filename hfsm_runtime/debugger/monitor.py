@@ -197,7 +197,7 @@ class Monitor(Observer):
                 try:
                     publisher.publish(self.servant.getSnapshot(), self.runtime.clock.now())
                     reported = False
-                except Exception:  # variables are user objects, whose errors must not end the monitor
+                except BaseException:  # variables are user objects, whose errors must not end the monitor
                     if not reported:  # ten reports a second would hide everything else
                         _logger.exception("snapshots cannot be published")
                     reported = True

@@ -15,6 +15,7 @@ from zenoh_ice import Object
 from zenoh_ice.data.text import sentence
 
 from .._limits import LIMITS, RuntimeLimits
+from .._own_threads import forget_threads_of
 from .._recording.clocks import TimeModule, restore
 from .._robot import Permission
 from .._stop import end_callbacks, stop_robot
@@ -310,6 +311,7 @@ class Execution(VirtualRun):
         try:
             if "tree" in vars(self):  # otherwise it could not be made
                 self.end_cycles()
+                forget_threads_of(self)
         finally:
             self.world.close()
 

@@ -20,7 +20,7 @@ from nao_tools.findings import Finding, fail, note, ok, warn
 from zenoh_ice import plugins
 from zenoh_ice.application.kept_stop import UNREADABLE, Kept, kept_directory, read_kept
 from zenoh_ice.application.processor import IN_PART, is_in_part, lacks_of_mujoco
-from zenoh_ice.data.text import printable, signal_name
+from zenoh_ice.data.text import printable, signal_name, text_of
 from zenoh_ice.settings import LOOPBACK_6, has_address, has_only_ipv6
 
 _LIMIT: Final = 30.0  # s for another process; software rendering takes some to start
@@ -146,8 +146,8 @@ def _check_plugins() -> Iterator[Finding]:
         try:
             check: Callable[[], Iterable[Finding]] | None = plugins.find("nao_tools.checks", name)
             yield from check() if check is not None else ()
-        except Exception as error:  # noqa: BLE001 - whatever the code of others raises
-            yield fail(f"{name}: it cannot be checked: {' '.join(str(error).split())}", _REPAIR)
+        except (Exception, SystemExit) as error:  # noqa: BLE001 - whatever the code of others raises
+            yield fail(f"{name}: it cannot be checked: {' '.join(text_of(error).split())}", _REPAIR)
 
 
 def _ran(program: str) -> subprocess.CompletedProcess[bytes] | None:

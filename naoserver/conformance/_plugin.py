@@ -103,7 +103,7 @@ def made_by(named: str) -> MakeRobot:
         module = importlib.import_module(name)
     except ImportError as error:
         raise pytest.UsageError(f"--robot {named}, looked for in {folder}, too: {error}") from error
-    except Exception as error:  # of its own code, or a name that cannot be one of a module
+    except (Exception, SystemExit) as error:  # of its own code, or a name that cannot be one of a module
         raise pytest.UsageError(f"--robot {named}: {name or 'no module'}: {error!r}") from error
     if not callable(made_here := getattr(module, function or "make", None)):
         raise pytest.UsageError(f"--robot {named}: {name} has no function {function or 'make'!r}")
@@ -133,7 +133,7 @@ def nao(make: MakeRobot, request: pytest.FixtureRequest) -> Iterator[RobotClient
         try:
             robot = stack.enter_context(make())
             server = stack.enter_context(served(robot, limit=option.robot_limit))
-        except Exception as error:  # noqa: BLE001 - whatever the robot's own code raises
+        except (Exception, SystemExit) as error:  # noqa: BLE001 - whatever the robot's own code raises
             known = isinstance(error, RobotError)
             why = str(error) if known else "".join(traceback.format_exception(error, limit=-2)).rstrip()
             pytest.exit(f"{option.robot}: the robot cannot be started: {why}", 1)

@@ -218,7 +218,7 @@ class Connection(Generic[L]):
             for poll in self.on_tick:
                 poll(self._link)
         except BaseException as error:
-            self._link.close()
+            _close(self._link)
             if isinstance(error, OSError):
                 raise LinkLost(f"there is no link to the robot: {_reason(error)}") from error
             raise
@@ -232,7 +232,7 @@ class Connection(Generic[L]):
         join(self._watch, _END_LIMIT)
         link, self._link = self._link, None
         if link is not None:
-            link.close()
+            _close(link)
 
     def _open(self, timeout: float) -> L:
         try:
@@ -241,7 +241,7 @@ class Connection(Generic[L]):
                 for prepare in self.on_open:
                     prepare(link)
             except BaseException:
-                link.close()
+                _close(link)
                 raise
         except OSError as error:
             raise LinkLost(f"there is no link to the robot: {_reason(error)}") from error
@@ -270,7 +270,7 @@ class Connection(Generic[L]):
                 self._reporter.report_once("tick", str(error))
             except (HardwareFailure, OSError) as error:
                 return _reason(error)
-            except Exception as error:
+            except BaseException as error:  # on this thread only the driver's own
                 _logger.exception("checking the robot failed")
                 return sentence(f"checking it failed: {error!r}")
             finally:
@@ -300,7 +300,7 @@ class Connection(Generic[L]):
         self._notify(self.on_lost, why)
         message = sentence(f"lost the robot: {why}; trying to find it again")
         self._reporter.report(Severity.Error, message, "lost", at_once=True)
-        link.close()
+        _close(link)
 
     def _find(self) -> None:
         try:
@@ -308,7 +308,7 @@ class Connection(Generic[L]):
         except RobotError as error:
             self._reporter.report_once("finding", sentence(f"the robot is still lost: {error}"))
             return
-        except Exception as error:
+        except BaseException as error:
             _logger.exception("finding the robot failed")
             self._reporter.report_once("finding", f"the robot is still lost: finding it failed: {error!r}")
             return
@@ -321,8 +321,16 @@ class Connection(Generic[L]):
         for listener in listeners:
             try:
                 listener(*news)
-            except Exception:
+            except (Exception, SystemExit):
                 _logger.exception("a part failed to handle the loss, the return or the end of the robot")
+
+
+def _close(link: Link) -> None:
+    """Close a link; that this fails hides nothing, and keeps nobody from opening it again."""
+    try:
+        link.close()
+    except (Exception, SystemExit):
+        _logger.exception("closing the link failed")
 
 
 def _reason(error: Exception) -> str:

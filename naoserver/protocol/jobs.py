@@ -172,7 +172,7 @@ class Watchdog:
     def _check(self, device: Watched) -> float:
         try:
             due = device.watch()
-        except Exception:
+        except (Exception, SystemExit):
             _logger.exception("the watchdog could not check %s", device.name)
             return _AFTER_ERROR
         return _WATCH_PERIOD if due is None else due
@@ -212,7 +212,7 @@ class ControlLoop:
     def _do(self, job: Job, now: float) -> None:
         try:
             job.run()
-        except Exception:
+        except (Exception, SystemExit):  # of a driver, too, which calls `sys.exit`
             _logger.exception("%s is tried again in %g s of the robot after an error", job.name, _RETRY_DELAY)
             self._retry[job] = now + _RETRY_DELAY
 
@@ -301,7 +301,7 @@ class _JobThread(threading.Thread):
     def _do(self, job: Job) -> None:
         try:
             job.run()
-        except Exception:
+        except (Exception, SystemExit):  # of a driver, too, which calls `sys.exit`
             _logger.exception("%s is tried again in %g s after an error", job.name, self._retry_delay)
             self._retry[job] = time.monotonic() + self._retry_delay
 

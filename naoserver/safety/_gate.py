@@ -242,13 +242,13 @@ class Gate:
                 lostFor=self.events.wall_time() - self._lost.since if self._lost else 0.0,
             )
 
-    def _stop_all(self) -> Exception | None:
-        """Stop every part, whatever fails; return the first failure."""
-        failure: Exception | None = None
+    def _stop_all(self) -> BaseException | None:
+        """Stop every part, whatever fails; return the first failure. A driver may even call `sys.exit`."""
+        failure: BaseException | None = None
         for stop in self._stops:
             try:
                 stop()
-            except Exception as error:
+            except BaseException as error:
                 _logger.exception("a part of the robot could not be stopped")
                 failure = failure or error
         return failure

@@ -59,7 +59,7 @@ class Claims:
         for claimed, stop in claims:
             try:
                 stop()
-            except Exception:  # stop the others and the joints anyway
+            except (Exception, SystemExit):  # stop the others and the joints anyway
                 _logger.exception("cannot stop what moves %s", ", ".join(sorted(claimed)))
         with self._lock:
             return wanted & frozenset().union(*(joints for joints, _ in self._claims.values()))

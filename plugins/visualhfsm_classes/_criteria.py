@@ -91,7 +91,7 @@ def _by_state(
 
 def _by_function(run: JudgedRun, reference: str, folder: Path, language: str) -> Verdict:
     try:
-        found = typed.convert(call_function(reference, folder.resolve(), run), _Judged)
+        found = typed.convert(call_function(reference, folder.resolve(), run, lambda given: given), _Judged)
     except TrialsError as error:
         raise GradingError(reason(error)) from error
     except FunctionFailed as error:

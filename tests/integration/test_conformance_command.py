@@ -201,13 +201,15 @@ def test_a_run_without_a_robot_or_with_several_is_refused(
     assert message in output
 
 
+@pytest.mark.parametrize("error", ["ValueError", "SystemExit"])
 def test_a_robot_that_cannot_be_made_ends_the_run_with_the_place_where_that_was_raised(
+    error: str,
     tmp_path: Path,
 ) -> None:
-    (tmp_path / "mine.py").write_text("def make():\n    raise ValueError('no bus')\n")
+    (tmp_path / "mine.py").write_text(f"def make():\n    raise {error}('no bus')\n")
     code, output = run(tmp_path, "--robot", "mine:make")
     assert code == 1
-    assert output.count("ValueError: no bus") == 1
+    assert output.count(f"{error}: no bus") == 1
     assert 'mine.py", line 2, in make' in output
 
 

@@ -222,6 +222,16 @@ def test_a_signal_stops_the_robot_and_ends_it(
             eventually(lambda: abs(head.getPose().panSpeed) < 0.05)
 
 
+def test_a_signal_ends_variables_that_wait(tmp_path: Path, endpoint: str) -> None:
+    waits = "import threading\nprint('waiting', flush=True)\nthreading.Event().wait()"
+    file = compile_to(tmp_path, document(sub(1, 0, state(1, "a", initial=True), variables=waits)))
+    with start(file, endpoint) as component:
+        component.wait_for("waiting")
+        component.process.send_signal(signal.SIGTERM)
+        assert component.wait(END_LIMIT) == 143
+        assert "Traceback" not in component.output
+
+
 def test_an_error_in_user_code_ends_it_with_the_documents_line(tmp_path: Path, endpoint: str) -> None:
     file = turning(tmp_path, "self.head.setSpeed(0.2, 0.0)\nself.nothing()")
     with serve(endpoint):

@@ -146,6 +146,28 @@ def test_a_resume_that_waits_for_a_recorded_cycle_keeps_nobody_from_the_automata
     assert lock.overlaps == []
 
 
+def test_a_variable_whose_repr_interrupts_does_not_end_the_stream(pair: Pair) -> None:
+    class Torn:
+        shown = 0
+
+        def __repr__(self) -> str:
+            Torn.shown += 1
+            if Torn.shown < 3:
+                raise KeyboardInterrupt
+            return "whole"
+
+    value = Torn()
+
+    def code() -> None:
+        nonlocal value
+        value = value
+
+    root = Automaton("torn", id=1, period=0.02, states=(State("a", initial=True, code=code),))
+    with monitored(pair, root) as (_, proxy):
+        snapshot = first_snapshot(proxy, lambda _: True)
+    assert snapshot.automata[0].variables == {"value": "whole"}
+
+
 def test_what_a_component_marks_is_in_its_snapshots(pair: Pair) -> None:
     made: list[Component] = []
     state = State(id=1, name="look", initial=True, code=lambda: made[0].mark("Camera", 12.5, 7, "ball"))

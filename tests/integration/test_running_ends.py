@@ -131,6 +131,7 @@ ENDS = {
     "variables": End({"variables": "import sys\nsys.exit(5)"}, 1, VARIABLES, 2, "the variables .* SystemExit: 5"),
     "missing library": End({"library": "no_such"}, 1, LIBRARY, 1, "the library no_such is not installed: try `pip"),
     "library that exits": End({"library": "exits"}, 6, LIBRARY, 1, r"a library ends the program .* by sys\.exit\(6\)"),
+    "library that leaves": End({"library": "leaves"}, 1, LIBRARY, 1, r"a library ends the program .* by sys\.exit\(None\)"),
     "library that dies": End({"library": "dies"}, 7, LIBRARY, 1, r"os\._exit\(7\) ends the process"),
     "library that fails": End({"library": "fails"}, 1, LIBRARY, 1, "ValueError: it fails"),
 }  # fmt: skip
@@ -140,6 +141,7 @@ ENDS = {
 def path(tmp_path: Path) -> Path:
     """Return where a document belongs, beside libraries that end the program."""
     (tmp_path / "exits.py").write_text("raise SystemExit(6)\n")
+    (tmp_path / "leaves.py").write_text("raise SystemExit\n")
     (tmp_path / "dies.py").write_text("import os\nos._exit(7)\n")
     (tmp_path / "fails.py").write_text("raise ValueError('it fails')\n")
     return tmp_path / "ends.xml"

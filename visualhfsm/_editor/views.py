@@ -100,7 +100,7 @@ def find_views(known: Iterable[type[Request]]) -> dict[str, View]:
             added = {kind.__struct_config__.tag for kind in view.requests}
             if names & added or not name.isidentifier() or not (view.static / ENTRY).is_file():
                 raise ValueError("it has a name or requests that there are, or no view.js")
-        except Exception as error:  # noqa: BLE001 - whatever the code of others raises
+        except (Exception, SystemExit) as error:  # noqa: BLE001 - whatever the code of others raises
             _logger.warning("the page has no view %s: %s", name, error)
         else:
             names |= added
@@ -115,6 +115,6 @@ def offered(views: Mapping[str, View], path: Path | None) -> list[str]:
         try:
             if view.offers(path):
                 found.append(name)
-        except Exception:
+        except (Exception, SystemExit):
             _logger.exception("the view %s is not offered", name)
     return found

@@ -6,25 +6,31 @@ from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, TypeVar
 
 from codegen.reasons import reason
+from hfsm_runtime.errors import describe
 from hfsm_runtime.loading import load_module
 
 from ._errors import TrialsError
+
+T = TypeVar("T")
 
 
 class FunctionFailed(Exception):
     """A function of a plan raised an exception; the text says which one."""
 
 
-def call_function(reference: str, folder: Path, run: object) -> Any:  # noqa: ANN401 - what it returns
-    """Return what a function of a plan returns for a run. Raises TrialsError, and FunctionFailed."""
+def call_function(reference: str, folder: Path, run: object, take: Callable[[Any], T]) -> T:
+    """Return what is taken from the result of a function of a plan for a run.
+
+    Raises TrialsError; and FunctionFailed, also for a result that cannot be taken.
+    """
     function = load_function(reference, folder)
     try:
-        return function(run)
-    except Exception as error:
-        raise FunctionFailed(f"{reference}: {type(error).__name__}: {error}") from error
+        return take(function(run))
+    except (Exception, SystemExit) as error:
+        raise FunctionFailed(f"{reference}: {describe(error)}") from error
 
 
 def load_function(reference: str, folder: Path) -> Callable[..., Any]:
@@ -51,7 +57,7 @@ def forget_functions() -> None:
 def _load(path: Path, changed: int) -> ModuleType:  # noqa: ARG001 - loaded again when it was edited
     try:
         return load_module(f"_trials_{path.stem}", path)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise TrialsError.because(
             "{path}: cannot be loaded: {name}: {reason}",
             path=str(path),

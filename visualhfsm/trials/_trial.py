@@ -9,8 +9,9 @@ import random
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager, redirect_stderr, redirect_stdout
+from functools import partial
 from pathlib import Path
-from typing import Any, Final, Protocol
+from typing import Any, Final, Protocol, TypeVar
 
 import numpy as np
 
@@ -21,10 +22,11 @@ from hfsm_runtime.virtual.errors import BehaviorFailed, UnknownName
 from naoserver.errors import RobotError
 from visualhfsm.simulation import Behavior, Team, simulate, simulate_team
 from visualhfsm.simulation._properties import stated_properties
+from zenoh_ice.data.text import encodable
 
 from ._disturbances import Disturbances
 from ._errors import TrialsError
-from ._functions import FunctionFailed, call_function, load_function
+from ._functions import FunctionFailed, call_function
 from ._outcomes import Outcome, StateChange
 from ._plan import SAMPLED, Plan
 from ._quantities import Value, Values
@@ -34,6 +36,8 @@ _PERIOD: Final = 0.1
 """s between two samples."""
 _MOST_CHANGES: Final = 200
 _LONGEST_ERROR: Final = 10_000
+
+T = TypeVar("T")
 
 
 @contextmanager
@@ -49,8 +53,13 @@ def quiet() -> Iterator[None]:
 
 def draw_values(plan: Plan, number: int) -> dict[str, Value]:
     """Return the values of a trial. Raises TrialsError."""
-    accept = load_function(plan.accept, Path(plan.document).parent) if plan.accept else None
-    return plan.draw(number, accept)
+    if plan.accept is None:
+        return plan.draw(number)
+    accept = partial(call_function, plan.accept, Path(plan.document).parent, take=bool)
+    try:
+        return plan.draw(number, accept)
+    except FunctionFailed as failure:
+        raise TrialsError.because("no trial can be drawn: {reason}", reason=str(failure)) from failure
 
 
 class Witness(Protocol):
@@ -189,7 +198,7 @@ class _Trial:
             except FunctionFailed as failure:
                 reason = str(failure)
             numbers = self._noted()
-            groups = {name: str(self._call(each)) for name, each in self._plan.groups.items()}
+            groups = {name: self._call(each, _group) for name, each in self._plan.groups.items()}
         except FunctionFailed as failure:
             reason = reason or str(failure)
         except MemoryError:
@@ -235,8 +244,7 @@ class _Trial:
         for watch in self.watchers:
             watch()
         for name, reference in self._plan.samples.items():
-            if (value := self._call(reference)) is not None:
-                self._samples[name].append(float(value))
+            self._samples[name] += self._call(reference, _sampled)
         if self._plan.robot == "none":
             return False
         place, _ = place_of(behavior)
@@ -249,10 +257,7 @@ class _Trial:
         """Return why the plan's function does not call the trial good; empty if it does."""
         if self._plan.success.function is None:
             return ""
-        verdict = self._call(self._plan.success.function)
-        if isinstance(verdict, str):
-            return verdict
-        return "" if verdict is None or bool(verdict) else "judged not good"
+        return self._call(self._plan.success.function, _judgement)
 
     def _noted(self) -> dict[str, float]:
         behavior = self.behavior
@@ -263,11 +268,25 @@ class _Trial:
             if samples:
                 kept = (sum(samples) / len(samples), max(samples))
                 noted |= dict(zip((f"{name} {kind}" for kind in SAMPLED), kept, strict=True))
-        noted |= {name: float(self._call(each)) for name, each in self._plan.numbers.items()}
+        noted |= {name: self._call(each, float) for name, each in self._plan.numbers.items()}
         return {name: number for name, number in noted.items() if math.isfinite(number)}
 
-    def _call(self, reference: str) -> Any:  # noqa: ANN401 - what the function returns
-        return call_function(reference, self._folder, self.behavior)
+    def _call(self, reference: str, take: Callable[[Any], T]) -> T:
+        return call_function(reference, self._folder, self.behavior, take)
+
+
+def _sampled(value: Any) -> list[float]:  # noqa: ANN401 - what a function returns
+    return [] if value is None else [float(value)]
+
+
+def _group(value: Any) -> str:  # noqa: ANN401 - what a function returns
+    return encodable(str(value))
+
+
+def _judgement(verdict: Any) -> str:  # noqa: ANN401 - what a function returns
+    if isinstance(verdict, str):
+        return encodable(verdict)
+    return "" if verdict is None or bool(verdict) else "judged not good"
 
 
 class _Observed(Observer):

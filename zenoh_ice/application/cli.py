@@ -197,6 +197,8 @@ class Stop(threading.Event):
     """The event that the first signal sets."""
 
     signal: int = 0  # its number
+    interrupts = False
+    """Whether it interrupts the main thread, too: code that does not look at the event."""
 
 
 @contextmanager
@@ -227,9 +229,21 @@ def stop_on_signals(*, cleanup_limit: float = 10.0) -> Iterator[Stop]:
     os.set_blocking(writer, False)
     thread.start()
     former_writer = signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
-    former = {number: signal.signal(number, lambda _number, _frame: None) for number in signals}
+
+    interrupted = False
+
+    def interrupt(_number: int, _frame: object) -> None:
+        nonlocal interrupted
+        if stop.interrupts and not interrupted:
+            interrupted = True
+            raise KeyboardInterrupt
+
+    former = {number: signal.signal(number, interrupt) for number in signals}
     try:
         yield stop
+    except KeyboardInterrupt:
+        if not interrupted:
+            raise
     finally:
         for number, handler in former.items():
             signal.signal(number, handler)

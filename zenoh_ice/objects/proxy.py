@@ -256,8 +256,14 @@ class Call(Generic[P, V]):
                 with suppress(InvalidStateError):  # cancelled meanwhile
                     future.set_result(result)
 
-        cancel = caller.begin(payload, done)
-        future.add_done_callback(lambda ended: cancel() if ended.cancelled() else None)
+        held = [caller.begin(payload, done)]
+
+        def end(ended: Future[Any]) -> None:
+            cancel = held.pop()  # which has the future
+            if ended.cancelled():
+                cancel()
+
+        future.add_done_callback(end)
 
 
 class StreamedCall(Call[P, V]):
@@ -541,5 +547,9 @@ def _difference(proxy: ObjectPrx, deadline: float) -> str:
 
 def fail(future: Future[Any], error: BaseException) -> None:
     """Set the exception of a future, unless it already has an outcome."""
+    if isinstance(
+        error, ZenohIceError
+    ):  # its text tells all, and its frames have the future, which would stay
+        error.__traceback__ = None
     with suppress(InvalidStateError):
         future.set_exception(error)

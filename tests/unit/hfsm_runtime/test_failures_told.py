@@ -140,11 +140,18 @@ def test_a_component_whose_attributes_cannot_be_listed_says_what_is_missing(
     assert message.startswith("AttributeError: `self.nothing` is not declared")
 
 
-@pytest.mark.parametrize(("raised", "told"), [("Mute", "Mute: its message is not"), ("Other", "Other: ")])
+@pytest.mark.parametrize(
+    ("raised", "told"),
+    [
+        ("Mute()", "Mute: its message is not"),
+        ("Other()", "Other: "),
+        (r"Other('\udcff')", r"Other: \udcff"),
+    ],
+)
 def test_variables_that_fail_in_any_way_are_told_with_their_place(
     raised: str, told: str, tmp_path: Path
 ) -> None:
-    made = component(tmp_path, variables=f"raise self.{raised}()")
+    made = component(tmp_path, variables=f"raise self.{raised}")
     with pytest.raises(VariablesError) as caught:
         Execution(made)
     assert str(caught.value).startswith(f"the variables of the component failed: {told}")
@@ -193,3 +200,34 @@ def test_a_variable_that_cannot_be_looked_at_is_shown_nevertheless(
     with Execution(made) as run:
         run.advance(0.1)
         assert variables_of(run.tree.root.automaton)["x"] == shown
+
+
+@DRIVERS
+def test_text_that_cannot_be_encoded_is_escaped_for_those_who_watch(is_virtual: bool, tmp_path: Path) -> None:
+    message, _ = failed(component(tmp_path, code="raise ValueError('no \\udcff')"), is_virtual=is_virtual)
+    assert message == r"ValueError: no \udcff"
+
+
+LOGS = """
+def fail(self, record):
+    raise SystemExit(0)
+"""
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
+@pytest.mark.parametrize(
+    "code",
+    ["1 / 0", "raise KeyboardInterrupt", "threading.Thread(target=lambda: 1 / 0).start()\nself.sleep(9)"],
+)
+def test_a_log_that_fails_keeps_no_component_going(code: str, tmp_path: Path) -> None:
+    made = component(
+        tmp_path, code=f"import threading\nself.log.addFilter(self.fail)\n{code}", functions=LOGS
+    )
+    run = Runtime(made, FastClock())
+    run.start()
+    try:
+        until(run.ended.is_set, step=0.001)
+    finally:
+        made.log.filters.clear()
+        run.stop()
+    assert run.errors

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gc
 import re
+import sys
 import threading
 from pathlib import Path
 from typing import Any
@@ -13,6 +15,7 @@ from hfsm_runtime._component_run import ComponentRun
 from hfsm_runtime._runtime import Runtime
 from hfsm_runtime.errors import OnError
 from hfsm_runtime.virtual import BehaviorFailed, Execution
+from interfaces.hfsm import ErrorReport
 from interfaces.nao import SafetyPrx
 from tests.support.documents import compile_to, document, load, state, sub
 from tests.support.fast_clock import FastClock
@@ -170,6 +173,130 @@ def test_a_callback_commands_nothing_after_an_error_elsewhere(behavior: MakeBeha
     *commands, stop = [call.target for call in run.calls("Head")]
     assert set(commands) == {"Head.setPose"}
     assert stop == "Head.stop"
+
+
+DROPPED = {
+    "a finalizer": "class Torn:\n    def __del__(self): 1 / 0\ndef fail(self): self.Torn()",
+    "a generator that is left": (
+        "def steps(self):\n    try:\n        yield\n    finally:\n        1 / 0\n"
+        "def fail(self): next(self.steps())"
+    ),
+    "a thread without a name": "def fail(self): _thread.start_new_thread(lambda: 1 / 0, ())",
+    "a task of a pool": "def fail(self):\n    with ThreadPoolExecutor(1) as pool: pool.submit(lambda: 1 / 0)",
+    "a call": "def fail(self): self.Head.setPose.begin(math.nan, 0.0, 0.5)",
+}
+LIBRARIES = (
+    "import _thread, math",
+    "from concurrent.futures import ThreadPoolExecutor",
+    "from contextlib import suppress",
+)
+ONCE = "if not self.failed:\n    self.failed = True\n    self.fail()"
+
+
+def first_error(run: Execution) -> ErrorReport:
+    """Advance until there is an error, of threads that take their time; return the only one."""
+
+    def is_told() -> bool:
+        run.advance(0.1)
+        return bool(run.errors)
+
+    until(is_told)
+    (error,) = run.errors
+    return error
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+@pytest.mark.parametrize("policy", OnError)
+@pytest.mark.parametrize("dropped", DROPPED)
+def test_what_python_drops_is_an_error_of_the_component(
+    dropped: str, policy: OnError, behavior: MakeBehavior, tmp_path: Path
+) -> None:
+    functions = f"failed = False\n{DROPPED[dropped]}"
+    root = sub(1, 0, state(1, "a", ONCE, initial=True), functions=functions)
+    made = load(compile_to(tmp_path, document(root, config=HEAD, libraries=LIBRARIES)))
+    run = behavior(type(made), robot="fake", on_error=policy)
+    error = first_error(run)
+    if dropped == "a call":
+        assert "InvalidValueException" in error.message
+    else:
+        assert "ZeroDivisionError: division by zero" in error.message
+        assert re.search(r"\(behavior.xml:\d+\)$", error.location)
+    assert run.halted == bool(run.calls("Head.stop")) == (policy is OnError.STOP)
+
+
+def test_what_each_cycle_drops_is_logged_once_and_counted(
+    behavior: MakeBehavior, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    root = sub(1, 0, state(1, "a", "self.Head.setPose.begin(math.nan, 0.0, 0.5)", initial=True))
+    made = load(compile_to(tmp_path, document(root, config=HEAD, libraries=LIBRARIES)))
+    run = behavior(type(made), robot="fake", on_error=OnError.CONTINUE)
+    run.advance(1.0)
+    assert len(run.errors) >= 9
+    assert caplog.text.count("which asks for no outcome") == 1
+
+
+SEEN = {
+    "of a pool": "with ThreadPoolExecutor(1) as pool: pool.submit(lambda: 1 / 0).exception()",
+    "of a map": (
+        "with ThreadPoolExecutor(1) as pool, suppress(ArithmeticError):\n"
+        "        [*pool.map(lambda _: 1 / 0, (1, 2, 3))]"
+    ),
+    "of a call": "self.Head.setPose.begin(math.nan, 0.0, 0.5).exception()",
+    "of a call that is cancelled": "self.Head.setPose.begin(math.nan, 0.0, 0.5).cancel()",
+    "that is well": "with ThreadPoolExecutor(1) as pool: pool.submit(lambda: 1)",
+}
+
+
+@pytest.mark.parametrize("code", SEEN)
+def test_an_outcome_that_was_asked_for_is_no_error(code: str, behavior: MakeBehavior, tmp_path: Path) -> None:
+    functions = f"failed = False\ndef fail(self):\n    {SEEN[code]}"
+    root = sub(1, 0, state(1, "a", ONCE, initial=True), functions=functions)
+    made = load(compile_to(tmp_path, document(root, config=HEAD, libraries=LIBRARIES)))
+    run = behavior(type(made), robot="fake")
+    run.advance(0.5)
+    assert not run.errors
+
+
+HELPER = """import threading
+from concurrent.futures import ThreadPoolExecutor
+
+def fail(*_):
+    1 / 0
+
+def start():
+    thread = threading.Thread(target=fail)
+    thread.start()
+    thread.join()
+
+def submit():
+    with ThreadPoolExecutor(1) as pool:
+        pool.submit(fail)
+"""
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
+@pytest.mark.parametrize(
+    "code",
+    ["helper.start()", "self.Head.getPose.subscribe(helper.fail)", "helper.submit()"],
+    ids=["thread", "callback", "task"],
+)
+def test_what_code_beside_the_document_raises_is_an_error_of_the_only_component(
+    code: str, behavior: MakeBehavior, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    gc.collect()
+    for other in [each for each in gc.get_objects() if type(each) is Execution]:
+        other.close()  # other tests' components
+    (tmp_path / "helper.py").write_text(HELPER, encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "helper", raising=False)
+    functions = f"failed = False\ndef fail(self):\n    self.kept = {code}"
+    root = sub(1, 0, state(1, "a", ONCE, initial=True), functions=functions)
+    made = load(compile_to(tmp_path, document(root, config=HEAD, libraries=("helper", *LIBRARIES))))
+    run = behavior(type(made), robot="fake", on_error=OnError.STOP)
+    error = first_error(run)
+    assert error.message.endswith("ZeroDivisionError: division by zero")
+    assert error.location == "helper.py:5"
+    assert run.halted
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")

@@ -215,15 +215,16 @@ def test_a_port_that_speaks_something_else_is_reported() -> None:
     assert "a server that hangs or another program holds it" in text
 
 
-def test_what_plugins_find_is_reported_and_a_broken_one_leaves_the_others(tmp_path: Path) -> None:
-    code = """
+@pytest.mark.parametrize("error", ["RuntimeError", "SystemExit"])
+def test_what_plugins_find_is_reported_and_a_broken_one_leaves_the_others(error: str, tmp_path: Path) -> None:
+    code = f"""
 from nao_tools.findings import warn
 
 def dust():
     yield warn("dust on the lens", "wipe it")
 
 def wheels():
-    raise RuntimeError("no wheels")
+    raise {error}("no wheels")
 """
     with installed(
         tmp_path, {"nao_tools.checks": {"dust": "stranger:dust", "wheels": "stranger:wheels"}}, stranger=code

@@ -1,3 +1,4 @@
+import sys
 import time
 
 import mujoco
@@ -77,8 +78,12 @@ def test_numbers_that_explode_are_an_error(mj, data, tmp_path, monkeypatch):
     assert not list(tmp_path.iterdir())
 
 
-def test_a_physics_thread_that_fails_says_why_and_stands_still(mj, data):
-    paced = SimulationClock(Physics(mj, data), Pacer(1.0))
+@pytest.mark.parametrize("error", [RobotError, SystemExit])
+def test_a_physics_thread_that_fails_says_why_and_stands_still(mj, data, error, monkeypatch):
+    physics = Physics(mj, data)
+    paced = SimulationClock(physics, Pacer(1.0))
+    if error is SystemExit:
+        monkeypatch.setattr(physics, "advance", sys.exit)
     data.qvel[:] = 1e12
     paced.start()
     deadline = time.monotonic() + EVENT_LIMIT
@@ -86,5 +91,5 @@ def test_a_physics_thread_that_fails_says_why_and_stands_still(mj, data):
         assert time.monotonic() < deadline
         time.sleep(0.01)
     paced.close()
-    assert isinstance(paced.failure, RobotError)
+    assert isinstance(paced.failure, error)
     assert paced.rate == 0.0

@@ -34,7 +34,8 @@ class MemoryBus:
         self.silent: set[str] = set()
         self.sent: list[Mapping[str, float]] = []
         self.given: list[Mapping[str, float]] = []
-        self.trouble: Exception | None = None
+        self.trouble: BaseException | None = None
+        self.at_close: BaseException | None = None
         self.answers = threading.Event()
         self.answers.set()
 
@@ -60,6 +61,8 @@ class MemoryBus:
 
     def close(self) -> None:
         self.lost.set()
+        if self.at_close is not None:
+            raise self.at_close
 
     def positions(self, joint: str) -> list[float]:
         """Return the setpoints that were sent to a joint."""
@@ -197,12 +200,18 @@ def test_a_line_that_breaks_at_the_first_poll_is_an_error_at_the_start() -> None
         assert bus.lost.is_set()
 
 
+@pytest.mark.parametrize("trouble", [KeyError("steps"), SystemExit("steps")])
+@pytest.mark.parametrize("at_close", [None, OSError("it is closed"), SystemExit(0)])
 def test_what_is_wrong_with_the_code_of_a_bus_is_said_while_it_is_lost(
-    robot: ServoRobot, bus: MemoryBus, caplog: pytest.LogCaptureFixture
+    robot: ServoRobot,
+    bus: MemoryBus,
+    trouble: BaseException,
+    at_close: BaseException | None,
+    caplog: pytest.LogCaptureFixture,
 ) -> None:
-    bus.trouble = KeyError("steps")
-    until(lambda: "still lost: finding it failed: KeyError('steps')" in caplog.text)
-    bus.trouble = None
+    bus.at_close, bus.trouble = at_close, trouble
+    until(lambda: f"still lost: finding it failed: {trouble!r}" in caplog.text)
+    bus.at_close = bus.trouble = None
     until(lambda: robot.state().real_time_factor == 1.0)
 
 

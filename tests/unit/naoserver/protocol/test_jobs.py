@@ -155,14 +155,15 @@ def test_a_clock_that_has_ended_does_not_keep_a_thread_from_ending():
     assert "test" not in {thread.name for thread in threading.enumerate()}
 
 
-def test_a_job_goes_on_after_an_error_and_logs_it(caplog):
+@pytest.mark.parametrize("error", [ValueError("no such luck"), SystemExit("no such luck")])
+def test_a_job_goes_on_after_an_error_and_logs_it(caplog, error):
     went_on = threading.Event()
     calls = []
 
     def publish():
         calls.append(1)
         if len(calls) == 1:
-            raise ValueError("no such luck")
+            raise error
         went_on.set()
 
     job, soon = Periodic("test", WallClock(), lambda: 0.001, publish), ServerLimits(retry=0.01)
@@ -230,12 +231,13 @@ def test_a_control_loop_does_a_job_in_the_ticks_in_which_it_is_due():
     assert len(times) == 3
 
 
-def test_a_job_that_fails_in_a_control_loop_is_tried_again_and_stops_no_other(caplog):
+@pytest.mark.parametrize("error", [RuntimeError("a slip"), SystemExit(0)])
+def test_a_job_that_fails_in_a_control_loop_is_tried_again_and_stops_no_other(caplog, error):
     clock, failures, times = VirtualClock(), [], []
 
     def fail():
         failures.append(clock.now())
-        raise RuntimeError("a slip")
+        raise error
 
     ticked(
         clock,

@@ -349,19 +349,21 @@ def test_a_stop_without_a_reason_has_one_and_a_long_one_is_cut(rig):
     assert rig.gate.state().reason == "two lines"
 
 
-def test_commands_are_refused_before_anything_is_stopped_and_every_part_is_stopped(rig):
+@pytest.mark.parametrize("error", [OSError("no line to the motors"), SystemExit("no line to the motors")])
+def test_commands_are_refused_before_anything_is_stopped_and_every_part_is_stopped(rig, caplog, error):
     seen = []
 
     def fails():
         seen.append(rig.lets_through())
-        raise OSError("no line to the motors")
+        raise error
 
     rig.gate.on_stop(fails)
     rig.gate.on_stop(lambda: seen.append("stopped"))
-    with pytest.raises(OSError, match="no line"):
+    with pytest.raises(type(error), match="no line"):
         rig.gate.stop("now")
     assert seen == [False, "stopped"]
     assert not rig.lets_through()
+    assert "Safety: emergency stop: now" in caplog.messages
 
 
 def test_everything_is_stopped_before_a_log_that_may_block(rig, caplog):

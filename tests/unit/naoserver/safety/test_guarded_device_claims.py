@@ -56,11 +56,12 @@ def test_to_stop_a_joint_stops_whom_it_belongs_to_and_leaves_it_what_it_needs_to
     assert stopped == ["the walk", "dance"]
 
 
-def test_one_that_cannot_be_stopped_keeps_nobody_else_from_being_stopped(caplog):
+@pytest.mark.parametrize("error", [OSError("no line to the legs"), SystemExit(0)])
+def test_one_that_cannot_be_stopped_keeps_nobody_else_from_being_stopped(caplog, error):
     claims, stopped = Claims(), []
 
     def fails():
-        raise OSError("no line to the legs")
+        raise error
 
     claims.claim("the walk", ("RKneePitch", "LKneePitch"), fails)
     claims.claim("dance", ("HeadYaw",), lambda: stopped.append("dance"))

@@ -64,6 +64,14 @@ def test_a_command_that_cannot_be_loaded_says_why_and_leaves_the_others(tmp_path
     assert "the plug-in dance of a-stranger (stranger:app) cannot be loaded" in done.stderr
 
 
+def test_a_command_that_ends_the_program_while_it_is_loaded_leaves_the_others(tmp_path: Path) -> None:
+    leaves = "raise SystemExit('no wheels')"
+    with installed(tmp_path, {"visualhfsm.commands": {"dance": "stranger:app"}}, stranger=leaves):
+        listed = run_here(app, "visualhfsm", "--help")
+    assert listed.returncode == 0
+    assert "cannot be loaded: no wheels" in " ".join(listed.stdout.split())
+
+
 def test_what_is_no_command_is_named(tmp_path: Path) -> None:
     with installed(tmp_path, {"visualhfsm.commands": {"dance": "stranger:app"}}, stranger="app = 1"):
         done = run_here(app, "visualhfsm", "dance", expected=(VisualHfsmError,))

@@ -30,6 +30,8 @@ class View:
     def offers(self, path):
         if path is None:
             raise ValueError("no board")
+        if path.suffix == ".chess960":
+            raise SystemExit(0)
         return path.suffix == ".chess"
 
 chess, taken = View(ShowBoard), View(Undo)
@@ -56,7 +58,8 @@ def test_a_view_is_found_and_offered_for_its_documents(tmp_path: Path) -> None:
 @pytest.mark.usefixtures("static")
 def test_a_view_that_fails_is_not_offered(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     with installed(tmp_path, {"visualhfsm.views": {"chess": "stranger:chess"}}, stranger=CHESS):
-        assert offered(find_views(p.REQUESTS), None) == []
+        views = find_views(p.REQUESTS)
+        assert offered(views, None) == offered(views, Path("a.chess960")) == []
     assert "the view chess is not offered" in caplog.text
 
 

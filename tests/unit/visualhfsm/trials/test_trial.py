@@ -128,6 +128,13 @@ def test_random_numbers_of_the_code_belong_to_the_trial(waits: str) -> None:
         ("return False", "judged not good"),
         ("return 'too slow'", "too slow"),
         ("return 1 / 0", "judge.py:judge: ZeroDivisionError: division by zero"),
+        ("raise SystemExit(0)", "judge.py:judge: SystemExit: 0"),
+        (
+            "class Torn:\n        __bool__ = lambda _: 1 / 0\n    return Torn()",
+            "judge.py:judge: ZeroDivisionError: division by zero",
+        ),
+        ("return 'no \\udcff'", r"no \udcff"),
+        ("raise ValueError('no \\udcff')", r"judge.py:judge: ValueError: no \udcff"),
     ],
 )
 def test_a_function_of_the_run_judges(waits: str, code: str, reason: str) -> None:
@@ -147,6 +154,19 @@ def test_numbers_and_groups_are_noted_of_a_trial_that_ends_with_an_error_too(tmp
     outcome = run_trial(noted, 1)
     assert outcome.reason.endswith("division by zero")
     assert (outcome.numbers["errors"], outcome.groups) == (1, {"last": "only"})
+
+
+def test_what_is_no_number_fails_the_trial(waits: str) -> None:
+    Path(waits).with_name("judge.py").write_text("def n(run):\n    return None\n", encoding="utf-8")
+    outcome = run_trial(plan(waits, numbers={"n": "judge.py:n"}), 1)
+    assert outcome.reason.startswith("judge.py:n: TypeError: float() argument")
+
+
+@pytest.mark.parametrize("code", ["1 / 0", "raise SystemExit(0)"])
+def test_a_function_that_fails_to_accept_is_said(waits: str, code: str) -> None:
+    Path(waits).with_name("judge.py").write_text(f"def accept(values):\n    {code}\n", encoding="utf-8")
+    with pytest.raises(TrialsError, match=r"no trial can be drawn: judge\.py:accept: "):
+        run_trial(plan(waits, accept="judge.py:accept"), 1)
 
 
 def test_a_function_that_cannot_measure_fails_the_trial(waits: str) -> None:
