@@ -58,6 +58,9 @@ def report_threads_of(run: Run) -> None:
     """
     global _before, _ignore
     with _lock:
+        if all(each.ended.is_set() for each in tuple(_runs)):
+            _ignored.clear()  # is of the time before
+            unseen.clear()
         _runs.add(run)
         if _report_callback not in failure_watchers:
             failure_watchers.append(_report_callback)

@@ -6,6 +6,7 @@ import gc
 import re
 import sys
 import threading
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -253,6 +254,16 @@ def test_an_outcome_that_was_asked_for_is_no_error(code: str, behavior: MakeBeha
     root = sub(1, 0, state(1, "a", ONCE, initial=True), functions=functions)
     made = load(compile_to(tmp_path, document(root, config=HEAD, libraries=LIBRARIES)))
     run = behavior(type(made), robot="fake")
+    run.advance(0.5)
+    assert not run.errors
+
+
+def test_an_outcome_of_the_time_before_is_no_error(behavior: MakeBehavior, tmp_path: Path) -> None:
+    made = load(compile_to(tmp_path, document(sub(1, 0, state(1, "a", initial=True)))))
+    behavior(type(made)).close()
+    with ThreadPoolExecutor(1) as pool:
+        pool.submit(lambda: 1 / 0)
+    run = behavior(type(made))
     run.advance(0.5)
     assert not run.errors
 
