@@ -41,6 +41,11 @@ def ending(code: str, functions: str = "", *libraries: str) -> Document:
         ending("raise Leaving", "", "from builtins import SystemExit as Leaving"),
         ending("self.s.exit()", "import sys as s\ndef f(self):\n    pass"),
         ending("self.exit()", "from sys import exit\ndef f(self):\n    pass"),
+        ending("self.leave(sys)", "def leave(me, self):\n    self.exit()", "sys"),
+        ending("x = [self.exit() for self in [sys]]", "", "sys"),
+        ending("find = getattr\nfind(sys, 'exit')()", "", "sys"),
+        ending("call('exit')(sys)", "", "from operator import methodcaller as call", "sys"),
+        ending("raise BaseException.__subclasses__()[-1]"),
         ending("self.leave()", "def leave(self):\n    raise SystemExit(0)"),
     ],
 )
