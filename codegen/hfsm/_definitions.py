@@ -119,7 +119,7 @@ class Definitions:
             case _ if names & (self.functions.keys() | self.unclear_attributes):
                 self.unclear_attributes |= names  # one of several with this name
             case ast.FunctionDef(name=name) if not node.decorator_list or (
-                is_static(node) and "staticmethod" not in self._among_functions
+                is_static(node) and "staticmethod" not in {*self._among_functions, *self.libraries}
             ):
                 self.functions[name] = node
             case ast.ClassDef(bases=bases, decorator_list=[], keywords=[]) if all(
@@ -205,6 +205,10 @@ class Definitions:
     def is_library(self, path: list[str]) -> bool:
         """Return whether a dotted name is one that the document neither binds nor assigns."""
         return bool(path) and path[0] not in self._bound and self._assigned.isdisjoint(path[1:])
+
+    def is_builtin(self, name: str) -> bool:
+        """Return whether a name is still that of Python: neither the document nor a library binds it."""
+        return self.is_library([name]) and self.libraries.keys().isdisjoint((name, "*"))
 
     def answer_of_library(self, node: ast.Attribute) -> Answer:
         """Return the answer that an attribute of no followed value allows if its values are plain.

@@ -358,7 +358,7 @@ class Evaluation:
         name = function.id if isinstance(function, ast.Name) else ""
         is_single = not any(isinstance(each, ast.Starred) for each in call.args)
         is_getattr = name in ("getattr", "hasattr") and len(call.args) in (2, 3) and not call.keywords
-        if is_getattr and is_single and self._definitions.is_library([name]):
+        if is_getattr and is_single and self._definitions.is_builtin(name):
             found = self._getattr(call)
             return NUMBER if name == "hasattr" else found
         if isinstance(function, ast.Attribute):
@@ -417,7 +417,7 @@ class Evaluation:
                 for name in ".".join(texts_of(values)).split("."):
                     self._attribute(UNSURE, name, call)
         name = call.func.id if isinstance(call.func, ast.Name) else ""
-        if name not in _HARMLESS or call.keywords or not self._definitions.is_library([name]):
+        if name not in _HARMLESS or call.keywords or not self._definitions.is_builtin(name):
             keeps = not self._definitions.is_pure(call, is_of_text=is_text)
             for _, node, values in given:
                 (self._give_away if keeps else self._escape)(node, values)
@@ -431,7 +431,7 @@ class Evaluation:
             if place in (0, "name"):
                 events = texts_of(values)  # the runtime refuses what is no text
                 for event in events:
-                    self.effects.events.setdefault(event.strip(), set()).add(node)
+                    self.effects.events.setdefault(event, set()).add(node)
             else:
                 self._escape(node, values)
         if not events:

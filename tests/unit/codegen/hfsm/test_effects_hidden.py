@@ -316,6 +316,32 @@ def test_no_proof_denies_an_event_that_is_sent(code: str, tmp_path: Path) -> Non
     assert check_model(doc, PATH).properties[0].verdict is not Verdict.HOLDS
 
 
+TELL = "@staticmethod\ndef tell(who, what, rest=None):\n    who.send(what)"
+
+
+@pytest.mark.parametrize(
+    ("imported", "code", "functions"),
+    [
+        *(
+            (f"operator import call as {name}", f"{name}(self.send, 'x')", "")
+            for name in ("getattr", "print")
+        ),
+        ("operator import call as hasattr", "hasattr(self.send, 'x')", ""),
+        ("functools import cache as staticmethod", "self.tell('x', 'x')", TELL),
+    ],
+)
+def test_what_a_library_calls_like_python_does_is_not_pythons(
+    imported: str, code: str, functions: str, tmp_path: Path
+) -> None:
+    root = automaton(1, [state(1, code=code), state(2)], [on("x", 1, 2, id=1)], functions=Text(functions))
+    libraries = (Library(name=Text(f"from {imported}")),)
+    doc = document(root, properties=[stated("never", "s2")], libraries=libraries)
+    path = tmp_path / "sending.xml"
+    path.write_text(write_document(doc), encoding="utf-8")
+    assert 2 in run(path, 0).first
+    assert check_model(doc, PATH).properties[0].verdict is Verdict.UNDECIDED
+
+
 HIDDEN = [
     "threading.current_thread()._args[0].send('x')",
     "given = self.clock._agenda",

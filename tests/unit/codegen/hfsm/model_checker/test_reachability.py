@@ -92,6 +92,8 @@ def test_an_event_comes_when_somebody_sends_it() -> None:
     assert not never(check(outside))
     sends = document(automaton(1, [state(1, code='self.send("go")'), state(2)], [waits]))
     assert not never(check(sends))
+    another = document(automaton(1, [state(1, code='self.send(" go ")'), state(2)], [waits]))
+    assert never(check(another)) == {(1, 1): WhyNever.EVENT}
     any_event = document(automaton(1, [state(1, code="self.send(name)"), state(2)], [waits]))
     assert not never(check(any_event))
     function = document(
