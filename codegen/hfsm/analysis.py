@@ -445,11 +445,12 @@ def imported_names(node: ast.Import | ast.ImportFrom) -> dict[str, str]:
 
 
 def names_with(libraries: Mapping[str, str], nodes: Iterable[ast.AST]) -> dict[str, str]:
-    """Return the full names of libraries and of what nodes import, by name."""
+    """Return the full names of libraries and of what nodes import, by name; `?` for a name of several."""
     names = dict(libraries)
     for node in nodes:
         if isinstance(node, ast.Import | ast.ImportFrom):
-            names.update(imported_names(node))
+            for name, full in imported_names(node).items():
+                names[name] = full if names.get(name, full) == full else "?"
     return names
 
 

@@ -22,11 +22,12 @@ _MESSAGE: Final = Message("this code may end the component")
 
 def ending_code(analysis: Analysis) -> tuple[Note, ...]:
     """Return the places of code that may end the component, at most one for each piece of code."""
-    own = analysis.defined.union(*(code.names for code in analysis.automata))
+    names = {code.automaton.id: code.names for code in analysis.automata}
     found = []
     for _, _, piece in analysis.by_text.values():
         if piece is None or piece.is_deep:
             continue  # it is slow, too, or the component cannot be generated
+        own = frozenset[str]() if piece.is_functions else names[piece.automaton]
         ends = next(_endings(all_nodes(piece.tree), analysis.libraries, own, piece.has_other_self), None)
         if ends is not None:
             found.append(Note(_MESSAGE, piece.place(ends)))

@@ -111,6 +111,7 @@ SLOW = {
     "a wait of another `self`": "def f(self):\n    w = self.wait\n    w()\nf(ready)",
     "a process, by a module in a module": "import logging\nlogging.os.system('sleep 9')",
     "a process, by a module in another one by another name": "import uuid\nu = uuid\nu.os.system('sleep 9')",
+    "a library with the name of another": "import requests as r\nr.get('x')\ndef f():\n    import math as r",
     "what a module keeps to itself": "import threading\nthreading._shutdown()",
     "threads that are passed on": "import threading\nlist(map(threading.Thread.join, threads))",
     "a thread by another name": "import threading\nend = thread.join\nend()",
