@@ -30,6 +30,8 @@ _QUICK_MODULES: Final = frozenset(
 )
 """Modules whose functions only compute. Those that wait nevertheless are found by their names."""
 _QUICK_PACKAGES: Final = ("os.environ", "os.path.")
+_MODULES_INSIDE: Final = frozenset({"config", "handlers", "os"})
+"""Modules that wait, inside others."""
 _WAITING_BUILTINS: Final = frozenset(
     {"__import__", "breakpoint", "compile", "eval", "exec", "globals", "help", "input", "locals", "vars"}
 )
@@ -231,11 +233,13 @@ class _Finder:
                 return name in _WAITING_METHODS
 
     def _may_be_lock(self, node: ast.expr, modules: Mapping[str, str]) -> bool:
-        """Return whether what a `with` enters may be a lock: code of the document may return one."""
+        """Return whether what a `with` enters may be a lock: any function may return one that it is given."""
         if not isinstance(node, ast.Call):
             return True
-        first = (dotted(node.func) or [""])[0]
-        return self._has_threads and first not in modules and first not in _BUILTINS
+        full, given = full_name(node.func, modules), (*node.args, *(each.value for each in node.keywords))
+        is_of_library = (dotted(node.func) or [""])[0] in modules and not full.startswith("threading.")
+        is_made = is_of_library and all(isinstance(each, ast.Constant) for each in given)
+        return self._has_threads and not (is_made or full == "open")
 
 
 def _may_wait_in(name: str) -> bool:
@@ -243,7 +247,7 @@ def _may_wait_in(name: str) -> bool:
     first, *others = name.split(".")
     is_quick = first in _QUICK_MODULES or name.startswith(_QUICK_PACKAGES)
     return not is_quick or any(
-        each == "os" or (each.startswith("_") and each not in HARMLESS) for each in others
+        each in _MODULES_INSIDE or (each.startswith("_") and each not in HARMLESS) for each in others
     )
 
 
