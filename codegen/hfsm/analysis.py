@@ -377,10 +377,7 @@ class Analysis:
     @cached_property
     def imported(self) -> dict[str, str]:
         """The names that the declared libraries bind, with their full names; `*` for those of `import *`."""
-        found: dict[str, str] = {}
-        for each in self.imports:
-            found.update(imported_names(each.node))
-        return found
+        return names_with({}, (each.node for each in self.imports))
 
     @cached_property
     def old_names(self) -> FormerNames:

@@ -7,7 +7,6 @@ model may expire together. What only computes, and calls of servants, are taken 
 from __future__ import annotations
 
 import ast
-import builtins
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import Final
 
@@ -29,6 +28,8 @@ _QUICK_MODULES: Final = frozenset(
     }
 )
 """Modules whose functions only compute. Those that wait nevertheless are found by their names."""
+_QUICK_STARS: Final = frozenset({"cmath", "interfaces", "jderobot", "math", "numpy", "random"})
+"""Those of which `import *` brings nothing that waits, whatever its name is."""
 _QUICK_PACKAGES: Final = ("os.environ", "os.path.")
 _MODULES_INSIDE: Final = frozenset({"config", "handlers", "os"})
 """Modules that wait, inside others."""
@@ -54,10 +55,11 @@ _OF_FUTURES: Final = frozenset({"exception", "next", "result"})
 _FOUND_BY_NAME: Final = frozenset({*_WAITING_METHODS, *_NAMED, *_OF_FUTURES, "join", "run"})
 _GIVING_TEXTS: Final = frozenset({"filter", "list", "map", "reversed", "set", "sorted", "str", "tuple"})
 _ENDLESS: Final = frozenset({"itertools.count", "itertools.cycle", "itertools.repeat"})
+_CALLED: Final = _ENDLESS | {"iter", "itertools"}
+"""What makes them, and their module: found where it gets another name."""
 _TAKING_SOME: Final = frozenset({"itertools.islice", "next"})
 _PASSING_ON: Final = frozenset({"enumerate", "iter", "map", "zip"})
 """Functions that take from an iterator only what is taken from them; all others may take from it forever."""
-_BUILTINS: Final = frozenset(dir(builtins))
 _SLEEP: Final = "sleep"
 
 
@@ -128,7 +130,7 @@ class _Finder:
             if (
                 (node not in parts and self._is_foreign(node, modules))
                 or self._is_slow(node, modules)
-                or (node not in called and self._is_named(node, modules))
+                or (node not in called | parts and self._is_named(node, modules))
                 or (node not in taken and self._is_endless(node, modules))
                 or hides(node, called, modules)
                 or (piece.has_other_self and isinstance(node, ast.Attribute) and node.attr in _NAMED)
@@ -142,7 +144,7 @@ class _Finder:
         """
         names = dotted(node)
         first = next((each for each in names if each in self._methods), names[0] if names else "")
-        is_starred = "*" in modules and first in self._free - _BUILTINS
+        is_starred = "*" in modules and first in self._free
         if not isinstance(getattr(node, "ctx", None), ast.Load) or not (first in modules or is_starred):
             return False
         library = modules.get(first, modules.get("*", ""))
@@ -155,7 +157,7 @@ class _Finder:
                 return self._has_threads and not isinstance(owner, ast.Constant)
             case ast.Attribute(attr=name, ctx=ast.Load()) if name in _OF_FUTURES:
                 return dotted(node) != ["self", name]  # what it was given was found where it got it
-        return full_name(node, modules) in _ENDLESS
+        return full_name(node, modules) in _CALLED
 
     def _is_slow(self, node: ast.AST, modules: Mapping[str, str]) -> bool:
         match node:
@@ -211,7 +213,7 @@ class _Finder:
         first, *others = dotted(call.func) or [""]
         if first == "self":
             return False
-        if first not in modules and (others or "*" not in modules or first in _BUILTINS):
+        if first not in modules and (others or "*" not in modules):
             return False
         return _may_wait_in(".".join([modules.get(first, modules.get("*", "")), *others]))
 
@@ -246,8 +248,11 @@ def _may_wait_in(name: str) -> bool:
     """Return whether something of a library, by its full name, may wait: also of another one inside it."""
     first, *others = name.split(".")
     is_quick = first in _QUICK_MODULES or name.startswith(_QUICK_PACKAGES)
-    return not is_quick or any(
-        each in _MODULES_INSIDE or (each.startswith("_") and each not in HARMLESS) for each in others
+    is_starred = "*" in others and first not in _QUICK_STARS
+    return (
+        not is_quick
+        or is_starred
+        or any(each in _MODULES_INSIDE or (each.startswith("_") and each not in HARMLESS) for each in others)
     )
 
 
