@@ -66,6 +66,8 @@ _STEADY: Final = frozenset(
         *(ast.AnnAssign, ast.Assert, ast.Assign, ast.Expr, ast.If, ast.Pass, ast.Raise, ast.Return),
     }
 )
+_SERVED: Final = frozenset({"data", "operation", "proxy", "self"})
+"""The kinds of the component, of servants and of their answers: nothing else assigns their attributes."""
 _SIGNS: Final = (ast.expr_context, ast.boolop, ast.operator, ast.unaryop, ast.cmpop)
 _Argument = tuple[int | str | None, ast.expr, Values]  # its position or name, if it is single
 
@@ -285,7 +287,7 @@ class Evaluation:
                 self._reflect(node, bool(self._definitions.finder(node)))
                 owners = self._identity(owner)
                 values = self._attribute(owners, name, node)
-                if not owners or owners - COMPONENT - {DATA}:
+                if not owners or {each.kind for each in owners} - _SERVED:
                     self._note(self._definitions.answer_of_library(node))
             case _:
                 return self.value(node)
