@@ -180,9 +180,14 @@ class Definitions:
 
     def finder(self, node: ast.AST) -> str:
         """Return the name of a function that finds attributes by their names, nothing for anything else."""
-        first, *others = dotted(node) or [""]
-        last = [*self.libraries.get(first, first).split("."), *others][-1]
-        return last if last in FINDERS else ""
+        match node:
+            case ast.Name(id=name):
+                found = self.libraries.get(name, name).rpartition(".")[2]
+            case ast.Attribute(attr=found):
+                pass
+            case _:
+                return ""
+        return found if found in FINDERS else ""
 
     def outside(self, name: str) -> Values:
         """Return the values of a name that is not bound where it is read; none if that is an error."""

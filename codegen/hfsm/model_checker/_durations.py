@@ -265,8 +265,8 @@ def hides(node: ast.AST, called: Collection[ast.AST], modules: Mapping[str, str]
     """Return whether a node names a special attribute, or what finds attributes: it may lead to anything."""
     match node:
         case ast.Attribute(attr=name) | ast.Name(id=name):
-            is_finder = full_name(node, modules).rpartition(".")[2] in FINDERS
-            return is_hidden(name) or (is_finder and node not in called)
+            full = modules.get(name, name) if isinstance(node, ast.Name) else name
+            return is_hidden(name) or (full.rpartition(".")[2] in FINDERS and node not in called)
         case ast.MatchClass(kwd_attrs=names):
             return any(map(is_hidden, names))
     return False
