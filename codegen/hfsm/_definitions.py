@@ -21,11 +21,18 @@ _REFLECTION: Final = frozenset(
         *("currentframe", "_getframe", "_current_frames", "exc_info", "walk_stack", "walk_tb", "modules"),
         *("f_back", "f_builtins", "f_globals", "f_locals", "ag_frame", "cr_frame", "gi_frame", "tb_frame"),
         *("get_objects", "get_referents", "get_referrers", "mock", "setattr", "delattr"),
-        *("setprofile", "settrace"),
+        *("addaudithook", "current_thread", "excepthook", "main_thread", "monitoring", "unraisablehook"),
+        *("setprofile", "setprofile_all_threads", "settrace", "settrace_all_threads"),
+        *("Formatter", "ForwardRef", "dictConfig", "fileConfig", "get_type_hints", "singledispatch"),
+        "singledispatchmethod",
     }
 )
 _MODULES: Final = frozenset({"gc", "hfsm_runtime", "importlib", "inspect", "pdb", "pkgutil", "runpy"})
 """Names and modules by which code can reach what it does not name, as it can by special attributes."""
+FINDERS: Final = frozenset({"attrgetter", "getattr", "methodcaller"})
+"""Functions that find an attribute by its name."""
+_OF_TUPLES: Final = frozenset({"_asdict", "_fields", "_make", "_replace"})
+"""Attributes of named tuples, which are no more private than others."""
 _PURE: Final = frozenset({"abs", "bool", "float", "int", "isinstance", "len", "max", "min", "round", "str"})
 _TEXT_METHODS: Final = frozenset({"endswith", "isalpha", "isdigit", "lower", "startswith", "strip", "upper"})
 _OF_ARGUMENTS: Final = ("abs", "max", "min", "random.gauss", "random.uniform", "round", "str")
@@ -41,7 +48,7 @@ _LITERAL: Final = (
     *(ast.Constant, ast.Dict, ast.List, ast.Set, ast.Tuple, ast.BinOp, ast.UnaryOp),
     *(ast.operator, ast.unaryop, ast.expr_context),
 )
-_PATH: Final = re.compile(r"[\w.:]+")
+_PATH: Final = re.compile(r"[\w.:/]+")
 
 
 class Answer(IntFlag):
@@ -86,13 +93,13 @@ class Definitions:
         self._among_functions = analysis.defined
         self.defined = set(analysis.defined)
         self._assigned: set[str] = set()
-        self._replaced: set[str] = set()
-        """Attributes that the document defines; those that code assigns, and those of other objects."""
+        """Attributes that the document defines, and those that code assigns, of whatever object."""
         self._users: dict[str, set[int]] = {}  # the automata whose code uses an attribute, 0 for functions
         stem = analysis.path.stem
         builtin_names = {*dir(builtins)} - {"super"}
         self.classes = {camel_case(component_name(stem)), "super", *reserved_names(document)} - builtin_names
-        """Names of the file that lead to the class of the component."""
+        self.classes |= {"compile"} - self.libraries.keys()
+        """Names of the file that lead to the class of the component, or to any code."""
         self._file = {*self.libraries, *document.ros_messages, TF, *builtin_names, *HARMLESS}
         self._modules = _MODULES | {stem}
         self._imported = {name for name, path in self.libraries.items() if self.is_reflective_import(path)}
@@ -112,7 +119,7 @@ class Definitions:
             case _ if names & (self.functions.keys() | self.unclear_attributes):
                 self.unclear_attributes |= names  # one of several with this name
             case ast.FunctionDef(name=name) if not node.decorator_list or (
-                is_static(node) and "staticmethod" not in self._among_functions
+                is_static(node) and "staticmethod" not in {*self._among_functions, *self.libraries}
             ):
                 self.functions[name] = node
             case ast.ClassDef(bases=bases, decorator_list=[], keywords=[]) if all(
@@ -134,25 +141,26 @@ class Definitions:
                 case ast.Global(names=names) | ast.Nonlocal(names=names):
                     self._shared.update(names)
                     self.globals.update(names if isinstance(node, ast.Global) else ())
-                case ast.Attribute(attr=name, ctx=context, value=owner):
+                case ast.Attribute(attr=name, ctx=context):
                     # nested functions, too, may run at any time
                     self._users.setdefault(name, set()).add(piece.automaton if node in own else 0)
                     if not isinstance(context, ast.Load):
                         self._assigned.add(name)
                         self.defined.add(name)
-                        if not (isinstance(owner, ast.Name) and owner.id == "self"):
-                            self._replaced.add(name)
+                case ast.GeneratorExp():  # which others may run
+                    inside = (each.target for each in ast.walk(node) if isinstance(each, ast.NamedExpr))
+                    self._shared.update(target.id for target in inside)
                 case ast.keyword(arg=str(name)):
                     self._expose(_is_mangled(name))
                 case ast.Constant(value=str(text)) if _PATH.fullmatch(text):  # for a library that gets a name
-                    parts = re.split("[.:]", text)
+                    parts = re.split("[.:/]", text)
                     is_path = len(parts) > 1 and parts[0] in self._modules
                     self._expose(is_path or any(map(is_special, parts)))
                 case ast.ClassDef():
                     self.is_opaque = True
             names = [node.arg] if isinstance(node, ast.arg) else [*binds(node)]
             self._bound.update(() if isinstance(node, ast.Nonlocal) else names)
-            self._expose(any(map(_is_mangled, names)))
+            self._expose(any(_is_mangled(name) or name == "__match_args__" for name in names))
 
     def _expose(self, is_exposed: bool) -> None:
         self.is_opaque |= is_exposed
@@ -166,9 +174,24 @@ class Definitions:
         """Return whether an import may lead to anything, such as to the class of the component."""
         return any(is_special(part) or part in self._modules for part in path.split("."))
 
+    def is_private(self, name: str) -> bool:
+        """Return whether an attribute of an unknown object is one of those by which libraries work."""
+        return name.startswith("_") and name not in self.defined | _OF_TUPLES | HARMLESS
+
+    def finder(self, node: ast.AST) -> str:
+        """Return the name of a function that finds attributes by their names, nothing for anything else."""
+        match node:
+            case ast.Name(id=name):
+                found = self.libraries.get(name, name).rpartition(".")[2]
+            case ast.Attribute(attr=found):
+                pass
+            case _:
+                return ""
+        return found if found in FINDERS else ""
+
     def outside(self, name: str) -> Values:
         """Return the values of a name that is not bound where it is read; none if that is an error."""
-        if name in _TYPES and self.is_library([name]):
+        if self._full_name([name]) in _TYPES:
             return PLAIN
         is_known = name in self._file | self.classes or name.endswith("Prx") or self.is_opaque
         return UNSURE if is_known or name in self.globals else NOTHING
@@ -185,8 +208,12 @@ class Definitions:
         return frozenset(found) or (UNSURE if name in self._given or is_hidden else NOTHING)
 
     def is_library(self, path: list[str]) -> bool:
-        """Return whether a dotted name begins with a name that the document does not bind."""
-        return bool(path) and path[0] not in self._bound and self._replaced.isdisjoint(path)
+        """Return whether a dotted name is one that the document neither binds nor assigns."""
+        return bool(path) and path[0] not in self._bound and self._assigned.isdisjoint(path[1:])
+
+    def is_builtin(self, name: str) -> bool:
+        """Return whether a name is still that of Python: neither the document nor a library binds it."""
+        return self.is_library([name]) and self.libraries.keys().isdisjoint((name, "*"))
 
     def answer_of_library(self, node: ast.Attribute) -> Answer:
         """Return the answer that an attribute of no followed value allows if its values are plain.

@@ -25,7 +25,7 @@ import ast
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Final
 
-from ._definitions import UNKNOWN, Answer, is_static, yields
+from ._definitions import FINDERS, UNKNOWN, Answer, is_static, yields
 from ._piece_effects import Effects, ProxyCall
 from ._possible_values import (
     AGE,
@@ -52,7 +52,7 @@ from ._possible_values import (
     parameters_of,
     texts_of,
 )
-from .code.text import binds, bound_names, child_nodes, dotted, evaluated_at_once
+from .code.text import binds, bound_names, child_nodes, evaluated_at_once
 
 if TYPE_CHECKING:
     from ._effects import CodeEffects
@@ -66,6 +66,8 @@ _STEADY: Final = frozenset(
         *(ast.AnnAssign, ast.Assert, ast.Assign, ast.Expr, ast.If, ast.Pass, ast.Raise, ast.Return),
     }
 )
+_SERVED: Final = frozenset({"data", "operation", "proxy", "self"})
+"""The kinds of the component, of servants and of their answers: nothing else assigns their attributes."""
 _SIGNS: Final = (ast.expr_context, ast.boolop, ast.operator, ast.unaryop, ast.cmpop)
 _Argument = tuple[int | str | None, ast.expr, Values]  # its position or name, if it is single
 
@@ -116,11 +118,13 @@ class Evaluation:
                 for attribute in bound_names(ast.Module(node.body, [])):
                     self._give_away(node, self._names.get(attribute, NOTHING))
                 self._bind(node, name, UNSURE)
-            case ast.MatchClass(kwd_attrs=names) if FAILED_ON in names:
-                self._escape(node, COMPONENT)
+            case ast.MatchClass(kwd_attrs=names):
+                for name in names:
+                    self._attribute(UNSURE, name, node)
                 self._inside(node)
             case ast.ImportFrom(module=str(path)) | ast.alias(name=path):
-                self._reflect(node, self._definitions.is_reflective_import(path))
+                is_renamed = path in FINDERS and getattr(node, "asname", None) is not None
+                self._reflect(node, is_renamed or self._definitions.is_reflective_import(path))
                 self._inside(node)
             case _:
                 self._inside(node)
@@ -271,7 +275,8 @@ class Evaluation:
             case ast.Name(id=name):
                 found = self._names.get(name)
                 is_class = found is None and name in self._definitions.classes
-                self._reflect(node, is_class or self._definitions.is_reflective(name))
+                is_finder = bool(self._definitions.finder(node))  # which may be called by another name
+                self._reflect(node, is_class or is_finder or self._definitions.is_reflective(name))
                 self._note(self._definitions.answer_of_name(name))
                 values = self._definitions.outside(name) if found is None else found
                 if name in self._definitions.globals:
@@ -279,9 +284,10 @@ class Evaluation:
             case ast.Attribute(value=owner, attr=name):
                 if self._definitions.is_constant(node):
                     return NUMBER
+                self._reflect(node, bool(self._definitions.finder(node)))
                 owners = self._identity(owner)
                 values = self._attribute(owners, name, node)
-                if not owners or any(each == OTHER or each.is_plain for each in owners - {DATA}):
+                if not owners or {each.kind for each in owners} - _SERVED:
                     self._note(self._definitions.answer_of_library(node))
             case _:
                 return self.value(node)
@@ -289,7 +295,8 @@ class Evaluation:
 
     def _attribute(self, owners: Values, name: str, node: ast.AST) -> Values:
         """Return the values of an attribute of these owners."""
-        self._reflect(node, self._definitions.is_reflective(name))
+        is_hidden = OTHER in owners and self._definitions.is_private(name)
+        self._reflect(node, is_hidden or self._definitions.is_reflective(name))
         if SELF in owners:
             self._note(self._definitions.answer_of_attribute(name, self._automaton))
             if name in self._definitions.unclear_attributes:
@@ -353,7 +360,7 @@ class Evaluation:
         name = function.id if isinstance(function, ast.Name) else ""
         is_single = not any(isinstance(each, ast.Starred) for each in call.args)
         is_getattr = name in ("getattr", "hasattr") and len(call.args) in (2, 3) and not call.keywords
-        if is_getattr and is_single and self._definitions.is_library([name]):
+        if is_getattr and is_single and self._definitions.is_builtin(name):
             found = self._getattr(call)
             return NUMBER if name == "hasattr" else found
         if isinstance(function, ast.Attribute):
@@ -361,7 +368,8 @@ class Evaluation:
             found = self._attribute(owners, function.attr, function)
             found = frozenset(each for each in found if each.kind not in ("number", "text")) or found
         else:
-            found = self._identity(function)
+            is_finder = bool(self._definitions.finder(function))
+            found = self._names.get(name, UNSURE) if is_finder else self._identity(function)
         evaluate = self._identity if {each.kind for each in found} == {"function"} else self.value
         arguments: list[_Argument] = []
         for place, each in enumerate(call.args):
@@ -405,13 +413,13 @@ class Evaluation:
         is_text = are_plain(owners)
         self._note(self._definitions.answer_of_call(call, is_of_text=is_text))
         self._give_away(call, owners & {DATA})
-        if dotted(call.func)[-1:] == ["attrgetter"] and any(
-            not are_texts(values) or any(FAILED_ON in text.split(".") for text in texts_of(values))
-            for _, _, values in given
-        ):
-            self._escape(call, COMPONENT)
+        if finder := self._definitions.finder(call.func):
+            for _, _, values in given if finder == "attrgetter" else given[:1]:
+                self._reflect(call, not are_texts(values))
+                for name in ".".join(texts_of(values)).split("."):
+                    self._attribute(UNSURE, name, call)
         name = call.func.id if isinstance(call.func, ast.Name) else ""
-        if name not in _HARMLESS or call.keywords or not self._definitions.is_library([name]):
+        if name not in _HARMLESS or call.keywords or not self._definitions.is_builtin(name):
             keeps = not self._definitions.is_pure(call, is_of_text=is_text)
             for _, node, values in given:
                 (self._give_away if keeps else self._escape)(node, values)
@@ -425,7 +433,7 @@ class Evaluation:
             if place in (0, "name"):
                 events = texts_of(values)  # the runtime refuses what is no text
                 for event in events:
-                    self.effects.events.setdefault(event.strip(), set()).add(node)
+                    self.effects.events.setdefault(event, set()).add(node)
             else:
                 self._escape(node, values)
         if not events:

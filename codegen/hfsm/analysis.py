@@ -29,6 +29,7 @@ from .code.text import (
     all_nodes,
     as_class,
     as_function,
+    binds,
     bound_names,
     child_nodes,
     dotted,
@@ -139,6 +140,17 @@ class Piece:
                 case ast.Attribute(attr=name) | ast.Constant(value=str(name)):
                     found.add(name)
         return frozenset(found)
+
+    @cached_property
+    def has_other_self(self) -> bool:
+        """Whether `self` may be something else than the component in a part of it."""
+        methods = [each for each in self.tree.body if isinstance(each, ast.FunctionDef)]
+        methods = [each for each in methods if self.is_functions and not each.decorator_list]
+        own = {parameter for each in methods for parameter in each.args.args[:1]}
+        return any(
+            (isinstance(node, ast.arg) and node.arg == "self" and node not in own) or "self" in binds(node)
+            for node in all_nodes(self.tree)
+        )
 
     @cached_property
     def accesses(self) -> tuple[Access, ...]:
@@ -365,10 +377,7 @@ class Analysis:
     @cached_property
     def imported(self) -> dict[str, str]:
         """The names that the declared libraries bind, with their full names; `*` for those of `import *`."""
-        found: dict[str, str] = {}
-        for each in self.imports:
-            found.update(imported_names(each.node))
-        return found
+        return names_with({}, (each.node for each in self.imports))
 
     @cached_property
     def old_names(self) -> FormerNames:
@@ -433,11 +442,12 @@ def imported_names(node: ast.Import | ast.ImportFrom) -> dict[str, str]:
 
 
 def names_with(libraries: Mapping[str, str], nodes: Iterable[ast.AST]) -> dict[str, str]:
-    """Return the full names of libraries and of what nodes import, by name."""
+    """Return the full names of libraries and of what nodes import, by name; `?` for a name of several."""
     names = dict(libraries)
     for node in nodes:
         if isinstance(node, ast.Import | ast.ImportFrom):
-            names.update(imported_names(node))
+            for name, full in imported_names(node).items():
+                names[name] = full if names.get(name, full) == full else "?"
     return names
 
 

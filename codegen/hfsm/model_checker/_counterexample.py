@@ -8,11 +8,10 @@ from typing import Final
 
 from ...messages import Message, joined
 from ._exploration import Run
-from .model import TransitionModel, condition_of
+from .model import EVENT, TransitionModel, condition_of
 from .transition_system import Change, Move, StepKind, TransitionSystem
 
 _NANO: Final = 1e6
-_EVENT: Final = "event "
 _LONGEST_GUARD: Final = 60
 
 
@@ -126,8 +125,8 @@ class _Narrator:
         label = self._model.label(self._system.cone[node.position])
         state = node.configuration[node.position][0]
         for atom in sorted(move.choice.true):
-            if atom.startswith(_EVENT):
-                name = atom.removeprefix(_EVENT)
+            if atom.startswith(EVENT):
+                name = atom.removeprefix(EVENT)
                 arrives = Change(StepKind.EVENT, node.position, state)
                 text = Message("the event `{name}` arrives at {automaton}", name=name, automaton=label)
                 yield self._step(time, arrives, text, event=name)
@@ -148,7 +147,7 @@ class _Narrator:
         """Yield the transitions whose guards are evaluated in a cycle and hold."""
         true = move.choice.true
         for transition in self._system.enabled(move.node):
-            evaluated = transition.guarded and (not transition.event or f"{_EVENT}{transition.event}" in true)
+            evaluated = transition.guarded and (not transition.event or f"{EVENT}{transition.event}" in true)
             if evaluated and all((atom in true) is value for atom, value in transition.needs or ()):
                 yield transition
             if transition is move.choice.transition:

@@ -26,7 +26,7 @@ from ._checker import QUICK_LIMIT, ModelReport, check_model
 from ._exploration import Budget
 from ._fireability import Fireability, events_of, fireability_of, sent_by
 from .expressions import parse
-from .model import AutomatonModel, Model, StateModel, nanoseconds, read_model
+from .model import EVENT, AutomatonModel, Model, StateModel, nanoseconds, read_model
 from .properties import Verdict, check_property
 from .transition_system import TransitionSystem
 
@@ -113,13 +113,13 @@ def _guards(model: Model) -> Iterator[Row]:
     for automaton in model.automata:
         for state in automaton.states:
             literals = [
-                (each, [literal for literal in each.needs if literal[0] != f"event {each.event}"])
+                (each, [literal for literal in each.needs if literal[0] != f"{EVENT}{each.event}"])
                 for each in state.outgoing
                 if each.guarded and each.needs
             ]
             uses = Counter(atom for each, _ in literals for atom in each.atoms)
             for each, _ in literals:
-                del uses[f"event {each.event}"]
+                del uses[f"{EVENT}{each.event}"]
             ids = automaton.source.id, state.source.id
             linked = dict[Conjunction, None]()
             for each, needs in literals:

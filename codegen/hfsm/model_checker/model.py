@@ -23,13 +23,16 @@ from ._guards import Definition, conjunction, definitions, never
 
 _DEEPEST_TREE: Final = 200
 
+EVENT: Final = "the event "
+"""The beginning of the atom of an event: like other atoms here, it is no Python, as guards are."""
+
 
 @dataclass(frozen=True, slots=True)
 class TransitionModel:
     """A transition. `index` is its place in the automaton, `origin` and `target` are indices of states.
 
     It fires after `delay` ns of active time, when the children have `finished` (if it waits for them) and
-    every atom of `needs` has its value; an event is the atom `event NAME`. `needs` is None if it never holds.
+    every atom of `needs` has its value; an event is `EVENT` with its name. `needs` is None if it never holds.
     """
 
     index: int
@@ -275,12 +278,12 @@ class _Reader:
             return None
         if source.type == "event" and not event:
             return None
-        arrives: Conjunction = ((f"event {event}", True),) if event else ()
+        arrives: Conjunction = ((f"{EVENT}{event}", True),) if event else ()
         guard = condition_of(source)
         if guard.is_blank and source.type != "condition":
             return arrives
         text = guard.text.strip()
-        unique = f"{text} [{number}]"
+        unique = f"transition {number}: {text}"
         holds: Conjunction | None = ((text or unique, True),)
         if self._python and text:
             piece = self._analysis.piece(guard)
@@ -297,7 +300,7 @@ class _Reader:
         atoms = Counter(atom for model in outgoing for atom in model.atoms)
         for model in outgoing:
             if model.event:
-                del atoms[f"event {model.event}"]
+                del atoms[f"{EVENT}{model.event}"]
         is_entangled = any(count > 1 for count in atoms.values()) or any(
             model.guarded and model.needs is None for model in outgoing
         )
@@ -326,7 +329,7 @@ def _of_event(literals: Conjunction, source: Transition) -> Conjunction:
     """Return the atoms of a guard as those of an event, if it waits for one: they may differ for each."""
     if source.type != "event":
         return literals
-    return tuple((f"{atom} [{source.trigger.text.strip()}]", value) for atom, value in literals)
+    return tuple((f"at {EVENT}{source.trigger.text.strip()!r}: {atom}", value) for atom, value in literals)
 
 
 def condition_of(transition: Transition) -> Text:

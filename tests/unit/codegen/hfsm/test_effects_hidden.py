@@ -32,7 +32,8 @@ LIBRARIES = tuple(
             "io",
             "itertools",
         ),
-        *("operator", "random", "threading", "unittest.mock", "types", "weakref"),
+        *("operator", "random", "string", "sys", "threading", "unittest.mock", "types", "typing", "weakref"),
+        "from operator import attrgetter as find",
         *("tests.support.gadgets as gadgets", "from tests.support.gadgets import Gadget, Number, gadget"),
     )
 )
@@ -177,6 +178,7 @@ REPLACED = [
     "numbers = math\nnumbers.floor = gadget",
     "del math.floor",
     "math.pi = gadget",
+    "def put(self):\n    self.floor = gadget\nput(math)",
 ]
 
 
@@ -194,6 +196,25 @@ def test_what_a_document_replaces_in_a_module_proves_nothing(variables: str, in_
     assert check_model(guarded(changing, guard, guard), PATH).transitions[1].reachability is not (
         Reachability.IMPOSSIBLE
     )
+
+
+@pytest.mark.parametrize("name", ["bool", "float", "int", "str"])
+def test_a_library_may_have_the_name_of_a_type(name: str) -> None:
+    imported = Library(name=Text(f"from numpy import {name}_ as {name}"))
+    doc = replace(guarded(Changing(""), f"{name} > 3", f"not {name} > 3"), libraries=(imported,))
+    assert check_model(doc, PATH).properties[0].verdict is not Verdict.HOLDS
+
+
+@pytest.mark.parametrize(
+    ("variables", "guard"),
+    [
+        ("def count(): pass\ncount.last = None", "count.last is None"),
+        ("n = 1\nlater = ((n := each) for each in (1, 2))\nself.lists(later)", "n > 1"),
+    ],
+)
+def test_what_another_thread_may_change_proves_nothing(variables: str, guard: str) -> None:
+    doc = guarded(Changing("", variables, "def lists(self, given):\n    pass"), guard, f"not ({guard})")
+    assert check_model(doc, PATH).properties[0].verdict is not Verdict.HOLDS
 
 
 def test_data_of_an_event_proves() -> None:
@@ -234,6 +255,10 @@ class Anything(metaclass=Kind):
     pass
 """,
 }
+FAILING = "try:\n    self.nothing\nexcept AttributeError as error:\n   "
+EVAL, SELF, TEXT = "'ev' + 'al'", "'_' + '_self_' + '_'", "'self.se' + 'nd(\"x\")'"
+HINT = "[a.send('x') for n in range(2, 9) if hasattr(a := sys._getframe(n).f_locals.get('self'), 'send')]"
+FRAME = "import sys\nsys._getframe(1).f_locals['self'].send('x')"
 SENDS = [
     # the component in a class
     'class Box:\n    who = self\nBox.who.send("x")',
@@ -261,6 +286,21 @@ SENDS = [
     'place = int(repr(self).split("0x")[1][:-1], 16)\nctypes.cast(place, ctypes.py_object).value.send("x")',
     'weakref.ref(self)().send("x")',
     'name = ""\nname += "x"\nself.send(name)',
+    # attributes that are found by their names
+    f"find = getattr\n{FAILING} find(error, 'o' + 'bj').send('x')",
+    f"import operator as o\n{FAILING} o.attrgetter('o' + 'bj')(error).send('x')",
+    f"import operator as o\nget = o.attrgetter\n{FAILING} get('o' + 'bj')(error).send('x')",
+    f"{FAILING} find('o' + 'bj')(error).send('x')",
+    f"from operator import attrgetter as get\n{FAILING} get('o' + 'bj')(error).send('x')",
+    f"{FAILING} [*map(getattr, [error], ['o' + 'bj'])][0].send('x')",
+    f"{FAILING} getattr(*[error, 'o' + 'bj']).send('x')",
+    f"find({EVAL})(find({SELF})(print))({TEXT}) if self else 0",
+    f"operator.methodcaller({EVAL}, {TEXT})(find({SELF})(print)) if self else 0",
+    f"string.Formatter().get_field('0.' + {SELF} + '.' + {EVAL}, [print], {{}})[0]({TEXT}) if self else 0",
+    f"match print:\n    case object(__self__=b):\n        match b:\n            case object(eval=e):\n                if self: e({TEXT})",
+    # a text that is run
+    f"types.FunctionType(compile({FRAME!r}, '', 'ex' + 'ec'), {{}})() if self else 0",
+    f"def f(x: {HINT}): pass\ntyping.get_type_hints(f) if self else 0",
 ]
 
 
@@ -274,6 +314,69 @@ def test_no_proof_denies_an_event_that_is_sent(code: str, tmp_path: Path) -> Non
     path.write_text(write_document(doc), encoding="utf-8")
     assert 2 in run(path, 0).first
     assert check_model(doc, PATH).properties[0].verdict is not Verdict.HOLDS
+
+
+TELL = "@staticmethod\ndef tell(who, what, rest=None):\n    who.send(what)"
+
+
+@pytest.mark.parametrize(
+    ("imported", "code", "functions"),
+    [
+        *(
+            (f"operator import call as {name}", f"{name}(self.send, 'x')", "")
+            for name in ("getattr", "print")
+        ),
+        ("operator import call as hasattr", "hasattr(self.send, 'x')", ""),
+        ("functools import cache as staticmethod", "self.tell('x', 'x')", TELL),
+    ],
+)
+def test_what_a_library_calls_like_python_does_is_not_pythons(
+    imported: str, code: str, functions: str, tmp_path: Path
+) -> None:
+    root = automaton(1, [state(1, code=code), state(2)], [on("x", 1, 2, id=1)], functions=Text(functions))
+    libraries = (Library(name=Text(f"from {imported}")),)
+    doc = document(root, properties=[stated("never", "s2")], libraries=libraries)
+    path = tmp_path / "sending.xml"
+    path.write_text(write_document(doc), encoding="utf-8")
+    assert 2 in run(path, 0).first
+    assert check_model(doc, PATH).properties[0].verdict is Verdict.UNDECIDED
+
+
+HIDDEN = [
+    "threading.current_thread()._args[0].send('x')",
+    "given = self.clock._agenda",
+    "sys.monitoring.register_callback(1, 2, print)",
+    "threading.setprofile_all_threads(print)",
+    "sys.addaudithook(print)",
+    "import logging.config as config\nconfig.dictConfig({'()': 'ext://' + 'operator.call'})",
+    "functools.singledispatch(print)",
+    "class Kind:\n    __match_args__ = '_' + '_self_' + '_',",
+]
+
+
+@pytest.mark.parametrize("code", HIDDEN)
+def test_what_leads_to_the_runtime_proves_nothing(code: str) -> None:
+    """These do not run: some need another Python, and others change what all tests use."""
+    root = automaton(1, [state(1, code=code), state(2)], [on("x", 1, 2, id=1)])
+    doc = document(root, properties=[stated("never", "s2")], libraries=LIBRARIES)
+    assert check_model(doc, PATH).properties[0].verdict is Verdict.UNDECIDED
+
+
+QUIET = [
+    "class Sum:\n    def __init__(self):\n        self._sum = 0\nlast = Sum()._sum",
+    "place = collections.namedtuple('Place', 'x y')(1, 2)._replace(x=2)",
+    "x = sorted([], key=operator.attrgetter('place.x'))",
+    "x = [operator.methodcaller('lower')(each) for each in 'AB']",
+    "x = getattr(math, 'pi', 0) + getattr(math, f'{1:d}_pi', 0)",
+    "import re\nx = re.compile('a')",
+]
+
+
+@pytest.mark.parametrize("code", QUIET)
+def test_ordinary_attributes_still_prove(code: str) -> None:
+    root = automaton(1, [state(1, code=code), state(2)], [on("x", 1, 2, id=1)])
+    doc = document(root, properties=[stated("never", "s2")], libraries=LIBRARIES)
+    assert check_model(doc, PATH).properties[0].verdict is Verdict.HOLDS
 
 
 HELPERS = """

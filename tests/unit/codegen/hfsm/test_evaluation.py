@@ -61,7 +61,7 @@ def test_operations_that_code_calls(
     ("code", "events"),
     [
         ('self.send("a")', {"a"}),
-        ('self.send(name=" a ")', {"a"}),
+        ('self.send(name=" a ")', {" a "}),
         ('self.send("a" if x else "b")', {"a", "b"}),
         ('self.send_twice("a", second="b")', {"a", "b"}),
         ('self.send_twice("a")', {"a", "later"}),

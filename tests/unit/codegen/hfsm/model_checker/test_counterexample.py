@@ -53,3 +53,9 @@ def test_a_way_found_without_time_fits_periods_of_any_kind() -> None:
     (result,) = verdicts(doc, stated("never", "#3/s9"))
     assert result.counterexample is not None
     assert round(result.counterexample.ends_ms * 1e6) in play(doc, result.counterexample).times("#3/s9")
+
+
+def test_a_guard_that_begins_like_an_event_is_none() -> None:
+    (result,) = verdicts(blink(when("event is None", 2, 3, id=3)), stated("never", "broken"))
+    assert result.counterexample is not None
+    assert StepKind.EVENT not in [step.kind for step in result.counterexample.steps]

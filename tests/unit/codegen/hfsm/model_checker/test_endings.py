@@ -41,6 +41,13 @@ def ending(code: str, functions: str = "", *libraries: str) -> Document:
         ending("raise Leaving", "", "from builtins import SystemExit as Leaving"),
         ending("self.s.exit()", "import sys as s\ndef f(self):\n    pass"),
         ending("self.exit()", "from sys import exit\ndef f(self):\n    pass"),
+        ending("self.leave(sys)", "def leave(me, self):\n    self.exit()", "sys"),
+        ending("x = [self.exit() for self in [sys]]", "", "sys"),
+        ending("find = getattr\nfind(sys, 'exit')()", "", "sys"),
+        ending("call('exit')(sys)", "", "from operator import methodcaller as call", "sys"),
+        ending("raise BaseException.__subclasses__()[-1]"),
+        ending("exit()", "def exit(self):\n    pass"),
+        ending("self.leave()", "def exit(self):\n    pass\ndef leave(self):\n    exit()"),
         ending("self.leave()", "def leave(self):\n    raise SystemExit(0)"),
     ],
 )
@@ -58,6 +65,14 @@ def test_other_code_leaves_it_proved(code: str) -> None:
     report = check_model(ending(code, "def exit(self):\n    pass", "sys"), PATH)
     assert [each.verdict for each in report.properties] == [Verdict.HOLDS] * 3
     assert report.complete
+
+
+def test_a_variable_of_another_automaton_is_not_what_ends() -> None:
+    above = automaton(1, [state(1, children=[2, 3])])
+    ends = automaton(2, [state(1, code="exit()"), state(2, "b")], [after(300, 1, 2)], father=1)
+    other = automaton(3, [state(1, code="exit = 2")], father=1, variables=Text("exit = 1"))
+    made = document(above, ends, other, properties=[stated("eventually", "#2/b")])
+    assert check_model(made, PATH).properties[0].verdict is Verdict.UNDECIDED
 
 
 @pytest.mark.parametrize(("ends", "expected"), [("sys.exit()", 1), ("pass", 0)])

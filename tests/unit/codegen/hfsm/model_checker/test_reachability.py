@@ -65,6 +65,15 @@ def test_equal_and_opposite_guards_decide_together() -> None:
     assert not never(check(three(when("next(x)", 1, 2, id=1), when("next(x)", 1, 3, id=2))))
 
 
+def test_guards_that_read_like_what_events_need_are_others() -> None:
+    variables = Text("x, go, event = (0,), 0, None")
+    by_data = [when("pass\nreturn x [go]", 1, 2, id=1), on("go", 1, 3, "pass\nreturn x", id=2)]
+    by_name = [when("event is None", 1, 2, id=1), on("is None", 1, 3, id=2)]
+    for ways, event in ((by_data, "go"), (by_name, "is None")):
+        root = automaton(1, [state(1), state(2), state(3)], ways, variables=variables)
+        assert not never(check(document(root, events=(Event(name=event),))))
+
+
 def test_a_guard_that_is_always_false_never_fires() -> None:
     assert never(check(three(when("False", 1, 2, id=1), when("g", 1, 3, id=2)))) == {(1, 1): WhyNever.GUARD}
 
@@ -83,6 +92,8 @@ def test_an_event_comes_when_somebody_sends_it() -> None:
     assert not never(check(outside))
     sends = document(automaton(1, [state(1, code='self.send("go")'), state(2)], [waits]))
     assert not never(check(sends))
+    another = document(automaton(1, [state(1, code='self.send(" go ")'), state(2)], [waits]))
+    assert never(check(another)) == {(1, 1): WhyNever.EVENT}
     any_event = document(automaton(1, [state(1, code="self.send(name)"), state(2)], [waits]))
     assert not never(check(any_event))
     function = document(
