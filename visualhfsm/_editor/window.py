@@ -117,11 +117,11 @@ class Window:
             if isinstance(push, StartedPush) and push.status == "generating":
                 # What waits is of the former run.
                 self._add_output(Output(tab=push.tab, lines=[], whole=True))
-            about = (
-                push.component
-                if isinstance(push, Snapshot | Structure | Stale)
-                else getattr(push, "tab", None)
-            )
+            if isinstance(push, Snapshot | Structure | Stale):
+                about: object = push.component
+                self._pushes.pop((type(push), about), None)  # a moment after a silence ends it
+            else:
+                about = getattr(push, "tab", None)
             self._pushes[type(push), about] = push
         self._filled.set()
 
