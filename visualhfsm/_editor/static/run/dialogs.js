@@ -10,8 +10,10 @@ import {html, nothing} from "lit";
 import {showDialog} from "../kit/dialog.js";
 import {notify} from "../kit/notices.js";
 import {page} from "../data/page.js";
+import {store} from "../data/store.js";
 import {rich, t} from "../kit/texts.js";
 import {viewing} from "../kit/viewers.js";
+import {statusOf} from "./bar.js";
 import {breakpointAt} from "./breakpoints.js";
 import {monitor} from "./monitor.js";
 import {lastValues, parameterOptions} from "./parameters.js";
@@ -24,10 +26,12 @@ const onEnter = (act) => (/** @type {KeyboardEvent} */ event) => {
   act();
 };
 
-/** Say why a run cannot be controlled that this window only watches. */
-export function offerControl() {
-  if (!monitor.writable && !viewing.on)
+/** Say why what is followed cannot be controlled now, unless it has ended. */
+export function sayWhyNot() {
+  if (!monitor.component || monitor.steers || monitor.ended || viewing.on) return;
+  if (monitor.newest && monitor.isLive && !monitor.since && store.online)
     notify(t("Only watching"), "info", {label: t("Take control"), run: () => monitor.allowSteering(true)});
+  else notify(statusOf().word);
 }
 
 /** Ask for an event, and send it. */
