@@ -432,6 +432,12 @@ def test_a_key_that_steers_nothing_now_says_why(shown: EditorPage, robot: Served
         shown.button("Take control").click()
         toggle_breakpoint(shown, "go")
         expect_breakpoint(shown, "go")
+        gone_on = """async () => {
+          const entry = document.querySelector('script[src$="/app.js"]').src;
+          const {past} = (await import(entry.replace('shell/app.js', 'run/monitor.js'))).monitor;
+          return past.end - past.start > 1;
+        }"""
+        comes_true(shown, gone_on)  # what was just now counts as now
         shown.page.get_by_role("slider", name="Moment of the run").focus()
         shown.press("Home")
         expect(status(shown)).to_have_text("Looking back")
