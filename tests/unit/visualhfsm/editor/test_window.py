@@ -100,6 +100,17 @@ def test_a_silence_comes_after_the_moment_before_it() -> None:
     ]
 
 
+def test_each_status_of_a_run_is_sent_in_its_order() -> None:
+    def fill(window: Window) -> None:
+        window.push(StartedPush(tab=1, component="walk", status="generating"))
+        window.push(StartedPush(tab=1, component="walk", status="stopping"))
+        window.push(StartedPush(tab=1, component="walk", status="ended"))
+        window.push(StartedPush(tab=1, component="walk", status="generating"))
+
+    sent = [each["status"] for each in waiting(fill) if each["push"] == "started"]
+    assert sent == ["stopping", "ended", "generating"]
+
+
 def test_a_document_is_sent_as_it_is_when_there_is_room(tmp_path: Path) -> None:
     async def test(tab: Tab, window: Window) -> None:
         window.show(tab)
