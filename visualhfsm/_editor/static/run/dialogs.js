@@ -13,8 +13,8 @@ import {page} from "../data/page.js";
 import {store} from "../data/store.js";
 import {rich, t} from "../kit/texts.js";
 import {viewing} from "../kit/viewers.js";
-import {statusOf} from "./bar.js";
 import {breakpointAt} from "./breakpoints.js";
+import {clockTime} from "./element.js";
 import {monitor} from "./monitor.js";
 import {lastValues, parameterOptions} from "./parameters.js";
 import {valueIn} from "./values.js";
@@ -28,10 +28,16 @@ const onEnter = (act) => (/** @type {KeyboardEvent} */ event) => {
 
 /** Say why what is followed cannot be controlled now, unless it has ended. */
 export function sayWhyNot() {
-  if (!monitor.component || monitor.steers || monitor.ended || viewing.on) return;
-  if (monitor.newest && monitor.isLive && !monitor.since && store.online)
+  const {component, ended, recording, since, steers} = monitor;
+  if (!component || steers || ended || viewing.on) return;
+  const time = clockTime(since);
+  if (!store.online) notify(t("The editor is offline"));
+  else if (since)
+    notify(monitor.present.includes(component) ? t("Silent since {time}", {time}) : t("Gone since {time}", {time}));
+  else if (recording) notify(t("Recording"));
+  else if (monitor.looking) notify(t("Looking back"));
+  else if (monitor.newest)
     notify(t("Only watching"), "info", {label: t("Take control"), run: () => monitor.allowSteering(true)});
-  else notify(statusOf().word);
 }
 
 /** Ask for an event, and send it. */

@@ -50,7 +50,7 @@ export async function mayRun(tab, context, serves) {
  * @param {Requests["start"]} request
  */
 export const startWithBreakpoints = (request) =>
-  startBeside({...request, arguments: [...request.arguments, ...breakpointArguments(request.tab)]});
+  startBeside({...request, arguments: [...(request.arguments ?? []), ...breakpointArguments(request.tab)]});
 
 /** The arguments that start a component with its breakpoints. @returns {string[]} @param {number} tab */
 function breakpointArguments(tab) {
