@@ -26,7 +26,7 @@ from tests.support.documents import compile_to, document, state, sub, transition
 from tests.support.limited import HASTY
 from tests.support.limits import END_LIMIT, RUN_LIMIT, SHORT_RUN, START_LIMIT
 from tests.support.processes import ComponentProcess, module
-from tests.support.robot_server import ServedRobot, eventually, served
+from tests.support.robot_server import HASTE, ServedRobot, eventually, served
 from tests.support.soak import cases
 from zenoh_ice import ObjectNotExistException, ObjectPrx, initialize
 from zenoh_ice.application.patience import Patience
@@ -72,7 +72,7 @@ def test_without_a_server_it_says_where_it_looked_and_how_to_start_one(tmp_path:
 @pytest.mark.parametrize("mode", ["peer", "client"])
 def test_started_before_its_server_it_waits_for_it(tmp_path: Path, endpoint: str, mode: str) -> None:
     early = start(
-        turning(tmp_path), endpoint, "--timeout", "0.3", "--seconds", str(SHORT_RUN), "--mode", mode
+        turning(tmp_path), endpoint, "--timeout", str(HASTE), "--seconds", str(SHORT_RUN), "--mode", mode
     )
     with early as component:
         component.wait_for(f"waiting for the server .*{endpoint}.*naoserver-sim")
@@ -85,7 +85,7 @@ def test_started_before_its_server_it_waits_for_it(tmp_path: Path, endpoint: str
 def test_its_robot_may_come_later_than_the_router(tmp_path: Path, endpoint: str) -> None:
     with (
         initialize(mode="router", listen=[endpoint], connect=[]),
-        start(turning(tmp_path), endpoint, "--timeout", "0.3", "--seconds", str(SHORT_RUN)) as component,
+        start(turning(tmp_path), endpoint, "--timeout", str(HASTE), "--seconds", str(SHORT_RUN)) as component,
     ):
         component.wait_for("waiting for the server .*realm has no servants")
         fake = module("naoserver.fake", "--listen", "tcp/127.0.0.1:0", "--connect", endpoint)
