@@ -24,8 +24,11 @@ from zenoh_ice.settings import host_and_port
 _NEWS_LIMIT: Final = 0.1  # s without news after which all servants of a link are known; it arrives within ms
 _FIRST_NEWS_LIMIT: Final = 0.5  # s after which a link without any news has no servants
 _CONNECTION_LIMIT: Final = 1.0  # s to wait for a connection
-_CHECK_PERIOD: Final = 0.02  # s
 _ANSWER_LIMIT: Final = 1.0  # s within which a process reports its status, unless it hangs
+# The same for who lets calls take longer, as over a slow network: parts of their limit.
+_NEWS_SHARE, _FIRST_NEWS_SHARE, _CONNECTION_SHARE, _ANSWER_SHARE = 0.01, 0.1, 0.5, 0.1
+_LONGEST_FIRST_NEWS: Final = 2.0  # s
+_CHECK_PERIOD: Final = 0.02  # s
 _AT_ONCE: Final = 16
 _CONNECTION: Final = 1.0  # s until a connection is made
 
@@ -33,15 +36,16 @@ _CONNECTION: Final = 1.0  # s until a connection is made
 def servants(communicator: Communicator) -> list[ServantInfo]:
     """Return the servants of the realm once all are known; none when nobody answers."""
     known: list[ServantInfo] = []
+    patience = communicator.settings.timeout
+    news = max(_NEWS_LIMIT, _NEWS_SHARE * patience)
+    first = max(_FIRST_NEWS_LIMIT, min(_FIRST_NEWS_SHARE * patience, _LONGEST_FIRST_NEWS))
     started = changed = time.monotonic()
-    longest = _CONNECTION_LIMIT if _may_be_linked(communicator) else 0.0
+    longest = max(_CONNECTION_LIMIT, _CONNECTION_SHARE * patience) if _may_be_linked(communicator) else 0.0
     while (now := time.monotonic()) < started + longest:
         found = communicator.servants()
-        if found != known:
+        if found != known or not communicator.presence.linked():  # news of a link come once it is made
             known, changed = found, now
-        elif communicator.presence.linked() and now - changed >= (
-            _NEWS_LIMIT if known else _FIRST_NEWS_LIMIT
-        ):
+        elif now - changed >= (news if known else first):
             break
         time.sleep(_CHECK_PERIOD)
     return known
@@ -195,12 +199,12 @@ def ask_processes(
 ) -> dict[str, ProcessStatus | ZenohIceError]:
     """Return the status of each serving process, or the reason of the failure, by the id of its session."""
     ids = sorted({info.server for info in found})
+    patience = communicator.settings.timeout
+    limit = min(max(_ANSWER_LIMIT, _ANSWER_SHARE * patience), patience)
 
     def ask(server: str) -> ProcessStatus | ZenohIceError:
         try:
-            return communicator.processStatus(
-                server, timeout=min(_ANSWER_LIMIT, communicator.settings.timeout)
-            )
+            return communicator.processStatus(server, timeout=limit)
         except ZenohIceError as error:
             return error
 

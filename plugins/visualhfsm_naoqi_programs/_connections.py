@@ -200,7 +200,11 @@ class Connections:
         except RuntimeError:  # no thread can start: better that all wait than that the robot goes on
             self._lose(client)
         else:
-            await lost
+            try:
+                await asyncio.shield(lost)
+            except asyncio.CancelledError:
+                await lost  # who closes the connections waits for it, and does not end it before it begins
+                raise
 
     def _admit(self) -> Client:
         """Return a new client. Raises _Refused when there are too many."""

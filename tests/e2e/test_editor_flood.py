@@ -70,7 +70,9 @@ def test_a_component_that_prints_without_end_is_stopped_and_the_page_says_so(
         shown.press(key)
         expect(status(shown)).to_contain_text("Ended: stopped")
         words = shown.page.evaluate("window.words")
-        assert words[words.index("Stopping…") :].count("Running") == 0
+        # A window that takes its messages late does not see each status.
+        stops = next(place for place, word in enumerate(words) if word.startswith(("Stopping", "Ended")))
+        assert "Running" not in words[stops:]
         assert lines.count() <= 2000
         expect(shown.page.get_by_role("checkbox", name="Follow")).to_be_checked()
         if key == "Control+Shift+Space":

@@ -12,6 +12,7 @@ from tests.support.browser import EditorPage
 from tests.support.editor import Editor
 from tests.support.monitor import (
     DOCUMENT,
+    comes_true,
     expect_current,
     monitor_page,
     robot_and_editor,
@@ -68,6 +69,11 @@ def test_a_page_that_is_loaded_again_shows_what_it_has_started_and_steers_it(sho
     problems = page.get_by_role("tab", name="Problems", selected=True)
     expect(problems).to_be_visible()
     begun = float(moment.get_attribute("aria-valuemin") or "nan")
+    comes_true(
+        shown,
+        "begun => +document.querySelector('[role=slider]').getAttribute('aria-valuemax') > begun + 4",
+        begun,
+    )
     page.reload()
     expect_running(shown)
     expect_current(shown, "go")
@@ -76,9 +82,8 @@ def test_a_page_that_is_loaded_again_shows_what_it_has_started_and_steers_it(sho
     expect(problems).to_be_visible()
     page.get_by_role("tab", name="Timeline").click()
     again = float(moment.get_attribute("aria-valuemin") or "nan")
-    assert (
-        again <= begun + 0.1
-    )  # a window's first value is that of a cycle, the kept ones may be of the next one
+    # A window's first value is that of a cycle, the kept ones may be of the next one, which may be late.
+    assert again < begun + 2
     expect(page.get_by_role("list", name="Changes, the latest first")).to_contain_text("late")
     shown.press("F8")
     expect(status(shown)).to_have_text("Paused")

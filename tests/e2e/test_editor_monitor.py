@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -129,6 +129,42 @@ def cut_at_the_answer(shown: EditorPage, op: str) -> None:
     shown.page.reload()
     shown.state("wait").wait_for()
     shown.spent = True  # its connections pass through the test
+
+
+def hold_structures(shown: EditorPage) -> Callable[[], None]:
+    """Hold back the automata of what runs; return a function that lets those that came, and all others, arrive."""
+    held: list[str] | None = []
+    routes: list[WebSocketRoute] = []
+
+    def pass_on(text: str | bytes) -> None:
+        message = json.loads(text)
+        structure = (
+            (message.get("ok") or {}).get("structure") if isinstance(message.get("ok"), dict) else None
+        )
+        if held is not None and message.get("push") == "structure":
+            held.append(json.dumps(message))
+        elif held is not None and structure:
+            push = {"push": "structure", "component": "walk", "value": structure}
+            held.append(json.dumps(push))
+            routes[-1].send(json.dumps(message | {"ok": message["ok"] | {"structure": None}}))
+        else:
+            routes[-1].send(text)
+
+    def hold(route: WebSocketRoute) -> None:
+        routes.append(route)
+        route.connect_to_server().on_message(pass_on)
+
+    def let_go() -> None:
+        nonlocal held
+        came, held = held or [], None
+        for each in came:
+            routes[-1].send(each)
+
+    shown.page.route_web_socket("**/ws", hold)
+    shown.page.reload()
+    shown.state("wait").wait_for()
+    shown.spent = True  # its connections pass through the test
+    return let_go
 
 
 # ------------------------------------------------------------------------------------------------ canvas
@@ -360,6 +396,58 @@ def test_breakpoints_pause_before_the_start_in_other_documents_and_after_a_resta
     force_late(shown)
     expect_current(shown, "go")
     expect(status(shown)).to_have_text("Running")
+
+
+def test_a_breakpoint_holds_that_is_set_before_the_automata_of_a_run_are_known(shown: EditorPage) -> None:
+    let_go = hold_structures(shown)
+    toggle_breakpoint(shown, "wait")
+    expect_breakpoint(shown, "wait")
+    shown.press("F5")
+    expect(status(shown)).to_have_text("At a breakpoint")
+    toggle_breakpoint(shown, "wait")
+    expect(shown.state("wait")).not_to_have_attribute("aria-label", re.compile("breakpoint"))
+    toggle_breakpoint(shown, "go")
+    expect_breakpoint(shown, "go")
+    let_go()
+    only_go = """async () => {
+      const entry = document.querySelector('script[src$="/app.js"]').src;
+      const {monitor} = await import(entry.replace('shell/app.js', 'run/monitor.js'));
+      return monitor.breakpoints.all.map(({state}) => state).join() === "2";
+    }"""
+    comes_true(shown, only_go)
+    expect_breakpoint(shown, "go")
+    expect(shown.state("wait")).not_to_have_attribute("aria-label", re.compile("breakpoint"))
+    shown.press("F8")
+    expect(status(shown)).to_have_text("Running")
+    force_late(shown)
+    expect(status(shown)).to_have_text("At a breakpoint")
+    expect_breakpoint(shown, "go", "paused at this breakpoint")
+
+
+def test_a_key_that_steers_nothing_now_says_why(shown: EditorPage, robot: ServedRobot, path: Path) -> None:
+    with started_elsewhere(robot, path):
+        follow(shown, "walk")
+        toggle_breakpoint(shown, "go")
+        notice(shown, "Only watching")
+        shown.button("Take control").click()
+        toggle_breakpoint(shown, "go")
+        expect_breakpoint(shown, "go")
+        gone_on = """async () => {
+          const entry = document.querySelector('script[src$="/app.js"]').src;
+          const {past} = (await import(entry.replace('shell/app.js', 'run/monitor.js'))).monitor;
+          return past.end - past.start > 1;
+        }"""
+        comes_true(shown, gone_on)  # what was just now counts as now
+        shown.page.get_by_role("slider", name="Moment of the run").focus()
+        shown.press("Home")
+        expect(status(shown)).to_have_text("Looking back")
+        toggle_breakpoint(shown, "wait")
+        notice(shown, "Looking back")
+        shown.button("Back to now").click()
+        expect(status(shown)).to_have_text("Running")
+    expect(status(shown)).to_contain_text("Gone since")
+    shown.press("F8")
+    notice(shown, "Gone since")
 
 
 def test_reload_goes_on_with_the_changed_code_and_reports_what_was_not_kept(shown: EditorPage) -> None:

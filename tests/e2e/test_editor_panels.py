@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import time
 from collections.abc import Iterator
@@ -238,6 +239,42 @@ def test_shift_enter_in_a_name_that_is_typed_opens_the_code(shown: EditorPage) -
     expect(code.locator(".cm-line").first).to_have_text("sei = 1")
     shown.expect_states("wait", "run", "turn")
     shown.spent = True  # its connections pass through the test
+
+
+def test_problems_that_come_before_the_answer_to_an_edit_are_marked(shown: EditorPage) -> None:
+    edits: set[int] = set()
+    late: list[str | bytes] = []
+
+    def hold(route: WebSocketRoute) -> None:
+        server = route.connect_to_server()
+
+        def ask(message: str | bytes) -> None:
+            request = json.loads(message)
+            if request["op"] == "do":
+                edits.add(request["id"])
+            server.send(message)
+
+        def answer(message: str | bytes) -> None:
+            content = json.loads(message)
+            if content.get("re") in edits:
+                late.append(message)
+                return
+            route.send(message)
+            if content.get("push") == "problems":
+                while late:
+                    route.send(late.pop(0))
+
+        route.on_message(ask)
+        server.on_message(answer)
+
+    shown.page.route_web_socket("**/ws", hold)
+    shown.page.reload()
+    shown.spent = True  # its connections pass through the test
+    code = edit(shown, "wait")
+    shown.insert("\nif count")
+    code.locator(".cm-lintRange-error").wait_for()
+    shown.insert(" > 3: pass")
+    expect(code.locator(".cm-lintRange-error")).to_have_count(0)
 
 
 def test_a_problem_a_huge_paste_and_a_lost_connection_are_met_while_typing(

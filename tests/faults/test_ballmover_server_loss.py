@@ -12,6 +12,7 @@ import pytest
 from interfaces.jderobot import Pose3DEncodersPrx
 from tests.support.limits import END_LIMIT, RUN_LIMIT, START_LIMIT
 from tests.support.processes import ComponentProcess, announced, module
+from tests.support.robot_server import HASTE
 from tests.support.soak import cases
 from tests.support.waiting import until
 from zenoh_ice import initialize
@@ -40,7 +41,7 @@ def test_started_before_its_server_it_waits_for_it(endpoint: str, tmp_path: Path
     file = tmp_path / "path.csv"
     file.write_text("0.9,0.2,0.5\n")
     command = module(
-        "ballmover", "green", str(file), "--once", "--connect", endpoint, "--timeout", "0.2", *DEBUG
+        "ballmover", "green", str(file), "--once", "--connect", endpoint, "--timeout", str(HASTE), *DEBUG
     )
     with ComponentProcess(command) as mover:
         mover.wait_for(f"waiting for the server .*{endpoint}")

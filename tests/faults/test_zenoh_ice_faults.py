@@ -661,11 +661,11 @@ class TestEndOfTheProgram:
 
 
 def test_session_that_fails_to_open_leaves_nothing(pair: Pair) -> None:
-    before = threading.active_count()
+    before = set(threading.enumerate())  # of which some may end meanwhile
     for _ in range(3):
         with pytest.raises(EndpointInUseException):
             initialize(listen=[free_endpoint(), pair.endpoint], connect=[], clock="wall")
-    assert threading.active_count() == before
+    assert set(threading.enumerate()) <= before
 
 
 def test_a_session_that_cannot_end_in_time_does_not_fail_the_end(

@@ -332,7 +332,7 @@ class TestARobotThatItsServerHasLost:
             lost = nao(*words, limits=LOST) if words == ("stop",) else nao(*words)
             gate.find()
             found = nao(*words)
-        assert re.search(r"lost since \d\d:\d\d:\d\d \(\d s\): the cable is out, still", lost.text)
+        assert re.search(r"lost since \d\d:\d\d:\d\d \(\d+ s\): the cable is out, still", lost.text)
         assert lost.code == (words[0] in ("stop", "doctor"))
         assert "lost" not in found.text
         assert found.code == 0 or words == ("doctor",)

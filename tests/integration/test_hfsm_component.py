@@ -24,9 +24,9 @@ from tests.support.commands import run_file_here
 from tests.support.component import MonitorStub
 from tests.support.documents import compile_to, document, state, sub, transition
 from tests.support.limited import HASTY
-from tests.support.limits import END_LIMIT, RUN_LIMIT, START_LIMIT
+from tests.support.limits import END_LIMIT, RUN_LIMIT, SHORT_RUN, START_LIMIT
 from tests.support.processes import ComponentProcess, module
-from tests.support.robot_server import ServedRobot, eventually, served
+from tests.support.robot_server import HASTE, ServedRobot, eventually, served
 from tests.support.soak import cases
 from zenoh_ice import ObjectNotExistException, ObjectPrx, initialize
 from zenoh_ice.application.patience import Patience
@@ -71,7 +71,9 @@ def test_without_a_server_it_says_where_it_looked_and_how_to_start_one(tmp_path:
 
 @pytest.mark.parametrize("mode", ["peer", "client"])
 def test_started_before_its_server_it_waits_for_it(tmp_path: Path, endpoint: str, mode: str) -> None:
-    early = start(turning(tmp_path), endpoint, "--timeout", "0.3", "--seconds", "0.1", "--mode", mode)
+    early = start(
+        turning(tmp_path), endpoint, "--timeout", str(HASTE), "--seconds", str(SHORT_RUN), "--mode", mode
+    )
     with early as component:
         component.wait_for(f"waiting for the server .*{endpoint}.*naoserver-sim")
         with serve(endpoint):
@@ -83,7 +85,7 @@ def test_started_before_its_server_it_waits_for_it(tmp_path: Path, endpoint: str
 def test_its_robot_may_come_later_than_the_router(tmp_path: Path, endpoint: str) -> None:
     with (
         initialize(mode="router", listen=[endpoint], connect=[]),
-        start(turning(tmp_path), endpoint, "--timeout", "0.3", "--seconds", "0.1") as component,
+        start(turning(tmp_path), endpoint, "--timeout", str(HASTE), "--seconds", str(SHORT_RUN)) as component,
     ):
         component.wait_for("waiting for the server .*realm has no servants")
         fake = module("naoserver.fake", "--listen", "tcp/127.0.0.1:0", "--connect", endpoint)
@@ -93,7 +95,7 @@ def test_its_robot_may_come_later_than_the_router(tmp_path: Path, endpoint: str)
 
 def test_it_runs_for_the_time_given_and_stops_the_robot(tmp_path: Path, endpoint: str) -> None:
     with serve(endpoint):
-        code, output = run(turning(tmp_path), endpoint, "--seconds", "0.5")
+        code, output = run(turning(tmp_path), endpoint, "--seconds", str(SHORT_RUN))
         assert code == 0
         assert "turning" in output
         with initialize(connect=[endpoint], clock="wall") as communicator:

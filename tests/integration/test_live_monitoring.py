@@ -789,6 +789,11 @@ def recorded_names(opened: Page) -> list[object]:
     return [each["recording"] for each in running if "recording" in each]
 
 
+def topics(file: Path) -> set[str]:
+    """Return the topics of a recording that is being written, as far as it is."""
+    return {message.topic for message in RecordingFile(file).messages()}
+
+
 def test_a_followed_component_is_recorded_with_its_robot_and_pictures(
     robot: ServedRobot, running: Walker, tmp_path: Path
 ) -> None:
@@ -803,6 +808,8 @@ def test_a_followed_component_is_recorded_with_its_robot_and_pictures(
         with pytest.raises(VisualHfsmError, match="recorded already"):
             await opened.service.record("walker", file, "", 0)
         await opened.pushes.until(lambda: recorded_names(opened) == ["walker.mcap"] or None)
+        while not {"/images/Camera", "/images/CameraBottom"} <= topics(file):
+            await asyncio.sleep(0.05)
         await opened.do("sendEvent", name="ball_lost", data="")
         moved = await opened.snapshot(lambda value: value.component.automata[0].state == 2)
         await opened.snapshot(lambda value: value.component.time > moved.component.time + 0.3)

@@ -22,7 +22,7 @@ from tests.support.codegen_command import codegen
 from tests.support.commands import run_here
 from tests.support.editing import find_problems
 from tests.support.editor import editor
-from tests.support.limits import EVENT_LIMIT, RUN_LIMIT, START_LIMIT
+from tests.support.limits import EVENT_LIMIT, RUN_LIMIT, SHORT_RUN, START_LIMIT
 from tests.support.pages import DOCS, blocks_of
 from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint
 from tests.support.pushes import Pushes
@@ -262,7 +262,7 @@ def test_the_editor_runs_the_behavior(project: Path, endpoint: str, *, unsaved: 
         service = StartedComponents(pushes, Settings(connect=(endpoint,)))
         source = replace(opened(project), dirty=unsaved)
         try:
-            await service.start(source, ["--seconds", "0.5", "--clock", "wall"])
+            await service.start(source, ["--seconds", str(SHORT_RUN), "--clock", "wall"])
             end = await pushes.until(
                 lambda: next((each for each in pushes.of(StartedPush) if each.status == "ended"), None)
             )
@@ -278,7 +278,7 @@ def test_the_editor_tries_the_behavior_without_robot_and_lamp(project: Path) -> 
         pushes = Pushes()
         service = StartedComponents(pushes, Settings(connect=(free_endpoint(),)))
         try:
-            await service.start(opened(project), ["--seconds", "0.5"], dry_run="")
+            await service.start(opened(project), ["--seconds", str(SHORT_RUN)], dry_run="")
             end = await pushes.next(StartedPush, lambda push: push.status == "ended")
         finally:
             await service.close()
@@ -290,7 +290,7 @@ def test_the_editor_tries_the_behavior_without_robot_and_lamp(project: Path) -> 
 
 
 def test_a_recording_of_it_is_replayed(project: Path, endpoint: str) -> None:
-    flags = ("--seconds", "0.5", "--clock", "wall", "--connect", endpoint, "--record", "run.mcap")
+    flags = ("--seconds", str(SHORT_RUN), "--clock", "wall", "--connect", endpoint, "--record", "run.mcap")
     done = run("behaviors/blinker.py", *flags, cwd=project)
     assert done.returncode == 0, done.stderr
     for document in ([], ["behaviors/blinker.xml"]):

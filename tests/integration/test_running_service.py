@@ -18,7 +18,7 @@ from codegen.hfsm import read_document
 from codegen.hfsm.code.names import component_name
 from tests.support.documents import document, state, sub, transition
 from tests.support.interleaving import interleave
-from tests.support.limits import CALL_LIMIT
+from tests.support.limits import CALL_LIMIT, SHORT_RUN
 from tests.support.processes import children, free_endpoint
 from tests.support.pushes import Pushes
 from tests.support.soak import repeated
@@ -254,7 +254,7 @@ def test_arguments_and_parameters_reach_the_component(tmp_path: Path) -> None:
         pushes = ReceivedPushes()
         async with running(pushes) as service:
             document = source(tmp_path / "walk.xml", text("print('speed', self.speed)", head))
-            await service.start(document, ["--speed", "0.75", "--seconds", "0.2"])
+            await service.start(document, ["--speed", "0.75", "--seconds", str(SHORT_RUN)])
             assert (await pushes.end()).exit_code == 0
             assert (await pushes.line("speed")).text == "speed 0.75"
 

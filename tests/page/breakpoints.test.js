@@ -3,11 +3,13 @@ import {test} from "node:test";
 
 import {STATIC} from "./page.js";
 
-const {Breakpoints} = await import(new URL("run/breakpoints.js", STATIC).href);
+const {store} = await import(new URL("data/store.js", STATIC).href);
+const {Breakpoints, planned} = await import(new URL("run/breakpoints.js", STATIC).href);
 
 /** Sets breakpoints a moment after it was asked to. */
 class Monitor extends EventTarget {
-  structure = {name: "walk"};
+  isKnown = true;
+  steers = true;
   isOver = false;
   tab = 0; // none, so that nothing is kept for the next run
   breakpoints = new Breakpoints(this);
@@ -49,4 +51,26 @@ test("a breakpoint that could not be set does not keep the next from being set",
   monitor.steer = steer;
   await breakpoints.set(0, 1, "state", 2, "");
   assert.deepEqual(sent, [[2]]);
+});
+
+test("what is set between the start of a component and its first automata is set once they are known", async () => {
+  const monitor = new Monitor();
+  const {breakpoints, sent} = monitor;
+  store.documents.set(0, {automata: new Map([[1, {states: [1, 2, 3].map((id) => ({id}))}]])});
+  monitor.isKnown = false;
+  await breakpoints.set(0, 1, "state", 1, "");
+  planned.takeLate(0); // it is started with this one
+  await breakpoints.set(0, 1, "state", 2, "");
+  monitor.isKnown = true;
+  monitor.steers = false;
+  breakpoints.catchUp(); // its window may not steer it yet
+  monitor.steers = true;
+  breakpoints.all = [{automaton: 1, state: 1, transition: 0, condition: ""}];
+  breakpoints.catchUp();
+  breakpoints.catchUp();
+  await breakpoints.set(0, 1, "state", 4, "");
+  assert.deepEqual(sent, [
+    [1, 2],
+    [1, 2, 4],
+  ]);
 });

@@ -186,3 +186,21 @@ test("a text that may have arrived before a restart is kept with the text in whi
     {text: "xyz", base: "x", lost: ["xy"], command: {command: "setText", text: "xyz"}},
   );
 });
+
+test("a field is told when the document has what stands in it", async () => {
+  const busy = [];
+  draft = new Draft(
+    () => {},
+    () => busy.push(draft.busy),
+  );
+  key += 1;
+  has("x");
+  draft.type("xy");
+  draft.flush();
+  await settled();
+  has("xy"); // the push comes before the answer
+  assert.deepEqual(busy, []);
+  answer();
+  await settled();
+  assert.deepEqual(busy, [false]);
+});

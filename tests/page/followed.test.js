@@ -46,6 +46,21 @@ test("the first moment, and the first of another run, are distinguished from tho
   assert.deepEqual([followed.past.start, followed.past.end], [0, 0]); // nothing of the former run
 });
 
+test("the moments of another run may come before its automata, or after them", () => {
+  const followed = following();
+  followed.begin({snapshot: moment(5, 1), timeline: undefined});
+  assert.ok(followed.isAhead);
+  assert.ok(!followed.learn(live(1)));
+  assert.ok(!followed.isAhead);
+  followed.take(moment(6, 0));
+  assert.ok(followed.isAhead);
+  assert.ok(followed.learn(live(2)));
+  assert.ok(!followed.isAhead);
+  assert.ok(followed.learn(live(3))); // a slow window gets only the newest moment
+  followed.take(moment(7, 0));
+  assert.ok(!followed.isAhead);
+});
+
 test("while a moment of the past is shown, nothing is steered and later moments wait", () => {
   const followed = following();
   followed.take(moment(5, 1));

@@ -19,6 +19,7 @@ __all__ = [
     "MOVE_LIMIT",
     "PAGE_LIMIT",
     "RUN_LIMIT",
+    "SHORT_RUN",
     "START_LIMIT",
 ]
 
@@ -46,6 +47,9 @@ MOVE_LIMIT: Final = 5.0 * FACTOR
 
 PAGE_LIMIT: Final = 3.0 * FACTOR
 """The page shows, or the server of the editor answers, what was asked for."""
+
+SHORT_RUN: Final = 0.1 * FACTOR
+"""A behavior that runs for so many s begins its first cycles, and what they command begins to move."""
 
 FOREVER: Final = 240.0
 """What no test waits for takes this many s: more than every limit, less than a test may take."""

@@ -117,12 +117,15 @@ class Window:
             if isinstance(push, StartedPush) and push.status == "generating":
                 # What waits is of the former run.
                 self._add_output(Output(tab=push.tab, lines=[], whole=True))
-            about = (
-                push.component
-                if isinstance(push, Snapshot | Structure | Stale)
-                else getattr(push, "tab", None)
-            )
-            self._pushes[type(push), about] = push
+            kind: Hashable = type(push)
+            about: object = getattr(push, "tab", None)
+            if isinstance(push, Snapshot | Structure | Stale):
+                about = push.component
+            elif isinstance(push, StartedPush):
+                kind = kind, push.status  # an end that was not requested is told, another one is not
+            if isinstance(push, Snapshot | Structure | Stale | StartedPush):
+                self._pushes.pop((kind, about), None)  # a moment after a silence ends it
+            self._pushes[kind, about] = push
         self._filled.set()
 
     def show(self, tab: Tab) -> None:

@@ -159,9 +159,13 @@ def test_memory_that_fails_is_reported_and_keeps_the_newest_state(nao, address):
 
 
 @contextmanager
-def hanging_when_it_wakes_up(process, address, limits, seconds=None):
-    """Make a robot that stands up at its start; it hangs the first time, for some seconds or until the end."""
+def hanging_when_it_wakes_up(process, address, limits, until_it_goes_on=None):
+    """Make a robot that stands up at its start; it hangs the first time, until a function has returned or the end."""
     waking = []
+
+    def go_on():
+        until_it_goes_on()
+        process.process.send_signal(signal.SIGCONT)
 
     def connected(timeout):
         link = connect(address, timeout)
@@ -173,8 +177,8 @@ def hanging_when_it_wakes_up(process, address, limits, seconds=None):
                 waking.append(operation)
                 if len(waking) == 1:
                     process.freeze()
-                    if seconds is not None:
-                        threading.Timer(seconds, process.process.send_signal, [signal.SIGCONT]).start()
+                    if until_it_goes_on is not None:
+                        threading.Thread(target=go_on).start()
             return reply
 
         link.begin = begin_and_hang  # type: ignore[method-assign]
@@ -188,9 +192,13 @@ def hanging_when_it_wakes_up(process, address, limits, seconds=None):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seconds", [0.9, 2.0])
+@pytest.mark.parametrize("seconds", [0.0, 1.2])
 def test_a_robot_that_hangs_while_it_wakes_up_is_woken_up_again(process, address, caplog, seconds):
-    with hanging_when_it_wakes_up(process, address, HardwareLimits(), seconds) as (robot, waking):
+    def is_lost():
+        eventually(lambda: "lost at its start" in caplog.text)
+        threading.Event().wait(seconds)  # in which it is sought, again and again
+
+    with hanging_when_it_wakes_up(process, address, HardwareLimits(), is_lost) as (robot, waking):
         robot.start()
         assert len(waking) > 1
         assert robot.postures.current() == "Stand"

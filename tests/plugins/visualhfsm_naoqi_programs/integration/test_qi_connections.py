@@ -1,10 +1,11 @@
 """The bounds of what a program takes of the virtual NAOqi, whatever it sends: the test plays libqi itself."""
 
 import logging
+import os
 import socket
 import struct
 import threading
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 
 import pytest
@@ -275,6 +276,34 @@ def test_closing_does_not_wait_for_ever_for_a_client_that_cannot_be_lost(played,
     played.connections.close()
     free.set()
     assert "NAOqi connections did not end within 0.2 s" in caplog.text
+
+
+@limited(end=FOREVER)
+def test_programs_that_end_just_before_it_is_closed_are_dealt_with(played):
+    busy, free = threading.Semaphore(0), threading.Event()
+
+    def lose(client):
+        busy.release()
+        free.wait(CALL_LIMIT)
+        played.lost.append(client)
+
+    def listens():
+        with suppress(ConnectionError):
+            Line.to(played.connections.url).connection.close()
+            return True
+        return False
+
+    played.lose = lose
+    for program, _ in [played.user() for _ in range(MOST_PROGRAMS)]:
+        program.connection.close()
+    for _ in range(min(32, (os.cpu_count() or 1) + 4)):  # all threads of the loop: the others wait for one
+        assert busy.acquire(timeout=EVENT_LIMIT)
+    closing = threading.Thread(target=played.connections.close)
+    closing.start()
+    until(lambda: not listens())
+    free.set()
+    closing.join(EVENT_LIMIT)
+    assert {*played.lost} == {*played.clients}
 
 
 def test_it_can_be_closed_after_it_could_not_listen_again(played, monkeypatch, caplog):

@@ -11,13 +11,16 @@ from typing import Any
 
 import pytest
 
+from tests.support.component import snapshot
 from tests.support.limits import EVENT_LIMIT, FOREVER, RUN_LIMIT
 from visualhfsm import Project
 from visualhfsm._document.commands.states import AddState
 from visualhfsm._editor.protocol import Answer, Problems
 from visualhfsm._editor.tab import Tab, Threads
 from visualhfsm._editor.window import Window
-from visualhfsm._monitor.messages import Output, OutputLine, RecentLines, StartedPush
+from visualhfsm._monitor.messages import Output, OutputLine, RecentLines, Snapshot, Stale, StartedPush
+from visualhfsm._monitor.realm.robot import RobotState
+from visualhfsm._monitor.realm.run_log import LiveSnapshot
 
 
 def waiting(fill: Callable[[Window], None], lines: int = 5) -> list[dict[str, Any]]:
@@ -81,6 +84,31 @@ def test_of_each_thing_only_the_newest_is_sent() -> None:
         window.push(problems(2))
 
     assert [(each["tab"], each["revision"]) for each in waiting(fill)] == [(1, 2), (2, 1)]
+
+
+def test_a_silence_comes_after_the_moment_before_it() -> None:
+    moment = LiveSnapshot(5.0, snapshot(5.0), RobotState())
+
+    def fill(window: Window) -> None:
+        window.push(Stale(component="walk", since=0.0))
+        window.push(Snapshot(component="walk", value=moment))
+        window.push(Stale(component="walk", since=5.0))
+
+    assert [(each["push"], each.get("since")) for each in waiting(fill)] == [
+        ("snapshot", None),
+        ("stale", 5.0),
+    ]
+
+
+def test_each_status_of_a_run_is_sent_in_its_order() -> None:
+    def fill(window: Window) -> None:
+        window.push(StartedPush(tab=1, component="walk", status="generating"))
+        window.push(StartedPush(tab=1, component="walk", status="stopping"))
+        window.push(StartedPush(tab=1, component="walk", status="ended"))
+        window.push(StartedPush(tab=1, component="walk", status="generating"))
+
+    sent = [each["status"] for each in waiting(fill) if each["push"] == "started"]
+    assert sent == ["stopping", "ended", "generating"]
 
 
 def test_a_document_is_sent_as_it_is_when_there_is_room(tmp_path: Path) -> None:

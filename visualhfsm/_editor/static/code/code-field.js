@@ -86,7 +86,10 @@ export class CodeField extends LitElement {
   /** @type {import("./editor.js").Editor | null} exists as long as the field is shown */
   #editor = null;
   #cursor = 0; // its position when the field was last shown
-  #draft = new Draft((text, whole) => this.#show(text, whole));
+  #draft = new Draft(
+    (text, whole) => this.#show(text, whole),
+    () => this.#editor?.recheck(), // problems that came before the answer to an edit are those of the text
+  );
 
   connectedCallback() {
     super.connectedCallback();

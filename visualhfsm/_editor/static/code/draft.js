@@ -89,6 +89,8 @@ class Piece {
     this.send = send;
     /** Show another text; set by the field that shows the piece. @type {() => void} */
     this.show = () => {};
+    /** Say that the document has what stands in the field; set in the same way. @type {() => void} */
+    this.settled = () => {};
   }
 
   /** Whether the document does not yet have what stands in the field. */
@@ -181,20 +183,27 @@ class Piece {
   #settle() {
     unsaved.delete(this.key);
     this.#base = this.known;
-    if (this.text === this.known) return;
-    this.text = this.known;
-    this.show();
+    if (this.text !== this.known) {
+      this.text = this.known;
+      this.show();
+    }
+    this.settled();
   }
 }
 
 /** The text of a field, which shows one piece of text after the other. */
 export class Draft {
   #show;
+  #settled;
   #piece = new Piece(0, "", "", () => Promise.reject(new Error("there is no piece of text")));
 
-  /** @param {(text: string, whole: boolean) => void} show shows another text; `whole`: of another piece */
-  constructor(show) {
+  /**
+   * @param {(text: string, whole: boolean) => void} show shows another text; `whole`: of another piece
+   * @param {() => void} [settled] the document has what stands in the field
+   */
+  constructor(show, settled = () => {}) {
     this.#show = show;
+    this.#settled = settled;
   }
 
   /** The text in the field. */
@@ -222,12 +231,13 @@ export class Draft {
       return;
     }
     this.flush();
-    this.#piece.show = () => {};
+    this.#piece.show = this.#piece.settled = () => {};
     // Continue with a piece that was left before the server had it.
     const piece = (this.#piece = unsaved.get(whole) ?? new Piece(tab, whole, text, send));
     piece.merges = merges;
     piece.take(text);
     piece.show = () => this.#show(piece.text, false);
+    piece.settled = this.#settled;
     this.#show(piece.text, true);
   }
 

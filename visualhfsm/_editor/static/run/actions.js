@@ -28,7 +28,7 @@ const kind = () => (page.state ? "state" : "transition");
 const theSelected = () => required(selected(), "selected state or transition");
 
 const dialogs = () => import("./dialogs.js");
-const refused = async () => runs() && (await dialogs()).offerControl();
+const refused = async () => (await dialogs()).sayWhyNot();
 
 /** The action with which the shown automaton's selected thing has or has not a breakpoint. */
 function toggleBreakpoint() {
@@ -313,6 +313,7 @@ export const monitorActions = [
     icon: "breakpoint",
     keys: ["B"],
     enabled: breakable,
+    refused: () => selected() && refused(),
     run: toggleBreakpoint,
     hint: t("on or off; also before the start"),
   },
@@ -322,6 +323,7 @@ export const monitorActions = [
     icon: "breakpointIf",
     keys: ["Shift+B"],
     enabled: breakable,
+    refused: () => selected() && refused(),
     opens: true,
     run: async () => (await dialogs()).askCondition(page.shownAutomaton.id, kind(), theSelected()),
   },

@@ -11,8 +11,6 @@ import {store} from "../data/store.js";
 
 const KEPT = "visualhfsm.breakpoints";
 const MOST_DOCUMENTS = 50;
-const MOST_ARGUMENTS = 80;
-const LONGEST_CONDITION = 900; // characters that fit in an argument of the command line
 
 /**
  * Breakpoints of the followed component, which are `all`, and those that are planned for the component of another tab.
@@ -33,8 +31,8 @@ export class Breakpoints {
 
   /** Whether those of a tab are kept for later: its component is not known yet, or has ended. @param {number} tab */
   arePlanned(tab) {
-    const {structure, isOver, tab: followed} = this.#monitor;
-    return !structure || isOver || followed !== tab;
+    const {isKnown, isOver, tab: followed} = this.#monitor;
+    return !isKnown || isOver || followed !== tab;
   }
 
   /** The breakpoints of the component of a tab, or those planned for it. @param {number} tab */
@@ -59,8 +57,17 @@ export class Breakpoints {
         return;
       }
       planned.set(tab, all);
+      planned.late.push({tab, automaton, kind, id});
       this.#notify();
     });
+  }
+
+  /** Set those that were planned for the component after its start, once it is known. */
+  catchUp() {
+    const {tab, steers} = this.#monitor;
+    if (!steers || this.arePlanned(tab)) return;
+    for (const {automaton, kind, id} of planned.takeLate(tab))
+      this.set(tab, automaton, kind, id, breakpointAt(planned.of(tab), automaton, kind, id)?.condition);
   }
 
   /** @param {Breakpoint[]} breakpoints */
@@ -130,6 +137,12 @@ function withBreakpoint(all, automaton, kind, id, condition) {
 class Planned {
   /** @type {Map<number, {key: string, all: Breakpoint[]}>} */
   #tabs = new Map();
+  /**
+   * Where some were set or removed since the component of their tab was started with those that it had then.
+   *
+   * @type {{tab: number, automaton: number, kind: "state" | "transition", id: number}[]}
+   */
+  late = [];
 
   constructor() {
     store.addEventListener("workspace", () => this.#follow());
@@ -156,15 +169,11 @@ class Planned {
     this.#write(tab);
   }
 
-  /** The arguments that start a component with its breakpoints. @returns {string[]} @param {number} tab */
-  argumentsFor(tab) {
-    const fitting = this.of(tab)
-      .filter(({condition}) => condition.length < LONGEST_CONDITION)
-      .slice(0, MOST_ARGUMENTS / 2);
-    return fitting.flatMap(({automaton, state, transition, condition}) => [
-      "--breakpoint",
-      `${automaton}.${state || `t${transition}`}${condition && `:${condition}`}`,
-    ]);
+  /** Return those of a tab that are late, and forget them. @param {number} tab */
+  takeLate(tab) {
+    const {late} = this;
+    this.late = late.filter((each) => each.tab !== tab);
+    return late.filter((each) => each.tab === tab);
   }
 
   /** @param {number} tab */

@@ -10,9 +10,11 @@ import {html, nothing} from "lit";
 import {showDialog} from "../kit/dialog.js";
 import {notify} from "../kit/notices.js";
 import {page} from "../data/page.js";
+import {store} from "../data/store.js";
 import {rich, t} from "../kit/texts.js";
 import {viewing} from "../kit/viewers.js";
 import {breakpointAt} from "./breakpoints.js";
+import {clockTime} from "./element.js";
 import {monitor} from "./monitor.js";
 import {lastValues, parameterOptions} from "./parameters.js";
 import {valueIn} from "./values.js";
@@ -24,9 +26,17 @@ const onEnter = (act) => (/** @type {KeyboardEvent} */ event) => {
   act();
 };
 
-/** Say why a run cannot be controlled that this window only watches. */
-export function offerControl() {
-  if (!monitor.writable && !viewing.on)
+/** Say why what is followed cannot be controlled now, unless it has ended. */
+export function sayWhyNot() {
+  const {component, ended, recording, since, steers} = monitor;
+  if (!component || steers || ended || viewing.on) return;
+  const time = clockTime(since);
+  if (!store.online) notify(t("The editor is offline"));
+  else if (since)
+    notify(monitor.present.includes(component) ? t("Silent since {time}", {time}) : t("Gone since {time}", {time}));
+  else if (recording) notify(t("Recording"));
+  else if (monitor.looking) notify(t("Looking back"));
+  else if (monitor.newest)
     notify(t("Only watching"), "info", {label: t("Take control"), run: () => monitor.allowSteering(true)});
 }
 

@@ -34,6 +34,10 @@ export class Followed {
    * @type {{at: number, message: string} | undefined}
    */
   ended = undefined;
+  /** Whether the moments may be of another run than the automata, which come later. */
+  isAhead = false;
+  /** Whether the automata are those of the next run, whose moments come later. */
+  #isBehind = false;
   /** Whether another run has begun since: if no moment of the former one came, the first is one of this. */
   begun = false;
   /** Whether it may be steered; stopping it is always allowed. */
@@ -136,6 +140,7 @@ export class Followed {
     this.past = new StateChanges(timeline ?? undefined);
     this.#recent = [];
     this.newest = snapshot ?? undefined;
+    this.isAhead = Boolean(snapshot);
     this.looking = undefined;
   }
 
@@ -149,6 +154,8 @@ export class Followed {
     this.#body = body;
     const renewed = this.#run > 0 && run !== this.#run;
     this.#run = run;
+    this.#isBehind = renewed && !this.isAhead;
+    this.isAhead = false;
     this.structure = structure;
     this.known = new Structure(structure);
     if (renewed) this.#names.clear();
@@ -171,6 +178,8 @@ export class Followed {
     if (restarted) {
       this.past = new StateChanges();
       this.#recent = [];
+      this.isAhead = !this.#isBehind;
+      this.#isBehind = false;
     }
     const {component} = value;
     this.#recent = [...this.#recent.filter(({time}) => time > component.time - LOOKED_AT), component];

@@ -244,6 +244,7 @@ class Monitor extends ShownRun {
     this.robot.take(facts);
     if (structure) this.#learn(structure);
     if (this.newest) this.#judge(this.newest.component.startedAt);
+    this.breakpoints.catchUp();
     this.#emit("mode", "shown");
   }
 
@@ -256,13 +257,15 @@ class Monitor extends ShownRun {
     this.#emit("structure", "shown");
     // A restarted component has no breakpoints.
     if (renewed && !this.breakpoints.all.length) this.breakpoints.restore(this.followed.known);
+    this.breakpoints.catchUp();
   }
 
   /** @param {LiveSnapshot} value */
   #take(value) {
     const {first, restarted, changed} = this.followed.take(value);
-    if (restarted) this.breakpoints.keep();
+    if (restarted && this.followed.isAhead) this.breakpoints.keep();
     if (first || restarted) this.#judge(value.component.startedAt);
+    if (first || restarted) this.breakpoints.catchUp();
     if (!this.looking) this.#emit("shown");
     this.#emit("snapshot");
     if (changed) this.#emit("mode");

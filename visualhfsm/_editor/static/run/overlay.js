@@ -52,7 +52,7 @@ function liveOf(id, {component}) {
     }
     for (const {transition, value} of guards) put(`t${transition}`, {guard: value});
   }
-  for (const {key, conditional, state, transition} of breakpointsIn(id, monitor.breakpoints.all)) {
+  for (const {key, conditional, state, transition} of breakpointsIn(id, monitor.breakpoints.of(monitor.tab))) {
     const hit = component.stoppedAt.some(
       (each) => each.automaton === id && each.state === state && each.transition === transition,
     );

@@ -116,6 +116,11 @@ export class ShownRun extends /** @type {new () => Target<MonitorEvents>} */ (Ev
     return this.followed.stateName(automaton, id);
   }
 
+  /** Whether its automata and its state are known, of the same run. */
+  get isKnown() {
+    return Boolean(this.structure && this.newest) && !this.followed.isAhead;
+  }
+
   /** Whether there is a robot to see: that of a recording, of a dry run, or the present one, until it is given up. */
   get hasRobot() {
     const {recording} = this;

@@ -8,11 +8,15 @@ import {isEnabled, perform} from "../kit/registry.js";
 import {started} from "../data/component-status.js";
 import {RequestError, store} from "../data/store.js";
 import {t} from "../kit/texts.js";
+import {planned} from "../run/breakpoints.js";
 
 /**
  * @import {Answers, Requests} from "../data/protocol.js"
  * @import {Choice} from "../kit/dialog.js"
  */
+
+const MOST_ARGUMENTS = 80;
+const LONGEST_CONDITION = 900; // characters that fit in an argument of the command line
 
 /** The components of others beside which the user runs. @type {Set<string>} */
 const accepted = new Set();
@@ -41,12 +45,33 @@ export async function mayRun(tab, context, serves) {
 }
 
 /**
+ * Start a component with the breakpoints that are planned for it.
+ *
+ * @param {Requests["start"]} request
+ */
+export const startWithBreakpoints = (request) =>
+  startBeside({...request, arguments: [...(request.arguments ?? []), ...breakpointArguments(request.tab)]});
+
+/** The arguments that start a component with its breakpoints. @returns {string[]} @param {number} tab */
+function breakpointArguments(tab) {
+  planned.takeLate(tab);
+  const fitting = planned
+    .of(tab)
+    .filter(({condition}) => condition.length < LONGEST_CONDITION)
+    .slice(0, MOST_ARGUMENTS / 2);
+  return fitting.flatMap(({automaton, state, transition, condition}) => [
+    "--breakpoint",
+    `${automaton}.${state || `t${transition}`}${condition && `:${condition}`}`,
+  ]);
+}
+
+/**
  * Start a component; ask first whether to run beside those of others.
  *
  * @param {Requests["start"]} request
  * @returns {Promise<Answers["start"] | null>} null if the user decides against it; rejected with a RequestError
  */
-export async function startBeside(request) {
+async function startBeside(request) {
   for (const name of accepted) if (!started.elsewhere.includes(name)) accepted.delete(name);
   try {
     return await store.request("start", {...request, beside: [...accepted]});

@@ -12,7 +12,6 @@ import {store} from "../data/store.js";
 import {notify} from "../kit/notices.js";
 import {t} from "../kit/texts.js";
 import {holdKeys} from "../kit/waiting-keys.js";
-import {planned} from "../run/breakpoints.js";
 import {monitor} from "../run/monitor.js";
 
 export class Runs {
@@ -58,9 +57,9 @@ export class Runs {
     if (dryRun) this.#app.showLive("dryRun");
     this.starting = tab;
     const body = dryRun ? chosenBody() : "";
-    const request = {tab, arguments: [...options, ...planned.argumentsFor(tab)], record, dryRun, body};
-    const {startBeside} = await import("./before-run.js");
-    const answer = await monitor.start(tab, () => askBy("start", tab, () => startBeside(request)));
+    const request = {tab, arguments: options, record, dryRun, body};
+    const {startWithBreakpoints} = await import("./before-run.js");
+    const answer = await monitor.start(tab, () => askBy("start", tab, () => startWithBreakpoints(request)));
     if (answer === undefined && store.online) this.#showErrors();
     if (answer?.recording) (await import("../run/documents.js")).awaitRecording(tab, answer.recording);
   }
