@@ -219,4 +219,4 @@ def test_a_domain_whose_port_another_program_has():
         with pytest.raises(
             RobotError, match=f"cannot join dds:{domain} .*; another domain helps if a program has"
         ):
-            Wire(f"dds:{domain}", "Test", lambda: None, str, str)
+            Wire(f"dds:{domain}", "Test", lambda: None, lambda _: None, lambda _: None)
