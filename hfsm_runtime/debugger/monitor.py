@@ -111,8 +111,8 @@ class _Servant(hfsm.HfsmMonitor):
         return report
 
     def stop(self, current: Current | None = None) -> None:  # noqa: ARG002
+        self._runtime.request_stop()  # before the log, whose handlers may be user code
         self._runtime.component._hfsm_log.warning("the monitor ends the component")
-        self._runtime.request_stop()
 
 
 @contextmanager

@@ -22,6 +22,7 @@ from zenoh_ice import (
     ObjectNotExistException,
     Settings,
     SystemException,
+    ZenohIceError,
 )
 from zenoh_ice.data.codec import Parted, Pieces
 from zenoh_ice.data.interface import Operation
@@ -220,6 +221,7 @@ class _PolledInlet:
         self._identity: Final = target.identity
         self._operation: Final = operation
         self._polled_at = -1.0
+        self._failed = False
         self._count = 0
         self._end_deliveries: Callable[[], object] = lambda: None
 
@@ -243,8 +245,11 @@ class _PolledInlet:
         self._polled_at = now
         try:
             value = poll()
-        except Exception as error:  # noqa: BLE001 - a servant that fails has nothing to publish
-            _logger.debug("no sample of %s: %s", self._operation.name, error)
+        except (Exception, SystemExit) as error:  # a servant that fails has nothing to publish
+            if not (self._failed or isinstance(error, (*self._operation.exceptions, ZenohIceError))):
+                self._failed = True  # each moment would fill the log
+                what = f"{self._identity}.{self._operation.name}"
+                _logger.exception("%s has no sample while its stub fails", what)
             return None
         self._count += 1
         payload = self._operation.result.gather_result(value, f"sample of {self._operation.name}")

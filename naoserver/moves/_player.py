@@ -5,6 +5,7 @@ It follows the robot's time, commands through the safety layer, and plays one ro
 
 from __future__ import annotations
 
+import logging
 import threading
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -28,7 +29,9 @@ from naoserver.moves.routes import (
 )
 from naoserver.protocol.robot import LIMP, JointReading
 from naoserver.safety._guarded_device import GuardedDevice
-from zenoh_ice.data.text import sentence
+from zenoh_ice.data.text import sentence, text_of
+
+_logger = logging.getLogger(__name__)
 
 PERIOD: Final = 0.02
 """Robot seconds between two commands: 50 Hz, the cycle of NAOqi's motion."""
@@ -132,7 +135,7 @@ class MotionPlayer:
             self._finish(ActionStatus.Stopped, f"{action.activity} began")
             try:
                 self._begin_leg(action, first)
-            except RobotError:
+            except BaseException:
                 self._device.claims.release(action.activity)
                 raise
             status = ActionStatus.Moving if first else ActionStatus.Done
@@ -184,15 +187,17 @@ class MotionPlayer:
                 return
             try:
                 self._go_on(action)
-            except RobotError as error:
+            except (Exception, SystemExit) as error:
                 refused = isinstance(error, CommandRefused)
-                self._finish(ActionStatus.Stopped if refused else ActionStatus.Failed, str(error))
+                self._finish(ActionStatus.Stopped if refused else ActionStatus.Failed, text_of(error))
                 what = action.activity
-                message = sentence(f"{what} ended: {error}")
+                if not isinstance(error, RobotError):
+                    _logger.error("%s failed", what, exc_info=error)
+                message = sentence(f"{what} ended: {text_of(error)}")
             else:
                 return
-        self._hold(action.leg)
         self._device.events.add(Severity.Warning, "Motions", message, "failed")
+        self._hold(action.leg)
 
     def close(self) -> None:
         """Stop, and begin no further actions."""

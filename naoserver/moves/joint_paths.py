@@ -19,7 +19,7 @@ from naoserver.errors import CommandRefused, InvalidCommand
 from naoserver.safety._guarded_device import GuardedDevice
 from naoserver.safety._limits import clamp
 from zenoh_ice import Clock
-from zenoh_ice.data.text import sentence
+from zenoh_ice.data.text import sentence, text_of
 
 PERIOD: Final = 0.02
 """Robot seconds between two setpoints."""
@@ -131,7 +131,7 @@ class Path:
     """Called with the joints that were sent on."""
     ended: threading.Event = field(default_factory=threading.Event, init=False)
     """Set at its end."""
-    error: Exception | None = field(default=None, init=False)
+    error: BaseException | None = field(default=None, init=False)
     """What ended it early."""
     number: int = field(default=0, init=False)
     """Its number among all paths of the robot."""
@@ -232,10 +232,10 @@ class JointPaths:
         for path in self.all():
             try:
                 goes_on = not path._curves or self._step(path)
-            except Exception as error:  # noqa: BLE001 - who waits for it raises it
+            except (Exception, SystemExit) as error:  # noqa: BLE001 - of a driver; who waits for it raises it
                 path.error, goes_on, what = error, False, path.name
                 if path._reported:
-                    text = sentence(f"{what} ended: {error}")
+                    text = sentence(f"{what} ended: {text_of(error)}")
                     self._body.events.add(Severity.Warning, self._body.name, text, "failed")
             if not goes_on:
                 self._end(path)

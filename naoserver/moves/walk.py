@@ -353,18 +353,19 @@ class WalkGuard:
     def _command(self, drives: dict[str, _Velocity]) -> None:
         """Command the walker. Raises InvalidCommand, and then commands nothing."""
         if not drives:
-            self._drives = {}
             self._walker.command(STILL)
+            self._drives = {}  # not earlier: `watch` repeats a stop that fails
             return
         self._body.claims.claim(WALK, self._walker.joints, self.stop)
+        former, self._drives = self._drives, drives  # of what fails half way, `watch` finds the end
         try:
             self._walker.command(WalkVelocity(**{kind: drive.value for kind, drive in drives.items()}))
         except InvalidCommand:
+            self._drives = former
             if not self._walker.walking:
                 self._drives = {}
                 self._body.claims.release(WALK)
             raise
-        self._drives = drives
 
 
 PERIOD: Final = 0.05

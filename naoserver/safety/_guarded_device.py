@@ -51,6 +51,12 @@ class Claims:
                         what = name.removesuffix(f" to {joint}")  # it claims each joint for itself
                         raise JointTaken(joint, name, f"{joint} is moved by {what} now: stop it first")
 
+    def free(self, joints: Iterable[str]) -> list[str]:
+        """Return those of some joints that no activity has."""
+        with self._lock:
+            taken = frozenset().union(*(claimed for claimed, _ in self._claims.values()))
+        return [joint for joint in joints if joint not in taken]
+
     def stop(self, joints: Iterable[str]) -> frozenset[str]:
         """Stop the activities that have any of the joints; return the joints that they still have."""
         wanted = frozenset(joints)
@@ -90,6 +96,8 @@ class GuardedDevice:
         self.check_within: Final = check_within
         self._lock = threading.Lock()
         self._closed = False
+        self._unsure: set[str] = set()
+        """Joints whose newest command failed: the device may move them, and is to hold them."""
         self.claims: Final = Claims()
         """The joints of running activities, which alone may command them."""
         self.balancing: Callable[[], Iterable[str]] = tuple
@@ -214,6 +222,8 @@ class GuardedDevice:
         """Check the moving joints; return the wall seconds until the next check, None while all rest."""
         with self._lock:
             reading, now = self.read(), self.events.wall_time()
+            if self._unsure:
+                self._apply(self._safety.hold(self.claims.free(sorted(self._unsure)), reading))
             outcome = self._apply(self._safety.watch(reading, now))
             due = self._safety.next_watch(reading, now)
         if outcome.stopped:
@@ -254,22 +264,28 @@ class GuardedDevice:
             require_reached(joints, reading.faults)
 
     def _obey(self, command: Callable[[JointReading], LimitedCommand]) -> LimitedCommand:
-        with self._lock:
-            reading = self.read()
-            outcome = self._apply(command(reading))
-            due = self._safety.next_watch(reading, self.events.wall_time())
+        due: float | None = None
+        try:
+            with self._lock:
+                reading = self.read()
+                outcome = self._apply(command(reading))
+                due = self._safety.next_watch(reading, self.events.wall_time())
+        finally:
+            if due is not None or self._unsure:
+                self.check_within(due or 0.0)
         if outcome.limitations:
             self.events.add_limited(outcome.limitations)
-        if due is not None:
-            self.check_within(due)
         return outcome
 
     def _apply(self, outcome: LimitedCommand) -> LimitedCommand:
         if not self._closed:
+            joints = outcome.positions.keys() | outcome.velocities.keys()
+            self._unsure |= joints
             if outcome.positions:
                 self._device.command_positions(outcome.positions, outcome.max_speeds)
             if outcome.velocities:
                 self._device.command_velocities(outcome.velocities)
+            self._unsure -= joints
         return outcome
 
 

@@ -13,7 +13,7 @@ from typing import Final
 from interfaces.jderobot import Encoders, EncodersData, Motors
 from interfaces.nao import ActionState, ActionStatus, MotionFacts, Motions, Postures, Walk
 from naoserver.bodies.capabilities import Odometry, OwnPostures, PostureProgress
-from naoserver.errors import CommandRefused, RobotError
+from naoserver.errors import CommandRefused
 from naoserver.moves._player import MotionPlayer
 from naoserver.moves.routes import MotionRoute, PostureRoute, nearest_posture
 from naoserver.moves.walk import WalkGuard, WalkTo, way_to
@@ -255,7 +255,7 @@ class OwnPosturesI(PosturesI):
             self._body.claims.claim(_WAY, joints, self.halt)
             try:
                 self._postures.go(name, fraction)
-            except RobotError:
+            except BaseException:
                 self._body.claims.release(_WAY)
                 raise
             self._count += 1

@@ -265,14 +265,14 @@ class Desk:
 
     def stop(self, robot: bool = False) -> Answer:
         """Stop the behavior; with `robot` stop the robot, too, until a person lets it go on."""
-        if robot:
-            SafetyPrx.uncheckedCast(self._realm().stringToProxy("Safety")).emergencyStop(
-                "an agent asked for it"
-            )
-        if self._run is None:
-            return {"ran": False}
-        self._run.stop("the agent")
-        return {"ran": True, **self._run.report()}
+        try:
+            if robot:
+                safety = SafetyPrx.uncheckedCast(self._realm().stringToProxy("Safety"))
+                safety.emergencyStop("an agent asked for it")
+        finally:  # a robot that does not answer is no reason to go on
+            if self._run is not None:
+                self._run.stop("the agent")
+        return {"ran": False} if self._run is None else {"ran": True, **self._run.report()}
 
     # -- parts ---------------------------------------------------------------------------------------------
 

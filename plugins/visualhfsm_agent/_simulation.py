@@ -5,20 +5,23 @@ from __future__ import annotations
 import base64
 import io
 import os
+from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any, Final
 
 import msgspec
 
+from hfsm_runtime.plugins import short_repr
 from visualhfsm.plugins import TaskProcesses, answer_tasks
 from visualhfsm.simulation import RobotKind, simulate
 from visualhfsm.trials import quiet
 from zenoh_ice.application.tether import die_with
+from zenoh_ice.data.text import encodable, text_of
 
 _MOST: Final = 200
 """Calls, and lines of the timeline, that are listed: the last."""
 _LONGEST: Final = 200
-"""Characters of a value."""
+"""Characters of a call."""
 PATIENCE: Final = 120.0
 """Wall seconds of a run."""
 
@@ -53,12 +56,17 @@ def processes() -> TaskProcesses[Simulated]:
 
 
 def _run(question: Question) -> Simulated:
-    with quiet(), simulate(question.document, robot=question.robot, stand_ins=True) as run:
+    with quiet(), ExitStack() as ends:
+        try:
+            run = ends.enter_context(simulate(question.document, robot=question.robot, stand_ins=True))
+        except (Exception, SystemExit) as failure:  # noqa: BLE001 - whatever its variables and modules raise
+            why = encodable(text_of(failure)) or type(failure).__name__
+            return Simulated(0.0, [], why, [], [], {}, {})
         error = ""
         try:
             run.advance(question.seconds)
         except Exception as failure:  # noqa: BLE001 - whatever the behavior raises
-            error = str(failure).partition("\ntimeline of ")[0]
+            error = encodable(text_of(failure).partition("\ntimeline of ")[0])
         calls = [f"{each.time:.3f} s {each.target} {each.arguments}"[:_LONGEST] for each in run.calls()]
         found: dict[str, Any] = {}
         for actor in run.tree.actors:
@@ -69,7 +77,7 @@ def _run(question: Question) -> Simulated:
             error=error,
             timeline=run.timeline.splitlines()[-_MOST:],
             calls=calls[-_MOST:],
-            variables={name: repr(value)[:_LONGEST] for name, value in found.items()},
+            variables={name: short_repr(value) for name, value in found.items()},
             joints=run.robot.joints,
             picture=_look(run.robot) if question.picture else "",
         )

@@ -153,8 +153,10 @@ class _Processes(TaskProcesses[GradingResult]):
             try:
                 self._grade(exercise, replace(task, submission=path))
             except _ProgramEnded as ended:
+                judged = any(each.judge for each in exercise.criteria)
                 raise ComputerFailed(
                     f"with a document that does nothing, the program that grades: {ended.how}"
+                    + judged * "; a judge of the exercise that hangs, or ends its process, does that, too"
                 ) from ended
 
     def _grade(self, exercise: Exercise, task: Task) -> Marks:

@@ -222,7 +222,7 @@ class Wire:
             while not self._ending.is_set():
                 try:
                     self._take_turn()
-                except Exception:  # no message ends the service of others
+                except (Exception, SystemExit):  # no message, and no driver, ends the service of others
                     _logger.exception("%s goes on after an error", self._name)
                     self._ending.wait(_PERIOD)
         finally:
@@ -232,7 +232,7 @@ class Wire:
     def _lose(self, client: str) -> None:
         try:
             self._drop(client)
-        except Exception:  # the others are dropped all the same
+        except (Exception, SystemExit):  # the others are dropped all the same
             _logger.exception("%s could not end all of a program that is gone", self._name)
 
     def _take_turn(self) -> None:

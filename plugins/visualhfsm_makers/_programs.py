@@ -8,6 +8,7 @@ end of what the same program began before and needs the same joints; the robot w
 
 from __future__ import annotations
 
+import logging
 import math
 import threading
 from collections.abc import Callable, Mapping, Sequence
@@ -32,7 +33,9 @@ from naoserver.serving.assembly import Assembly
 from naoserver.serving.lasting_walk import LastingWalk
 from naoserver.serving.moves import MOTION, POSTURE
 from zenoh_ice.data import typed
-from zenoh_ice.data.text import few, sentence
+from zenoh_ice.data.text import few, sentence, text_of
+
+_logger = logging.getLogger(__name__)
 
 _LONGEST: Final = 4096
 """Most characters of a parameter."""
@@ -139,6 +142,9 @@ class Programs:
             return 0, ""
         except RobotError as error:
             return self.refused(self.codes.failed, str(error)), ""
+        except BaseException as error:  # of a driver, by `sys.exit`, too: the program hears of it
+            _logger.exception("a call of a program failed")
+            return self.refused(self.codes.failed, f"{type(error).__name__}: {text_of(error)}"), ""
         self._waiting.pop(perform, None)
         return 0, "" if result is None else str(result)
 

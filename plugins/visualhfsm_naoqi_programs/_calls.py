@@ -31,6 +31,7 @@ from visualhfsm_naoqi_programs._clients import (
     QiLimits,
     running,
 )
+from zenoh_ice.data.text import encodable, text_of
 
 VERSION: Final = "2.8.6.23"
 """Version of the emulated NAOqi."""
@@ -215,7 +216,7 @@ class Calls:
             return self._begin(name, call, work, urgent=operation.urgent)
         try:
             return self._do(call, work)
-        except Exception as error:  # noqa: BLE001 - whatever it is, the client hears of it
+        except BaseException as error:  # noqa: BLE001 - whatever it is, the client hears of it
             return failed(_reported(name, error))
 
     def _described(self, operation: Operation) -> Callable[..., Any]:
@@ -257,7 +258,7 @@ class Calls:
         def settle() -> None:
             try:
                 promise.setValue(result())
-            except Exception as error:  # noqa: BLE001 - whatever it is, the client hears of it
+            except BaseException as error:  # noqa: BLE001 - even of a driver that calls `sys.exit`
                 promise.setError(_reported(name, error))
 
         def ended(done: Future[None]) -> None:
@@ -281,11 +282,11 @@ class Calls:
         return promise.future()
 
 
-def _reported(name: str, error: Exception) -> str:
+def _reported(name: str, error: BaseException) -> str:
     if isinstance(error, RobotError):
         return f"{name}: {error}"
     _logger.error("%s failed", name, exc_info=error)
-    return f"{name}: {type(error).__name__}: {error}"
+    return f"{name}: {type(error).__name__}: {encodable(text_of(error))}"
 
 
 def failed(message: str) -> qi.Future:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import re
 import threading
 import time
@@ -34,7 +35,7 @@ from tests.conftest import Pair
 from tests.support.automata import component
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.waiting import until
-from zenoh_ice import WallClock
+from zenoh_ice import UnknownException, WallClock
 
 
 def first_snapshot(
@@ -166,6 +167,23 @@ def test_a_variable_whose_repr_interrupts_does_not_end_the_stream(pair: Pair) ->
     with monitored(pair, root) as (_, proxy):
         snapshot = first_snapshot(proxy, lambda _: True)
     assert snapshot.automata[0].variables == {"value": "whole"}
+
+
+@pytest.mark.parametrize("error", [ValueError, SystemExit])
+def test_a_log_that_fails_keeps_nobody_from_ending_the_component(
+    pair: Pair, error: type[BaseException], request: pytest.FixtureRequest
+) -> None:
+    made = component(tree())
+
+    def fails(record: logging.LogRecord) -> bool:
+        raise error(record.msg)
+
+    made._hfsm_log.addFilter(fails)
+    request.addfinalizer(lambda: made._hfsm_log.removeFilter(fails))
+    with monitored(pair, tree(), made) as (runtime, proxy):
+        with pytest.raises(UnknownException):
+            proxy.stop()
+        until(runtime.ended.is_set)
 
 
 def test_what_a_component_marks_is_in_its_snapshots(pair: Pair) -> None:

@@ -29,7 +29,9 @@ def call_function(reference: str, folder: Path, run: object, take: Callable[[Any
     function = load_function(reference, folder)
     try:
         return take(function(run))
-    except (Exception, SystemExit) as error:
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # what `sys.exit` and `pytest.fail` raise, too
         raise FunctionFailed(f"{reference}: {describe(error)}") from error
 
 
@@ -57,7 +59,9 @@ def forget_functions() -> None:
 def _load(path: Path, changed: int) -> ModuleType:  # noqa: ARG001 - loaded again when it was edited
     try:
         return load_module(f"_trials_{path.stem}", path)
-    except (Exception, SystemExit) as error:
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
         raise TrialsError.because(
             "{path}: cannot be loaded: {name}: {reason}",
             path=str(path),

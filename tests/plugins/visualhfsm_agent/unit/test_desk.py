@@ -6,7 +6,7 @@ import re
 import shutil
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import closing, suppress
+from contextlib import ExitStack, closing, suppress
 from pathlib import Path
 from typing import Any
 
@@ -22,25 +22,26 @@ from visualhfsm import VisualHfsmError
 from visualhfsm_agent._approval import Approvals, Asked
 from visualhfsm_agent._desk import Desk
 from visualhfsm_agent._limits import AgentError
-from zenoh_ice import Settings
+from zenoh_ice import Settings, ZenohIceError
 
 _CODE = "self.Head.setPose(0.5, 0.0, 0.5)"
 _DOCUMENT = """<VisualHFSM>
 <SubAutomata id="1" idFather="0">
-<state initial="true" id="1"><name>look</name><code>{code}</code>{inside}</state></SubAutomata>
+<state initial="true" id="1"><name>look</name><code>{code}</code>{inside}</state>{last}</SubAutomata>
 {more}<config><iceinterface><nameinterface>Head</nameinterface><nameproxy>{identity}</nameproxy>
 <interface>{kind}</interface></iceinterface></config></VisualHFSM>
 """
 _CHILD = """<VisualHFSM><SubAutomata id="1" idFather="0">
 <state initial="true" id="1"><name>below</name><code>pass</code></state></SubAutomata></VisualHFSM>
 """
+_TORN = "class Torn:\n    def __repr__(self):\n        {}\nx = Torn()"
 _IMPORT = '<SubAutomata id="2" idFather="1"><import>child.xml</import></SubAutomata>\n'
 
 
 def write(
     root: Path, code: str = _CODE, *, identity: str = "Head", kind: str = "PoseHead", **parts: str
 ) -> None:
-    parts = {"inside": "", "more": "", **parts}
+    parts = {"inside": "", "last": "", "more": "", **parts}
     (root / "look.xml").write_text(_DOCUMENT.format(code=code, identity=identity, kind=kind, **parts))
 
 
@@ -85,6 +86,7 @@ def lasting(folder: Path, robot: ServedRobot) -> Iterator[Desk]:
     with closing(desk_of(folder, robot)) as made:
         made.robot()
         made.verdict("look.xml", seconds=0.1)
+        made.simulate("look.xml", seconds=0.1)
         yield made
 
 
@@ -229,6 +231,38 @@ def test_a_document_that_hangs_does_not_run(root: Path, robot: ServedRobot) -> N
         assert not impatient.verdict("look.xml", seconds=0.5)["ready"]
         with pytest.raises(AgentError, match=r"it is not ready: .*took more than 1 s"):
             impatient.run("look.xml")
+
+
+@pytest.mark.parametrize(
+    ("code", "first", "error", "variables"),
+    [
+        ("pass", "x = 1 / 0", r"the variables .* ZeroDivisionError: .*look\.xml:\d", {}),
+        ("pass", "raise SystemExit(4)", r"the variables .* SystemExit: 4", {}),
+        (_TORN.format("raise ValueError"), "", "", {"x": "<Torn instance at"}),
+        (_TORN.format("raise SystemExit"), "", "", {"x": "<Torn: its repr raised SystemExit>"}),
+        (_TORN.format(r"return '\udc80'"), "", "", {"x": r"\udc80"}),
+    ],
+)
+def test_a_simulation_says_what_variables_raise(
+    desk: Desk, root: Path, *, code: str, first: str, error: str, variables: dict[str, str]
+) -> None:
+    write(root, code, last=f"<variables>{first}</variables>")
+    found = desk.simulate("look.xml", seconds=0.2)
+    assert found["failed"] is bool(error)
+    assert re.match(error, found["data"]["error"])
+    assert all(found["data"]["variables"][name].startswith(text) for name, text in variables.items())
+
+
+def test_a_stop_ends_the_behavior_of_a_robot_that_is_gone(root: Path) -> None:
+    with ExitStack() as ends:
+        with served(FakeRobot()) as robot:
+            allow(root, robot.realm)
+            desk = ends.enter_context(closing(desk_of(root, robot)))
+            assert desk.verdict("look.xml", seconds=0.5)["ready"]
+            assert desk.run("look.xml")["runs"]
+        with pytest.raises(ZenohIceError):
+            desk.stop(robot=True)
+        assert not desk.watch()["runs"]
 
 
 @pytest.mark.parametrize(

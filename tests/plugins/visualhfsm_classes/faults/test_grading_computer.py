@@ -148,7 +148,7 @@ def grade(folder: Path, fault: Fault) -> subprocess.CompletedProcess[str]:
         walls.chmod(0o755)
     environment = {
         **os.environ,
-        "PYTHONPATH": os.pathsep.join([str(modules), str(ROOT)]),
+        "PYTHONPATH": os.pathsep.join([str(modules), str(ROOT), str(ROOT / "plugins")]),
         "PATH": os.pathsep.join([str(folder / "bin"), os.environ["PATH"]]),
         "TMPDIR": str(folder),
         **fault.environment,
@@ -174,6 +174,16 @@ def test_a_computer_that_cannot_grade_gives_no_marks_and_is_named(tmp_path: Path
     assert (done.returncode, fault.said in words) == (1, True), done.stdout + done.stderr
     assert "this computer cannot grade, which is no fault of a submission" in words
     assert [*(tmp_path / "marks").iterdir(), *tmp_path.glob("visualhfsm-*")] == []
+
+
+def test_a_judge_that_ends_the_program_that_grades_is_named(tmp_path: Path) -> None:
+    exercise = prepare(tmp_path)
+    with (exercise / "judge.py").open("a", encoding="utf-8") as judge:
+        judge.write("\n\ndef left_first(run):\n    import os\n    os._exit(0)\n")
+    done = grade(tmp_path, Fault(""))
+    words = " ".join(done.stderr.split())
+    assert done.returncode == 1, done.stdout + done.stderr
+    assert "it has ended; a judge of the exercise that hangs, or ends its process, does that, too" in words
 
 
 ENDS_THE_READER: Final = Fault(

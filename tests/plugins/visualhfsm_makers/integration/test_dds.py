@@ -109,10 +109,28 @@ def test_at_the_end_all_programs_are_dropped(ears):
     assert ears.lost == [ears.heard[0][1]]
 
 
-def test_all_programs_are_dropped_though_that_fails(ears, caplog):
+@pytest.mark.parametrize("error", [ValueError("a test"), SystemExit("a test")])
+def test_what_fails_with_a_message_ends_nothing(ears, caplog, error):
+    heard, last = [], Identity(3, 4)
+
+    def take(message, _client):
+        heard.append(message)
+        if message != last:
+            raise error
+
+    ears.wire.listen("fails", Identity, take)
+    program = writer("fails", Identity)
+    program.write(Identity(1, 2))
+    until(lambda: "goes on after an error" in caplog.text)
+    program.write(last)
+    until(lambda: len(heard) == 2)
+
+
+@pytest.mark.parametrize("error", [ValueError("a test"), SystemExit("a test")])
+def test_all_programs_are_dropped_though_that_fails(ears, caplog, error):
     def drop(client):
         ears.lost.append(client)
-        raise ValueError("a test")
+        raise error
 
     ears.wire._drop = drop
     programs = [writer("calls", Identity) for _ in range(2)]

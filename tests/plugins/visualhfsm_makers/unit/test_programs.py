@@ -290,6 +290,17 @@ def test_a_call_that_fails_has_no_result_and_its_event_says_why(rig, error, code
     assert newest.message == f"answered a program with error {code}: not so"
 
 
+@pytest.mark.parametrize("error", [OSError, SystemExit])
+def test_a_driver_that_fails_leaves_no_program_waiting(rig, caplog, error):
+    def fail(_parameter, _client):
+        raise error("no bus")
+
+    assert rig.programs.answer({1: fail}, 1, "", "program") == (500, "")
+    newest = rig.assembly.events.snapshot()[0][-1]
+    assert newest.message == f"answered a program with error 500: {error.__name__}: no bus"
+    assert "a call of a program failed" in caplog.text
+
+
 def test_what_is_said_of_a_parameter_has_a_longest_length(rig):
     with pytest.raises(Refusal) as refusal:
         rig.programs.read('"' + 1000 * "a" + '"', Literal["b"])

@@ -8,6 +8,7 @@ import pytest
 pytest.importorskip("qi")
 
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
+from tests.support.waiting import until
 from visualhfsm_naoqi_programs._calls import Calls
 from visualhfsm_naoqi_programs._clients import (
     MOST_WAITING,
@@ -45,6 +46,14 @@ class Service:
     def stop(self, call: Call) -> None:
         """Wait until the call is stopped."""
         call.stopped.wait(CALL_LIMIT)
+
+    def fail(self):
+        """End as a driver may that calls `sys.exit`."""
+        raise SystemExit("no bus")
+
+    def fail_late(self, call: Call) -> None:
+        """End so in a thread."""
+        raise SystemExit("no bus")
 
     def hang(self, call: Call) -> None:
         """Wait for the test, even if the call is stopped."""
@@ -93,6 +102,14 @@ def test_too_many_stops_of_a_program_are_refused_but_not_after_too_many_other_ca
     assert all(stop.isRunning() for stop in stops)
     assert "1016 calls of this program run or wait already" in facade.stop().error()
     assert facade.short() == MOST_WAITING_URGENT
+
+
+@pytest.mark.parametrize("operation", ["fail", "fail_late"])
+def test_a_driver_that_calls_sys_exit_leaves_no_program_waiting(facade, client, operation, caplog):
+    said = getattr(facade, operation)().error(round(CALL_LIMIT * 1000))
+    assert said == f"Service::{operation}: SystemExit: no bus"
+    assert f"Service::{operation} failed" in caplog.text
+    until(lambda: client.awaited_calls == 0)
 
 
 def test_closing_does_not_wait_for_ever_for_a_call_that_hangs(client, service, caplog):

@@ -204,6 +204,23 @@ def test_a_subscription_is_called_with_samples_of_a_stub(b, rate: float | None, 
     assert len(heard) == number
 
 
+@pytest.mark.parametrize(
+    ("error", "logged"), [(ValueError("a slip"), 1), (SystemExit("a slip"), 1), (TimeoutException("late"), 0)]
+)
+def test_a_stub_that_fails_has_no_sample_and_says_so_once(
+    b, error: BaseException, logged: int, caplog: pytest.LogCaptureFixture
+) -> None:
+    def fails() -> HeadPose:
+        raise error
+
+    b.stub("Head", getPose=fails)
+    for _ in range(3):
+        b.advance(0.1)
+        assert b.component.Head.getPose.latest() is None
+    assert caplog.text.count("Head.getPose has no sample while its stub fails") == logged
+    assert caplog.text.count(f"{type(error).__name__}: a slip") == logged
+
+
 def test_a_stream_without_samples_times_out_after_exactly_that_time(b) -> None:
     with pytest.raises(TimeoutException, match="no new sample"):
         b.component.Camera.getImageData.wait(timeout=0.05)

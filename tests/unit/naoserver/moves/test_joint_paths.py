@@ -349,6 +349,22 @@ def test_who_follows_a_path_hears_what_refuses_a_step(rig):
         follow(rig, 0.5)
 
 
+@pytest.mark.parametrize("error", [OSError("no bus"), SystemExit("no bus")])
+def test_a_driver_that_fails_ends_a_path_and_no_other(rig, monkeypatch, error):
+    def fails(*_):
+        monkeypatch.undo()
+        raise error
+
+    path = rig.start(0.5)
+    nod = Path("nod", frozenset({"RElbowYaw"}), "Ada")
+    rig.paths.start(nod, {"RElbowYaw": smooth_curve("RElbowYaw", 1.0, [2.0], [1.1])})
+    rig.advance(0.3)
+    monkeypatch.setattr(rig.robot, "command_positions", fails)
+    rig.advance(0.1)
+    assert (path.ended.is_set(), path.error, rig.paths.all()) == (True, error, [nod])
+    assert rig.events[-1] == "look ended: no bus"
+
+
 def test_the_stop_of_a_path_is_no_error(rig):
     stopped = threading.Event()
     rig.clock.call_every(0.5, stopped.set)

@@ -96,6 +96,41 @@ def test_a_motion_that_is_refused_at_its_very_beginning_leaves_its_joints_free(r
     body.move({"RElbowRoll": 0.5}, {})
 
 
+@pytest.mark.parametrize("error", [OSError("no bus"), SystemExit("no bus")])
+def test_a_driver_that_fails_ends_it_for_good(rig, monkeypatch, caplog, error):
+    def fails(*_):
+        monkeypatch.undo()
+        raise error
+
+    rig.begin("wave")
+    rig.let_go(1.2)
+    monkeypatch.setattr(rig.robot, "command_positions", fails)
+    rig.let_go(0.1)
+    held = rig.commands()
+    rig.let_go(2.0)
+    assert rig.commands() == pytest.approx(held, abs=0.01)
+    progress = rig.player.progress("motion")
+    assert (progress.status, progress.message) == (ActionStatus.Failed, "no bus")
+    assert "the motion wave ended: no bus" in caplog.text
+    assert "in fails" in caplog.text
+    rig.assembly.body.move({"RElbowRoll": 0.5}, {})
+
+
+@pytest.mark.parametrize("error", [OSError("no bus"), SystemExit("no bus")])
+def test_a_driver_that_fails_at_the_beginning_leaves_the_joints_free(rig, monkeypatch, error):
+    def fails(*_):
+        raise error
+
+    body = rig.assembly.body
+    body.stiffen(dict.fromkeys(rig.robot.body.postures["Stand"].angles, 0.0), 0.0)
+    rig.let_go(0.02)
+    with monkeypatch.context() as broken:
+        broken.setattr(rig.robot, "command_stiffnesses", fails)
+        with pytest.raises(type(error)):
+            rig.begin("wave")
+    body.move({"RElbowRoll": 0.5}, {})
+
+
 def test_an_emergency_stop_ends_it_and_refuses_the_next(rig):
     rig.begin("wave")
     rig.let_go(1.2)

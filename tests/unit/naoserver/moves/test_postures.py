@@ -17,11 +17,11 @@ class Postures:
 
     def __init__(self):
         self.now = PostureProgress()
-        self.fails = False
+        self.fails: BaseException | None = None
 
     def go(self, name, fraction):
-        if self.fails:
-            raise HardwareFailure("the robot is lost")
+        if self.fails is not None:
+            raise self.fails
         self.now = PostureProgress(name, moving=True)
 
     def stop(self):
@@ -81,9 +81,10 @@ def test_whatever_stops_the_body_stops_it_on_the_way(assembly, servant, own, sto
     assembly.body.move({"HeadYaw": 0.5}, {})
 
 
-def test_a_robot_that_cannot_go_keeps_its_joints_free(assembly, servant, own):
-    own.fails = True
-    with pytest.raises(HardwareFailure):
+@pytest.mark.parametrize("error", [HardwareFailure, OSError, SystemExit])
+def test_a_robot_that_cannot_go_keeps_its_joints_free(assembly, servant, own, error):
+    own.fails = error("the robot is lost")
+    with pytest.raises(error):
         servant.go("Crouch", 1.0, "")
     assembly.body.move({"HeadYaw": 0.5}, {})
 

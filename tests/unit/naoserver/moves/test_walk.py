@@ -1,5 +1,6 @@
 """The walk behind its safety layer: what reaches the walker, what is reported, and what ends it."""
 
+import contextlib
 import math
 from functools import partial
 
@@ -159,6 +160,61 @@ def test_a_lost_client_stops_what_it_drove_and_no_more(rig):
     rig.walk.drop_client("ben")
     assert rig.walker.commanded() == STILL
     assert rig.reported() == ["stopped (forward and left): the client that drove it is gone"]
+
+
+@pytest.mark.parametrize("error", [OSError("no line"), SystemExit("no line")])
+@pytest.mark.parametrize("end", ["timeout", "drop", "stop", "emergency"])
+def test_a_stop_that_the_driver_fails_is_repeated(rig, monkeypatch, end, error):
+    def fails(_velocity):
+        raise error
+
+    rig.walk.drive({"forward": 0.1}, "anna")
+    rig.wall = 0.6 if end == "timeout" else 0.2
+    stops = {
+        "timeout": rig.walk.watch,
+        "drop": lambda: rig.walk.drop_client("anna"),
+        "stop": rig.walk.stop,
+        "emergency": lambda: rig.gate.stop("a test"),
+    }
+    with monkeypatch.context() as broken:
+        broken.setattr(rig.walker, "command", fails)
+        with contextlib.suppress(type(error)):  # the body may have let it end already
+            stops[end]()
+        assert rig.walker.commanded() != STILL
+    rig.wall = 0.6
+    rig.walk.watch()
+    assert rig.walker.commanded() == STILL
+
+
+@pytest.mark.parametrize("error", [OSError("no line"), SystemExit("no line")])
+def test_a_velocity_that_the_driver_fails_half_way_ends_in_time(rig, monkeypatch, error):
+    command = rig.walker.command
+
+    def fails(velocity):
+        command(velocity)
+        raise error
+
+    with monkeypatch.context() as broken:
+        broken.setattr(rig.walker, "command", fails)
+        with pytest.raises(type(error)):
+            rig.walk.drive({"forward": 0.1}, "anna")
+    assert rig.walker.commanded() != STILL
+    rig.wall = 0.6
+    rig.walk.watch()
+    assert rig.walker.commanded() == STILL
+
+
+@pytest.mark.parametrize("error", [OSError("no line"), SystemExit("no line")])
+def test_a_walk_that_the_driver_fails_to_begin_leaves_the_legs_free(rig, monkeypatch, error):
+    def fails(_velocity):
+        raise error
+
+    with monkeypatch.context() as broken:
+        broken.setattr(rig.walker, "command", fails)
+        with pytest.raises(type(error)):
+            rig.walk.drive({"forward": 0.1}, "anna")
+    rig.walk.watch()
+    rig.body.move({"RKneePitch": 0.5}, {})
 
 
 def test_velocities_that_are_not_renewed_together_are_one_event(rig):

@@ -71,6 +71,58 @@ def test_a_command_that_must_be_watched_says_within_what_time(rig):
     assert rig.due == pytest.approx(0.02)
 
 
+@pytest.mark.parametrize("error", [OSError("no bus"), SystemExit("no bus")])
+@pytest.mark.parametrize("end", ["timeout", "drop", "hold", "emergency"])
+def test_a_stop_that_the_driver_fails_is_repeated(rig, clock, monkeypatch, end, error):
+    def fails(*_):
+        raise error
+
+    rig.gate.on_stop(rig.guarded.hold)
+    rig.guarded.drive({"HeadYaw": 0.4}, "client")
+    clock.advance(0.2)
+    rig.wall = 0.2 if end != "timeout" else 0.6
+    stops = {
+        "timeout": rig.guarded.watch,
+        "drop": lambda: rig.guarded.drop_client("client"),
+        "hold": rig.guarded.hold,
+        "emergency": lambda: rig.gate.stop("a test"),
+    }
+    with monkeypatch.context() as broken:
+        broken.setattr(rig.device, "command_velocities", fails)
+        for stop in (stops[end], rig.guarded.watch):
+            with pytest.raises(type(error)):
+                stop()
+    rig.guarded.watch()
+    clock.advance(0.5)
+    there = rig.commands()["HeadYaw"]
+    clock.advance(0.5)
+    assert rig.commands()["HeadYaw"] == there
+    assert rig.velocities()["HeadYaw"] == pytest.approx(0.0, abs=1e-3)
+
+
+def test_a_command_that_the_driver_fails_leaves_its_joints_held_and_others_moving(rig, clock, monkeypatch):
+    send = rig.device.command_positions
+
+    def fails(*given):
+        send(*given)
+        raise OSError("no bus")
+
+    rig.guarded.move({"LElbowRoll": -1.0}, {"LElbowRoll": 0.5})
+    with monkeypatch.context() as broken:
+        broken.setattr(rig.device, "command_positions", fails)
+        with pytest.raises(OSError, match="no bus"):
+            rig.guarded.move({"HeadYaw": 1.0}, {"HeadYaw": 0.5})
+    assert rig.due == 0.0
+    rig.guarded.watch()
+    clock.advance(3.0)
+    assert rig.commands()["HeadYaw"] == pytest.approx(0.0, abs=0.02)
+    assert rig.commands()["LElbowRoll"] == pytest.approx(-1.0)
+    rig.guarded.move({"HeadYaw": 0.5}, {})
+    rig.guarded.watch()
+    clock.advance(3.0)
+    assert rig.commands()["HeadYaw"] == pytest.approx(0.5)
+
+
 def test_the_goal_is_that_of_the_newest_command(rig):
     rig.guarded.move({"LElbowRoll": -0.5}, {"LElbowRoll": 0.2})
     assert rig.guarded.goal("LElbowRoll") == (-0.5, 0.2)

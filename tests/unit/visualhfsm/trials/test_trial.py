@@ -129,6 +129,7 @@ def test_random_numbers_of_the_code_belong_to_the_trial(waits: str) -> None:
         ("return 'too slow'", "too slow"),
         ("return 1 / 0", "judge.py:judge: ZeroDivisionError: division by zero"),
         ("raise SystemExit(0)", "judge.py:judge: SystemExit: 0"),
+        ("import pytest; pytest.fail('late')", "judge.py:judge: Failed: late"),
         (
             "class Torn:\n        __bool__ = lambda _: 1 / 0\n    return Torn()",
             "judge.py:judge: ZeroDivisionError: division by zero",
