@@ -143,6 +143,8 @@ class Watchdog:
         self.clock: Final = clock
         self.watched: Final[list[Watched]] = []
         """The checked devices."""
+        self._failing: Final = set[str]()
+        """Names of devices whose last check failed: it fails on and on while a robot is lost."""
         self._sooner = sooner
         self._lock = threading.Lock()
         self._next = clock.now()
@@ -173,8 +175,11 @@ class Watchdog:
         try:
             due = device.watch()
         except (Exception, SystemExit):
-            _logger.exception("the watchdog could not check %s", device.name)
+            if device.name not in self._failing:
+                self._failing.add(device.name)
+                _logger.exception("the watchdog could not check %s, and tries on", device.name)
             return _AFTER_ERROR
+        self._failing.discard(device.name)
         return _WATCH_PERIOD if due is None else due
 
 

@@ -7,7 +7,7 @@ from functools import partial
 import pytest
 
 from naoserver.options import ServerLimits
-from naoserver.protocol.jobs import ControlLoop, JobThreads, Periodic
+from naoserver.protocol.jobs import ControlLoop, JobThreads, Periodic, Watchdog
 from naoserver.serving.camera import WINDOW, RateMeter
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.robot_server import eventually
@@ -261,3 +261,26 @@ def test_a_job_may_remove_itself_from_its_control_loop():
     loop = ticked(clock, job)
     clock.advance(0.1)
     assert len(times) == 1
+
+
+def test_a_check_that_fails_on_and_on_is_repeated_soon_and_logged_once(caplog):
+    class Lost:
+        name = "joints"
+        checks = 0
+        lost = True
+
+        def watch(self):
+            self.checks += 1
+            if self.lost:
+                raise OSError("no link")
+
+    device, clock = Lost(), VirtualClock()
+    watchdog = Watchdog(clock, lambda: None)
+    watchdog.watched.append(device)
+    for lost in (True, False, True):
+        device.lost = lost
+        for _ in range(10):
+            watchdog.run()
+    assert device.checks == 30
+    assert watchdog.due(clock.now()) == pytest.approx(clock.now() + 0.1)
+    assert caplog.text.count("the watchdog could not check joints") == 2
