@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import gc
 import re
 import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
+from weakref import WeakSet
 
 import pytest
 
+from hfsm_runtime import _own_threads
 from hfsm_runtime._component_run import ComponentRun
 from hfsm_runtime._runtime import Runtime
 from hfsm_runtime.errors import OnError
@@ -258,6 +259,13 @@ def test_an_outcome_that_was_asked_for_is_no_error(code: str, behavior: MakeBeha
     assert not run.errors
 
 
+@pytest.fixture
+def alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Forget the components of other tests: no other one is in the process."""
+    monkeypatch.setattr(_own_threads, "_runs", WeakSet())
+
+
+@pytest.mark.usefixtures("alone")
 def test_an_outcome_of_the_time_before_is_no_error(behavior: MakeBehavior, tmp_path: Path) -> None:
     made = load(compile_to(tmp_path, document(sub(1, 0, state(1, "a", initial=True)))))
     behavior(type(made)).close()
@@ -286,6 +294,7 @@ def submit():
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
+@pytest.mark.usefixtures("alone")
 @pytest.mark.parametrize(
     "code",
     ["helper.start()", "self.Head.getPose.subscribe(helper.fail)", "helper.submit()"],
@@ -294,9 +303,6 @@ def submit():
 def test_what_code_beside_the_document_raises_is_an_error_of_the_only_component(
     code: str, behavior: MakeBehavior, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    gc.collect()
-    for other in [each for each in gc.get_objects() if type(each) is Execution]:
-        other.close()  # other tests' components
     (tmp_path / "helper.py").write_text(HELPER, encoding="utf-8")
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.delitem(sys.modules, "helper", raising=False)

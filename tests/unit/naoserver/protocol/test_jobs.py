@@ -274,6 +274,15 @@ def test_a_check_that_fails_on_and_on_is_repeated_soon_and_logged_once(caplog):
             if self.lost:
                 raise OSError("no link")
 
+        def moves_for(self, client):
+            return False
+
+        def drop_client(self, client):
+            """Nothing moves."""
+
+        def close(self):
+            """Nothing moves."""
+
     device, clock = Lost(), VirtualClock()
     watchdog = Watchdog(clock, lambda: None)
     watchdog.watched.append(device)
