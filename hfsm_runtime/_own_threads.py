@@ -46,7 +46,9 @@ _ignore: Any = sys.__unraisablehook__
 _ignored: Final = deque[BaseException](maxlen=1000)
 """What Python has ignored since the last cycle: raised in a finalizer, or a generator that was left."""
 _ASKERS: Final = ("concurrent.futures._base", "asyncio.base_events")
+"""Modules that ask for the outcomes of what they submit."""
 _CALLERS: Final = ("concurrent", "threading", "zenoh_ice", "zenoh_ros2")
+"""Packages that only call what failed."""
 _submit: Final[Callable[..., Future[Any]]] = ThreadPoolExecutor.submit
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import builtins
 import re
+from collections.abc import Mapping
 from enum import IntFlag
 from functools import lru_cache
 from typing import Final
@@ -66,6 +67,18 @@ class Answer(IntFlag):
 
 UNKNOWN: Final = Answer.UNKNOWN | Answer.CHANGES
 """The answer of code that cannot be followed."""
+
+
+def finder_of(node: ast.AST, modules: Mapping[str, str]) -> str:
+    """Return the name of a function that finds attributes by their names, nothing for anything else."""
+    match node:
+        case ast.Name(id=name):
+            found = modules.get(name, name).rpartition(".")[2]
+        case ast.Attribute(attr=found):
+            pass
+        case _:
+            return ""
+    return found if found in FINDERS else ""
 
 
 class Definitions:
@@ -180,14 +193,7 @@ class Definitions:
 
     def finder(self, node: ast.AST) -> str:
         """Return the name of a function that finds attributes by their names, nothing for anything else."""
-        match node:
-            case ast.Name(id=name):
-                found = self.libraries.get(name, name).rpartition(".")[2]
-            case ast.Attribute(attr=found):
-                pass
-            case _:
-                return ""
-        return found if found in FINDERS else ""
+        return finder_of(node, self.libraries)
 
     def outside(self, name: str) -> Values:
         """Return the values of a name that is not bound where it is read; none if that is an error."""

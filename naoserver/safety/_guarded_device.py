@@ -51,11 +51,10 @@ class Claims:
                         what = name.removesuffix(f" to {joint}")  # it claims each joint for itself
                         raise JointTaken(joint, name, f"{joint} is moved by {what} now: stop it first")
 
-    def free(self, joints: Iterable[str]) -> list[str]:
-        """Return those of some joints that no activity has."""
+    def taken(self) -> frozenset[str]:
+        """Return the joints that activities have."""
         with self._lock:
-            taken = frozenset().union(*(claimed for claimed, _ in self._claims.values()))
-        return [joint for joint in joints if joint not in taken]
+            return frozenset().union(*(joints for joints, _ in self._claims.values()))
 
     def stop(self, joints: Iterable[str]) -> frozenset[str]:
         """Stop the activities that have any of the joints; return the joints that they still have."""
@@ -67,8 +66,7 @@ class Claims:
                 stop()
             except (Exception, SystemExit):  # stop the others and the joints anyway
                 _logger.exception("cannot stop what moves %s", ", ".join(sorted(claimed)))
-        with self._lock:
-            return wanted & frozenset().union(*(joints for joints, _ in self._claims.values()))
+        return wanted & self.taken()
 
 
 class GuardedDevice:
@@ -223,7 +221,7 @@ class GuardedDevice:
         with self._lock:
             reading, now = self.read(), self.events.wall_time()
             if self._unsure:
-                self._apply(self._safety.hold(self.claims.free(sorted(self._unsure)), reading))
+                self._apply(self._safety.hold(sorted(self._unsure - self.claims.taken()), reading))
             outcome = self._apply(self._safety.watch(reading, now))
             due = self._safety.next_watch(reading, now)
         if outcome.stopped:

@@ -547,9 +547,7 @@ def _difference(proxy: ObjectPrx, deadline: float) -> str:
 
 def fail(future: Future[Any], error: BaseException) -> None:
     """Set the exception of a future, unless it already has an outcome."""
-    if isinstance(
-        error, ZenohIceError
-    ):  # its text tells all, and its frames have the future, which would stay
-        error.__traceback__ = None
+    if isinstance(error, ZenohIceError):
+        error.__traceback__ = None  # its text tells all, and its frames have the future, which would stay
     with suppress(InvalidStateError):
         future.set_exception(error)

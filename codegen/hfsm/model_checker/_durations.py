@@ -12,7 +12,7 @@ from typing import Final
 
 from ...diagnostics import Location, Note
 from ...messages import Message
-from .._definitions import FINDERS
+from .._definitions import FINDERS, finder_of
 from .._possible_values import HARMLESS
 from ..analysis import Analysis, Piece, names_with
 from ..code.names import COMPONENT_ALIASES, COMPONENT_ATTRIBUTES
@@ -265,14 +265,13 @@ def hides(node: ast.AST, called: Collection[ast.AST], modules: Mapping[str, str]
     """Return whether a node names a special attribute, or what finds attributes: it may lead to anything."""
     match node:
         case ast.Attribute(attr=name) | ast.Name(id=name):
-            full = modules.get(name, name) if isinstance(node, ast.Name) else name
-            return is_hidden(name) or (full.rpartition(".")[2] in FINDERS and node not in called)
+            return _is_hidden(name) or (node not in called and bool(finder_of(node, modules)))
         case ast.MatchClass(kwd_attrs=names):
-            return any(map(is_hidden, names))
+            return any(map(_is_hidden, names))
     return False
 
 
-def is_hidden(name: str) -> bool:
+def _is_hidden(name: str) -> bool:
     """Return whether Python gives a meaning to a name by which code reaches what it does not name."""
     return name == "modules" or (name.startswith("__") and name not in HARMLESS)
 
@@ -327,7 +326,7 @@ def _may_be(name: ast.expr, names: Collection[str]) -> bool:
     """Return whether the name of an attribute, or a path to it, may be one of these."""
     match name:
         case ast.Constant(value=value):
-            return any(each in names or is_hidden(each) for each in str(value).split("."))
+            return any(each in names or _is_hidden(each) for each in str(value).split("."))
         case ast.JoinedStr(values=parts):
             texts = [str(part.value) for part in parts if isinstance(part, ast.Constant)]
             ends = [part.value if isinstance(part, ast.Constant) else "_" for part in (parts[0], parts[-1])]

@@ -264,8 +264,10 @@ class Monitor extends ShownRun {
   #take(value) {
     const {first, restarted, changed} = this.followed.take(value);
     if (restarted && this.followed.isAhead) this.breakpoints.keep();
-    if (first || restarted) this.#judge(value.component.startedAt);
-    if (first || restarted) this.breakpoints.catchUp();
+    if (first || restarted) {
+      this.#judge(value.component.startedAt);
+      this.breakpoints.catchUp();
+    }
     if (!this.looking) this.#emit("shown");
     this.#emit("snapshot");
     if (changed) this.#emit("mode");
