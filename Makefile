@@ -1,7 +1,8 @@
 # VisualHFSM: every command a newcomer or a maintainer types.
 #   make demo [SECONDS=60]   set everything up and watch a simulated Nao follow a ball and dance
-#   make check               format, lint, check types and run the quick tests: after each change
-#   make test                set everything up, run every test once, lint, and build the docs: what CI runs
+#   make check               format, lint, check types and run the quick unit tests: after each change
+#   make test                set everything up and run the quick tests, those of the README's promises too
+#   make test-all            run every other test, lint, and build the docs: what CI runs after `make test`
 #   make findings            run what surprised us about libraries of others: minutes, with their packages
 #   make soak                repeat what only repetition finds, for hours, in parts that can be resumed
 #   make docs                build the documentation as a site in site/
@@ -29,18 +30,14 @@ unexport PYTHONDONTWRITEBYTECODE
 # Linters use the processor time that is free while tests wait for robots.
 LATER := nice -n 12
 # NumPy's other threads wait for work at full speed when they start, in each of those processes.
-quick-tests unit-tests other-tests coverage soak: export OPENBLAS_NUM_THREADS = 1
+quick-tests quick full-units full-others coverage soak: export OPENBLAS_NUM_THREADS = 1
 # A worker takes neighboring tests, which share fixtures, and at the end those of others. There is one for each processor
 # (logical). Beside those that wait half of their time, for processes, browsers and robots, unit tests have half as many
 # (auto). All notice when they get no processor for seconds, so only linters give way.
 PYTEST := $(BIN)/python -m pytest -q --dist worksteal
 UNITS := $(wildcard tests/unit tests/plugins/*/unit)
-# A process keeps what it has collected, and the libraries that tests load: for all units, it would take 0.9 GB.
-HALF := $(filter-out %/repository,$(wildcard tests/unit/[n-z]*))
-# Looks at all that its process has collected.
-BOTH := tests/unit/repository/test_soak.py
 
-.PHONY: help demo check test soak types quick-tests unit-tests other-tests all-tests cover-page docs release lint lint-python lint-page check-page format coverage test-all findings bench bench-transport oracle mutation codegen texts constraints vendor ros-peers ros-recordings packages system browser bubblewrap node node-modules clean
+.PHONY: help demo check test soak types quick-tests quick full-units full-others cover-page docs release lint lint-quick lint-all lint-python lint-page check-page format coverage test-all pythons findings bench bench-transport oracle mutation codegen texts constraints vendor ros-peers ros-recordings packages system browser bubblewrap node node-modules clean
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
@@ -54,18 +51,21 @@ check: $(VENV)/dev.stamp bubblewrap ## Format, lint, check types and run the qui
 quick-tests:
 	@TEST_EXAMPLES=0.1 $(PYTEST) -n logical $(UNITS) -m "not slow and not sim"
 
-test: ## Run the linters and every test, and build the documentation, in 18 to 20 min on two processors
-	@$(PYTHON) tools/runs/measured.py 480 840 $(MAKE) --no-print-directory --jobs=3 --keep-going unit-tests other-tests lint docs
+test: $(VENV)/dev.stamp system browser bubblewrap ## Set everything up and run the quick tests: before each commit
+	@$(MAKE) --no-print-directory --jobs=2 --keep-going quick lint-quick
 
-all-tests:
-	@$(MAKE) --no-print-directory --jobs=2 --keep-going unit-tests other-tests
+quick:
+	@TEST_TIER=quick $(PYTEST) -n logical tests/doors $(UNITS) -m "not slow and not sim"
 
-unit-tests: $(VENV)/dev.stamp packages node-modules
-	@$(PYTEST) -n auto $(UNITS) $(addprefix --ignore=,$(HALF)); first=$$?; \
-	$(PYTEST) -n auto $(HALF) $(BOTH) && exit $$first
+test-all: $(VENV)/dev.stamp packages node-modules ## Run every other test, all linters, and build the documentation
+	@$(BIN)/python tools/runs/full.py
 
-other-tests: $(VENV)/dev.stamp packages node-modules
-	@$(PYTEST) -n logical --ignore-glob='*/unit' tests
+# Their failures are in their records, which tools/runs/full.py reads.
+full-units:
+	@TEST_TIER=$@ $(PYTEST) -n auto $(UNITS) -m "slow or sim" || [ $$? -eq 1 ]
+
+full-others:
+	@TEST_TIER=$@ $(PYTEST) -n logical --ignore-glob='*/unit' --ignore=tests/doors tests || [ $$? -eq 1 ]
 
 soak: $(VENV)/dev.stamp packages node-modules ## Repeat what only repetition finds; PARTS="a b" runs these parts alone
 	@$(BIN)/python tools/runs/soak.py $(PARTS)
@@ -78,11 +78,11 @@ coverage: $(VENV)/dev.stamp packages node-modules ## Run every test and report w
 	else echo "Node.js is not installed: the coverage of the page is not reported"; fi
 	@! test -e coverage/failed || { echo "tests failed: the figures say less than they could"; exit 1; }
 
-test-all: ## Run every test on each Python of PYTHONS that is installed, and name those that are not
+pythons: ## Run every test on each Python of PYTHONS that is installed, and name those that are not
 	@skipped=; failed=; for python in $(PYTHONS); do \
 		if ! $$python -c pass 2>/dev/null; then skipped="$$skipped $$python"; continue; fi; \
 		echo "$$python:"; \
-		$(MAKE) --no-print-directory PYTHON=$$python VENV=$(VENV)/$$python all-tests \
+		$(MAKE) --no-print-directory PYTHON=$$python VENV=$(VENV)/$$python test test-all \
 		|| failed="$$failed $$python"; \
 	done; \
 	echo "skipped, as not installed:$${skipped:- none}; failed:$${failed:- none}"; test -z "$$failed"
@@ -101,14 +101,17 @@ docs: $(VENV)/dev.stamp ## Build the documentation as a site in site/
 release: $(VENV)/release.stamp bubblewrap ## Build sdist, wheel and SBOM in dist/, and check them; nothing is uploaded
 	@$(BIN)/python tools/setup/release.py
 
-lint: lint-page lint-python ## Check format, style, types, import rules, generated files and the page
+lint: lint-quick lint-all ## Check format, style, types, import rules, generated files and the page
+
+lint-quick: $(VENV)/dev.stamp
+	@$(BIN)/ruff format --check --quiet . && $(BIN)/ruff check --quiet .
+	@$(BIN)/codegen --check interfaces/*.idl behaviors/*.xml tests/data/components/*.xml
+
+lint-all: lint-page lint-python
 
 lint-python: $(VENV)/dev.stamp
-	$(BIN)/ruff format --check .
-	$(BIN)/ruff check .
 	$(LATER) $(BIN)/mypy .
 	$(BIN)/lint-imports --no-cache
-	@$(BIN)/codegen --check interfaces/*.idl behaviors/*.xml tests/data/components/*.xml
 
 lint-page: node-modules ## Check the modules of the page: format, mistakes, types
 	@if command -v npm >/dev/null; then $(MAKE) --no-print-directory check-page; \

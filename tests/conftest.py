@@ -26,6 +26,7 @@ pytest.register_assert_rewrite("tests.support")  # a failed assertion shows its 
 
 from tests.support.carriers import COLLOCATED, LOCAL, LOCAL_SOCKETS, NETWORK
 from tests.support.costs import Costs
+from tests.support.deeds import Doors, begin_test, undue_deeds
 from tests.support.examples import examples, more_asked_for
 from tests.support.leaks import Leaks, watched_leaks
 from tests.support.limits import CALL_LIMIT
@@ -79,6 +80,7 @@ def pytest_configure(config: pytest.Config) -> None:
     if config.getoption("maxworkerrestart", None) is None:
         config.option.maxworkerrestart = "0"  # another worker would run the same test again
     config.pluginmanager.register(Costs())
+    config.pluginmanager.register(Doors())
     config.stash[_stderr] = os.dup(2)
     config.add_cleanup(partial(os.close, config.stash[_stderr]))
     for warnings in ("error", "default::pytest.PytestUnraisableExceptionWarning"):
@@ -160,6 +162,7 @@ def pytest_runtestloop(session: pytest.Session) -> Generator[None, object, objec
 def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object]:
     """Limit a test also where its own limit, which is an exception in the main thread, does not end it."""
     end_process_later(item)
+    begin_test(item)
     try:
         return (yield)
     finally:
@@ -215,6 +218,10 @@ def each_test(
         text = _WARNINGS.read_text("utf-8")
         _WARNINGS.unlink(missing_ok=True)  # the next test has nothing to do with it
         pytest.fail(f"MuJoCo warned in a file, as it does where nobody takes its warnings:\n{text}")
+    if undue := undue_deeds(request.node):
+        pytest.fail(
+            f"`make test` is not for what this test does: {undue}; with the mark, `make test-all` runs it"
+        )
 
 
 @contextmanager

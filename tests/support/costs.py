@@ -1,7 +1,13 @@
-"""What tests cost: at the end of a run, the files that take most processor time, and the largest process."""
+"""What tests cost: at the end of a run, the files that take most processor time, and the largest process.
+
+A run of a tier, which TEST_TIER names, also leaves a record in the cache of pytest: the processor time of each file,
+in multiples of a fixed loop of Python, which depends less on the machine than seconds do, and which tests failed.
+`tools/runs/full.py` reads it.
+"""
 
 from __future__ import annotations
 
+import json
 import os
 import resource
 import time
@@ -24,7 +30,9 @@ LARGEST: Final = "largest process"
 """The property of a test's last report: the memory, in MB, that the largest of these processes has had so far."""
 GREW: Final = "growth"
 """The property of a test's last report: by how much this process has become larger than ever before, in MB."""
-MOST_MEMORY: Final = 700
+LOOPS: Final = "loops"
+"""The property of a test's last report: its processor time as a multiple of that of a fixed loop."""
+MOST_MEMORY: Final = 600
 """What the largest process of a run may have, in MB."""
 SHOWN: Final = int(os.environ.get("TEST_COSTS") or 10)
 """So many files are named."""
@@ -32,6 +40,8 @@ GREATEST: Final = 5
 """So many files are named for the memory that they take."""
 FEWEST: Final = 20
 """Shorter runs say nothing about their costs."""
+TIER: Final = os.environ.get("TEST_TIER", "")
+"""Which tests this run has, for its record."""
 _TICKS: Final = os.sysconf("SC_CLK_TCK")
 
 
@@ -43,6 +53,7 @@ class Cost:
     processor: float = 0.0
     wall: float = 0.0
     grew: float = 0.0
+    loops: float = 0.0
 
 
 class Costs:
@@ -54,7 +65,9 @@ class Costs:
 
     def __init__(self) -> None:
         self._began: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+        self._loop = 0.0
         self._files: Final[defaultdict[str, Cost]] = defaultdict(Cost)
+        self._failed: Final[list[str]] = []
         self._largest: tuple[float, str] = (0.0, "")
 
     @pytest.hookimpl(tryfirst=True)
@@ -72,11 +85,15 @@ class Costs:
             # The processes of Chromium wait for none of theirs, which take their times with them when they end.
             took = max(_processor_time() - processor, time.process_time() - own)
             report.user_properties.append((PROCESSOR, took))
+            self._loop = self._loop or _time_of_loop()
+            report.user_properties.append((LOOPS, took / self._loop))
             report.user_properties.append((LARGEST, _largest()))
             report.user_properties.append((GREW, _own_largest() - size))
         return report
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        if report.failed and report.nodeid not in self._failed:
+            self._failed.append(report.nodeid)
         took = {name: value for name, value in report.user_properties if isinstance(value, float)}
         if report.when == "teardown" and PROCESSOR in took:
             cost = self._files[report.nodeid.partition("::")[0]]
@@ -84,8 +101,17 @@ class Costs:
             cost.processor += took[PROCESSOR]
             cost.wall += took[WALL]
             cost.grew += took[GREW]
+            cost.loops += took[LOOPS]
             if took[LARGEST] > self._largest[0]:
                 self._largest = took[LARGEST], report.nodeid
+
+    def pytest_sessionfinish(self, session: pytest.Session) -> None:
+        if TIER and self._files:  # pytest-xdist's workers see no reports
+            loops = {file: cost.loops for file, cost in self._files.items()}
+            folder = Path(session.config.cache.mkdir("tiers"))  # type: ignore[union-attr]
+            (folder / f"{TIER}.json").write_text(
+                json.dumps({"loops": loops, "failed": self._failed}), "utf-8"
+            )
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
         if sum(cost.tests for cost in self._files.values()) < FEWEST:
@@ -104,6 +130,18 @@ class Costs:
         terminalreporter.write_line(f"the processes of the tests grew most by {named}")
         memory, test = self._largest
         terminalreporter.write_line(f"largest process {memory:.0f} MB of {MOST_MEMORY}, since {test}")
+
+
+def _time_of_loop() -> float:
+    """Return the processor time of the fixed loop, in s: the least of some, which nothing else delayed."""
+
+    def time_once() -> float:
+        began = time.process_time()
+        for _ in range(100_000):
+            pass
+        return time.process_time() - began
+
+    return min(time_once() for _ in range(5))
 
 
 def _processor_time() -> float:

@@ -1,7 +1,7 @@
-"""The two speeds of tests: `make test` holds every promise once, `make soak` repeats what only repetition finds.
+"""Two speeds of tests: `make test-all` holds every promise once, `make soak` repeats what only repetition finds.
 
 `TEST_SOAK=1`, which `make soak` sets, runs the tests that are marked `soak`, too, and as many repetitions as they ask
-for. The mark names the test that holds the same promise in `make test`, in one deterministic case.
+for. The mark names the test that holds the same promise in `make test-all`, in one deterministic case.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ OTHERS: Final = pytest.StashKey[list[pytest.Item]]()
 
 
 def repeated(test: T, soak: T) -> T:
-    """Return how often, how long or with what to repeat something: in `make test`, and in `make soak`."""
+    """Return how often, how long or with what to repeat something: without a soak, and in `make soak`."""
     return soak if SOAKS else test
 
 
 def cases(test: Iterable[Any], soak: Iterable[Any]) -> list[Any]:
-    """Return the parameters of a test: those that `make test` runs, and those that only `make soak` adds.
+    """Return the parameters of a test: those that always run, and those that only `make soak` adds.
 
     Several values for several names are a `pytest.param`.
     """

@@ -158,7 +158,7 @@ def all_parts() -> dict[str, list[str]]:
     for python in PYTHONS:
         if _is_installed(python):
             environment = [f"PYTHON={python}", f"VENV=.venv/{python}"]
-            found[python] = ["make", "--no-print-directory", *environment, "all-tests"]
+            found[python] = ["make", "--no-print-directory", *environment, "test", "test-all"]
     return found
 
 

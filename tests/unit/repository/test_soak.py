@@ -1,4 +1,4 @@
-"""A promise that `make soak` repeats has a case in `make test`, too."""
+"""A promise that `make soak` repeats has a case in `make test-all`, too."""
 
 from __future__ import annotations
 
@@ -34,4 +34,4 @@ def test_what_only_a_soak_repeats_has_a_case_here(request: pytest.FixtureRequest
         for item in stash[LEFT_TO_SOAK]
         if case(item) not in runs and (ROOT / Path(case(item).partition("::")[0])) in files
     }
-    assert not lost, f"left to `make soak`, and no such test in `make test`: {lost}"
+    assert not lost, f"left to `make soak`, and no such test in `make test-all`: {lost}"

@@ -1,0 +1,55 @@
+"""What all doors share: a fake robot and a simulated one. Everything else is a door's own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import pytest
+
+from tests.support.processes import STEADY, ComponentProcess, free_endpoint, module
+from zenoh_ice import Communicator, initialize
+
+
+@dataclass(frozen=True)
+class ServedRobot:
+    """A robot that a process serves on loopback, in the realm `nao`."""
+
+    endpoint: str
+    process: ComponentProcess
+
+    @property
+    def environment(self) -> dict[str, str]:
+        """What leads the clients of other processes to it."""
+        return {"VISUALHFSM_CONNECT": self.endpoint}
+
+    @contextmanager
+    def client(self) -> Iterator[Communicator]:
+        """Open a session that calls it."""
+        with initialize(connect=[self.endpoint], clock="wall") as communicator:
+            yield communicator
+
+
+@contextmanager
+def _served(name: str, *options: str) -> Iterator[ServedRobot]:
+    endpoint = free_endpoint()
+    with ComponentProcess(module(name, "--listen", endpoint, *options), STEADY) as process:
+        process.wait_for("^ready")
+        yield ServedRobot(endpoint, process)
+
+
+# Of the package, so that they stand before the checks of each file for what it leaves behind.
+@pytest.fixture(scope="package", autouse=True)
+def fake() -> Iterator[ServedRobot]:
+    """A Nao without physics."""
+    with _served("naoserver.fake") as robot:
+        yield robot
+
+
+@pytest.fixture(scope="package", autouse=True)
+def simulated() -> Iterator[ServedRobot]:
+    """A Nao in MuJoCo, which is a NAOqi, too."""
+    pytest.importorskip("mujoco")
+    with _served("naoserver_sim", "--qi", "tcp://127.0.0.1:0") as robot:
+        yield robot
