@@ -41,12 +41,16 @@ def test_a_velocity_of_ros_drives_the_walk_and_silence_stops_it(fake: ServedRobo
         start = encoders.getEncodersData().robotx
         velocity = node.create_publisher("geometry_msgs/msg/Twist", "/cmd_vel")
 
+        def commanded() -> tuple[float, float, float]:
+            return motors.getV(), motors.getL(), motors.getW()
+
         def walks() -> bool:
-            velocity.publish(linear={"x": 0.1, "y": 0.0}, angular={"z": 0.0})
-            return encoders.getEncodersData().robotx > start + 0.01
+            velocity.publish(linear={"x": 0.1, "y": 0.05}, angular={"z": 0.3})
+            moved = encoders.getEncodersData().robotx > start + 0.01
+            return moved and commanded() == pytest.approx((0.1, 0.05, 0.3))
 
         eventually(walks)
-        eventually(lambda: (motors.getV(), motors.getL(), motors.getW()) == (0.0, 0.0, 0.0))
+        eventually(lambda: commanded() == (0.0, 0.0, 0.0))
 
 
 @pytest.mark.promise(

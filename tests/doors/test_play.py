@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from contextlib import ExitStack, closing
 from pathlib import Path
 
@@ -9,10 +10,12 @@ import pytest
 
 from interfaces.jderobot import CommandRefusedException
 from interfaces.nao import GroundTruthPrx, JointsPrx, SafetyPrx
+from tests.integration.test_team import team, until_holder
 from tests.support.documents import document, state, sub
-from tests.support.limits import START_LIMIT
+from tests.support.limits import MOVE_LIMIT, START_LIMIT
 from tests.support.nao_command import nao
 from tests.support.processes import ComponentProcess, free_endpoint, module
+from tests.support.waiting import until
 from visualhfsm_match._match import Plan
 from visualhfsm_match._rules import load_rules
 from visualhfsm_match._series import Match, Matches, pack
@@ -52,6 +55,22 @@ def test_robots_of_one_world_see_each_other_and_a_stop_of_one_stops_one() -> Non
             names = sorted(line.partition(":")[0] for line in outcome.out.splitlines())
             assert (outcome.code, names) == (0, sorted(reached)), outcome.text
             assert all(each.getSafetyState().stopped for each in safety.values())
+
+
+@pytest.mark.promise("teams that agree on who strikes")
+def test_a_role_goes_over_when_its_robot_is_stopped_and_when_its_server_is_killed() -> None:
+    with team("nao", "nao2") as robots:
+        first, second = robots
+        first.team.reportBall(1.0, 2.0)
+        until(lambda: [m.ballX for m in second.team.getTeamState().mates] == [1.0], START_LIMIT)
+        until_holder(robots, [1.0, 2.0], "nao")
+        until(lambda: second.team.getRobotOf("striker") == "nao", MOVE_LIMIT)
+        SafetyPrx.checkedCast(first.communicator.stringToProxy("Safety")).emergencyStop("a test")
+        until_holder(robots, [1.0, 2.0], "nao2")
+        SafetyPrx.checkedCast(first.communicator.stringToProxy("Safety")).resetEmergencyStop()
+        until_holder(robots, [1.0, 2.0], "nao")
+        first.process.process.send_signal(signal.SIGKILL)
+        until_holder([second], [2.0], "nao2")
 
 
 @pytest.mark.promise("matches with a referee")
