@@ -86,6 +86,10 @@ parameters.endless = [false, false, true]
 """
 
 
+Kept = tuple[bytes, list[bytes]]
+"""The table of a series, and the lines of its outcomes in order."""
+
+
 @dataclass(frozen=True)
 class Series:
     """A folder with a document and a plan, and what its trials come to."""
@@ -115,8 +119,8 @@ class Series:
         with ComponentProcess(full, ENVIRONMENT, cwd=self.folder) as client:
             yield client
 
-    def finish(self, *arguments: str) -> tuple[bytes, list[bytes]]:
-        """Run the command to its end; return the table, and the lines of outcomes in order."""
+    def finish(self, *arguments: str) -> Kept:
+        """Run the command to its end; return what it keeps."""
         done = run_here(app, "visualhfsm", *self.arguments, *arguments, cwd=self.folder)
         assert done.returncode == 0, done.stderr
         lines = self.outcomes.read_bytes().splitlines(keepends=True)
@@ -131,7 +135,7 @@ def series(folder: Path, text: str = ROLLS, plan: str = PLAN) -> Series:
 
 
 @pytest.fixture(scope="module")
-def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> tuple[bytes, list[bytes]]:
+def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Kept:
     table, lines = series(tmp_path_factory.mktemp("undisturbed") / "documents").finish()
     assert table.count(b"\n") == RUNS + 1
     assert len(lines) == RUNS + 2  # what they are of, and how many are asked for
@@ -139,6 +143,12 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> tuple[bytes, list[b
     assert table.count(b"MemoryError") >= 1
     assert table.count(b",true,") >= 1
     return table, lines
+
+
+@pytest.fixture
+def disturbed(tmp_path: Path) -> Series:
+    """The same trials, which a test disturbs."""
+    return series(tmp_path / "documents")
 
 
 def moment(number: int, kind: str) -> int:
@@ -150,10 +160,7 @@ def moment(number: int, kind: str) -> int:
     "tests/unit/visualhfsm/trials/test_series.py::test_a_killed_process_costs_its_trial_only_which_is_run_again"
 )
 @pytest.mark.parametrize("number", TIMES)
-def test_killed_processes_change_nothing(
-    tmp_path: Path, undisturbed: tuple[bytes, list[bytes]], number: int
-) -> None:
-    disturbed = series(tmp_path / "documents")
+def test_killed_processes_change_nothing(disturbed: Series, undisturbed: Kept, number: int) -> None:
     first = moment(number, "processes")
     with disturbed.running() as client:
         for done in (first, first + 3, first + 6):
@@ -165,10 +172,7 @@ def test_killed_processes_change_nothing(
 
 
 @pytest.mark.parametrize("number", TIMES)
-def test_a_killed_command_goes_on(
-    tmp_path: Path, undisturbed: tuple[bytes, list[bytes]], number: int
-) -> None:
-    disturbed = series(tmp_path / "documents")
+def test_a_killed_command_goes_on(disturbed: Series, undisturbed: Kept, number: int) -> None:
     with disturbed.running() as client:
         disturbed.until_done(moment(number, "client"), client)
         below = children(WORKER)
@@ -183,10 +187,7 @@ def test_a_killed_command_goes_on(
 
 
 @pytest.mark.parametrize("number", TIMES)
-def test_ctrl_c_twice_keeps_what_is_done(
-    tmp_path: Path, undisturbed: tuple[bytes, list[bytes]], number: int
-) -> None:
-    disturbed = series(tmp_path / "documents")
+def test_ctrl_c_twice_keeps_what_is_done(disturbed: Series, undisturbed: Kept, number: int) -> None:
     with disturbed.running() as client:
         disturbed.until_done(moment(number, "ctrl-c"), client)
         below = children(WORKER)
@@ -200,10 +201,7 @@ def test_ctrl_c_twice_keeps_what_is_done(
 
 
 @pytest.mark.parametrize("number", TIMES)
-def test_a_full_disk_keeps_what_is_done(
-    tmp_path: Path, undisturbed: tuple[bytes, list[bytes]], number: int
-) -> None:
-    disturbed = series(tmp_path / "documents")
+def test_a_full_disk_keeps_what_is_done(disturbed: Series, undisturbed: Kept, number: int) -> None:
     size = sum(map(len, undisturbed[1]))
     most = random.Random(number).randrange(size // 4, size * 3 // 4)
     limited = (
@@ -239,10 +237,9 @@ def test_a_run_that_hangs_fails_however_often_it_is_killed(tmp_path: Path, numbe
 )
 @pytest.mark.parametrize("number", TIMES)
 def test_a_cluster_goes_on_without_killed_workers_and_after_a_killed_command(
-    tmp_path: Path, undisturbed: tuple[bytes, list[bytes]], number: int
+    disturbed: Series, undisturbed: Kept, number: int
 ) -> None:
-    disturbed = series(tmp_path / "documents")
-    with DaskCluster(tmp_path / "cluster", workers=3) as cluster:
+    with DaskCluster(disturbed.folder.with_name("cluster"), workers=3) as cluster:
         there = ("--cluster", cluster.address)
         with disturbed.running(*there) as client:
             first = moment(number, "cluster")
@@ -261,11 +258,8 @@ def test_a_cluster_goes_on_without_killed_workers_and_after_a_killed_command(
     "tests/plugins/visualhfsm_cluster/integration/test_trials_cluster.py::test_a_run_that_is_ended_leaves_a_cluster_free_and_goes_on_there"
 )
 @pytest.mark.parametrize("number", TIMES)
-def test_ctrl_c_leaves_a_cluster_free(
-    tmp_path: Path, undisturbed: tuple[bytes, list[bytes]], number: int
-) -> None:
-    disturbed = series(tmp_path / "documents")
-    with DaskCluster(tmp_path / "cluster", workers=2) as cluster:
+def test_ctrl_c_leaves_a_cluster_free(disturbed: Series, undisturbed: Kept, number: int) -> None:
+    with DaskCluster(disturbed.folder.with_name("cluster"), workers=2) as cluster:
         there = ("--cluster", cluster.address)
         with disturbed.running(*there) as client:
             disturbed.until_done(moment(number, "ctrl-c there"), client)
@@ -279,12 +273,9 @@ def test_ctrl_c_leaves_a_cluster_free(
     "tests/plugins/visualhfsm_cluster/integration/test_trials_cluster.py::test_a_killed_scheduler_keeps_what_is_done_and_is_said_in_a_line"
 )
 @pytest.mark.parametrize("number", TIMES)
-def test_a_killed_scheduler_keeps_what_is_done(
-    tmp_path: Path, undisturbed: tuple[bytes, list[bytes]], number: int
-) -> None:
-    disturbed = series(tmp_path / "documents")
+def test_a_killed_scheduler_keeps_what_is_done(disturbed: Series, undisturbed: Kept, number: int) -> None:
     with (
-        DaskCluster(tmp_path / "cluster", workers=2) as cluster,
+        DaskCluster(disturbed.folder.with_name("cluster"), workers=2) as cluster,
         disturbed.running("--cluster", cluster.address) as client,
     ):
         disturbed.until_done(moment(number, "scheduler"), client)

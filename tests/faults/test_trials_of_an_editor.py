@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import sys
 from pathlib import Path
 
@@ -13,12 +12,9 @@ from codegen.messages import Message
 from tests.support.documents import document, state, sub
 from tests.support.limits import START_LIMIT
 from tests.support.processes import ComponentProcess, assert_gone, children
-from tests.support.pushes import Pushes
 from tests.support.waiting import until
 from visualhfsm._document.serialization import parse
 from visualhfsm._monitor.messages import Source
-from visualhfsm.trials._messages import Choices, TrialsPush
-from visualhfsm.trials._service import RunningTrials
 
 WORKER = "visualhfsm.trials._worker"
 SERIES = "visualhfsm.trials._series_process"
@@ -99,29 +95,3 @@ def test_a_killed_editor_leaves_no_tests(tmp_path: Path) -> None:
         until(path.with_name("begun").exists, START_LIMIT)
         editor.process.kill()
         assert_gone(below)
-
-
-def test_a_killed_worker_costs_no_trial(tmp_path: Path) -> None:
-    path = written(tmp_path, COUNTS)
-
-    async def go() -> TrialsPush:
-        pushes = Pushes()
-        trials = RunningTrials(pushes)
-
-        def newest() -> TrialsPush:
-            return pushes.of(TrialsPush)[-1]
-
-        try:
-            await trials.run(opened(path), Choices(runs=300, robot="none", limit=1.0))
-            await pushes.until(lambda: (view := newest().view) and view.share.trials > 0)
-            for worker in children(WORKER):
-                worker.kill()
-            await pushes.until(lambda: newest().status == "idle")
-            return newest()
-        finally:
-            await trials.close()
-
-    found = asyncio.run(go())
-    assert found.error == ""
-    assert found.view is not None
-    assert (found.view.share.successes, found.view.share.trials) == (300, 300)

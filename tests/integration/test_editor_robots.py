@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import signal
 from collections.abc import Awaitable, Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -18,10 +18,9 @@ from tests.support.processes import children, free_endpoint
 from tests.support.pushes import Pushes
 from tests.support.robot_server import served
 from tests.support.security import Keys, routing
-from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._editor.parts import Parts, make_parts
 from visualhfsm._monitor.messages import USUAL_LIMITS, PartLimits, Robot, Simulation
-from visualhfsm._processes.robots import StartedRobot, find_worlds
+from visualhfsm._processes.robots import find_worlds
 from zenoh_ice import Settings
 
 
@@ -150,57 +149,6 @@ def test_a_robot_that_a_user_of_the_router_may_not_serve_is_reported(tmp_path: P
         opened(go, settings=keys.settings("operator", timeout=CALL_LIMIT), limits=PartLimits(appearance=0.2))
 
 
-def test_a_robot_of_somebody_else_is_reported_and_neither_ended_nor_replaced() -> None:
-    async def go(page: Page) -> None:
-        robot = await page.until(lambda robot: robot.status == "present")
-        assert robot.started == ""
-        with pytest.raises(VisualHfsmError, match="not started here"):
-            await page.robot.simulate(Simulation())
-        with pytest.raises(VisualHfsmError, match="not started here"):
-            await page.robot.end()
-        await page.followers.emergency_stop()
-        assert "STOP" in (await page.until(lambda robot: robot.stopped)).stopped
-        await page.followers.reset_robot()
-        await page.until(lambda robot: not robot.stopped)
-        leave.close()
-        lost = await page.until(lambda robot: robot.status == "lost")
-        assert lost.since > 0
-
-    with ExitStack() as leave:
-        robot = leave.enter_context(served(FakeRobot()))
-        opened(go, robot.realm, robot.endpoint)
-
-
-def test_a_simulation_that_is_refused_is_not_the_one_that_is_shown() -> None:
-    async def go(page: Page) -> None:
-        await page.until(lambda robot: robot.status == "present")
-        before = page.robot.state.simulation
-        with pytest.raises(VisualHfsmError, match="not started here"):
-            await page.robot.simulate(Simulation(world="empty", body="T1"))
-        assert page.robot.state.simulation == before
-
-    with served(FakeRobot()) as robot:
-        opened(go, robot.realm, robot.endpoint)
-
-
-def test_a_real_robot_is_not_connected_when_a_component_starts_while_the_one_before_ends() -> None:
-    async def go(page: Page) -> None:
-        await page.robot.simulate(Simulation(world="empty"))
-        await page.until(lambda robot: robot.status == "starting")
-
-        def require_rest() -> None:
-            if not children("naoserver_sim"):
-                raise VisualHfsmError.because("stop {name} first", name="it")
-
-        with pytest.raises(VisualHfsmError, match="stop it first"):
-            await page.robot.connect("127.0.0.1:1", "leave", require_rest)
-        assert (page.robot.state.status, page.robot.state.started) == ("none", "")
-        page.robot.require_connected()
-        assert not children("naoserver.naoqi")
-
-    opened(go)
-
-
 @pytest.fixture
 def endless(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A connection to a real robot that comes to no end."""
@@ -326,35 +274,6 @@ def test_a_real_robot_that_is_not_there_says_so() -> None:
         assert robot.trouble.startswith("The connection to 127.0.0.1:1 could not be started: ")
 
     opened(go)
-
-
-@pytest.mark.parametrize(
-    "simulation",
-    [
-        Simulation(world="../../etc/passwd"),
-        Simulation(speed="--help"),
-        Simulation(speed="0.0"),
-        Simulation(body="../robots/arm.toml"),
-        Simulation(body="--help"),
-    ],
-)
-def test_a_simulation_that_does_not_exist_is_refused(simulation: Simulation) -> None:
-    async def go() -> None:
-        robots = StartedRobot(lambda _: None, Settings())
-        with pytest.raises(VisualHfsmError, match=r"world|speed|there is no robot"):
-            await robots.simulate(simulation)
-        assert robots.state.started == ""
-
-    asyncio.run(go())
-
-
-@pytest.mark.parametrize("address", ["", "--help", "nao.local --end=limp", "http://nao.local"])
-def test_an_address_that_is_none_is_refused(address: str) -> None:
-    async def go() -> None:
-        with pytest.raises(VisualHfsmError, match="not a robot address"):
-            await StartedRobot(lambda _: None, Settings()).connect(address, "leave", lambda: None)
-
-    asyncio.run(go())
 
 
 def test_the_worlds_are_those_of_the_simulation() -> None:

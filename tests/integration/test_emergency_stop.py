@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import json
 import re
-import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
@@ -26,7 +25,7 @@ from tests.support.nao_command import Outcome, at, nao
 from tests.support.processes import free_endpoint
 from tests.support.relay import Relay
 from tests.support.robot_server import RobotClient, served, served_to_client
-from tests.support.scripted_robot import STOPPED, Answer, ScriptedRobot, error, joints, listening, state
+from tests.support.scripted_robot import STOPPED, ScriptedRobot, error, joints, listening, state
 from tests.support.security import Keys, routing
 from tests.support.stranger import stranger
 from tests.support.waiting import until
@@ -154,14 +153,6 @@ class TestMessage:
 
 
 class TestRepetition:
-    def test_a_stop_that_fails_is_repeated_until_it_succeeds(
-        self, endpoint: str, scripted: ScriptedRobot
-    ) -> None:
-        scripted.stops = [error("the left arm does not answer"), error("again"), (True, STOPPED)]
-        scripted.joints = []  # a robot that says nothing of them is believed, in the end
-        assert stop(endpoint, limits=HASTY).code == 0
-        assert len(scripted.sent) >= 3, "or more, over another link"
-
     def test_a_robot_that_cannot_stop_is_reported_in_its_words(
         self, endpoint: str, scripted: ScriptedRobot
     ) -> None:
@@ -169,35 +160,11 @@ class TestRepetition:
         refusal = "the robot was NOT stopped: the left arm does not answer; use the robot's own switch"
         assert giving_up(stop, endpoint, until_it_says=refusal).code == 1
 
-    def test_it_is_repeated_while_the_joints_move(self, endpoint: str, scripted: ScriptedRobot) -> None:
-        scripted.joints = [joints(0.0, -1.5), joints(0.5, 0.0), joints(0.0, 0.01)]
-        outcome = stop(endpoint)
-        assert outcome.code == 0
-        assert len(scripted.sent) >= 3
-        assert "its joints are still" in outcome.out
-
     def test_joints_that_go_on_moving_are_reported(self, endpoint: str, scripted: ScriptedRobot) -> None:
         scripted.joints = [joints(0.0, -1.5)]
         outcome = failing(endpoint, limits=HASTY)
         assert (outcome.code, outcome.out) == (1, "")
         assert "stopped, but its joints still move, the fastest at 1.5 rad/s" in outcome.err
-
-    @pytest.mark.parametrize(
-        "answer",
-        [
-            pytest.param((True, b"\xc1"), id="not MessagePack"),
-            pytest.param((True, b"\x91" * 100_000), id="nested too deeply"),
-            pytest.param((True, b"\x80"), id="of another form"),
-            pytest.param(error("no joints"), id="an error"),
-        ],
-    )
-    def test_a_robot_that_says_nothing_of_its_joints_counts_as_stopped(
-        self, endpoint: str, scripted: ScriptedRobot, answer: Answer
-    ) -> None:
-        scripted.joints = [answer]
-        outcome = stop(endpoint)
-        assert outcome.code == 0
-        assert "joints" not in outcome.out
 
     def test_it_is_sent_when_the_network_is_back(self, robot: RobotClient) -> None:
         with Relay(robot.endpoint) as relay, at(relay.endpoint, robot.realm):
@@ -212,23 +179,6 @@ class TestRepetition:
             scripted = ScriptedRobot(session)
             assert outcome.result(RUN_LIMIT).code == 0
             assert scripted.sent
-
-    def test_one_thread_is_enough(
-        self, endpoint: str, scripted: ScriptedRobot, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        start, links = threading.Thread.start, list[threading.Thread]()
-
-        def first_alone(thread: threading.Thread) -> None:
-            if thread.name.startswith("stop by"):
-                links.append(thread)
-                if len(links) > 1:
-                    raise RuntimeError("can't start new thread")
-            start(thread)
-
-        monkeypatch.setattr(threading.Thread, "start", first_alone)
-        assert stop(endpoint).code == 0
-        assert scripted.sent
-        assert len(links) > 1
 
     def test_settings_that_allow_no_link_end_it_at_once(self, endpoint: str, tmp_path: Path) -> None:
         outcome = stop(endpoint, "--authority", str(tmp_path / "none.pem"), "--seconds", str(FOREVER))
@@ -304,11 +254,6 @@ class TestARobotThatItsServerHasLost:
         scripted.states = []
         outcome = stop(endpoint, limits=HASTY)
         assert (outcome.code, outcome.out[:7], "still" in outcome.out) == (0, "stopped", False)
-
-    def test_it_is_still_once_its_server_has_found_it(self, endpoint: str, scripted: ScriptedRobot) -> None:
-        scripted.states = [state("the cable is out", 12.5), state("the cable is out", 12.6), state()]
-        outcome = stop(endpoint)
-        assert (outcome.code, "its joints are still" in outcome.out) == (0, True)
 
     @pytest.mark.parametrize("seconds", [float("nan"), float("inf"), -1.0, 1e300])
     def test_times_that_cannot_be_are_not_shown(
@@ -467,10 +412,6 @@ class TestEditor:
         with self.pressed(endpoint, "nao") as report:
             assert report.result(RUN_LIMIT) == StopReport([SAFETY], {})
         assert len(scripted.sent) == 1
-
-    def test_without_a_robot_nothing_is_reported(self, endpoint: str) -> None:
-        with listening(endpoint), self.pressed(endpoint, "nao") as report:
-            assert report.result(RUN_LIMIT) == StopReport([], {})
 
     def test_it_ends_when_the_joints_are_still(self) -> None:
         robot = Coasting()

@@ -9,125 +9,62 @@ import subprocess
 from pathlib import Path
 
 from codegen.diagnostics import Diagnostics
-from codegen.hfsm import compile_document
+from codegen.hfsm import compile_document, parse_document
+from codegen.hfsm.formats.writer import write_document
 from codegen.hfsm.source_map import SourceMap
 from tests.support.codegen_command import codegen
+from tests.support.documents import document, state, sub, transition
 from tests.support.limits import RUN_LIMIT
 
-DOCUMENT = """\
-<?xml version="1.0" encoding="UTF-8"?>
-<VisualHFSM>
-  <description>Patrol until tired.</description>
-  <SubAutomata id="1" idFather="0">
-    <state initial="true" id="1">
-      <posx>100</posx>
-      <posy>100</posy>
-      <name>walk</name>
-      <idSubautomataSon>2</idSubautomataSon>
-      <code>steps += 1
-if steps &gt; limit:
+WALK = """\
+steps += 1
+if steps > limit:
     text = '''
-# &lt;/code 1.1&gt;
+# </code 1.1>
 import math
 '''
-    self.log.info(text)</code>
-    </state>
-    <state initial="false" id="2">
-      <posx>200</posx>
-      <posy>100</posy>
-      <name>rest</name>
-      <idSubautomataSon>0</idSubautomataSon>
-    </state>
-    <state initial="false" id="3">
-      <posx>300</posx>
-      <posy>100</posy>
-      <name>sleep</name>
-      <idSubautomataSon>0</idSubautomataSon>
-      <code># sleep
-steps = 0</code>
-    </state>
-    <state initial="false" id="4">
-      <posx>400</posx>
-      <posy>100</posy>
-      <name>wake</name>
-      <idSubautomataSon>0</idSubautomataSon>
-      <code>steps = 1</code>
-    </state>
-    <transition id="1">
-      <posx>150</posx>
-      <posy>100</posy>
-      <origin>1</origin>
-      <destiny>2</destiny>
-      <transcode></transcode>
-      <name>tired</name>
-      <trans type="condition">steps &gt; limit</trans>
-    </transition>
-    <transition id="2">
-      <posx>250</posx>
-      <posy>100</posy>
-      <origin>2</origin>
-      <destiny>3</destiny>
-      <transcode>steps -= 1</transcode>
-      <name>later</name>
-      <trans type="time">500</trans>
-    </transition>
-    <transition id="3">
-      <posx>350</posx>
-      <posy>100</posy>
-      <origin>3</origin>
-      <destiny>4</destiny>
-      <transcode></transcode>
-      <name>wake</name>
-      <trans type="time">500</trans>
-    </transition>
-    <iteration_time>50</iteration_time>
-    <variables>steps = 0
-limit = 3
-# the end</variables>
-    <functions>def half(self, number):
+    self.log.info(text)"""
+FUNCTIONS = """\
+def half(self, number):
     return number / 2
 
 def twice(self, number):
     return number * 2
 
 def thrice(self, number):
-    return number * 3</functions>
-  </SubAutomata>
-  <SubAutomata id="2" idFather="1">
-    <state initial="true" id="1">
-      <posx>100</posx>
-      <posy>100</posy>
-      <name>left</name>
-      <idSubautomataSon>0</idSubautomataSon>
-      <code>side = "left"</code>
-    </state>
-    <state initial="false" id="2">
-      <posx>200</posx>
-      <posy>100</posy>
-      <name>right</name>
-      <idSubautomataSon>0</idSubautomataSon>
-      <code>side = "right"</code>
-    </state>
-    <transition id="1">
-      <posx>150</posx>
-      <posy>100</posy>
-      <origin>1</origin>
-      <destiny>2</destiny>
-      <transcode></transcode>
-      <name>other</name>
-      <trans type="time">100</trans>
-    </transition>
-    <iteration_time>100</iteration_time>
-    <variables>side = ""</variables>
-    <functions></functions>
-  </SubAutomata>
-  <libraries>
-    <lib>math</lib>
-    <lib>time</lib>
-    <lib>random</lib>
-  </libraries>
-</VisualHFSM>
-"""
+    return number * 3"""
+PATROL = parse_document(
+    document(
+        sub(
+            1,
+            0,
+            state(1, "walk", WALK, initial=True, child=2),
+            state(2, "rest"),
+            state(3, "sleep", "# sleep\nsteps = 0"),
+            state(4, "wake", "steps = 1"),
+            transition(1, 1, 2, "steps > limit", name="tired"),
+            transition(2, 2, 3, "500", type="time", code="steps -= 1", name="later"),
+            transition(3, 3, 4, "500", type="time", name="wake"),
+            variables="steps = 0\nlimit = 3\n# the end",
+            functions=FUNCTIONS,
+            period="50",
+        ),
+        sub(
+            2,
+            1,
+            state(1, "left", 'side = "left"', initial=True),
+            state(2, "right", 'side = "right"'),
+            transition(1, 1, 2, "100", type="time", name="other"),
+            variables='side = ""',
+        ),
+        libraries=("math", "time", "random"),
+        head="<description>Patrol until tired.</description>",
+    ),
+    Path("patrol.xml"),
+    Diagnostics(),
+)
+assert PATROL is not None
+DOCUMENT = write_document(PATROL)
 
 
 STATE = """\
@@ -142,19 +79,19 @@ STATE = """\
 """
 TIRED = """\
     <transition id="1">
-      <posx>150</posx>
-      <posy>100</posy>
+      <posx>0</posx>
+      <posy>0</posy>
       <origin>1</origin>
       <destiny>2</destiny>
       <transcode></transcode>
       <name>tired</name>
 """
 OTHER = TIRED.replace("tired", "other")
-NO_CODE = "<name>rest</name>\n      <idSubautomataSon>0</idSubautomataSon>\n"
+REST = "<name>rest</name>\n      <idSubautomataSon>0</idSubautomataSon>\n      <code>"
 LATER = """\
     <transition id="2">
-      <posx>250</posx>
-      <posy>100</posy>
+      <posx>0</posx>
+      <posy>0</posy>
       <origin>2</origin>
       <destiny>3</destiny>
       <transcode>steps -= 1</transcode>
@@ -168,8 +105,8 @@ CHANGES = [
     ("<code>steps += 1\n", "<code># go\nsteps += 1\n"),
     ("self.log.info(text)<", "self.log.info(text)\n    # far<"),
     ("import math\n'''", "import math\nimport os\n'''"),
-    ("<posx>100</posx>", "<posx>7</posx>"),
-    (NO_CODE, f"{NO_CODE}      <code>rested = 1</code>\n"),
+    ("<posx>0</posx>", "<posx>7</posx>"),
+    (REST, f"{REST}rested = 1"),
     ("<name>sleep</name>", "<name>dream</name>\n      <final>true</final>"),
     ("# sleep\nsteps = 0", "# sleep\nsteps = 0\n# deep"),
     ("steps = 1<", "steps = 1\nsteps += 0<"),
@@ -184,7 +121,7 @@ CHANGES = [
     ("    return number * 3", "    # thrice\n    return number * 3"),
     ('<code>side = "left"', '<code># left\nside = "left"'),
     (
-        "<posx>200</posx>\n      <posy>100</posy>\n      <name>right",
+        "<posx>0</posx>\n      <posy>0</posy>\n      <name>right",
         "<posx>8</posx>\n      <posy>9</posy>\n      <name>right",
     ),
     (OTHER, STATE.format(id=3, name="middle") + OTHER),

@@ -277,28 +277,18 @@ def test_a_servant_is_found_by_all_of_its_name(calculator: Any, robot: ServedRob
     assert "  int count()" in nao("describe", "tools.Second", "--timeout", "5").out
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("{", "malformed schema of an interface: "),
-        (" " * 300_000, "300000 characters; at most 262144 are accepted"),
-        ('{"interface": "::m::I", "definitions": {}}', "does not describe its interface: '::m::I'"),
-    ],
-)
 @pytest.mark.parametrize("words", [("describe", "Liar"), ("call", "Liar.f"), ("watch", "Liar")])
-def test_a_servant_that_describes_nonsense_is_reported(
-    robot: ServedRobot, words: tuple[str, ...], text: str, message: str
-) -> None:
+def test_a_servant_that_describes_nonsense_is_reported(robot: ServedRobot, words: tuple[str, ...]) -> None:
     class Liar(Object):
         def ice_describe(self, current: Current) -> str:
-            return text
+            return "{"
 
     with initialize(clock="wall", realm=robot.realm, connect=[robot.endpoint]) as communicator:
         adapter = communicator.createObjectAdapter("Liars")
         adapter.add(Liar(), "Liar")
         adapter.activate()
         outcome = nao(*words)
-    assert message in outcome.err
+    assert "malformed schema of an interface: " in outcome.err
     assert (outcome.code, outcome.out) == (1, "")
 
 

@@ -88,11 +88,6 @@ def test_the_port_of_the_operator_can_be_chosen(tmp_path: Path) -> None:
     }
 
 
-def test_the_router_is_known_by_every_name_that_it_has(folder: Path) -> None:
-    certificate = x509.load_pem_x509_certificate((folder / "router.pem").read_bytes())
-    assert hosts_of(certificate) == ["robot.lab", "192.168.1.5", "localhost", "127.0.0.1", "::1"]
-
-
 def test_nobody_else_reads_keys(folder: Path) -> None:
     modes = {file.name: stat.S_IMODE(file.stat().st_mode) for file in folder.glob("*.key")}
     assert modes == dict.fromkeys(
@@ -166,15 +161,6 @@ def test_a_router_starts_with_its_own_settings_alone(folder: Path) -> None:
         serve(student, print)
     with pytest.raises(ConfigurationException, match=r"listen = \[\]: a router needs an endpoint"):
         serve(load_settings(environment={"VISUALHFSM_LISTEN": ""}, defaults=ROUTER_DEFAULTS), print)
-
-
-def test_a_user_is_added_to_no_other_table(folder: Path) -> None:
-    router = folder / "router.toml"
-    router.write_text(router.read_text() + "\n[security.roles.guest]\nread = []\n")
-    before = {file: file.read_bytes() for file in folder.iterdir()}
-    with pytest.raises(SecurityFilesError, match="move it to the end of the file"):
-        security("add", folder, "ann", "--role", "student")
-    assert {file: file.read_bytes() for file in folder.iterdir()} == before
 
 
 def test_show_reports_who_may_do_what(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

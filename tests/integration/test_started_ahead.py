@@ -16,6 +16,7 @@ import pytest
 from hfsm_runtime import waiting
 from tests.support.limits import END_LIMIT, FOREVER, RUN_LIMIT, START_LIMIT
 from tests.support.processes import assert_gone, children
+from tests.support.soak import cases
 from tests.support.waiting import until
 from visualhfsm._base.environment import child_environment
 from visualhfsm._processes.ahead import StartedAhead
@@ -109,7 +110,10 @@ def go(work: Callable[[Run], Awaitable[None]]) -> None:
 
 
 @pytest.mark.parametrize(
-    "end", ["", "sys.exit(3)", "1 / 0", "import no_such_library", "os._exit(4)", "raise SystemExit('no')"]
+    "end",
+    cases(
+        ["", "1 / 0", "os._exit(4)"], soak=["sys.exit(3)", "import no_such_library", "raise SystemExit('no')"]
+    ),
 )
 def test_a_program_sees_the_same_as_in_a_new_process_and_ends_the_same_way(tmp_path: Path, end: str) -> None:
     async def work(run: Run) -> None:

@@ -172,19 +172,6 @@ def test_each_window_pastes_what_it_has_copied_and_duplicates_beside_that(
         assert last(window).startswith("wait")
 
 
-def test_only_automata_that_changed_are_sent(window: Window) -> None:
-    window.ask("do", tab=1, command={"command": "addAutomaton", "automaton": 1, "state": 2})
-    assert [automaton["father"] for automaton in window.documents[1]["automata"]] == [0, 1]
-    inner = window.documents[1]["automata"][1]["id"]
-    window.pushes.clear()
-    window.ask("do", tab=1, command={**ADD_STATE, "automaton": inner})
-    (push,) = [push for push in window.pushes if push["push"] == "document"]
-    assert [automaton["id"] for automaton in push["patch"]["parts"]] == [inner]
-    assert push["patch"].keys() == {"parts"}
-    window.ask("goTo", tab=1, revision=0)
-    assert [automaton["id"] for automaton in window.documents[1]["automata"]] == [1]
-
-
 def test_a_recording_among_the_files_is_shown_by_the_first_window(root: Path) -> None:
     file = root.with_name("run.mcap")
     file.touch()
@@ -242,12 +229,6 @@ def test_what_is_saved_can_be_closed_and_opened_again(root: Path, window: Window
     assert names(window, tab) == ["wait", "go", "stop"]
 
 
-def test_a_document_is_opened_once(running: Editor, root: Path, window: Window) -> None:
-    (root / "same.xml").symlink_to(root / "robot.xml")
-    with running.window() as other:
-        assert window.ask("open", path="same.xml") == other.ask("open", path="./robot.xml") == {"tab": 1}
-
-
 def test_what_is_no_document_is_refused(root: Path, window: Window) -> None:
     (root / "broken.xml").write_text("<VisualHFSM>")
     (root / "laughs.xml").write_text('<!DOCTYPE a [<!ENTITY b "c">]><VisualHFSM>&b;</VisualHFSM>')
@@ -270,23 +251,6 @@ def test_a_dropped_document_is_opened_without_a_file(window: Window) -> None:
 
 SCXML = """<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" initial="wait">
 <state id="wait"><transition event="call" target="go"/></state><final id="go"/><datamodel/></scxml>"""
-
-
-def test_new_documents_have_names_of_their_own(root: Path, window: Window) -> None:
-    (root / "follow me.xml").write_text(DOCUMENT)
-    window.ask("open", path="follow me.xml")
-    for _ in range(3):
-        window.ask("new")
-    window.ask("openText", name="follow_me.xml", text=DOCUMENT)
-    named = [(tab["title"], tab["component"]) for tab in window.workspace["tabs"]]
-    assert named == [
-        ("robot", "robot"),
-        ("follow me", "follow_me"),
-        ("untitled", "untitled"),
-        ("untitled 2", "untitled_2"),
-        ("untitled 3", "untitled_3"),
-        ("follow_me 2", "follow_me_2"),
-    ]
 
 
 def test_what_cannot_be_looked_at_is_not_listed(root: Path, window: Window) -> None:
@@ -319,16 +283,6 @@ def test_scxml_becomes_a_new_document(root: Path, window: Window) -> None:
         window.ask("open", path="chart.scxml")
 
 
-def test_no_file_is_replaced_without_asking(root: Path, window: Window) -> None:
-    (root / "other.xml").write_text(DOCUMENT.replace("go", "away"))
-    with pytest.raises(Refused) as refused:
-        window.ask("saveAs", tab=1, path="other.xml")
-    assert refused.value.kind == "exists"
-    assert "away" in (root / "other.xml").read_text()
-    window.ask("saveAs", tab=1, path="other.xml", overwrite=True)
-    assert "away" not in (root / "other.xml").read_text()
-
-
 def test_the_folder_of_a_new_file_is_made(root: Path, window: Window) -> None:
     assert window.ask("saveAs", tab=1, path="new/inner/robot.xml") == {"path": "new/inner/robot.xml"}
     assert (root / "new" / "inner" / "robot.xml").is_file()
@@ -357,23 +311,6 @@ def test_a_comparison_has_the_lines_that_differ(window: Window) -> None:
     assert "lines" not in difference
 
 
-def test_no_document_is_saved_over_one_in_another_tab(root: Path, window: Window) -> None:
-    tab = window.ask("new")["tab"]
-    with pytest.raises(Refused) as refused:
-        window.ask("saveAs", tab=tab, path="robot.xml", overwrite=True)
-    assert refused.value.kind == "exists"
-    assert (root / "robot.xml").read_text() == DOCUMENT
-
-
-def test_a_document_without_changes_follows_its_file(root: Path, window: Window) -> None:
-    (root / "robot.xml").write_text(DOCUMENT.replace("go", "away"))
-    window.wait_for_push("outside", state="reloaded")
-    window.ask("hello")
-    assert names(window) == ["wait", "away"]
-    window.ask("undo", tab=1)
-    assert names(window) == ["wait", "go"]
-
-
 def test_the_person_is_asked_when_both_have_changed(root: Path, window: Window) -> None:
     window.ask("do", tab=1, command=ADD_STATE)
     (root / "robot.xml").write_text(DOCUMENT.replace("go", "away"))
@@ -385,27 +322,6 @@ def test_the_person_is_asked_when_both_have_changed(root: Path, window: Window) 
     assert names(window) == ["wait", "away", "stop"]
     assert window.workspace["tabs"][0]["outside"] == ""
     window.ask("save", tab=1)
-
-
-def test_a_file_that_is_gone_is_reported(root: Path, window: Window) -> None:
-    (root / "robot.xml").unlink()
-    window.wait_for_push("outside", state="deleted")
-    (root / "robot.xml").write_text(DOCUMENT)
-    window.wait_for_push("outside", state="same")
-
-
-def test_unsaved_changes_outlive_the_server(root: Path) -> None:
-    with editor(root) as running, running.window() as window:
-        window.ask("open", path="robot.xml")
-        window.ask("do", tab=1, command=ADD_STATE)
-    with editor(root) as running, running.window() as window:
-        (found,) = window.workspace["recoverable"]
-        assert (found["name"], found["path"]) == ("robot", "robot.xml")
-        tab = window.ask("recover", journal=found["journal"])["tab"]
-        assert names(window, tab) == ["wait", "go", "stop"]
-        assert window.workspace["recoverable"] == []
-        window.ask("undo", tab=tab)
-        assert names(window, tab) == ["wait", "go"]
 
 
 def test_changes_that_are_given_up_are_gone(root: Path) -> None:
@@ -1012,20 +928,6 @@ def test_a_camera_that_is_not_there_is_reported(served: Editor) -> None:
             socket.recv(EVENT_LIMIT)
         assert socket.close_code == 4404
         assert socket.close_reason == "there is no camera side"
-
-
-def test_services_are_closed_even_when_one_fails(root: Path, parts: list[Parts]) -> None:
-    def make(publish: Publish) -> Parts:
-        parts.append(make_parts(FakeCodeHelp(), FakeRunning(publish), FakeLive(publish)))
-        return parts[0]
-
-    with editor(root, make_parts=make):
-        pass
-    running, live = parts[0].started, parts[0].followers
-    assert isinstance(running, FakeRunning)
-    assert isinstance(live, FakeLive)
-    assert running.closed
-    assert live.closed
 
 
 def test_messages_are_what_a_page_can_read(window: Window) -> None:

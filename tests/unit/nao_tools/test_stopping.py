@@ -102,6 +102,14 @@ def test_it_goes_on_until_the_joints_are_still(endpoint: str, robot: ScriptedRob
     assert (stopping.succeeded, robot.joints) == (True, [joints(0.0)])
 
 
+def test_a_robot_that_says_nothing_of_its_joints_is_believed_in_the_end(
+    endpoint: str, robot: ScriptedRobot
+) -> None:
+    robot.joints = []
+    stopping, _ = stopped(endpoint, limits=StopLimits(state=0.3, standstill=0.2))
+    assert (stopping.succeeded, stopping.realms["nao"].speed) == (True, None)
+
+
 def test_a_robot_that_no_command_reaches_has_not_stopped(endpoint: str, robot: ScriptedRobot) -> None:
     robot.states = [state("unplugged", 7.0)]
     with running(endpoint) as stopping:
@@ -114,7 +122,15 @@ def test_a_robot_that_no_command_reaches_has_not_stopped(endpoint: str, robot: S
 
 @at_once
 @pytest.mark.parametrize(
-    "answer", [(True, b"\xc1"), (True, b"\x90"), error("no such joint"), (False, joints(1.5)[1])]
+    "answer",
+    [
+        pytest.param((True, b"\xc1"), id="not MessagePack"),
+        pytest.param((True, b"\x91" * 100_000), id="nested too deeply"),
+        pytest.param((True, b"\x80"), id="of another form"),
+        pytest.param((True, b"\x90"), id="nothing"),
+        pytest.param(error("no such joint"), id="an error"),
+        pytest.param((False, joints(1.5)[1]), id="joints as an error"),
+    ],
 )
 def test_a_robot_whose_answer_says_nothing_of_its_joints_counts_as_still(
     endpoint: str, robot: ScriptedRobot, answer: tuple[bool, bytes]

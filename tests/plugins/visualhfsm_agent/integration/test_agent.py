@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import AsyncIterator, Iterator
-from contextlib import asynccontextmanager, contextmanager
+from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any
 from urllib.error import HTTPError
@@ -26,9 +26,10 @@ from tests.support.limits import CALL_LIMIT, START_LIMIT
 from tests.support.places import ROOT
 from tests.support.processes import ComponentProcess
 from tests.support.robot_server import ServedRobot, served
+from tests.support.soak import repeated
 from visualhfsm import AddEntry, AddState, Place, RenameState, SetComponentText, SetText
 
-_HEAD = ("Head",)
+_CODE = "self.Head.setPose(0.3, 0.0, 0.5)"
 
 
 @asynccontextmanager
@@ -41,30 +42,28 @@ async def over_http(address: str, headers: dict[str, str]) -> AsyncIterator[Clie
         yield client
 
 
-@contextmanager
-def agent_and_robot(root: Path, limits: str = "", **toml: Any) -> Iterator[tuple[AgentClient, ServedRobot]]:
-    """Serve a fake robot, and an agent that a person lets run what calls some servants."""
+@pytest.fixture(scope="module")
+def robot() -> Iterator[ServedRobot]:
     with served(FakeRobot()) as robot:
-        given = {
-            "realm": robot.realm,
-            "interfaces": [*_HEAD],
-            "ask": False,
-            "longest_run": START_LIMIT,
-            **toml,
-        }
-        text = "".join(f"{key} = {_toml(value)}\n" for key, value in given.items())
-        (root / "agent.toml").write_text(text + limits)
-        with agent(root, f"--realm={robot.realm}", f"--connect={robot.endpoint}") as call:
-            yield call, robot
+        yield robot
 
 
-def _toml(value: object) -> str:
-    return str(value).lower() if isinstance(value, bool) else repr(value).replace("'", '"')
+@pytest.fixture(scope="module")
+def root(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("project")
 
 
-def draw_head(
-    call: AgentClient, code: str = "self.Head.setPose(0.3, 0.0, 0.5)", path: str = "look.xml"
-) -> None:
+@pytest.fixture(scope="module")
+def call(root: Path, robot: ServedRobot) -> Iterator[AgentClient]:
+    """An agent whose processes have started; each test has a document of its own."""
+    with agent(root, f"--realm={robot.realm}", f"--connect={robot.endpoint}") as call:
+        draw_head(call, "first.xml")
+        call("verdict", path="first.xml")
+        call("simulate", path="first.xml", seconds=0.1)
+        yield call
+
+
+def draw_head(call: AgentClient, path: str) -> None:
     """Draw a state that turns the head."""
     call(
         "edit",
@@ -72,7 +71,7 @@ def draw_head(
         commands=commands(
             AddEntry(list="interfaces", fields={"name": "Head", "proxy": "Head", "type": "PoseHead"}),
             AddState(automaton=1, x=100, y=100, name="look"),
-            SetText(place=Place(kind="state", automaton=1, id=1, part="code"), text=code),
+            SetText(place=Place(kind="state", automaton=1, id=1, part="code"), text=_CODE),
         ),
     )
 
@@ -86,8 +85,10 @@ def wait_for(call: AgentClient, holds: Any) -> dict[str, Any]:
     raise AssertionError(report)
 
 
-def test_the_third_experiment_is_drawn_judged_tried_and_run(tmp_path: Path) -> None:
-    servants = (
+def test_the_third_experiment_is_drawn_judged_tried_and_run(
+    call: AgentClient, root: Path, robot: ServedRobot
+) -> None:
+    servants = [
         *("Camera", "Head"),
         *(
             f"{side}{part}{end}"
@@ -95,125 +96,83 @@ def test_the_third_experiment_is_drawn_judged_tried_and_run(tmp_path: Path) -> N
             for part in ("Shoulder", "Elbow")
             for end in ("Motors", "Encoders")
         ),
+    ]
+    (root / "agent.toml").write_text(
+        f'realm = "{robot.realm}"\ninterfaces = {json.dumps(servants)}\nask = false\nlongest_run = {START_LIMIT}\n'
     )
-    with agent_and_robot(tmp_path, interfaces=[*servants]) as (call, _):
-        for name in ("follow_ball", "dance_and_follow"):
-            document = read_document(ROOT / f"behaviors/{name}.xml", Diagnostics())
-            assert document is not None
-            for step in drawn(document):
-                call("edit", path=f"{name}.xml", commands=commands(*step))
-        verdict = call("verdict", path="dance_and_follow.xml")
-        assert verdict["ready"], verdict
-        tried = call("simulate", path="dance_and_follow.xml", seconds=12.0)
-        assert not tried["failed"]
-        assert any("followBall -> dance" in line for line in tried["data"]["timeline"])
-        assert call("run", path="dance_and_follow.xml")["runs"]
-        report = wait_for(call, lambda report: report["data"]["states"])
-        assert report["data"]["states"][0] == "followBall"
-        ended = call("stop")
-        assert not ended["runs"]
-        assert ended["stopped_by"] == "the agent"
-        assert call.calls < 60
+    before = call.calls
+    for name in ("follow_ball", "dance_and_follow"):
+        document = read_document(ROOT / f"behaviors/{name}.xml", Diagnostics())
+        assert document is not None
+        for step in drawn(document):
+            call("edit", path=f"{name}.xml", commands=commands(*step))
+    verdict = call("verdict", path="dance_and_follow.xml")
+    assert verdict["ready"], verdict
+    tried = call("simulate", path="dance_and_follow.xml", seconds=12.0)
+    assert not tried["failed"]
+    assert any("followBall -> dance" in line for line in tried["data"]["timeline"])
+    assert call("run", path="dance_and_follow.xml")["runs"]
+    report = wait_for(call, lambda report: report["data"]["states"])
+    assert report["data"]["states"][0] == "followBall"
+    ended = call("stop")
+    assert not ended["runs"]
+    assert ended["stopped_by"] == "the agent"
+    assert call.calls - before < 60
 
 
-def test_what_is_offered(tmp_path: Path) -> None:
-    with agent(tmp_path) as call:
-        tools = call.ask("list_tools").tools
-        assert len(tools) <= 18
-        assert all(tool.description for tool in tools)
-        schema = call.ask("read_resource", "visualhfsm://commands").contents[0].text
-        assert "AddState" in schema
-        assert "automata" in call.ask("read_resource", "visualhfsm://documentation/none").contents[0].text
-        assert {each.name for each in call.ask("list_prompts").prompts} == {"behavior", "why"}
-        assert "PoseHead" in call("interface")["data"]["interfaces"]
-        draw_head(call)
-        assert "<svg" in call("picture", path="look.xml")["data"]["svg"]
-        page = call("document", path="look.xml")
-        assert "setPose" in page["data"]["text"]
-        assert call("document", path="look.xml", since=page["revision"])["unchanged"]
-        call("undo", path="look.xml")
-        assert "setPose" not in call("document", path="look.xml")["data"]["text"]
+def test_what_is_offered(call: AgentClient) -> None:
+    tools = call.ask("list_tools").tools
+    assert len(tools) <= 18
+    assert all(tool.description for tool in tools)
+    schema = call.ask("read_resource", "visualhfsm://commands").contents[0].text
+    assert "AddState" in schema
+    assert "automata" in call.ask("read_resource", "visualhfsm://documentation/none").contents[0].text
+    assert {each.name for each in call.ask("list_prompts").prompts} == {"behavior", "why"}
+    assert "PoseHead" in call("interface")["data"]["interfaces"]
+    draw_head(call, "offered.xml")
+    assert "<svg" in call("picture", path="offered.xml")["data"]["svg"]
+    page = call("document", path="offered.xml")
+    assert "setPose" in page["data"]["text"]
+    assert call("document", path="offered.xml", since=page["revision"])["unchanged"]
+    call("undo", path="offered.xml")
+    assert "setPose" not in call("document", path="offered.xml")["data"]["text"]
 
 
-def test_nothing_runs_without_a_person(tmp_path: Path) -> None:
-    with agent(tmp_path) as call:
-        draw_head(call)
-        assert call("verdict", path="look.xml")["ready"]
-        assert (
-            call("run", path="look.xml")["refused"]
-            == "no robot may be driven: a person writes realm = ... in {file}"
-        )
+def test_nothing_runs_without_a_person(call: AgentClient, root: Path) -> None:
+    (root / "agent.toml").unlink(missing_ok=True)
+    draw_head(call, "alone.xml")
+    assert call("verdict", path="alone.xml")["ready"]
+    assert (
+        call("run", path="alone.xml")["refused"]
+        == "no robot may be driven: a person writes realm = ... in {file}"
+    )
 
 
-def test_a_byte_withdraws_a_verdict(tmp_path: Path) -> None:
-    with agent_and_robot(tmp_path) as (call, _):
-        draw_head(call)
-        assert "no verdict" in call("run", path="look.xml")["refused"]
-        assert call("verdict", path="look.xml")["ready"]
-        with (tmp_path / "look.xml").open("a") as file:
-            file.write("\n")
-        assert "has changed since" in call("run", path="look.xml")["refused"]
-        assert "no verdict" in call("run", path="look.xml")["refused"]
-
-
-def test_a_run_ends_after_the_time_that_a_person_allows_and_says_so(tmp_path: Path) -> None:
-    with agent_and_robot(tmp_path, longest_run=1.0) as (call, _):
-        draw_head(call)
-        assert call("verdict", path="look.xml")["ready"]
-        call("run", path="look.xml")
-        report = wait_for(call, lambda report: not report["runs"])
-        assert report["exit_code"] == 0
-        assert "a behavior runs" not in str(report)
-
-
-@pytest.mark.parametrize(
-    ("limits", "code", "why"),
-    [
-        ("Head.setPose.fraction", "self.Head.setPose(0.3, 0.0, 0.5)", "allows at most 0.2 for fraction"),
-        (
-            "Head.setPose.pan",
-            "import numpy as np; self.Head.setPose(np.int8(-128), 0.0, 0.1)",
-            "allows at most 0.2 for pan",
-        ),
-        ("Head.setPose.fractoin", "pass", "limits Head.setPose.fractoin, which Head does not have"),
-    ],
-)
-def test_an_argument_beyond_its_limit_is_no_call(tmp_path: Path, limits: str, code: str, why: str) -> None:
-    with agent_and_robot(tmp_path, limits=f'[most]\n"{limits}" = 0.2\n') as (call, _):
-        draw_head(call, code)
-        assert call("verdict", path="look.xml")["ready"]
-        call("run", path="look.xml")
-        report = wait_for(call, lambda report: not report["runs"])
-        assert report["exit_code"] == 1
-        assert f"agent.toml {why}" in "\n".join(report["data"]["output"])
-
-
-def test_texts_of_others_are_data(tmp_path: Path) -> None:
+def test_texts_of_others_are_data(call: AgentClient) -> None:
     at_code = Place(kind="state", automaton=1, id=1, part="code")
-    with agent(tmp_path) as call:
-        draw_head(call)
-        for text in ORDERS:
-            call(
-                "edit",
-                path="look.xml",
-                commands=commands(
-                    SetText(place=at_code, text=f"raise ValueError({text!r})"),
-                    RenameState(automaton=1, state=1, name=text),
-                    SetComponentText(part="description", text=text),
-                ),
-            )
-            answers = [
-                call("verdict", path="look.xml", seconds=0.2),
-                call("document", path="look.xml"),
-                call("run", path=f"{text}.xml"),
-                call("edit", path="look.xml", commands=[{"command": text}]),
-                call("interface", name=text),
-            ]
-            for answer in answers:
-                assert text not in str({name: value for name, value in answer.items() if name != "data"})
-            assert text in str(answers[0]["data"])
-        prompt = call.ask("get_prompt", "behavior", {"sentence": ORDERS[0]}).messages[0].content.text
-        assert prompt.partition("data: ")[2] == json.dumps({"sentence": ORDERS[0]}, separators=(",", ":"))
+    draw_head(call, "data.xml")
+    for text in repeated(ORDERS[::4], ORDERS):
+        call(
+            "edit",
+            path="data.xml",
+            commands=commands(
+                SetText(place=at_code, text=f"raise ValueError({text!r})"),
+                RenameState(automaton=1, state=1, name=text),
+                SetComponentText(part="description", text=text),
+            ),
+        )
+        answers = [
+            call("verdict", path="data.xml", seconds=0.2),
+            call("document", path="data.xml"),
+            call("run", path=f"{text}.xml"),
+            call("edit", path="data.xml", commands=[{"command": text}]),
+            call("interface", name=text),
+        ]
+        for answer in answers:
+            assert text not in str({name: value for name, value in answer.items() if name != "data"})
+        assert text in str(answers[0]["data"])
+    prompt = call.ask("get_prompt", "behavior", {"sentence": ORDERS[0]}).messages[0].content.text
+    assert prompt.partition("data: ")[2] == json.dumps({"sentence": ORDERS[0]}, separators=(",", ":"))
 
 
 def test_over_http_a_token_is_needed(tmp_path: Path) -> None:

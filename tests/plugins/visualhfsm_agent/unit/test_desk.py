@@ -95,6 +95,12 @@ def desk(lasting: Desk, root: Path) -> Desk:
     return lasting
 
 
+def ended(desk: Desk) -> dict[str, Any]:
+    """Return the report of a run that has ended."""
+    until(lambda: not desk.watch(1.0)["runs"], START_LIMIT)
+    return desk.watch()
+
+
 def angles(robot: ServedRobot) -> tuple[float, ...]:
     return tuple(robot.robot.read().positions)
 
@@ -186,8 +192,9 @@ def test_an_imported_document_belongs_to_the_verdict(desk: Desk, root: Path, rob
     assert desk.verdict("look.xml", seconds=0.5)["ready"]
     before = angles(robot)
     (root / "child.xml").write_text(_CHILD.replace("pass", "x = 1"))
-    with pytest.raises(AgentError, match="has changed since the verdict"):
-        desk.run("look.xml")
+    for why in ("has changed since the verdict", "no verdict"):  # which is asked for again
+        with pytest.raises(AgentError, match=why):
+            desk.run("look.xml")
     assert angles(robot) == before
 
 
@@ -371,7 +378,7 @@ def test_a_person_allows_each_run_in_the_page(desk: Desk, root: Path, robot: Ser
         desk.run("look.xml")
 
 
-def test_a_run_that_has_ended_leaves_no_folder(
+def test_a_run_ends_after_the_time_that_a_person_allows_and_leaves_no_folder(
     desk: Desk, root: Path, robot: ServedRobot, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     allow(root, robot.realm, longest_run="0.5")
@@ -379,9 +386,37 @@ def test_a_run_that_has_ended_leaves_no_folder(
     folder = tmp_path_factory.mktemp("private")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("tempfile.tempdir", str(folder))
+        patch.setattr("visualhfsm_agent._run._GRACE", START_LIMIT)  # it ends by itself, however late it began
         desk.run("look.xml")
-        until(lambda: not desk.watch(1.0)["runs"], START_LIMIT)
+        report = ended(desk)
+        assert report["exit_code"] == 0
+        assert "a behavior runs" not in str(report)
         until(lambda: not any(folder.iterdir()))
+
+
+@pytest.mark.parametrize(
+    ("limits", "code", "why"),
+    [
+        ("Head.setPose.fraction", _CODE, "allows at most 0.2 for fraction"),
+        (
+            "Head.setPose.pan",
+            "import numpy as np; self.Head.setPose(np.int8(-128), 0.0, 0.1)",
+            "allows at most 0.2 for pan",
+        ),
+        ("Head.setPose.fractoin", "pass", "limits Head.setPose.fractoin, which Head does not have"),
+    ],
+)
+def test_an_argument_beyond_its_limit_is_no_call(
+    desk: Desk, root: Path, limits: str, code: str, why: str
+) -> None:
+    write(root, code)
+    with (root / "agent.toml").open("a") as file:
+        file.write(f'[most]\n"{limits}" = 0.2\n')
+    assert desk.verdict("look.xml", seconds=0.5)["ready"]
+    desk.run("look.xml")
+    report = ended(desk)
+    assert report["exit_code"] == 1
+    assert f"agent.toml {why}" in "\n".join(report["data"]["output"])
 
 
 def test_leave_for_one_document_is_none_for_another(desk: Desk, root: Path, robot: ServedRobot) -> None:

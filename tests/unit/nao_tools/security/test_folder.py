@@ -135,7 +135,8 @@ def test_a_router_whose_users_are_not_at_the_end_of_its_file_stays_as_it_is(
     router = folder.path / "router.toml"
     router.write_text(router.read_text().partition("# The role of each certificate")[0] + last)
     before = content(folder)
-    with pytest.raises(SecurityFilesError, match=r"router\.toml: \[security\.users\] is not its last table"):
+    why = r"router\.toml: \[security\.users\] is not its last table; move it to the end of the file"
+    with pytest.raises(SecurityFilesError, match=why):
         folder.add(name, "student", valid=DAY)
     assert content(folder) == before
 

@@ -137,6 +137,10 @@ def test_what_another_window_has_asked_for_already_is_not_started_again() -> Non
         (Simulation(speed="0.0"), "0.0 is not a speed"),
         (Simulation(speed="-1"), "-1 is not a speed"),
         (Simulation(body="dog"), "there is no robot dog"),
+        (Simulation(world="../../etc/passwd"), "the simulation has no world"),
+        (Simulation(speed="--help"), "--help is not a speed"),
+        (Simulation(body="../robots/arm.toml"), "there is no robot"),
+        (Simulation(body="--help"), "there is no robot --help"),
     ],
 )
 def test_what_cannot_be_simulated_is_refused_and_changes_nothing(simulation: Simulation, why: str) -> None:
@@ -251,7 +255,18 @@ class TestRealRobots:
 
         run(go)
 
-    @pytest.mark.parametrize("address", ["", "nao.local; reboot", "-x", "ftp://nao.local", "a" * 300])
+    @pytest.mark.parametrize(
+        "address",
+        [
+            "",
+            "nao.local; reboot",
+            "nao.local --end=limp",
+            "-x",
+            "ftp://nao.local",
+            "http://nao.local",
+            "a" * 300,
+        ],
+    )
     def test_what_is_no_address_is_refused(self, address: str) -> None:
         async def go(page: Page) -> None:
             with pytest.raises(VisualHfsmError, match="is not a robot address"):
@@ -269,6 +284,7 @@ class TestRealRobots:
             page.robot.require_connected()
 
             def refuse() -> None:
+                assert not children("naoserver.naoqi"), "the one before has ended"
                 raise VisualHfsmError.because("stop walker first")
 
             with pytest.raises(VisualHfsmError, match="stop walker first"):

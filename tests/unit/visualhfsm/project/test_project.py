@@ -54,6 +54,8 @@ def project(root: Path) -> Iterator[Project]:
 def test_a_document_is_opened_once(project: Project, root: Path) -> None:
     document = project.open("waver.xml")
     assert project.open(root / "waver.xml") is document
+    (root / "same.xml").symlink_to(root / "waver.xml")
+    assert project.open("same.xml") is project.open("./waver.xml") is document
     assert project.documents == [document]
     document.close()
     assert project.documents == []
@@ -137,10 +139,13 @@ def test_a_document_is_not_saved_over_another_one(project: Project) -> None:
     assert project.find(project.root.directory / "waver.xml") is document
 
 
-def test_new_documents_have_names_of_their_own(project: Project) -> None:
-    titles = [project.new().version.title, project.new().version.title]
-    assert titles == ["untitled", "untitled 2"]
+def test_new_documents_have_names_of_their_own(project: Project, root: Path) -> None:
+    titles = [project.new().version.title for _ in range(3)]
+    assert titles == ["untitled", "untitled 2", "untitled 3"]
     text = project.open("waver.xml").text()
+    (root / "follow me.xml").write_text(text)
+    assert project.open("follow me.xml").version.title == "follow me"
+    assert project.open_text("follow_me.xml", text).version.title == "follow_me 2"  # components of one name
     assert project.open_text("waver.xml", text).version.title == "waver 2"
     kept = project.open_text("waver.mcap", text, kept=True)
     assert (kept.version.title, kept.version.dirty) == ("waver.mcap", False)

@@ -116,13 +116,24 @@ def test_a_behavior_is_let_go_of_with_its_test(lamp: pytest.Pytester) -> None:
     lamp.runpytest().assert_outcomes(passed=2)
 
 
-def test_a_failed_test_shows_the_timeline(lamp: pytest.Pytester) -> None:
+def test_a_failed_test_shows_the_timeline_of_its_behavior_once(lamp: pytest.Pytester) -> None:
     lamp.makepyfile(
         """
+        class Silent(Exception):
+            def __str__(self):
+                raise RuntimeError("no text")
+
         def test_wrong(behavior):
             b = behavior("lamp.xml")
             b.advance(0.5)
             assert b.active == "off"
+
+        def test_whose_error_has_it(behavior):
+            behavior("lamp.xml").run_until("broken", limit=1)
+
+        def test_whose_exception_has_no_text(behavior):
+            behavior("lamp.xml")
+            raise Silent
 
         def test_without_a_behavior():
             assert False
@@ -132,7 +143,7 @@ def test_a_failed_test_shows_the_timeline(lamp: pytest.Pytester) -> None:
         """
     )
     result = lamp.runpytest()
-    result.assert_outcomes(passed=1, failed=2)
+    result.assert_outcomes(passed=1, failed=4)
     result.stdout.fnmatch_lines(
         [
             "*assert 'on' == 'off'*",
@@ -140,33 +151,13 @@ def test_a_failed_test_shows_the_timeline(lamp: pytest.Pytester) -> None:
             "timeline of lamp, 0.500 s, in on",
             "     0.000 s  lamp: enters off",
             "     0.400 s  lamp: off -> on  by switch when n > 3",
+            "*_ test_whose_exception_has_no_text _*",
+            "*- behavior -*",
+            "timeline of lamp, *",
         ]
     )
-    assert result.stdout.str().count("timeline of lamp") == 1
-
-
-def test_a_timeline_is_shown_once(lamp: pytest.Pytester) -> None:
-    lamp.makepyfile('def test_it(behavior): behavior("lamp.xml").run_until("broken", limit=1)')
-    result = lamp.runpytest()
-    assert result.stdout.str().count("timeline of lamp") == 1
-    assert "- behavior -" not in result.stdout.str()
-
-
-def test_a_failed_test_is_reported_though_its_exception_has_no_text(lamp: pytest.Pytester) -> None:
-    lamp.makepyfile(
-        """
-        class Silent(Exception):
-            def __str__(self):
-                raise RuntimeError("no text")
-
-        def test_it(behavior):
-            behavior("lamp.xml")
-            raise Silent
-        """
-    )
-    result = lamp.runpytest()
-    result.assert_outcomes(failed=1)
-    assert "timeline of lamp" in result.stdout.str()
+    assert result.stdout.str().count("timeline of lamp") == 3
+    assert result.stdout.str().count("- behavior -") == 2
 
 
 def test_the_table_reports_what_is_missing_and_where(lamp: pytest.Pytester) -> None:
@@ -182,12 +173,6 @@ def test_the_table_reports_what_is_missing_and_where(lamp: pytest.Pytester) -> N
         ]
     )
     result.stdout.no_fnmatch_line("document*lines*")
-
-
-def test_the_hits_of_all_tests_count_together(lamp: pytest.Pytester) -> None:
-    result = lamp.runpytest(COVERAGE)
-    result.assert_outcomes(passed=2)
-    result.stdout.fnmatch_lines(BOTH, consecutive=True)
 
 
 def test_a_test_that_fails_counts_too(lamp: pytest.Pytester) -> None:
@@ -271,8 +256,12 @@ def test_each_result_is_written_once_also_by_workers(lamp: pytest.Pytester) -> N
 
 
 @pytest.mark.parametrize(("least", "code"), [(90, 0), (90.1, 1)])
-def test_too_little_coverage_fails_the_run(lamp: pytest.Pytester, least: float, code: int) -> None:
+def test_the_hits_of_all_tests_count_together_and_too_little_coverage_fails_the_run(
+    lamp: pytest.Pytester, least: float, code: int
+) -> None:
     result = lamp.runpytest(COVERAGE, f"--hfsm-cov-fail-under={least}")
+    result.assert_outcomes(passed=2)
+    result.stdout.fnmatch_lines(BOTH, consecutive=True)
     assert result.ret == code
     reported = "FAIL: 90.0 % of the automata is covered, less than the required 90.1 %" in result.stdout.str()
     assert reported == bool(code)
@@ -332,16 +321,19 @@ def test_other_files_beside_the_documents_do_not_count(lamp: pytest.Pytester) ->
     result.stdout.fnmatch_lines(["lamp.xml *"])
 
 
-@pytest.mark.parametrize(
-    "wrong", ['b.run_until("brek", limit=1)', 'b.state("lmp")', 'behavior("lamp.xml", parameters={"x": 1})']
-)
-def test_what_is_wrong_with_a_test_is_reported_without_our_own_code(
-    lamp: pytest.Pytester, wrong: str
-) -> None:
-    lamp.makepyfile(f"def test_wrong(behavior):\n    b = behavior('lamp.xml')\n    {wrong}")
+def test_what_is_wrong_with_a_test_is_reported_without_our_own_code(lamp: pytest.Pytester) -> None:
+    wrong = (
+        'b.run_until("brek", limit=1)', 'b.state("lmp")', 'behavior("lamp.xml", parameters={"x": 1})',
+    )  # fmt: skip
+    lamp.makepyfile(
+        "\n\n".join(
+            f"def test_{number}(behavior):\n    b = behavior('lamp.xml')\n    {line}"
+            for number, line in enumerate(wrong)
+        )
+    )
     result = lamp.runpytest()
-    result.assert_outcomes(failed=1)
-    result.stdout.fnmatch_lines([f">*{wrong.split('(', maxsplit=1)[0]}*"])
+    result.assert_outcomes(failed=3)
+    result.stdout.fnmatch_lines([f">*{line.partition('(')[0]}*" for line in wrong])
     result.stdout.no_fnmatch_line("*visualhfsm/simulation/_behavior.py*")
     result.stdout.no_fnmatch_line("*hfsm_runtime/virtual/execution.py*")
     result.stdout.no_fnmatch_line("*visualhfsm/testing/_plugin.py*")
