@@ -12,14 +12,14 @@ from naoserver.fake import FakeRobot
 from tests.support.limits import RUN_LIMIT
 from tests.support.pages import DOCS, blocks_of
 from tests.support.robot_server import served
-from tests.support.robots_page import PAGE, robots_page
+from tools.generators.robots_page import PAGE, robots_page
 
 
 @pytest.mark.sim
 def test_the_table_of_robots_is_current() -> None:
     pytest.importorskip("mujoco", reason="the simulated robot needs MuJoCo: pip install 'visualhfsm[sim]'")
     pytest.importorskip("qi", reason="the real robot needs libqi: pip install 'visualhfsm[naoqi]'")
-    assert PAGE.read_text() == robots_page(), "write it again: python -m tests.support.robots_page"
+    assert PAGE.read_text() == robots_page(), "write it again: python -m tools.generators.robots_page"
 
 
 @pytest.mark.parametrize("page", ["explanation/robot-safety.md", "how-to/senses.md"])
