@@ -52,5 +52,7 @@ def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> object:
     if not inspect.iscoroutinefunction(pyfuncitem.obj):
         return None
     arguments = {name: pyfuncitem.funcargs[name] for name in inspect.signature(pyfuncitem.obj).parameters}
-    pyfuncitem.funcargs["loop"].run(pyfuncitem.obj(**arguments))
+    its_loop = pyfuncitem.funcargs.get("loop")
+    assert isinstance(its_loop, Loop), "it needs the fixture `loop`, or one that enters something there"
+    its_loop.run(pyfuncitem.obj(**arguments))
     return True

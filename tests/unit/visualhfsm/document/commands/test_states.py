@@ -70,21 +70,20 @@ def test_the_history_of_a_state_is_set() -> None:
     )
 
 
-def test_arguments_are_added_changed_and_removed() -> None:
-    document = texted(tree(), "3", kind="state", id=2, part="argument", name="times", child=2)
-    document = texted(document, "4", kind="state", id=2, part="argument", name="times", child=2)
-    assert state(document, 2).arguments == (Argument(name="times", child=2, value=Text("4")),)
-    assert (
-        state(RemoveArgument(automaton=1, state=2, name="times", child=2).apply(document), 2).arguments == ()
-    )
+@pytest.mark.parametrize(
+    ("part", "remove", "given", "text"),
+    [
+        ("argument", RemoveArgument, Argument(name="times", child=2, value=Text("4")), ""),
+        ("result", RemoveResult, Result(name="times", child=2, variable=Text("4")), "x"),
+    ],
+)
+def test_arguments_and_results_are_added_changed_and_removed(
+    part: str, remove: type[RemoveArgument | RemoveResult], given: Argument | Result, text: str
+) -> None:
+    document = texted(tree(), "3", kind="state", id=2, part=part, name="times", child=2)
+    document = texted(document, "4", kind="state", id=2, part=part, name="times", child=2)
+    assert getattr(state(document, 2), f"{part}s") == (given,)
+    removed = remove(automaton=1, state=2, name="times", child=2).apply(document)
+    assert getattr(state(removed, 2), f"{part}s") == ()
     with pytest.raises(EditError, match="it has no name"):
-        texted(document, "", kind="state", id=2, part="argument", name=" ")
-
-
-def test_results_are_added_changed_and_removed() -> None:
-    document = texted(tree(), "x", kind="state", id=2, part="result", name="found", child=2)
-    document = texted(document, "seen", kind="state", id=2, part="result", name="found", child=2)
-    assert state(document, 2).results == (Result(name="found", child=2, variable=Text("seen")),)
-    assert state(RemoveResult(automaton=1, state=2, name="found", child=2).apply(document), 2).results == ()
-    with pytest.raises(EditError, match="it has no name"):
-        texted(document, "x", kind="state", id=2, part="result", name=" ")
+        texted(document, text, kind="state", id=2, part=part, name=" ")
