@@ -25,6 +25,8 @@ TESTED_BY: Final = {
     "naoserver/soccer_field/_panorama.py": "unit/naoserver/soccer_field/test_localization.py",
     "naoserver/soccer_field/_picture.py": "unit/naoserver/soccer_field/test_localization.py",
     "visualhfsm/_monitor/recorder.py": "integration/test_live_recordings.py",
+    "visualhfsm/testing/_coverage.py": "unit/visualhfsm/testing/test_plugin.py",
+    "visualhfsm/testing/_results.py": "unit/visualhfsm/testing/test_plugin.py",
 }
 """Modules whose tests have other names, each with the file in tests/ that checks it most."""
 
