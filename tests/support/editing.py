@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from random import Random
-from typing import Final, Literal, get_args, get_origin
+from typing import Any, Final, Literal, get_args, get_origin
 
 import msgspec
 
@@ -15,6 +15,8 @@ from codegen.hfsm import parse_document
 from codegen.hfsm.document import Automaton, Document, State, Text, Transition
 from visualhfsm._base.errors import EditError
 from visualhfsm._document.commands import COMMANDS, Command, decode_command
+from visualhfsm._document.commands.text import SetText
+from visualhfsm._document.places import Place
 from visualhfsm._document.problems import UNTITLED, Findings, Problem, find
 from visualhfsm._document.serialization import copy_states, written
 
@@ -26,6 +28,7 @@ __all__ = [
     "large_document",
     "names",
     "state",
+    "texted",
     "transition",
     "tree",
 ]
@@ -124,6 +127,11 @@ def check(text: str, path: Path | None, include: Sequence[Path] = (), **options:
     document = parse_document(text, file, diagnostics)
     *_, found = find(document, file, diagnostics, include, **options)
     return found
+
+
+def texted(document: Document, text: str, **place: Any) -> Document:
+    """Return a document with another text at a place, by default in automaton 1."""
+    return SetText(place=Place(**{"automaton": 1, **place}), text=text).apply(document)
 
 
 def large_document(states: int, automata: int = 1) -> Document:

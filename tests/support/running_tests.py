@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import asyncio
-from collections.abc import Callable, Coroutine
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from pathlib import Path
 
 from codegen.messages import Message
@@ -13,7 +13,7 @@ from visualhfsm._monitor.messages import Source
 from visualhfsm._processes.test_results import TestsPush
 from visualhfsm._processes.tests import StartedTests
 
-__all__ = ["Tests", "go", "outcomes"]
+__all__ = ["Tests", "outcomes", "running"]
 
 
 class Tests:
@@ -35,15 +35,14 @@ class Tests:
         return await self.pushes.until(lambda: self.now if self.now.status == "idle" else None)
 
 
-def go(path: Path, work: Callable[[Tests], Coroutine[object, object, None]]) -> None:
-    async def all_of_it() -> None:
-        tests = Tests(path)
-        try:
-            await work(tests)
-        finally:
-            await tests.service.close()
-
-    asyncio.run(all_of_it())
+@asynccontextmanager
+async def running(path: Path) -> AsyncIterator[Tests]:
+    """Have such a service for the tests of a document."""
+    tests = Tests(path)
+    try:
+        yield tests
+    finally:
+        await tests.service.close()
 
 
 def outcomes(push: TestsPush) -> dict[str, str]:

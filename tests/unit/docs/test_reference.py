@@ -84,7 +84,11 @@ def test_every_code_is_listed_once() -> None:
 
 
 def test_every_message_is_listed() -> None:
-    assert first_column(hooks.requests()) == [each.__struct_config__.tag for each in get_args(Request)]
+    requests = {each.__struct_config__.tag: each for each in get_args(Request)}
+    rows = dict(re.findall(r"^\| `(\w+)` \|(.*?)\|", hooks.requests(), re.MULTILINE))
+    assert list(rows) == list(requests)
+    fields = {name: {*each.__struct_encode_fields__} - {"id"} for name, each in requests.items()}
+    assert {name: {*re.findall(r"`(\w+)`", row)} & fields[name] for name, row in rows.items()} == fields
     pushes = set(first_column(hooks.pushes()))  # loads the modules that have some
     assert pushes == {each.__struct_config__.tag for each in Push.__subclasses__()}
     assert first_column(hooks.edits()) == [each.__struct_config__.tag for each in COMMANDS]

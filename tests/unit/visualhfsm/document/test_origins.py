@@ -10,6 +10,7 @@ import pytest
 from codegen.diagnostics import Diagnostics
 from codegen.messages import Message
 from tests.support.documents import document, state, sub, transition
+from tests.support.present import present
 from visualhfsm._document.generate import generate_component
 from visualhfsm._document.origins import Origin, Origins, read_origins
 from visualhfsm._document.places import Place
@@ -24,20 +25,24 @@ TEXT = document(
 )  # fmt: skip
 
 
+def generated(path: Path, text: str = TEXT) -> Path:
+    """Write a document and generate its component; return the component's file."""
+    path.write_text(text, encoding="utf-8")
+    return present(generate_component(path, None, Diagnostics()))
+
+
+def origins_of(component: Path) -> Origins:
+    return present(read_origins(component.with_suffix(".xml"), component))
+
+
 @pytest.fixture
 def component(tmp_path: Path) -> Path:
-    path = tmp_path / "walk.xml"
-    path.write_text(TEXT, encoding="utf-8")
-    written = generate_component(path, None, Diagnostics())
-    assert written is not None
-    return written
+    return generated(tmp_path / "walk.xml")
 
 
 @pytest.fixture
 def origins(component: Path) -> Origins:
-    found = read_origins(component.with_suffix(".xml"), component)
-    assert found is not None
-    return found
+    return origins_of(component)
 
 
 def line_of(text: str, content: str) -> int:
@@ -67,8 +72,7 @@ def test_a_line_of_the_log_is_led_back_too(origins: Origins) -> None:
 
 def test_code_of_a_transition_is_called_by_its_name_and_ends(origins: Origins) -> None:
     logged = f"ERROR walk: walk/go: ValueError: 2 at walk.py:9 (walk.xml:{line_of('self.help()', TEXT)})"
-    found = origins.find(logged)
-    assert found is not None
+    found = present(origins.find(logged))
     assert found.transition == "go → end"
     assert found == origins.element(1, 1, 1)._replace(place=found.place, line=1)  # type: ignore[union-attr]
 
@@ -89,13 +93,10 @@ def test_what_the_line_says_before_does_not_matter(origins: Origins) -> None:
 
 
 def test_a_comment_of_a_person_is_never_taken_for_the_place_of_code(tmp_path: Path) -> None:
-    path = tmp_path / "walk.xml"
     functions = "# walk.xml:1\ndef help(self):\n    # copied from old.xml:200\n    return 1\n"
-    path.write_text(document(sub(1, 0, state(1, "go", initial=True), functions=functions)))
-    component = generate_component(path, None, Diagnostics())
-    assert component is not None
-    origins = read_origins(path, component)
-    assert origins is not None
+    text = document(sub(1, 0, state(1, "go", initial=True), functions=functions))
+    component = generated(tmp_path / "walk.xml", text)
+    origins = origins_of(component)
     number = line_of("return 1", component.read_text())
     expected = Origin(Place(kind="automaton", automaton=1, part="functions"), 4)
     assert origins.find(f'  File "{component}", line {number}, in help') == expected
@@ -119,18 +120,15 @@ def test_other_lines_come_from_nowhere(origins: Origins, component: Path, line: 
 
 def test_without_its_component_lines_of_the_document_are_found(component: Path) -> None:
     component.unlink()
-    origins = read_origins(component.with_suffix(".xml"), component)
-    assert origins is not None
+    origins = origins_of(component)
     assert origins.find(f'  File "{component}", line 30, in walk') is None
     document = component.with_suffix(".xml").read_text().split("\n")
     line = next(number for number, text in enumerate(document, 1) if "<code>" in text)
-    found = origins.find(f"at walk.py:57 (walk.xml:{line})")
-    assert found is not None
+    found = present(origins.find(f"at walk.py:57 (walk.xml:{line})"))
     assert found.place.part == "code"
 
 
 def test_pieces_that_share_a_line_are_distinguished(tmp_path: Path) -> None:
-    path = tmp_path / "walk.xml"
     text = document(
         sub(
             1, 0, state(1, "go", "print(1)", initial=True, child=2), state(2, "end", "print(2)"),
@@ -138,11 +136,8 @@ def test_pieces_that_share_a_line_are_distinguished(tmp_path: Path) -> None:
         ),
         sub(2, 1, state(1, "inner", "print(2)", initial=True)),
     )  # fmt: skip
-    path.write_text(text.replace("\n", ""))
-    component = generate_component(path, None, Diagnostics())
-    assert component is not None
-    origins = read_origins(path, component)
-    assert origins is not None
+    component = generated(tmp_path / "walk.xml", text.replace("\n", ""))
+    origins = origins_of(component)
     lines = component.read_text().split("\n")
 
     def place(function: str) -> Place | None:
@@ -161,29 +156,23 @@ def test_pieces_that_share_a_line_are_distinguished(tmp_path: Path) -> None:
     assert place("fired_t") == automaton(1, "transition", 1, "fired")
     assert place("state_inner") == automaton(2, "state", 1, "code")
 
-    reported = origins.find("walk.py:9 (walk.xml:1)", automaton=1, state=2)
-    assert reported is not None
+    reported = present(origins.find("walk.py:9 (walk.xml:1)", automaton=1, state=2))
     assert reported.place == automaton(1, "state", 2, "code")
-    reported = origins.find("walk.py:9 (walk.xml:1)", automaton=2, state=1)
-    assert reported is not None
+    reported = present(origins.find("walk.py:9 (walk.xml:1)", automaton=2, state=1))
     assert reported.place == automaton(2, "state", 1, "code")
 
 
-def importing(directory: Path) -> tuple[Path, Path]:
-    """Write a document whose state `top` imports TEXT, and generate it; return it and its component."""
+def importing(directory: Path) -> Path:
+    """Write a document whose state `top` imports TEXT, and generate it; return its component."""
     (directory / "parts.xml").write_text(TEXT, encoding="utf-8")
-    path = directory / "above.xml"
     imported = '<SubAutomata id="2" idFather="1"><import>parts.xml</import></SubAutomata>'
-    path.write_text(document(sub(1, 0, state(1, "top", initial=True, child=2)), imported), encoding="utf-8")
-    component = generate_component(path, None, Diagnostics())
-    assert component is not None
-    return path, component
+    text = document(sub(1, 0, state(1, "top", initial=True, child=2)), imported)
+    return generated(directory / "above.xml", text)
 
 
 def test_imported_code_is_led_back_to_its_automaton_in_the_document_and_to_its_file(tmp_path: Path) -> None:
-    path, component = importing(tmp_path)
-    origins = read_origins(path, component)
-    assert origins is not None
+    component = importing(tmp_path)
+    origins = origins_of(component)
     number = line_of("raise ValueError", component.read_text())
     line = line_of("raise ValueError", TEXT)
     place = Place(kind="state", automaton=2, id=1, part="code")
@@ -199,32 +188,29 @@ def test_imported_code_is_led_back_to_its_automaton_in_the_document_and_to_its_f
 
 
 def test_what_was_executed_last_in_an_imported_automaton_is_found(tmp_path: Path) -> None:
-    origins = read_origins(*importing(tmp_path))
-    assert origins is not None
-    found = origins.element(2, 1, 0)
-    assert found is not None
+    origins = origins_of(importing(tmp_path))
+    found = present(origins.element(2, 1, 0))
     assert (found.place, found.file) == (Place(kind="state", automaton=2, id=1), "parts.xml")
     assert found.owners == (Place(kind="state", automaton=1, id=1),)
     assert origins.state_name(2, 1) == "go"
 
 
 def test_a_library_of_an_imported_file_is_at_the_state_that_imports_it(tmp_path: Path) -> None:
-    origins = read_origins(*importing(tmp_path))
-    assert origins is not None
+    origins = origins_of(importing(tmp_path))
     line = line_of("<lib>json", TEXT)
-    found = origins.find(f"above.py: error: parts.xml:{line}: No module named 'json'")
-    assert found is not None
+    found = present(origins.find(f"above.py: error: parts.xml:{line}: No module named 'json'"))
     assert found.place == Place(kind="state", automaton=1, id=1)
     assert found.source == Place(kind="document", part="libraries", index=1, name="name")
 
 
 def test_a_copy_of_a_document_imports_what_the_document_does(tmp_path: Path) -> None:
-    path, component = importing(tmp_path)
+    component = importing(tmp_path)
+    path = component.with_suffix(".xml")
     copy = tmp_path / "copy" / path.name
     copy.parent.mkdir()
     copy.write_text(path.read_text())
-    origins = read_origins(copy, component, [tmp_path], home=path)
-    assert origins is not None
-    found = origins.find(f'  File "{component}", line {line_of("raise", component.read_text())}, in x')
-    assert found is not None
+    origins = present(read_origins(copy, component, [tmp_path], home=path))
+    found = present(
+        origins.find(f'  File "{component}", line {line_of("raise", component.read_text())}, in x')
+    )
     assert found.file == "parts.xml"

@@ -27,7 +27,7 @@ from codegen.hfsm.document import (
     Transition,
 )
 from codegen.messages import Message
-from tests.support.editing import check, find_problems, large_document, tree
+from tests.support.editing import check, find_problems, large_document, texted, tree
 from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT
 from visualhfsm._base.errors import EditError
 from visualhfsm._document.commands.automata import AddAutomaton
@@ -140,9 +140,7 @@ def test_a_document_in_which_nothing_is_drawn_yet_has_no_problems() -> None:
 
 @pytest.mark.parametrize("part", ["entry", "code", "exit"])
 def test_an_error_in_code_has_its_line_and_column_in_that_code(part: Any) -> None:
-    document = SetText(
-        place=Place(kind="state", automaton=1, id=2, part=part), text="a = 1\nif a < 2:\n    b = = 1"
-    ).apply(clean())
+    document = texted(clean(), "a = 1\nif a < 2:\n    b = = 1", kind="state", id=2, part=part)
     problem = only(find_problems(written(document), None), "E520")
     assert problem.severity == "error"
     assert problem.place == Place(kind="state", automaton=1, id=2, part=part)
@@ -150,17 +148,13 @@ def test_an_error_in_code_has_its_line_and_column_in_that_code(part: Any) -> Non
 
 
 def test_the_first_line_counts_from_its_own_start() -> None:
-    document = SetText(place=Place(kind="state", automaton=1, id=1, part="code"), text="a < = 1").apply(
-        clean()
-    )
+    document = texted(clean(), "a < = 1", kind="state", id=1, part="code")
     problem = only(find_problems(written(document), None), "E520")
     assert (problem.line, problem.column) == (1, 5)
 
 
 def test_problems_of_transitions_automata_and_lists_have_their_places() -> None:
-    document = SetText(place=Place(kind="transition", automaton=1, id=2, part="trigger"), text="soon").apply(
-        clean()
-    )
+    document = texted(clean(), "soon", kind="transition", id=2, part="trigger")
     problems = find_problems(written(document), None)
     assert problems[0].place == Place(kind="transition", automaton=1, id=2, part="trigger")
     document = Document(automata=clean().automata, libraries=(Library(name=Text("a b c")),))
@@ -169,12 +163,8 @@ def test_problems_of_transitions_automata_and_lists_have_their_places() -> None:
 
 
 def test_every_element_and_text_of_a_document_is_found_where_it_was_written() -> None:
-    document = SetText(
-        place=Place(kind="state", automaton=1, id=2, part="argument", name="n", child=2), text="1 <\n2"
-    ).apply(tree())
-    document = SetText(place=Place(kind="state", automaton=1, id=1, part="exit"), text="\n\na\n").apply(
-        document
-    )
+    document = texted(tree(), "1 <\n2", kind="state", id=2, part="argument", name="n", child=2)
+    document = texted(document, "\n\na\n", kind="state", id=1, part="exit")
     read = parse(written(document), Message("Cannot read"))
     locator = Locator(read)
     seen = 0
@@ -217,9 +207,7 @@ def checks():
 def test_a_process_beside_finds_the_same_and_is_started_again_if_it_dies(
     checks: CheckProcess, tmp_path: Path
 ) -> None:
-    document = SetText(
-        place=Place(kind="state", automaton=1, id=2, part="code"), text="undefined_name + 1"
-    ).apply(clean())
+    document = texted(clean(), "undefined_name + 1", kind="state", id=2, part="code")
     assert [*checks.check(document, None).problems] == find_problems(written(document), None) != []
     assert checks.check(clean(), None).problems == ()
     assert_a_broken_description_is_a_problem_with_its_file(checks, tmp_path)
@@ -377,9 +365,7 @@ def test_places_have_names(place: Place, expected: str) -> None:
 
 
 def test_the_texts_of_an_element_are_all_but_its_name() -> None:
-    document = SetText(place=Place(kind="state", automaton=1, id=1, part="entry"), text="x = 1").apply(
-        clean()
-    )
+    document = texted(clean(), "x = 1", kind="state", id=1, part="entry")
     state = Place(kind="state", automaton=1, id=1)
     assert texts_at(document, state) == ("x = 1", "", "")
     assert texts_at(document, Place(kind="state", automaton=1, id=1, part="entry")) == ("x = 1",)

@@ -6,18 +6,14 @@ import msgspec
 
 from codegen.hfsm import write_document
 from codegen.hfsm.document import Document
-from tests.support.editing import tree
+from tests.support.editing import texted, tree
 from visualhfsm._document.commands.component import AddEntry
-from visualhfsm._document.commands.text import SetText
-from visualhfsm._document.places import Place
 from visualhfsm._document.views import view
 
 
 def test_the_page_gets_all_that_it_draws() -> None:
     document = AddEntry(list="parameters", fields={"name": "speed"}).apply(tree())
-    document = SetText(
-        place=Place(kind="state", automaton=1, id=2, part="argument", name="n"), text="1"
-    ).apply(document)
+    document = texted(document, "1", kind="state", id=2, part="argument", name="n")
     data = msgspec.json.decode(msgspec.json.encode(view(document)))
     assert data["parameters"] == [{"name": "speed", "type": "float", "default": "0.0", "description": ""}]
     assert set(data) == {

@@ -9,8 +9,11 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import pytest
+
+from tests.support.coroutines import Loop
 from tests.support.editor import no_parts
-from tests.support.limits import FOREVER, RUN_LIMIT
+from tests.support.limits import FOREVER
 from visualhfsm import Closed, Event, Opened, Project
 from visualhfsm._editor import protocol as p
 from visualhfsm._editor.handlers import HANDLERS
@@ -20,15 +23,10 @@ from visualhfsm._editor.workspace import Workspace
 WINDOW: Any = SimpleNamespace(language="en")
 
 
-def run(folder: Path, test: Callable[[Workspace], Awaitable[None]]) -> None:
-    """Run a test with a workspace."""
-
-    async def with_workspace() -> None:
-        project = Project(folder, journals=folder / "journals")
-        async with Workspace(Limits(), no_parts, lambda _: project) as workspace:
-            await asyncio.wait_for(test(workspace), RUN_LIMIT)
-
-    asyncio.run(with_workspace())
+@pytest.fixture
+def workspace(tmp_path: Path, loop: Loop) -> Workspace:
+    project = Project(tmp_path, journals=tmp_path / "journals")
+    return loop.enter(Workspace(Limits(), no_parts, lambda _: project))
 
 
 async def give_up(workspace: Workspace, work: Awaitable[object], when: type[Event]) -> None:
@@ -58,29 +56,20 @@ async def until(condition: Callable[[], bool]) -> None:
         await asyncio.sleep(0.01)
 
 
-def test_a_document_is_closed_with_its_tab_though_its_window_is_closed(tmp_path: Path) -> None:
-    async def test(workspace: Workspace) -> None:
+async def test_a_document_is_closed_with_its_tab_though_its_window_is_closed(workspace: Workspace) -> None:
+    await ask(workspace, p.New(id=1, template="empty"))
+    close = ask(workspace, p.Close(id=2, tab=1))
+    await give_up(workspace, close, Closed)
+    await until(lambda: not workspace.tabs)
+
+
+async def test_a_new_document_gets_a_tab_though_its_window_is_closed(workspace: Workspace) -> None:
+    new = ask(workspace, p.New(id=1, template="empty"))
+    await give_up(workspace, new, Opened)
+    await until(lambda: len(workspace.tabs) == 1)
+
+
+async def test_what_cannot_be_closed_at_the_end_keeps_nothing_else_open(workspace: Workspace) -> None:
+    for _ in range(2):
         await ask(workspace, p.New(id=1, template="empty"))
-        close = ask(workspace, p.Close(id=2, tab=1))
-        await give_up(workspace, close, Closed)
-        await until(lambda: not workspace.tabs)
-
-    run(tmp_path, test)
-
-
-def test_a_new_document_gets_a_tab_though_its_window_is_closed(tmp_path: Path) -> None:
-    async def test(workspace: Workspace) -> None:
-        new = ask(workspace, p.New(id=1, template="empty"))
-        await give_up(workspace, new, Opened)
-        await until(lambda: len(workspace.tabs) == 1)
-
-    run(tmp_path, test)
-
-
-def test_what_cannot_be_closed_at_the_end_keeps_nothing_else_open(tmp_path: Path) -> None:
-    async def test(workspace: Workspace) -> None:
-        for _ in range(2):
-            await ask(workspace, p.New(id=1, template="empty"))
-        workspace.tabs.get(1).document.close()  # not by the page
-
-    run(tmp_path, test)
+    workspace.tabs.get(1).document.close()  # not by the page

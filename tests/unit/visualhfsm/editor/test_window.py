@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import Awaitable, Callable, Coroutine
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import asynccontextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,8 @@ from typing import Any
 import pytest
 
 from tests.support.component import snapshot
-from tests.support.limits import EVENT_LIMIT, FOREVER, RUN_LIMIT
+from tests.support.coroutines import Loop
+from tests.support.limits import EVENT_LIMIT, FOREVER
 from visualhfsm import Project
 from visualhfsm._document.commands.states import AddState
 from visualhfsm._editor.protocol import Answer, Problems
@@ -53,20 +55,28 @@ async def batch(window: Window) -> list[bytes]:
     return sent
 
 
-def with_tab(directory: Path, test: Callable[[Tab, Window], Coroutine[Any, Any, None]]) -> None:
-    async def run() -> None:
-        threads = Threads(1)
-        window = Window(partial(RecentLines, 5, 1000))
-        window.greet()
-        document = Project(directory, journals=directory).new()
-        tab = Tab(1, document, threads, changed=window.show, output=RecentLines(1, 100))
-        try:
-            await asyncio.wait_for(test(tab, window), RUN_LIMIT)
-        finally:
-            await tab.edit(lambda document: document.close(discard=True))
-            await threads.close()
+@pytest.fixture
+def window() -> Window:
+    made = Window(partial(RecentLines, 5, 1000))
+    made.greet()
+    return made
 
-    asyncio.run(run())
+
+@asynccontextmanager
+async def shown(directory: Path, window: Window) -> AsyncIterator[Tab]:
+    threads = Threads(1)
+    document = Project(directory, journals=directory).new()
+    tab = Tab(1, document, threads, changed=window.show, output=RecentLines(1, 100))
+    try:
+        yield tab
+    finally:
+        await tab.edit(lambda document: document.close(discard=True))
+        await threads.close()
+
+
+@pytest.fixture
+def tab(tmp_path: Path, window: Window, loop: Loop) -> Tab:
+    return loop.enter(shown(tmp_path, window))
 
 
 def problems(revision: int, tab: int = 1) -> Problems:
@@ -111,21 +121,18 @@ def test_each_status_of_a_run_is_sent_in_its_order() -> None:
     assert sent == ["stopping", "ended", "generating"]
 
 
-def test_a_document_is_sent_as_it_is_when_there_is_room(tmp_path: Path) -> None:
-    async def test(tab: Tab, window: Window) -> None:
-        window.show(tab)
-        (first,) = await batch(window)
-        assert "full" in json.loads(first)
-        for name in ("a", "b"):
-            command = AddState(automaton=1, x=0, y=0, name=name)
-            await tab.edit(lambda document, command=command: document.apply(command))  # type: ignore[misc]
-        (second,) = await batch(window)
-        sent = json.loads(second)
-        (part,) = sent["patch"]["parts"]
-        assert [state["name"] for state in part["states"]["changed"]] == ["a", "b"]
-        assert sent["revision"] == 2
-
-    with_tab(tmp_path, test)
+async def test_a_document_is_sent_as_it_is_when_there_is_room(tab: Tab, window: Window) -> None:
+    window.show(tab)
+    (first,) = await batch(window)
+    assert "full" in json.loads(first)
+    for name in ("a", "b"):
+        command = AddState(automaton=1, x=0, y=0, name=name)
+        await tab.edit(lambda document, command=command: document.apply(command))  # type: ignore[misc]
+    (second,) = await batch(window)
+    sent = json.loads(second)
+    (part,) = sent["patch"]["parts"]
+    assert [state["name"] for state in part["states"]["changed"]] == ["a", "b"]
+    assert sent["revision"] == 2
 
 
 def test_what_was_pushed_comes_before_the_answers_in_their_order() -> None:
@@ -158,14 +165,14 @@ def test_output_is_bounded_by_its_characters_too() -> None:
     assert output["dropped"] == 1
 
 
-async def written(window: Window, talk: Callable[[Callable[[], Awaitable[str]]], Awaitable[None]]) -> None:
-    """Let a window write for the time of a conversation, which gets a function that returns the next message."""
+@asynccontextmanager
+async def written(window: Window) -> AsyncIterator[Callable[[], Awaitable[str]]]:
+    """Let a window write meanwhile; yield a function that returns the next message."""
     window.greet()
     sent: asyncio.Queue[str] = asyncio.Queue()
     writing = asyncio.create_task(window.write(sent.put))
     try:
-        async with asyncio.timeout(RUN_LIMIT):
-            await talk(sent.get)
+        yield sent.get
     finally:
         writing.cancel()
         await asyncio.gather(writing, return_exceptions=True)
@@ -175,10 +182,9 @@ def texts(message: str) -> list[str]:
     return [line["text"] for line in json.loads(message)["lines"]]
 
 
-def test_more_output_waits_until_the_window_has_shown_the_last() -> None:
+async def test_more_output_waits_until_the_window_has_shown_the_last(loop: Loop) -> None:
     window = Window(partial(RecentLines, 5, 1000), patience=FOREVER)
-
-    async def talk(following: Callable[[], Awaitable[str]]) -> None:
+    async with written(window) as following:
         window.push(lines("a"))
         assert texts(await following()) == ["a"]
         window.push(lines("b"))
@@ -188,18 +194,13 @@ def test_more_output_waits_until_the_window_has_shown_the_last() -> None:
         window.output_shown()
         assert texts(await following()) == ["b", "c"]
 
-    asyncio.run(written(window, talk))
 
-
-def test_a_window_that_is_asleep_and_says_nothing_gets_more_output_after_a_while() -> None:
+async def test_a_window_that_is_asleep_and_says_nothing_gets_more_output_after_a_while(loop: Loop) -> None:
     window = Window(partial(RecentLines, 5, 1000), patience=0.01)
-
-    async def talk(following: Callable[[], Awaitable[str]]) -> None:
+    async with written(window) as following:
         for text in ("a", "b"):
             window.push(lines(text))
             assert texts(await following()) == [text]
-
-    asyncio.run(written(window, talk))
 
 
 def test_what_a_former_run_has_written_is_dropped_when_another_starts() -> None:
@@ -233,23 +234,17 @@ def test_of_a_closed_tab_nothing_else_is_sent() -> None:
     assert [(each["push"], each["tab"]) for each in waiting(fill)] == [("problems", 2), ("closed", 1)]
 
 
-def test_a_window_that_has_not_said_hello_gets_answers_alone() -> None:
-    async def take() -> list[bytes]:
-        window = Window(partial(RecentLines, 5, 1000))
-        window.push(problems(1))
-        window.answer(Answer(re=1))
-        return await batch(window)
-
-    (answer,) = asyncio.run(take())
+async def test_a_window_that_has_not_said_hello_gets_answers_alone(loop: Loop) -> None:
+    window = Window(partial(RecentLines, 5, 1000))
+    window.push(problems(1))
+    window.answer(Answer(re=1))
+    (answer,) = await batch(window)
     assert json.loads(answer)["re"] == 1
 
 
-def test_nothing_is_sent_twice() -> None:
-    async def take() -> None:
-        window = Window(partial(RecentLines, 5, 1000))
-        window.answer(Answer(re=1))
-        assert len(await batch(window)) == 1
-        with pytest.raises(TimeoutError):
-            await asyncio.wait_for(batch(window), 0.01)
-
-    asyncio.run(take())
+async def test_nothing_is_sent_twice(loop: Loop) -> None:
+    window = Window(partial(RecentLines, 5, 1000))
+    window.answer(Answer(re=1))
+    assert len(await batch(window)) == 1
+    with pytest.raises(TimeoutError):
+        await asyncio.wait_for(batch(window), 0.01)

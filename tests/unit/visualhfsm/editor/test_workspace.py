@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Awaitable, Callable
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
 import pytest
 
+from tests.support.coroutines import Loop
 from tests.support.documents import document, state, sub
 from tests.support.editor import NoPart, parts
-from tests.support.limits import FOREVER, RUN_LIMIT
+from tests.support.limits import FOREVER
 from tests.support.sent import sent
 from visualhfsm import AddState, OpenDocument, Project
 from visualhfsm._base.errors import VisualHfsmError
@@ -21,13 +23,11 @@ from visualhfsm._editor.limits import Limits
 from visualhfsm._editor.parts import Parts
 from visualhfsm._editor.window import Window
 from visualhfsm._editor.workspace import Workspace
-from visualhfsm._monitor.messages import OutputLine, Publish, RecentLines, Robot
+from visualhfsm._monitor.messages import OutputLine, RecentLines, Robot
 
 LIMITS: Final = Limits(quiet_seconds=FOREVER, file_check_seconds=0.01)
 QUIET: Final = Limits(quiet_seconds=FOREVER, file_check_seconds=FOREVER)
 WALK: Final = document(sub(1, 0, state(1, "walk", initial=True)))
-
-Test = Callable[[Workspace], Awaitable[None]]
 
 
 class Closing(NoPart):
@@ -58,23 +58,28 @@ class Broken(Project):
         raise OSError("stuck in the kernel")
 
 
-def run(
+@asynccontextmanager
+async def running(
     folder: Path,
-    test: Test,
     *,
     limits: Limits = QUIET,
     project: Project | None = None,
-    make: Callable[[Publish], Parts] = lambda _: parts(),
+    made: Parts | None = None,
     **options: Any,
-) -> None:
-    """Run a test with a workspace."""
+) -> AsyncIterator[Workspace]:
     opened = project or Project(folder, journals=folder / "journals")
+    async with Workspace(limits, lambda _: made or parts(), lambda _: opened, **options) as workspace:
+        yield workspace
 
-    async def with_workspace() -> None:
-        async with Workspace(limits, make, lambda _: opened, **options) as workspace:
-            await asyncio.wait_for(test(workspace), RUN_LIMIT)
 
-    asyncio.run(with_workspace())
+@pytest.fixture
+def limits() -> Limits:
+    return QUIET
+
+
+@pytest.fixture
+def workspace(tmp_path: Path, limits: Limits, loop: Loop) -> Workspace:
+    return loop.enter(running(tmp_path, limits=limits))
 
 
 def opened(workspace: Workspace) -> Window:
@@ -93,209 +98,169 @@ async def until(condition: Callable[[], object]) -> None:
 
 
 class TestWindows:
-    def test_a_window_that_comes_gets_everything_and_a_tab_before_its_document(self, tmp_path: Path) -> None:
-        async def test(workspace: Workspace) -> None:
-            tab = workspace.show(workspace.project.open_text("walk", WALK))
-            tab.output.add([OutputLine(text="one step", stream="out")], 0)
-            pushes = await sent(opened(workspace))
-            assert kinds(pushes)[:4] == ["workspace", "shelf", "robot", "document"]
-            assert [each["title"] for each in pushes[0]["tabs"]] == ["walk"]
-            (output,) = (each for each in pushes if each["push"] == "output")
-            assert ([line["text"] for line in output["lines"]], output["whole"]) == (["one step"], True)
+    async def test_a_window_that_comes_gets_everything_and_a_tab_before_its_document(
+        self, workspace: Workspace
+    ) -> None:
+        tab = workspace.show(workspace.project.open_text("walk", WALK))
+        tab.output.add([OutputLine(text="one step", stream="out")], 0)
+        pushes = await sent(opened(workspace))
+        assert kinds(pushes)[:4] == ["workspace", "shelf", "robot", "document"]
+        assert [each["title"] for each in pushes[0]["tabs"]] == ["walk"]
+        (output,) = (each for each in pushes if each["push"] == "output")
+        assert ([line["text"] for line in output["lines"]], output["whole"]) == (["one step"], True)
 
-        run(tmp_path, test)
-
-    def test_every_window_gets_what_changes(self, tmp_path: Path) -> None:
-        async def test(workspace: Workspace) -> None:
-            windows = [opened(workspace), opened(workspace)]
-            for window in windows:
-                await sent(window)
-            tab = workspace.show(workspace.project.open_text("walk", WALK))
-            await tab.edit(lambda document: document.apply(AddState(automaton=1, x=0, y=0)))
-            for window in windows:
-                found = kinds(await sent(window))
-                assert found[0] == "workspace"
-                assert "document" in found
-
-        run(tmp_path, test)
-
-    def test_a_state_that_is_as_it_was_is_sent_to_nobody(self, tmp_path: Path) -> None:
-        async def test(workspace: Workspace) -> None:
-            window = opened(workspace)
-            workspace.publish_state()
+    async def test_every_window_gets_what_changes(self, workspace: Workspace) -> None:
+        windows = [opened(workspace), opened(workspace)]
+        for window in windows:
             await sent(window)
-            workspace.publish_state()
-            assert await sent(window) == []
+        tab = workspace.show(workspace.project.open_text("walk", WALK))
+        await tab.edit(lambda document: document.apply(AddState(automaton=1, x=0, y=0)))
+        for window in windows:
+            found = kinds(await sent(window))
+            assert found[0] == "workspace"
+            assert "document" in found
 
-        run(tmp_path, test)
+    async def test_a_state_that_is_as_it_was_is_sent_to_nobody(self, workspace: Workspace) -> None:
+        window = opened(workspace)
+        workspace.publish_state()
+        await sent(window)
+        workspace.publish_state()
+        assert await sent(window) == []
 
-    def test_a_window_that_has_left_gets_nothing(self, tmp_path: Path) -> None:
-        async def test(workspace: Workspace) -> None:
-            window = opened(workspace)
-            await sent(window)
-            await workspace.leave(window)
-            workspace.show(workspace.project.open_text("walk", WALK))
-            assert await sent(window) == []
-
-        run(tmp_path, test)
+    async def test_a_window_that_has_left_gets_nothing(self, workspace: Workspace) -> None:
+        window = opened(workspace)
+        await sent(window)
+        await workspace.leave(window)
+        workspace.show(workspace.project.open_text("walk", WALK))
+        assert await sent(window) == []
 
 
 class TestDocuments:
-    def test_one_has_one_tab(self, tmp_path: Path) -> None:
-        async def test(workspace: Workspace) -> None:
-            walk = workspace.project.open_text("walk", WALK)
-            tab = workspace.show(walk)
-            assert workspace.show(walk) is tab
-            assert workspace.show(workspace.project.open_text("run", WALK)) is not tab
-            assert len(workspace.tabs) == 2
+    async def test_one_has_one_tab(self, workspace: Workspace) -> None:
+        walk = workspace.project.open_text("walk", WALK)
+        tab = workspace.show(walk)
+        assert workspace.show(walk) is tab
+        assert workspace.show(workspace.project.open_text("run", WALK)) is not tab
+        assert len(workspace.tabs) == 2
 
-        run(tmp_path, test)
+    async def test_a_tab_that_is_removed_is_closed_in_every_window(self, workspace: Workspace) -> None:
+        tab = workspace.show(workspace.project.open_text("walk", WALK))
+        window = opened(workspace)
+        await sent(window)
+        workspace.remove(tab)
+        pushes = await sent(window)
+        assert {"push": "closed", "tab": tab.id} in pushes
+        assert [each["tabs"] for each in pushes if each["push"] == "workspace"] == [[]]
 
-    def test_a_tab_that_is_removed_is_closed_in_every_window(self, tmp_path: Path) -> None:
-        async def test(workspace: Workspace) -> None:
-            tab = workspace.show(workspace.project.open_text("walk", WALK))
-            window = opened(workspace)
-            await sent(window)
-            workspace.remove(tab)
-            pushes = await sent(window)
-            assert {"push": "closed", "tab": tab.id} in pushes
-            assert [each["tabs"] for each in pushes if each["push"] == "workspace"] == [[]]
+    async def test_those_with_unsaved_changes_are_named(self, tmp_path: Path, workspace: Workspace) -> None:
+        (tmp_path / "saved.xml").write_text(WALK)
+        workspace.show(workspace.project.open("saved.xml"))
+        assert workspace.unsaved() == []
+        tab = workspace.show(workspace.project.open_text("walk", WALK))
+        await tab.edit(lambda document: document.apply(AddState(automaton=1, x=0, y=0)))
+        assert workspace.unsaved() == ["walk"]
 
-        run(tmp_path, test)
-
-    def test_those_with_unsaved_changes_are_named(self, tmp_path: Path) -> None:
-        async def test(workspace: Workspace) -> None:
-            (tmp_path / "saved.xml").write_text(WALK)
-            workspace.show(workspace.project.open("saved.xml"))
-            assert workspace.unsaved() == []
-            tab = workspace.show(workspace.project.open_text("walk", WALK))
-            await tab.edit(lambda document: document.apply(AddState(automaton=1, x=0, y=0)))
-            assert workspace.unsaved() == ["walk"]
-
-        run(tmp_path, test)
-
-    def test_unsaved_changes_are_offered_when_it_is_opened_again(self, tmp_path: Path) -> None:
-        async def change(workspace: Workspace) -> None:
+    async def test_unsaved_changes_are_offered_when_it_is_opened_again(
+        self, tmp_path: Path, loop: Loop
+    ) -> None:
+        async with running(tmp_path) as workspace:
             tab = workspace.show(workspace.project.open_text("walk", WALK))
             await tab.edit(lambda document: document.apply(AddState(automaton=1, x=0, y=0)))
-
-        async def again(workspace: Workspace) -> None:
+        async with running(tmp_path) as workspace:
             (state,) = [each for each in await sent(opened(workspace)) if each["push"] == "workspace"]
             assert [each["name"] for each in state["recoverable"]] == ["walk"]
 
-        run(tmp_path, change)
-        run(tmp_path, again)
-
 
 class TestFiles:
-    def test_a_file_that_another_program_changes_is_read(self, tmp_path: Path) -> None:
-        async def test(workspace: Workspace) -> None:
-            file = tmp_path / "walk.xml"
-            file.write_text(WALK)
-            tab = workspace.show(workspace.project.open("walk.xml"))
-            file.write_text(WALK.replace("walk", "strut"))
-            await until(lambda: tab.shown.document.automata[0].states[0].name == "strut")
-
-        run(tmp_path, test, limits=LIMITS)
-
-    def test_what_comes_to_the_shelf_is_sent(self, tmp_path: Path) -> None:
-        async def test(workspace: Workspace) -> None:
-            window = opened(workspace)
-            await sent(window)
-            (tmp_path / "shelf").mkdir()
-            (tmp_path / "shelf" / "strut.xml").write_text(WALK)
-            found: list[dict[str, Any]] = []
-            while not found:
-                found = [each for each in await sent(window) if each["push"] == "shelf"]
-                await asyncio.sleep(0.005)
-            assert "own/strut.xml" in [each["id"] for each in found[-1]["states"]]
-
-        run(tmp_path, test, limits=LIMITS)
-
-    def test_one_that_cannot_be_watched_keeps_no_other_from_it(
-        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+    @pytest.mark.parametrize("limits", [LIMITS])
+    async def test_a_file_that_another_program_changes_is_read(
+        self, tmp_path: Path, workspace: Workspace
     ) -> None:
-        async def test(workspace: Workspace) -> None:
-            for name in ("bad", "good"):
-                (tmp_path / f"{name}.xml").write_text(WALK)
-            bad, good = (workspace.show(workspace.project.open(f"{each}.xml")) for each in ("bad", "good"))
-            refresh = OpenDocument.refresh
+        file = tmp_path / "walk.xml"
+        file.write_text(WALK)
+        tab = workspace.show(workspace.project.open("walk.xml"))
+        file.write_text(WALK.replace("walk", "strut"))
+        await until(lambda: tab.shown.document.automata[0].states[0].name == "strut")
 
-            def fail(document: OpenDocument) -> None:
-                if document is bad.document:
-                    raise OSError("the disk is gone")
-                refresh(document)
+    @pytest.mark.parametrize("limits", [LIMITS])
+    async def test_what_comes_to_the_shelf_is_sent(self, tmp_path: Path, workspace: Workspace) -> None:
+        window = opened(workspace)
+        await sent(window)
+        (tmp_path / "shelf").mkdir()
+        (tmp_path / "shelf" / "strut.xml").write_text(WALK)
+        found: list[dict[str, Any]] = []
+        while not found:
+            found = [each for each in await sent(window) if each["push"] == "shelf"]
+            await asyncio.sleep(0.005)
+        assert "own/strut.xml" in [each["id"] for each in found[-1]["states"]]
 
-            monkeypatch.setattr(OpenDocument, "refresh", fail)
-            (tmp_path / "good.xml").write_text(WALK.replace("walk", "strut"))
-            await until(lambda: good.shown.document.automata[0].states[0].name == "strut")
+    @pytest.mark.parametrize("limits", [LIMITS])
+    async def test_one_that_cannot_be_watched_keeps_no_other_from_it(
+        self,
+        workspace: Workspace,
+        tmp_path: Path,
+        monkeypatch: pytest.MonkeyPatch,
+        caplog: pytest.LogCaptureFixture,
+    ) -> None:
+        for name in ("bad", "good"):
+            (tmp_path / f"{name}.xml").write_text(WALK)
+        bad, good = (workspace.show(workspace.project.open(f"{each}.xml")) for each in ("bad", "good"))
+        refresh = OpenDocument.refresh
 
-        run(tmp_path, test, limits=LIMITS)
+        def fail(document: OpenDocument) -> None:
+            if document is bad.document:
+                raise OSError("the disk is gone")
+            refresh(document)
+
+        monkeypatch.setattr(OpenDocument, "refresh", fail)
+        (tmp_path / "good.xml").write_text(WALK.replace("walk", "strut"))
+        await until(lambda: good.shown.document.automata[0].states[0].name == "strut")
         assert "the files of bad cannot be watched" in caplog.text
 
 
 class TestBeginning:
-    def test_the_demo_is_for_the_first_window_where_nothing_is_there_yet(self, tmp_path: Path) -> None:
-        async def test(workspace: Workspace) -> None:
+    async def test_the_demo_is_for_the_first_window_where_nothing_is_there_yet(
+        self, tmp_path: Path, loop: Loop
+    ) -> None:
+        async with running(tmp_path, demo=True) as workspace:
             assert [workspace.begin_demo(), workspace.begin_demo()] == [True, False]
-
-        async def with_document(workspace: Workspace) -> None:
+        async with running(tmp_path, demo=True) as workspace:
             workspace.show(workspace.project.open_text("walk", WALK))
             assert not workspace.begin_demo()
-
-        async def with_robot(workspace: Workspace) -> None:
+        async with running(tmp_path, demo=True) as workspace:
             workspace.news.robot = Robot(status="present")
             assert not workspace.begin_demo()
 
-        for each in (test, with_document, with_robot):
-            run(tmp_path, each, demo=True)
+    async def test_a_recording_is_shown_by_the_first_window_alone(self, workspace: Workspace) -> None:
+        workspace.offer_recording("run.mcap")
+        assert [workspace.begin_recording(), workspace.begin_recording()] == ["run.mcap", ""]
 
-    def test_a_recording_is_shown_by_the_first_window_alone(self, tmp_path: Path) -> None:
-        async def test(workspace: Workspace) -> None:
-            workspace.offer_recording("run.mcap")
-            assert [workspace.begin_recording(), workspace.begin_recording()] == ["run.mcap", ""]
-
-        run(tmp_path, test)
-
-    def test_what_cannot_begin_closes_its_parts(self, tmp_path: Path) -> None:
+    async def test_what_cannot_begin_closes_its_parts(self, tmp_path: Path, loop: Loop) -> None:
         followers = Closing()
-
-        async def test(workspace: Workspace) -> None:
-            raise AssertionError("it has begun")
-
         with pytest.raises(VisualHfsmError, match="the shelf is on fire"):
-            run(
-                tmp_path,
-                test,
-                make=lambda _: parts(followers=followers),
-                project=Broken(tmp_path, shelf=False),
-            )
+            async with running(
+                tmp_path, made=parts(followers=followers), project=Broken(tmp_path, shelf=False)
+            ):
+                raise AssertionError("it has begun")
         assert followers.closed == 1
 
 
 class TestEnd:
-    def test_what_does_not_close_keeps_nothing_else_open(
-        self, tmp_path: Path, caplog: pytest.LogCaptureFixture
+    async def test_what_does_not_close_keeps_nothing_else_open(
+        self, tmp_path: Path, loop: Loop, caplog: pytest.LogCaptureFixture
     ) -> None:
         caplog.set_level(logging.ERROR)
         started, robot, followers = Closing(), Closing(), Closing()
-        project = Broken(tmp_path)
-
-        async def test(workspace: Workspace) -> None:
-            workspace.show(workspace.project.open_text("walk", WALK))
-
         made = parts(started=started, robot=robot, followers=followers)
-        run(tmp_path, test, make=lambda _: made, project=project)
+        async with running(tmp_path, made=made, project=Broken(tmp_path)) as workspace:
+            workspace.show(workspace.project.open_text("walk", WALK))
         assert (started.closed, robot.closed, followers.closed) == (1, 1, 1)
         assert caplog.text.count("Closing did not close") == 3
         assert "the robot does not crouch" in caplog.text
 
-    def test_an_error_of_who_uses_it_closes_it_too(self, tmp_path: Path) -> None:
+    async def test_an_error_of_who_uses_it_closes_it_too(self, tmp_path: Path, loop: Loop) -> None:
         followers = Closing()
-
-        async def test(workspace: Workspace) -> None:
-            raise VisualHfsmError.because("no such file")
-
         with pytest.raises(VisualHfsmError, match="no such file"):
-            run(tmp_path, test, make=lambda _: parts(followers=followers))
+            async with running(tmp_path, made=parts(followers=followers)):
+                raise VisualHfsmError.because("no such file")
         assert followers.closed == 1

@@ -20,7 +20,11 @@ HERE = Origin(Place(kind="state", automaton=1, id=1, part="code"), 2)
 CALLED = Origin(Place(kind="automaton", automaton=1, part="functions"), 1)
 LOGGED = "2026-11-21 13:49:57.123"
 KILLED = -signal.SIGKILL
-SOMEWHERE = Path("walk.py")
+DOCUMENT = tree()
+STATE = DOCUMENT.automata[0].states[0]
+ITS_PLACE = Origin(Place(kind="state", automaton=DOCUMENT.automata[0].id, id=STATE.id), 0)
+CUT_SHORT = LastCycle(DOCUMENT.automata[0].id, STATE.id, 0, running=True)
+ORIGINS = Origins(DOCUMENT, Path("walk.xml"), Path("walk.py"), SourceMap())
 
 
 def words(*heard: tuple[str, Origin | None]) -> LastWords:
@@ -74,33 +78,21 @@ def test_a_stop_of_code_that_hangs_leads_to_its_line(code: int) -> None:
 
 
 def test_a_stop_of_code_that_hangs_and_cannot_be_abandoned_leads_to_its_state() -> None:
-    document = tree()
-    automaton = document.automata[0]
-    state = automaton.states[0]
-    origins = Origins(document, Path("walk.xml"), SOMEWHERE, SourceMap())
-    place = Origin(Place(kind="state", automaton=automaton.id, id=state.id), 0)
-    hung = LastCycle(automaton.id, state.id, 0, running=True)
-    end = describe_end(KILLED, words(), hung, origins, stopped=True)
-    assert end == End(Message(f"it was stopped while hanging in {state.name}"), place, state.name)
-    between = hung._replace(running=False)
-    end = describe_end(KILLED, words(), between, origins, stopped=True)
+    end = describe_end(KILLED, words(), CUT_SHORT, ORIGINS, stopped=True)
+    assert end == End(Message(f"it was stopped while hanging in {STATE.name}"), ITS_PLACE, STATE.name)
+    end = describe_end(KILLED, words(), CUT_SHORT._replace(running=False), ORIGINS, stopped=True)
     assert end == End(Message("it was terminated by SIGKILL"))
 
 
 def test_what_was_cut_short_counts_more_than_an_earlier_error() -> None:
-    document = tree()
-    automaton = document.automata[0]
-    state = automaton.states[0]
-    origins = Origins(document, Path("walk.xml"), SOMEWHERE, SourceMap())
     error = words((f"{LOGGED} ERROR    walk: at walk.py:9 (walk.xml:4)", CALLED))
-    cut_short = LastCycle(automaton.id, state.id, 0, running=True)
-    message, origin, _ = describe_end(KILLED, error, cut_short, origins, stopped=False)
-    assert message.endswith(f"because memory ran out, during a cycle in the state {state.name}")
-    assert origin == Origin(Place(kind="state", automaton=automaton.id, id=state.id), 0)
-    message, *_ = describe_end(0, error, cut_short, origins, stopped=False)
+    message, origin, _ = describe_end(KILLED, error, CUT_SHORT, ORIGINS, stopped=False)
+    assert message.endswith(f"because memory ran out, during a cycle in the state {STATE.name}")
+    assert origin == ITS_PLACE
+    message, *_ = describe_end(0, error, CUT_SHORT, ORIGINS, stopped=False)
     assert message.startswith("it ended at once, with exit code 0, during")
     # An automaton of another file is not in this document.
-    assert describe_end(KILLED, error, LastCycle(999, 1, 0, running=True), origins, stopped=False) == End(
+    assert describe_end(KILLED, error, LastCycle(999, 1, 0, running=True), ORIGINS, stopped=False) == End(
         Message("it was terminated by SIGKILL, by somebody or because memory ran out")
     )
 
@@ -126,12 +118,8 @@ def test_an_end_by_an_error_says_what_and_in_which_state(what: str, short: str) 
 
 
 def test_a_crash_is_in_the_state_whose_cycle_it_cut_short() -> None:
-    document = tree()
-    automaton = document.automata[0]
-    state = automaton.states[0]
-    origins = Origins(document, Path("walk.xml"), SOMEWHERE, SourceMap())
     crash = words(
         ("Fatal Python error: Segmentation fault", None), ('  File "walk.py", line 9 in state_go', HERE)
     )
-    end = describe_end(-11, crash, LastCycle(automaton.id, state.id, 0, running=True), origins, stopped=False)
-    assert end.message == f"it ended: Segmentation fault in {state.name}"
+    end = describe_end(-11, crash, CUT_SHORT, ORIGINS, stopped=False)
+    assert end.message == f"it ended: Segmentation fault in {STATE.name}"

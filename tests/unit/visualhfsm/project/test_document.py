@@ -170,9 +170,13 @@ def test_changes_of_both_are_merged_and_nothing_is_overwritten(document: OpenDoc
         document.save()
     assert document.resolve("merge").conflicts == ()
     assert {"mine", "theirs"} <= {*states(document)}
+    assert document.version.dirty
     document.save()
     assert (document.version.file, document.version.dirty, document.refresh()) == ("same", False, "same")
     assert "mine" in (root / "waver.xml").read_text()
+    document.undo()
+    assert "mine" in states(document)
+    assert "theirs" not in states(document)
 
 
 def test_a_file_that_is_no_document_is_reported_until_it_is_one_again(

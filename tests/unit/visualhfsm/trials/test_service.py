@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import random
-from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
+from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from dataclasses import replace
 from functools import partial
@@ -14,6 +14,7 @@ import psutil
 import pytest
 
 from codegen.messages import Message
+from tests.support.coroutines import Loop
 from tests.support.interleaving import interleave
 from tests.support.processes import assert_gone, children
 from tests.support.pushes import Pushes
@@ -83,12 +84,14 @@ async def running(limits: TrialsLimits) -> AsyncIterator[Trials]:
         await trials.service.close()
 
 
-def go(work: Callable[[Trials], Coroutine[object, object, None]], limits: TrialsLimits | None = None) -> None:
-    async def all_of_it() -> None:
-        async with running(limits or TrialsLimits()) as trials:
-            await work(trials)
+@pytest.fixture
+def limits() -> TrialsLimits:
+    return TrialsLimits()
 
-    asyncio.run(all_of_it())
+
+@pytest.fixture
+def trials(limits: TrialsLimits, loop: Loop) -> Trials:
+    return loop.enter(running(limits))
 
 
 def done(push: TrialsPush) -> int:
@@ -96,106 +99,101 @@ def done(push: TrialsPush) -> int:
 
 
 @pytest.mark.slow
-def test_the_plan_is_read_and_its_trials_run_and_the_command_goes_on_with_their_outcomes(path: Path) -> None:
-    async def work(trials: Trials) -> None:
-        looked = await trials.read(source(path))
-        assert looked.plan is not None
-        assert (looked.plan.file, looked.plan.runs, looked.plan.state) == ("waits.trials.toml", 12, "done")
-        assert looked.view is None
-        found = await trials.run(source(path))
-        assert found.error == ""
-        assert found.view is not None
-        assert found.view.share.trials == 12
-        assert 0 < found.view.share.successes < 12
-        assert [each.name for each in found.view.dependences] == ["parameters.patience"]
-        assert path.with_name("waits.outcomes.csv").read_text().count("\n") == 13
-        more = await trials.run(source(path), runs=20)
-        assert done(more) == 20
-        assert more.view is not None
-        assert more.view.looks == [12, 20]
-        assert len([*read_outcomes(path.with_name("waits.outcomes.jsonl"))]) == 20
-
-    go(work)
+async def test_the_plan_is_read_and_its_trials_run_and_the_command_goes_on_with_their_outcomes(
+    path: Path, trials: Trials
+) -> None:
+    looked = await trials.read(source(path))
+    assert looked.plan is not None
+    assert (looked.plan.file, looked.plan.runs, looked.plan.state) == ("waits.trials.toml", 12, "done")
+    assert looked.view is None
+    found = await trials.run(source(path))
+    assert found.error == ""
+    assert found.view is not None
+    assert found.view.share.trials == 12
+    assert 0 < found.view.share.successes < 12
+    assert [each.name for each in found.view.dependences] == ["parameters.patience"]
+    assert path.with_name("waits.outcomes.csv").read_text().count("\n") == 13
+    more = await trials.run(source(path), runs=20)
+    assert done(more) == 20
+    assert more.view is not None
+    assert more.view.looks == [12, 20]
+    assert len([*read_outcomes(path.with_name("waits.outcomes.jsonl"))]) == 20
 
 
 @pytest.mark.slow
-def test_what_is_chosen_is_the_plan_at_once(path: Path) -> None:
+async def test_what_is_chosen_is_the_plan_at_once(path: Path, trials: Trials) -> None:
     path.with_name("waits.trials.toml").unlink()
-
-    async def work(trials: Trials) -> None:
-        await trials.read(source(path))
-        await trials.service.run(source(path), Choices(runs=10, state="done", robot="none", limit=2))
-        began = trials.now
-        assert began.status == "running"
-        assert began.plan is not None
-        plan = began.plan
-        assert (plan.runs, plan.state, plan.robot, plan.limit) == (10, "done", "none", 2)
-        await trials.service.stop(1)
-
-    go(work)
+    await trials.read(source(path))
+    await trials.service.run(source(path), Choices(runs=10, state="done", robot="none", limit=2))
+    began = trials.now
+    assert began.status == "running"
+    assert began.plan is not None
+    plan = began.plan
+    assert (plan.runs, plan.state, plan.robot, plan.limit) == (10, "done", "none", 2)
+    await trials.service.stop(1)
 
 
 @pytest.mark.slow
-def test_it_stops_with_what_is_done_goes_on_there_and_ends_with_its_tab(path: Path) -> None:
-    async def work(trials: Trials) -> None:
-        await trials.service.run(source(path), Choices(runs=100_000))
-        await trials.until(lambda push: done(push) > 0)
-        workers = children(WORKER)
-        assert workers
-        with pytest.raises(VisualHfsmError, match="run already"):
-            await trials.service.run(source(path), Choices())
-        await trials.service.stop(1)
-        stopped = await trials.idle()
-        assert stopped.error == ""
-        assert_gone(workers)
-        kept = done(stopped)
-        assert 0 < kept < 100_000
-        await trials.service.run(source(path), Choices(runs=100_000))
-        first = await trials.until(lambda push: push.status == "running" and push.view is not None)
-        assert done(first) >= kept
-        await trials.until(lambda push: done(push) > kept)
-        below = [*children(WORKER), *children(SERIES)]
-        assert below
-        await trials.service.forget(1)
-        assert_gone(below)
-
-    go(work)
+async def test_it_stops_with_what_is_done_goes_on_there_and_ends_with_its_tab(
+    path: Path, trials: Trials
+) -> None:
+    await trials.service.run(source(path), Choices(runs=100_000))
+    await trials.until(lambda push: done(push) > 0)
+    workers = children(WORKER)
+    assert workers
+    with pytest.raises(VisualHfsmError, match="run already"):
+        await trials.service.run(source(path), Choices())
+    await trials.service.stop(1)
+    stopped = await trials.idle()
+    assert stopped.error == ""
+    assert_gone(workers)
+    kept = done(stopped)
+    assert 0 < kept < 100_000
+    await trials.service.run(source(path), Choices(runs=100_000))
+    first = await trials.until(lambda push: push.status == "running" and push.view is not None)
+    assert done(first) >= kept
+    await trials.until(lambda push: done(push) > kept)
+    below = [*children(WORKER), *children(SERIES)]
+    assert below
+    await trials.service.forget(1)
+    assert_gone(below)
 
 
 @pytest.mark.slow
-def test_outcomes_of_an_older_version_are_replaced_only_on_purpose(path: Path, tmp_path: Path) -> None:
-    async def work(trials: Trials) -> None:
-        former = await trials.run(source(path))
-        assert former.opens
-        changed = source(path, WAITS.replace("+= 0.5", "+= 5"))
-        later = await trials.read(changed)
-        assert (later.outdated, later.opens) == (True, True)
-        async with running(TrialsLimits()) as others:  # which do not know what had run
-            first = await others.read(changed)
-            assert (first.outdated, first.opens) == (True, False)
+async def test_outcomes_of_an_older_version_are_replaced_only_on_purpose(
+    path: Path, tmp_path: Path, trials: Trials
+) -> None:
+    former = await trials.run(source(path))
+    assert former.opens
+    changed = source(path, WAITS.replace("+= 0.5", "+= 5"))
+    later = await trials.read(changed)
+    assert (later.outdated, later.opens) == (True, True)
+    async with running(TrialsLimits()) as others:  # which do not know what had run
+        first = await others.read(changed)
+        assert (first.outdated, first.opens) == (True, False)
 
-        await trials.service.record(1, 3, tmp_path, lambda file: file.name)  # as it ran
-        found = await trials.until(lambda push: push.recorded == 3)
-        assert found.recording is None
-        assert "+= 0.5" in open_recording(tmp_path / found.file).document
-        assert [file.name for file in tmp_path.glob("*.mcap")] == [found.file]
-        with pytest.raises(VisualHfsmError, match="run the trials"):
-            await trials.service.record(2, 3, tmp_path, str)
+    await trials.service.record(1, 3, tmp_path, lambda file: file.name)  # as it ran
+    found = await trials.until(lambda push: push.recorded == 3)
+    assert found.recording is None
+    assert "+= 0.5" in open_recording(tmp_path / found.file).document
+    assert [file.name for file in tmp_path.glob("*.mcap")] == [found.file]
+    with pytest.raises(VisualHfsmError, match="run the trials"):
+        await trials.service.record(2, 3, tmp_path, str)
 
-        kept = await trials.run(changed)
-        assert kept.outdated
-        assert kept.view == former.view
-        replaced = await trials.run(changed, again=True)
-        assert not replaced.outdated
-        assert replaced.view is not None
-        assert replaced.view.share.successes == 12
-
-    go(work)
+    kept = await trials.run(changed)
+    assert kept.outdated
+    assert kept.view == former.view
+    replaced = await trials.run(changed, again=True)
+    assert not replaced.outdated
+    assert replaced.view is not None
+    assert replaced.view.share.successes == 12
     assert path.read_text() == WAITS  # changes that are not saved run, too
 
 
 @pytest.mark.slow
-def test_the_robot_is_the_chosen_one_unless_the_plan_names_one(path: Path, tmp_path: Path) -> None:
+async def test_the_robot_is_the_chosen_one_unless_the_plan_names_one(
+    path: Path, tmp_path: Path, trials: Trials
+) -> None:
     plan = path.with_name("waits.trials.toml")
     plan.write_text(PLAN.replace('"none"', '"fake"').replace("12", "1"))
 
@@ -203,19 +201,16 @@ def test_the_robot_is_the_chosen_one_unless_the_plan_names_one(path: Path, tmp_p
         assert push.plan is not None
         return next(each.words for each in push.plan.fixed if each.name == "body")
 
-    async def work(trials: Trials) -> None:
-        assert body(await trials.run(source(path))) == "H25"
-        await trials.service.read(source(path), "T1")
-        found = await trials.idle()
-        assert (body(found), found.outdated) == ("T1", True)
-        assert done(await trials.run(source(path), body="T1", again=True)) == 1
-        await trials.service.record(1, 1, tmp_path, lambda file: file.name)
-        found = await trials.until(lambda push: push.recorded == 1)
-        assert open_recording(tmp_path / found.file).described.title == "Booster T1"
-        plan.write_text(plan.read_text() + '[scene]\nbody = "G1"\n')
-        assert body(await trials.run(source(path), body="T1")) == "G1"
-
-    go(work)
+    assert body(await trials.run(source(path))) == "H25"
+    await trials.service.read(source(path), "T1")
+    found = await trials.idle()
+    assert (body(found), found.outdated) == ("T1", True)
+    assert done(await trials.run(source(path), body="T1", again=True)) == 1
+    await trials.service.record(1, 1, tmp_path, lambda file: file.name)
+    found = await trials.until(lambda push: push.recorded == 1)
+    assert open_recording(tmp_path / found.file).described.title == "Booster T1"
+    plan.write_text(plan.read_text() + '[scene]\nbody = "G1"\n')
+    assert body(await trials.run(source(path), body="T1")) == "G1"
 
 
 @pytest.mark.slow
@@ -232,46 +227,38 @@ def test_the_robot_is_the_chosen_one_unless_the_plan_names_one(path: Path, tmp_p
         ],
     ),
 )
-def test_what_is_wrong_is_said_with_file_and_line(path: Path, plan: str, text: str, words: str) -> None:
+async def test_what_is_wrong_is_said_with_file_and_line(
+    path: Path, plan: str, text: str, words: str, trials: Trials
+) -> None:
     path.with_name("waits.trials.toml").write_text(plan)
     path.write_text(text)
-
-    async def work(trials: Trials) -> None:
-        assert words in (await trials.run(source(path))).error
-
-    go(work)
+    assert words in (await trials.run(source(path))).error
 
 
-def test_a_document_without_a_file_is_to_be_saved_first(path: Path) -> None:
-    async def work(trials: Trials) -> None:
-        with pytest.raises(VisualHfsmError, match="save the document first"):
-            await trials.service.read(replace(source(path), path=None))
-
-    go(work)
+async def test_a_document_without_a_file_is_to_be_saved_first(path: Path, trials: Trials) -> None:
+    with pytest.raises(VisualHfsmError, match="save the document first"):
+        await trials.service.read(replace(source(path), path=None))
 
 
 @pytest.mark.slow
-def test_a_process_that_is_killed_is_reported_and_what_is_done_is_kept(path: Path) -> None:
-    async def work(trials: Trials) -> None:
-        await trials.service.run(source(path), Choices(runs=100_000))
-        kept = done(await trials.until(lambda push: done(push) > 0))
-        workers = children(WORKER)
-        (series,) = children(SERIES)
-        psutil.Process(series.pid).kill()
-        assert "ended with -9" in (await trials.idle()).error
-        assert_gone(workers)
-        assert done(await trials.run(source(path), runs=kept)) == kept
-
-    go(work)
+async def test_a_process_that_is_killed_is_reported_and_what_is_done_is_kept(
+    path: Path, trials: Trials
+) -> None:
+    await trials.service.run(source(path), Choices(runs=100_000))
+    kept = done(await trials.until(lambda push: done(push) > 0))
+    workers = children(WORKER)
+    (series,) = children(SERIES)
+    psutil.Process(series.pid).kill()
+    assert "ended with -9" in (await trials.idle()).error
+    assert_gone(workers)
+    assert done(await trials.run(source(path), runs=kept)) == kept
 
 
 @pytest.mark.slow
-def test_a_report_that_is_too_long_ends_the_process(path: Path) -> None:
-    async def work(trials: Trials) -> None:
-        assert "too long" in (await trials.run(source(path), runs=12)).error
-        assert children(SERIES) == []
-
-    go(work, TrialsLimits(longest_report=200))
+@pytest.mark.parametrize("limits", [TrialsLimits(longest_report=200)])
+async def test_a_report_that_is_too_long_ends_the_process(path: Path, trials: Trials) -> None:
+    assert "too long" in (await trials.run(source(path), runs=12)).error
+    assert children(SERIES) == []
 
 
 @pytest.mark.slow

@@ -44,6 +44,17 @@ def outcome(number: int) -> Outcome:
     )
 
 
+def shown_of(summary: Summary | None, compared: Comparison | None = None, *, width: int = 100) -> str:
+    """Return what the terminal shows of a series, and of two that are compared."""
+    written = io.StringIO()
+    console = Console(file=written, width=width)
+    if summary is not None:
+        show(console, summary, "walk")
+    if compared is not None:
+        show_comparison(console, compared, ("one", "other"))
+    return written.getvalue()
+
+
 @pytest.fixture
 def summary() -> Summary:
     return Summary((outcome(number) for number in reversed(range(100))), VARYING)
@@ -216,9 +227,7 @@ def test_a_mean_of_times_differs_by_no_more_than_the_limit_and_what_is_rare_is_n
         < 9.5
         < present(Comparison(Summary(first, ()), Summary(second, ())).numbers["time"].difference.interval)[1]
     )
-    console = Console(file=io.StringIO(), width=140)
-    show_comparison(console, found, ("one", "other"))
-    text = console.file.getvalue()  # type: ignore[attr-defined]
+    text = shown_of(None, found, width=140)
     assert "(one number is far from the others)" in text
     assert "What happens in fewer than 39.3 % may be missing." in text  # 1 - 0.05 ** (1 / 6)
 
@@ -234,10 +243,7 @@ def test_series_without_a_common_trial_are_not_compared(summary: Summary) -> Non
 
 
 def test_the_terminal_shows_all_of_it(summary: Summary) -> None:
-    console = Console(file=io.StringIO(), width=100)
-    show(console, summary, "walk")
-    show_comparison(console, Comparison(summary, summary), ("one", "other"))
-    text = console.file.getvalue()  # type: ignore[attr-defined]
+    text = shown_of(summary, Comparison(summary, summary))
     for expected in (
         "walk  25 of 100 succeed: 25 %  (17.5 to 34.3 %)",
         "What it depends on, with the means of the numbers",
@@ -253,19 +259,10 @@ def test_the_terminal_shows_all_of_it(summary: Summary) -> None:
 def test_a_narrow_terminal_shows_fewer_numbers_instead_of_parts_of_them(
     summary: Summary, width: int, shown: bool
 ) -> None:
-    console = Console(file=io.StringIO(), width=width)
-    show(console, summary, "walk")
-    text = console.file.getvalue()  # type: ignore[attr-defined]
+    text = shown_of(summary, width=width)
     _, _, table = text[: text.index("How it fails")].partition("What it depends on")
     assert ("falls" in table) is shown
     assert "…" not in table
-
-
-def shown_of(summary: Summary) -> str:
-    """Return what the terminal shows of a series."""
-    console = Console(file=io.StringIO(), width=100)
-    show(console, summary, "walk")
-    return console.file.getvalue()  # type: ignore[attr-defined,no-any-return]
 
 
 def test_a_success_that_is_true_from_the_start_says_nothing(tmp_path: Path) -> None:
@@ -307,9 +304,7 @@ def test_trials_of_which_one_differs_are_not_equal(differs: dict[str, Any]) -> N
 
 def test_numbers_are_shown_when_all_succeed() -> None:
     trials = (structs.replace(outcome(n), success=True) for n in range(20))
-    console = Console(file=io.StringIO(), width=100)
-    show(console, Summary(trials, VARYING), "walk")
-    text = console.file.getvalue()  # type: ignore[attr-defined]
+    text = shown_of(Summary(trials, VARYING))
     assert "What it depends on" in text
     assert "Parts with fewer than 20 trials may differ by chance." in text
 
@@ -385,10 +380,7 @@ def test_of_trials_that_were_added_after_a_look_no_difference_is_called_real(sum
     grown = Comparison(Summary(first_of(better), VARYING, (40, 100)), Summary(better, VARYING, (100,)))
     assert grown.looks == 2
     assert grown.verdict == "5 gained, 0 lost: p = 0.0625 of a single look, at most 0.125 of 2 looks"
-    console = Console(file=io.StringIO(), width=120)
-    show(console, Summary(better, VARYING, (40, 100)), "walk")
-    show_comparison(console, grown, ("one", "other"))
-    text = console.file.getvalue()  # type: ignore[attr-defined]
+    text = shown_of(Summary(better, VARYING, (40, 100)), grown, width=120)
     assert "Trials were added after a look (40, then 100): the interval is that of a single look." in text
     assert "Fresh trials, of another --seed, are looked at once." in text
 
@@ -400,9 +392,7 @@ def first_of(outcomes: list[Outcome]) -> list[Outcome]:
 
 @pytest.mark.slow
 def test_of_many_parts_some_differ_by_chance(summary: Summary) -> None:
-    console = Console(file=io.StringIO(), width=120)
-    show(console, summary, "walk")
-    text = console.file.getvalue()  # type: ignore[attr-defined]
+    text = shown_of(summary, width=120)
     assert "Of 12 parts, some differ by chance alone." in text
     assert "Means are of all trials of a part, failed ones, too." in text
 
@@ -410,12 +400,7 @@ def test_of_many_parts_some_differ_by_chance(summary: Summary) -> None:
 @pytest.mark.slow
 def test_few_trials_are_called_few() -> None:
     few, enough = (Summary((outcome(number) for number in range(count)), VARYING) for count in (19, 20))
-    console = Console(file=io.StringIO(), width=120)
-    show(console, few, "walk")
-    show_comparison(console, Comparison(few, few), ("one", "other"))
-    text = console.file.getvalue()  # type: ignore[attr-defined]
+    text = shown_of(few, Comparison(few, few), width=120)
     assert "%)\nFewer than 20 trials say little." in text
     assert "in which both succeed. Fewer than 20 trials say little." in text
-    console = Console(file=io.StringIO(), width=120)
-    show(console, enough, "walk")
-    assert "say little" not in console.file.getvalue()  # type: ignore[attr-defined]
+    assert "say little" not in shown_of(enough, width=120)

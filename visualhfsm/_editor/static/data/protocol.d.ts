@@ -1,4 +1,4 @@
-// Written by `python -m tests.support.protocol_types` from the types of Python. Do not edit.
+// Written by `python -m tools.generators.protocol_types` from the types of Python. Do not edit.
 
 /** The last parameters of a function that takes the fields of a message, which may have none. */
 export type FieldsOf<Message> = {} extends Message ? [Message?] : [Message];

@@ -5,12 +5,10 @@ from __future__ import annotations
 import pytest
 
 from codegen.hfsm.document import Automaton, Document, State, Transition
-from tests.support.editing import automaton, state, tree
+from tests.support.editing import automaton, state, texted, tree
 from visualhfsm._base.errors import EditError
 from visualhfsm._document.commands.automata import AddAutomaton, RepairNumbers, SetImport, SetPeriod
 from visualhfsm._document.commands.states import AddState, RenameState
-from visualhfsm._document.commands.text import SetText
-from visualhfsm._document.places import Place
 
 
 def test_a_state_gets_further_automata() -> None:
@@ -21,12 +19,8 @@ def test_a_state_gets_further_automata() -> None:
 
 def test_the_data_of_an_automaton_is_set() -> None:
     document = SetPeriod(automaton=2, period="50").apply(tree())
-    document = SetText(place=Place(kind="automaton", automaton=2, part="variables"), text="n = 0").apply(
-        document
-    )
-    document = SetText(
-        place=Place(kind="automaton", automaton=2, part="functions"), text="def f(self): pass"
-    ).apply(document)
+    document = texted(document, "n = 0", kind="automaton", automaton=2, part="variables")
+    document = texted(document, "def f(self): pass", kind="automaton", automaton=2, part="functions")
     new = automaton(document, 2)
     assert (new.iteration_time.text, new.variables.text, new.functions.text) == (
         "50",

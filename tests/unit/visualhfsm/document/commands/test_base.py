@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from codegen.hfsm.document import Document
-from tests.support.editing import tree
+from tests.support.editing import texted, tree
 from visualhfsm._base.errors import EditError
 from visualhfsm._document.commands import Command, in_language
 from visualhfsm._document.commands.automata import AddRoot
@@ -13,16 +13,14 @@ from visualhfsm._document.commands.component import AddEntry
 from visualhfsm._document.commands.group import GroupStates
 from visualhfsm._document.commands.items import MoveItems
 from visualhfsm._document.commands.states import AddState, MarkInitial, RemoveArgument, RenameState
-from visualhfsm._document.commands.text import SetText
 from visualhfsm._document.commands.transitions import RetargetTransition
-from visualhfsm._document.places import Place
 
 
 def test_text_that_no_file_can_hold_is_refused_with_its_line() -> None:
     with pytest.raises(EditError, match=r"line 2 has the control character U\+001B"):
-        SetText(place=Place(kind="state", automaton=1, id=1, part="code"), text="a\n\x1b").apply(tree())
+        texted(tree(), "a\n\x1b", kind="state", id=1, part="code")
     with pytest.raises(EditError, match="more than"):
-        SetText(place=Place(kind="state", automaton=1, id=1, part="code"), text="x" * (1 << 21)).apply(tree())
+        texted(tree(), "x" * (1 << 21), kind="state", id=1, part="code")
 
 
 def test_a_command_that_changes_nothing_returns_the_document_itself() -> None:

@@ -9,7 +9,7 @@ import pytest
 from codegen.hfsm import write_document
 from codegen.hfsm.document import Parameter, Text
 from codegen.messages import Message
-from tests.support.editing import automaton, state, tree
+from tests.support.editing import automaton, state, texted, tree
 from visualhfsm._base.errors import EditError
 from visualhfsm._document.commands import Command
 from visualhfsm._document.commands.component import (
@@ -19,8 +19,6 @@ from visualhfsm._document.commands.component import (
     ReorderEntry,
     SetComponentText,
 )
-from visualhfsm._document.commands.text import SetText
-from visualhfsm._document.places import Place
 from visualhfsm._document.serialization import parse
 
 
@@ -29,9 +27,7 @@ def test_a_renamed_input_takes_its_arguments_along() -> None:
         list="inputs", automaton=2, fields={"name": "times", "type": "int", "default": "1"}
     ).apply(tree())
     for child in (0, 2, 3):
-        document = SetText(
-            place=Place(kind="state", automaton=1, id=2, part="argument", name="times", child=child), text="2"
-        ).apply(document)
+        document = texted(document, "2", kind="state", id=2, part="argument", name="times", child=child)
     document = ChangeEntry(list="inputs", automaton=2, index=0, fields={"name": "rounds"}).apply(document)
     assert automaton(document, 2).inputs == (Parameter(name="rounds", type=Text("int"), default=Text("1")),)
     assert [each.name for each in state(document, 2).arguments] == ["rounds", "rounds", "times"]
@@ -41,9 +37,7 @@ def test_a_renamed_output_takes_its_results_along() -> None:
     fields = {"name": "found", "type": "bool", "default": "False"}
     document = AddEntry(list="outputs", automaton=2, fields=fields).apply(tree())
     for child in (0, 2, 3):
-        document = SetText(
-            place=Place(kind="state", automaton=1, id=2, part="result", name="found", child=child), text="x"
-        ).apply(document)
+        document = texted(document, "x", kind="state", id=2, part="result", name="found", child=child)
     document = ChangeEntry(list="outputs", automaton=2, index=0, fields={"name": "seen"}).apply(document)
     assert [each.name for each in automaton(document, 2).outputs] == ["seen"]
     assert [each.name for each in state(document, 2).results] == ["seen", "seen", "found"]

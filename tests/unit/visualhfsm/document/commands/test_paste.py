@@ -11,14 +11,12 @@ import pytest
 
 from codegen.hfsm.document import Argument, Automaton, Document, Result, State, Text
 from codegen.messages import Message
-from tests.support.editing import large_document, tree
+from tests.support.editing import large_document, texted, tree
 from visualhfsm._base.errors import EditError
 from visualhfsm._document.commands.automata import AddAutomaton, SetImport
 from visualhfsm._document.commands.items import DeleteItems
 from visualhfsm._document.commands.paste import AddReadyState, FillAutomaton, PasteStates
 from visualhfsm._document.commands.states import RenameState
-from visualhfsm._document.commands.text import SetText
-from visualhfsm._document.places import Place
 from visualhfsm._document.serialization import copy_states, parse, written
 from visualhfsm.project._editing.edited_document import EditedDocument
 
@@ -32,12 +30,8 @@ def automaton(document: Document, id: int) -> Automaton:
 
 
 def test_a_state_is_pasted_with_its_whole_sub_tree_under_new_numbers() -> None:
-    document = SetText(
-        place=Place(kind="state", automaton=1, id=2, part="argument", name="n", child=3), text="1"
-    ).apply(tree())
-    document = SetText(
-        place=Place(kind="state", automaton=1, id=2, part="result", name="o", child=3), text="x"
-    ).apply(document)
+    document = texted(tree(), "1", kind="state", id=2, part="argument", name="n", child=3)
+    document = texted(document, "x", kind="state", id=2, part="result", name="o", child=3)
     document = PasteStates(automaton=1, content=copy_states(document, 1, [2])).apply(document)
     pasted = automaton(document, 1).states[2]
     assert (pasted.id, pasted.name, pasted.children) == (3, "work 2", (5, 7))

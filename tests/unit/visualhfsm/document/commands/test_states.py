@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from codegen.hfsm.document import Argument, Automaton, Document, Result, Text, Transition
-from tests.support.editing import automaton, state, tree
+from tests.support.editing import automaton, state, texted, tree
 from visualhfsm._base.errors import EditError
 from visualhfsm._document.commands.automata import AddRoot
 from visualhfsm._document.commands.states import (
@@ -17,8 +17,6 @@ from visualhfsm._document.commands.states import (
     RenameState,
     SetHistory,
 )
-from visualhfsm._document.commands.text import SetText
-from visualhfsm._document.places import Place
 
 
 def test_a_first_state_is_initial_and_all_get_numbers_and_names_of_their_own() -> None:
@@ -48,9 +46,7 @@ def test_the_number_of_a_deleted_state_does_not_come_back_while_a_transition_nam
 def test_a_state_is_renamed_and_its_pieces_of_code_are_set() -> None:
     document = RenameState(automaton=1, state=1, name="<rest>").apply(tree())
     for part in ("entry", "code", "exit"):
-        document = SetText(
-            place=Place(kind="state", automaton=1, id=1, part=part), text=f"{part} = 1\n"
-        ).apply(document)
+        document = texted(document, f"{part} = 1\n", kind="state", id=1, part=part)
     changed = state(document, 1)
     assert (changed.name, changed.entry.text, changed.code.text, changed.exit.text) == (
         "<rest>", "entry = 1\n", "code = 1\n", "exit = 1\n"
@@ -74,33 +70,20 @@ def test_the_history_of_a_state_is_set() -> None:
     )
 
 
-def test_arguments_are_added_changed_and_removed() -> None:
-    document = SetText(
-        place=Place(kind="state", automaton=1, id=2, part="argument", name="times", child=2), text="3"
-    ).apply(tree())
-    document = SetText(
-        place=Place(kind="state", automaton=1, id=2, part="argument", name="times", child=2), text="4"
-    ).apply(document)
-    assert state(document, 2).arguments == (Argument(name="times", child=2, value=Text("4")),)
-    assert (
-        state(RemoveArgument(automaton=1, state=2, name="times", child=2).apply(document), 2).arguments == ()
-    )
+@pytest.mark.parametrize(
+    ("part", "remove", "given", "text"),
+    [
+        ("argument", RemoveArgument, Argument(name="times", child=2, value=Text("4")), ""),
+        ("result", RemoveResult, Result(name="times", child=2, variable=Text("4")), "x"),
+    ],
+)
+def test_arguments_and_results_are_added_changed_and_removed(
+    part: str, remove: type[RemoveArgument | RemoveResult], given: Argument | Result, text: str
+) -> None:
+    document = texted(tree(), "3", kind="state", id=2, part=part, name="times", child=2)
+    document = texted(document, "4", kind="state", id=2, part=part, name="times", child=2)
+    assert getattr(state(document, 2), f"{part}s") == (given,)
+    removed = remove(automaton=1, state=2, name="times", child=2).apply(document)
+    assert getattr(state(removed, 2), f"{part}s") == ()
     with pytest.raises(EditError, match="it has no name"):
-        SetText(place=Place(kind="state", automaton=1, id=2, part="argument", name=" "), text="").apply(
-            document
-        )
-
-
-def test_results_are_added_changed_and_removed() -> None:
-    document = SetText(
-        place=Place(kind="state", automaton=1, id=2, part="result", name="found", child=2), text="x"
-    ).apply(tree())
-    document = SetText(
-        place=Place(kind="state", automaton=1, id=2, part="result", name="found", child=2), text="seen"
-    ).apply(document)
-    assert state(document, 2).results == (Result(name="found", child=2, variable=Text("seen")),)
-    assert state(RemoveResult(automaton=1, state=2, name="found", child=2).apply(document), 2).results == ()
-    with pytest.raises(EditError, match="it has no name"):
-        SetText(place=Place(kind="state", automaton=1, id=2, part="result", name=" "), text="x").apply(
-            document
-        )
+        texted(document, text, kind="state", id=2, part=part, name=" ")

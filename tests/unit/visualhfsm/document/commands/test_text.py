@@ -5,29 +5,23 @@ from __future__ import annotations
 import pytest
 
 from codegen.hfsm.document import Argument, Document, Text
-from tests.support.editing import automaton, tree
+from tests.support.editing import automaton, texted, tree
 from visualhfsm._base.errors import EditError
 from visualhfsm._document.commands.states import RenameState
-from visualhfsm._document.commands.text import ReplaceText, SetArguments, SetText
+from visualhfsm._document.commands.text import ReplaceText, SetArguments
 from visualhfsm._document.places import Place
 
 
 def with_balls() -> Document:
     """A document with a word in all kinds of code, and in names."""
-    document = SetText(
-        place=Place(kind="state", automaton=1, id=2, part="argument", name="ball", child=3), text="ball"
-    ).apply(tree())
+    document = texted(tree(), "ball", kind="state", id=2, part="argument", name="ball", child=3)
     for part in ("entry", "code", "exit"):
         text = "Ball = ball\nfootball += ball"
-        document = SetText(place=Place(kind="state", automaton=1, id=1, part=part), text=text).apply(document)
+        document = texted(document, text, kind="state", id=1, part=part)
     for where in ("trigger", "guard", "fired"):
-        document = SetText(place=Place(kind="transition", automaton=1, id=1, part=where), text="ball").apply(
-            document
-        )
+        document = texted(document, "ball", kind="transition", id=1, part=where)
     for which in ("variables", "functions"):
-        document = SetText(place=Place(kind="automaton", automaton=4, part=which), text="ball").apply(
-            document
-        )
+        document = texted(document, "ball", kind="automaton", automaton=4, part=which)
     return RenameState(automaton=3, state=1, name="ball").apply(document)
 
 
@@ -52,9 +46,7 @@ def test_a_text_is_replaced_in_one_line_of_one_place_in_any_case() -> None:
     assert command.title(with_balls()) == "Replace “BALL” by “it” (2 times)"
     document = command.apply(with_balls())
     assert automaton(document).states[0].exit.text == "Ball = ball\nfootit += it"
-    rest = SetText(
-        place=Place(kind="state", automaton=1, id=1, part="exit"), text="Ball = ball\nfootball += ball"
-    ).apply(document)
+    rest = texted(document, "Ball = ball\nfootball += ball", kind="state", id=1, part="exit")
     assert rest == with_balls()
 
 
@@ -67,9 +59,7 @@ def test_a_text_is_replaced_in_one_line_of_one_place_in_any_case() -> None:
     ],
 )
 def test_a_replacement_of_nothing_or_of_too_much_is_refused(text: str, by: str, why: str) -> None:
-    document = SetText(place=Place(kind="automaton", automaton=1, part="functions"), text="a" * 20_000).apply(
-        tree()
-    )
+    document = texted(tree(), "a" * 20_000, kind="automaton", part="functions")
     with pytest.raises(EditError, match=why):
         ReplaceText(text=text, by=by).apply(document)
 

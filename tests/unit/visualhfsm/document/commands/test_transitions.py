@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from tests.support.editing import automaton, transition, tree
+from tests.support.editing import automaton, texted, transition, tree
 from visualhfsm._base.errors import EditError
-from visualhfsm._document.commands.text import SetText
 from visualhfsm._document.commands.transitions import (
     AddTransition,
     RenameTransition,
@@ -15,7 +14,6 @@ from visualhfsm._document.commands.transitions import (
     SetPriority,
     SetTransitionType,
 )
-from visualhfsm._document.places import Place
 
 
 def test_a_transition_is_added_with_a_handle_of_its_own() -> None:
@@ -54,9 +52,7 @@ def test_a_condition_goes_on_as_a_guard_and_comes_back() -> None:
 def test_a_time_is_one_second_at_first_and_stays_as_it_was_set() -> None:
     document = SetTransitionType(automaton=1, transition=1, type="time").apply(tree())
     assert (transition(document, 1).trigger.text, transition(document, 1).guard.text) == ("1000", "x > 1")
-    document = SetText(place=Place(kind="transition", automaton=1, id=1, part="trigger"), text="250").apply(
-        document
-    )
+    document = texted(document, "250", kind="transition", id=1, part="trigger")
     again = SetTransitionType(automaton=1, transition=1, type="time").apply(document)
     assert transition(again, 1).trigger.text == "250"
 
@@ -64,9 +60,7 @@ def test_a_time_is_one_second_at_first_and_stays_as_it_was_set() -> None:
 def test_the_texts_of_a_transition_are_set() -> None:
     document = RenameTransition(automaton=1, transition=1, name="on").apply(tree())
     for part in ("trigger", "guard", "fired"):
-        document = SetText(place=Place(kind="transition", automaton=1, id=1, part=part), text=part).apply(
-            document
-        )
+        document = texted(document, part, kind="transition", id=1, part=part)
     document = SetPriority(automaton=1, transition=1, priority="2").apply(document)
     new = transition(document, 1)
     assert (new.name, new.trigger.text, new.guard.text, new.code.text, new.priority.text) == (

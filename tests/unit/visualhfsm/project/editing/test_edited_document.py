@@ -67,6 +67,12 @@ def code(text: str, state: int = 1) -> SetText:
     return SetText(place=Place(kind="state", automaton=1, id=state, part="code"), text=text)
 
 
+def recover_only(journals: Path) -> EditedDocument:
+    """Recover the only document of which a journal is left."""
+    (found,) = find_abandoned(journals)
+    return EditedDocument.recover(found.file)
+
+
 def step_names(steps: list[Step]) -> list[str]:
     return [step.name for step in steps]
 
@@ -327,8 +333,7 @@ def test_a_recovered_document_of_an_old_format_is_not_replaced_unasked(
     written = old.read_text()
     session.do(rename("dos"))
     session.abandon()
-    (found,) = find_abandoned(tmp_path / "journals")
-    recovered = EditedDocument.recover(found.file)
+    recovered = recover_only(tmp_path / "journals")
     with pytest.raises(OldFormatError, match="another file"):
         recovered.save()
     assert old.read_text() == written
@@ -372,19 +377,6 @@ def test_a_file_that_another_program_changed_is_not_overwritten(session: EditedD
     with pytest.raises(ChangedOutsideError, match="another program has changed it"):
         session.save()
     assert "theirs" in path.read_text()
-
-
-def test_changes_on_both_sides_are_merged(session: EditedDocument, path: Path) -> None:
-    session.do(rename("mine"))
-    path.write_text(path.read_text().replace(">work<", ">theirs<"))
-    resolution = session.resolve(Choice.MERGE)
-    assert resolution.conflicts == ()
-    assert [state.name for state in session.document.automata[0].states] == ["mine", "theirs"]
-    assert session.dirty
-    session.save()
-    assert not session.is_changed_outside()
-    session.undo()
-    assert [state.name for state in session.document.automata[0].states] == ["mine", "work"]
 
 
 def test_one_takes_theirs_or_keeps_mine(session: EditedDocument, path: Path) -> None:
@@ -598,8 +590,7 @@ def test_a_journal_recovers_from_a_full_disk(path: Path, tmp_path: Path, monkeyp
     session.do(rename("c", 2))
     expected = session.document
     session.abandon()
-    (file,) = (tmp_path / "journals").iterdir()
-    recovered = EditedDocument.recover(file)
+    recovered = recover_only(tmp_path / "journals")
     assert recovered.document == expected
     recovered.close(discard=True)
 
@@ -673,8 +664,7 @@ def test_a_journal_begins_anew_once_there_is_room_for_it(path: Path, tmp_path: P
     session.do(rename("c"))
     session.undo()
     session.abandon()
-    (found,) = find_abandoned(tmp_path / "journals")
-    recovered = EditedDocument.recover(found.file)
+    recovered = recover_only(tmp_path / "journals")
     assert [each.name for each in recovered.document.automata[0].states[:2]] == ["a", "b"]
     recovered.close(discard=True)
 
@@ -683,8 +673,7 @@ def test_a_crash_right_after_saving_leaves_nothing_to_save(session: EditedDocume
     session.do(rename("a"))
     path.write_text(session.text())  # and the process dies before it is in the journal
     session.abandon()
-    (found,) = find_abandoned(path.parent / "journals")
-    recovered = EditedDocument.recover(found.file)
+    recovered = recover_only(path.parent / "journals")
     assert not recovered.dirty
     assert not recovered.is_changed_outside()
     recovered.undo()
@@ -698,8 +687,7 @@ def test_the_only_copy_of_a_file_that_was_removed_is_recovered(session: EditedDo
     with pytest.raises(EditError, match="not saved"):
         session.close()
     session.abandon()
-    (found,) = find_abandoned(path.parent / "journals")
-    recovered = EditedDocument.recover(found.file)
+    recovered = recover_only(path.parent / "journals")
     assert recovered.document == tree()
     recovered.close(discard=True)
 

@@ -13,12 +13,10 @@ from codegen.hfsm import read_document, write_document
 from codegen.hfsm.document import Document, Text
 from codegen.hfsm.loading import check_document
 from tests.support.documents import document, state, sub
-from tests.support.editing import tree
+from tests.support.editing import texted, tree
 from visualhfsm._base.errors import EditError
 from visualhfsm._document.commands.automata import SetImport
 from visualhfsm._document.commands.component import AddEntry
-from visualhfsm._document.commands.text import SetText
-from visualhfsm._document.places import Place
 from visualhfsm.project._editing.imports import extract, imported_content, imported_views, inline
 
 STUB = '<SubAutomata id="2" idFather="1"><import automaton="{}">{}</import></SubAutomata>\n'
@@ -101,9 +99,9 @@ def test_what_the_code_needs_is_declared_in_the_new_file_too(tmp_path: Path) -> 
         document = AddEntry(
             list="parameters", fields={"name": name, "type": "float", "default": "0.5"}
         ).apply(document)
-    document = SetText(
-        place=Place(kind="automaton", automaton=2, part="variables"), text="far = self.speed > self.limit"
-    ).apply(document)
+    document = texted(
+        document, "far = self.speed > self.limit", kind="automaton", automaton=2, part="variables"
+    )
     extracted = extract(document, 2, path, part).apply(document)
     diagnostics = Diagnostics()
     check_document(part, diagnostics, limit=0)
@@ -122,9 +120,7 @@ def test_what_its_file_declares_comes_along_with_an_automaton(tmp_path: Path) ->
     library = AddEntry(list="interfaces", fields={"name": "head", "proxy": "Head", "type": "PoseHead"}).apply(
         library
     )
-    library = SetText(
-        place=Place(kind="automaton", automaton=2, part="functions"), text="def above(self):\n    pass\n"
-    ).apply(library)
+    library = texted(library, "def above(self):\n    pass\n", kind="automaton", automaton=2, part="functions")
     part.write_text(write_document(library))
     document = SetImport(automaton=2, file="part.xml", source=4).apply(document)
     back = inline(document, 2, path).apply(document)

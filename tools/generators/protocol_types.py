@@ -1,4 +1,4 @@
-"""The types of the page's messages, written from those of Python by `python -m tests.support.protocol_types`.
+"""The types of the page's messages, made from those of Python: `python -m tools.generators.protocol_types`.
 
 The page has no build step: its modules are JavaScript whose comments name these types, and TypeScript checks
 them. They are messages, commands and values as msgspec encodes and decodes them, and elements of documents as
@@ -31,8 +31,9 @@ __all__ = ["FILE", "protocol_types"]
 
 FILE: Final = STATIC / "data" / "protocol.d.ts"
 
-_HEAD: Final = """// Written by `python -m tests.support.protocol_types` from the types of Python. Do not edit.
-"""
+_HEAD: Final = (
+    "// Written by `python -m tools.generators.protocol_types` from the types of Python. Do not edit.\n"
+)
 _PAGE: Final = """
 /** The last parameters of a function that takes the fields of a message, which may have none. */
 export type FieldsOf<Message> = {} extends Message ? [Message?] : [Message];
@@ -250,7 +251,7 @@ class _Writer:
                 return "unknown"
         raise NotImplementedError(f"{shape} has no equivalent in TypeScript yet")
 
-    def _shown(self, hint: Any) -> str:
+    def _shown(self, hint: Any) -> str:  # noqa: ANN401 - a type, also one of several
         """Return the type of a field of an element."""
         if inspect.isclass(hint) and issubclass(hint, Node):
             return self.element(hint)

@@ -23,7 +23,7 @@ from codegen.hfsm.document import (
     State,
     Transition,
 )
-from tests.support.protocol_types import FILE, protocol_types
+from tools.generators.protocol_types import FILE
 from visualhfsm._document.views import view
 
 ELEMENTS = [
@@ -49,12 +49,6 @@ def members(name: str) -> list[str]:
     )
     assert found is not None, name
     return re.findall(r"^  (\w+)\??:", found[1], re.MULTILINE)
-
-
-def test_the_page_has_the_newest_types() -> None:
-    assert FILE.read_text("utf-8") == protocol_types(), (
-        "write them again: python -m tests.support.protocol_types"
-    )
 
 
 @pytest.mark.parametrize("element", ELEMENTS, ids=lambda element: type(element).__name__)

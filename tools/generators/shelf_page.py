@@ -1,4 +1,4 @@
-"""docs/reference/shelf.md, generated from the documents of our shelf by `python -m tests.support.shelf_page`."""
+"""docs/reference/shelf.md, made from the documents in shelf/ by `python -m tools.generators.shelf_page`."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ __all__ = ["PAGE", "shelf_page"]
 
 PAGE: Final = DOCS / "reference/shelf.md"
 
-_BEGINNING: Final = """# The ready states
-
-Made by `python -m tests.support.shelf_page` from the documents in `shelf/`; a test proves that it is current.
-[Draw ready states](../how-to/shelf.md) explains their use. *Needs* lists the servants that a robot must
-[have](robots.md). On a robot that lacks what it needs, a state ends and hands up the `reason`. All are tested on the
-fake and the simulated Nao, T1 and G1, upright and lying."""
+_TITLE: Final = "# The ready states"
+_BEGINNING: Final = """\
+Made by `python -m tools.generators.shelf_page` from the documents in `shelf/`; `make lint` proves that it is
+current. [Draw ready states](../how-to/shelf.md) explains their use. *Needs* lists the servants that a robot
+must [have](robots.md). On a robot that lacks what it needs, a state ends and hands up the `reason`. All are
+tested on the fake and the simulated Nao, T1 and G1, upright and lying."""
 
 
 def shelf_page() -> str:
     """Return the page."""
-    parts = [_BEGINNING]
+    parts = [_TITLE, fill(_BEGINNING, 120, break_on_hyphens=False)]
     for category, states in groupby(Shelves(our_shelf().parent).states(), lambda each: each.category):
         parts.append(f"## {category}")
         parts += [part for each in states for part in _state(each)]

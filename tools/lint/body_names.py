@@ -8,10 +8,8 @@ from functools import cache
 from pathlib import Path
 from typing import Final
 
-import pytest
-
 from naoserver.bodies import BODY_NAMES, find_body
-from tests.support.places import ROOT
+from tools.lint.sources import ROOT
 
 GENERATED: Final = {ROOT / "behaviors", ROOT / "interfaces", ROOT / "tests"}
 SUFFIXES: Final = frozenset({".html", ".js", ".json", ".py", ".toml", ".xml"})
@@ -24,9 +22,9 @@ FREE: Final = (
 WORD: Final = re.compile(r"\w+")
 TEXT: Final = re.compile(r"""["'](\w+)["']""")
 COMPOUND: Final = re.compile(r"_|[a-z0-9][A-Z]")
-"""What makes a name more than a word of the language; others, such as `torso`, count as whole strings only."""
+"""What makes a name more than a word of the language; others, such as `torso`, count as whole texts."""
 COMMON: Final = frozenset({"base", "head"})
-"""Names of links that every robot may use: a group of joints is a `head`, and what carries a model is its `base`."""
+"""Names of links that any robot may use: some joints are a `head`, and what carries a model is its `base`."""
 
 SPELLED: Final = {
     "naoserver/moves/motion_file.py": "an example",
@@ -47,7 +45,7 @@ NAMED: Final = {
 """Files that name the bodies of a Nao, and why they may."""
 
 
-def sources() -> Iterator[Path]:
+def _sources() -> Iterator[Path]:
     packages = {path.parent for folder in (ROOT, ROOT / "plugins") for path in folder.glob("*/__init__.py")}
     for package in packages - GENERATED:
         for path in package.rglob("*"):
@@ -56,7 +54,7 @@ def sources() -> Iterator[Path]:
 
 
 @cache
-def parts() -> frozenset[str]:
+def _parts() -> frozenset[str]:
     """Return the names of the joints and links of all bodies."""
     names: set[str] = set()
     for body in map(find_body, BODY_NAMES):
@@ -65,39 +63,23 @@ def parts() -> frozenset[str]:
     return frozenset(names - COMMON)
 
 
-def spelled(text: str) -> frozenset[str]:
+def _spelled(text: str) -> frozenset[str]:
     """Return the names of joints and links that a text spells."""
     compounds = {word for word in WORD.findall(text) if COMPOUND.search(word)}
-    return parts() & (compounds | set(TEXT.findall(text)))
+    return _parts() & (compounds | set(TEXT.findall(text)))
 
 
-@cache
-def found() -> tuple[dict[str, frozenset[str]], dict[str, set[str]]]:
-    """Return the names of joints and links, and those of the Nao's bodies, in each file that has any."""
-    of_parts: dict[str, frozenset[str]] = {}
-    of_bodies: dict[str, set[str]] = {}
-    for path in sources():
+def mistakes() -> Iterator[str]:
+    """Yield files that name parts of a body or the bodies of a Nao, and exceptions that are none any more."""
+    parts, bodies = {}, {}
+    for path in _sources():
         text, file = path.read_text(encoding="utf-8"), path.relative_to(ROOT).as_posix()
-        if names := spelled(text):
-            of_parts[file] = names
-        if bodies := {"H25", "H21"} & set(WORD.findall(text)):
-            of_bodies[file] = bodies
-    return of_parts, of_bodies
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("kind", "known"), [(0, SPELLED), (1, NAMED)], ids=["joints and links", "bodies"])
-def test_no_other_file_names_the_parts_of_a_body_or_the_bodies_of_a_nao(kind, known):
-    unknown = {file: sorted(names)[:5] for file, names in found()[kind].items() if file not in known}
-    assert unknown == {}, "take what they need from the robot's Body"
-
-
-@pytest.mark.parametrize(("kind", "known"), [(0, SPELLED), (1, NAMED)], ids=["joints and links", "bodies"])
-def test_every_exception_is_still_needed(kind, known):
-    assert sorted(known.keys() - found()[kind].keys()) == [], "strike them off the list"
-
-
-def test_it_finds_names():
-    assert spelled('angles["HeadYaw"]') == spelled("the joint HeadYaw") == {"HeadYaw"}
-    assert spelled('place_of("torso")') == {"torso"}
-    assert spelled("the head turns") == set()
+        parts[file] = _spelled(text)
+        bodies[file] = {"H25", "H21"} & set(WORD.findall(text))
+    for found, known in ((parts, SPELLED), (bodies, NAMED)):
+        for file, names in sorted(found.items()):
+            if names and file not in known:
+                yield f"{file}: take {', '.join(sorted(names)[:5])} from the robot's Body"
+        for file in known:
+            if not found.get(file):
+                yield f"{Path(__file__).relative_to(ROOT)}: {file} names none: strike it off"

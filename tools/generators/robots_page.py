@@ -1,4 +1,4 @@
-"""docs/reference/robots.md, generated from running servers by `python -m tests.support.robots_page`."""
+"""docs/reference/robots.md, generated from running servers by `python -m tools.generators.robots_page`."""
 
 from __future__ import annotations
 
@@ -23,12 +23,14 @@ __all__ = ["PAGE", "robots_page"]
 PAGE: Final = Path(__file__).parents[2] / "docs" / "reference/robots.md"
 
 _TITLE: Final = "# What each robot serves"
-_BEGINNING: Final = """Made by `python -m tests.support.robots_page` from running servers; a test proves that it is
-current. `nao list` shows the servants of any server that runs."""
-_ROBOTS: Final = """The simulated robot is that of `naoserver-sim`, the real one that of `naoserver-naoqi`, here with a
-NAOqi of our own behind libqi; the fake one is for tests. `-` is what a robot does not have: no servant of that
-interface is there, and `checkedCast` says so. The interfaces are in `interfaces/*.idl`; what no robot has is left
-out. With `--body H21` each lacks the joints {}, the hinges {} and the sensors {}."""
+_BEGINNING: Final = """\
+Made by `python -m tools.generators.robots_page` from running servers; a test proves that it is current.
+`nao list` shows the servants of any server that runs."""
+_ROBOTS: Final = """\
+The simulated robot is that of `naoserver-sim`, the real one that of `naoserver-naoqi`, here with a NAOqi of
+our own behind libqi; the fake one is for tests. `-` is what a robot does not have: no servant of that
+interface is there, and `checkedCast` says so. The interfaces are in `interfaces/*.idl`; what no robot has is
+left out. With `--body H21` each lacks the joints {}, the hinges {} and the sensors {}."""
 _OTHERS: Final = """## Other bodies
 
 The simulated robot with the other bodies of `naoserver-sim --body`. The fake robot has the same options."""
@@ -121,7 +123,7 @@ def _joints(bodies: Served[nao.JointsPrx]) -> str:
 
 
 def _identities(suffix: str) -> Callable[[Served[Any]], str]:
-    """Return a function that names servants by the first part of their identities, the body's hinges by number."""
+    """Return a function that names servants by the first part of their identity, and counts hinges."""
     hinges = {f"{name}{suffix}" for body in map(find_body, BODY_NAMES) for name in body.hinges}
 
     def describe(servants: Served[Any]) -> str:

@@ -1,7 +1,8 @@
 """The words that were retired stay retired: what users read uses the field's words instead.
 
-That is the documentation, the comments of interfaces, documents and examples, and the texts of the code, of which
-docstrings are shown as help and as the reference of the API. Comments and names of the code are left to their authors.
+That is the documentation, the comments of interfaces, documents and examples, and the texts of the code, of
+which docstrings are shown as help and as the reference of the API. Comments and names of the code are left to
+their authors.
 """
 
 from __future__ import annotations
@@ -14,9 +15,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
-import pytest
-
-from tests.support.places import ROOT
+from tools.lint.sources import ROOT
 
 RETIRED: Final = {
     r"tells?|told|telling": "report, log, return, notify, say or distinguish",
@@ -82,7 +81,7 @@ ANY: Final = re.compile(rf"\b(?:{'|'.join(RETIRED)})\b")
 SPACES: Final = str.maketrans(dict.fromkeys("\n\r\t\f\v\xa0", " "))
 
 
-def retired(text: str) -> Iterator[tuple[int, str, str]]:
+def _retired(text: str) -> Iterator[tuple[int, str, str]]:
     """Yield the line, the retired word and what to write instead, for each in a text."""
     flat = text.translate(SPACES)  # a phrase may go on in the next line
     if ANY.search(flat.lower()) is None:  # as nearly always: it takes a tenth of the time
@@ -92,17 +91,17 @@ def retired(text: str) -> Iterator[tuple[int, str, str]]:
             yield text.count("\n", 0, found.start()) + 1, found[0], instead
 
 
-def retired_in_code(code: str) -> Iterator[tuple[int, str, str]]:
+def _retired_in_code(code: str) -> Iterator[tuple[int, str, str]]:
     """Yield the same for each in the texts of Python code."""
     if ANY.search(code.translate(SPACES).lower()) is None:
         return
     for node in ast.walk(ast.parse(code)):
         if isinstance(node, ast.Constant) and isinstance(node.value, str):
-            for line, word, instead in retired(node.value):
+            for line, word, instead in _retired(node.value):
                 yield node.lineno + line - 1, word, instead
 
 
-def files(place: Path) -> Iterator[Path]:
+def _files(place: Path) -> Iterator[Path]:
     if place.is_file():
         yield place
         return
@@ -112,45 +111,16 @@ def files(place: Path) -> Iterator[Path]:
         yield from (here / name for name in names if Path(name).suffix in SUFFIXES)
 
 
-@pytest.mark.parametrize("name", READ)
-def test_retired_words_stay_retired(name: str) -> None:
-    problems = [
-        f"{path.relative_to(ROOT)}:{line}: {word!r} is retired, write: {instead}"
-        for path in sorted(files(ROOT / name))
-        for line, word, instead in (retired_in_code if path.suffix == ".py" else retired)(
-            path.read_text("utf-8", "replace").replace(SEARCHED, "")
-        )
-    ]
-    assert not problems, "\n" + "\n".join(problems)
-
-
-def test_retired_words_stay_retired_on_the_page() -> None:
-    texts = json.loads(PAGE.read_text("utf-8"))
-    assert [(text, found) for text in texts.keys() - {SEARCHED} for found in retired(text)] == []
-
-
-def test_every_package_is_read() -> None:
+def mistakes() -> Iterator[str]:
+    """Yield the retired words, and the packages that are not read."""
+    for name in READ:
+        for path in sorted(_files(ROOT / name)):
+            text = path.read_text("utf-8", "replace").replace(SEARCHED, "")
+            for line, word, instead in (_retired_in_code if path.suffix == ".py" else _retired)(text):
+                yield f"{path.relative_to(ROOT)}:{line}: {word!r} is retired, write: {instead}"
+    for text in json.loads(PAGE.read_text("utf-8")).keys() - {SEARCHED}:
+        for _, word, instead in _retired(text):
+            yield f"{PAGE.relative_to(ROOT)}: {text!r}: {word!r} is retired, write: {instead}"
     packages = {path.parent.name for path in ROOT.glob("*/__init__.py")}
-    assert packages <= {*READ, "tests"}, "add the new package to READ"
-
-
-@pytest.mark.parametrize(
-    ("text", "line", "word"),
-    [
-        ("Errors are told.", 1, "told"),
-        ("a process of\nits own", 1, "of its own"),
-        ("\nBegin Anew", 2, "Anew"),
-    ],
-)
-def test_retired_words_are_found(text: str, line: int, word: str) -> None:
-    assert [found[:2] for found in retired(text)] == [(line, word)]
-
-
-@pytest.mark.parametrize("text", ["place = file.tell()", "storytelling and intelligent strangers", "retold"])
-def test_other_words_are_left_alone(text: str) -> None:
-    assert list(retired(text)) == []
-
-
-def test_of_code_its_texts_are_read() -> None:
-    code = 'def told():  # anew\n    """Wait.\n\n    It is told.\n    """\n    return f"{told()} amiss"\n'
-    assert [found[:2] for found in retired_in_code(code)] == [(4, "told"), (6, "amiss")]
+    for package in sorted(packages - {*READ, "tests"}):
+        yield f"{Path(__file__).relative_to(ROOT)}: READ lacks the package {package}"

@@ -1,0 +1,20 @@
+"""What `tools/` writes from the code and from documents is as they are now."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from tools.gallery import page as gallery
+from tools.generators import protocol_types, shelf_page
+from tools.lint.sources import ROOT
+
+
+def mistakes() -> Iterator[str]:
+    """Yield the files that are not current."""
+    for path, text, module in (
+        (protocol_types.FILE, protocol_types.protocol_types(), protocol_types.__name__),
+        (shelf_page.PAGE, shelf_page.shelf_page(), shelf_page.__name__),
+        (gallery.PAGE, gallery.gallery(), gallery.__name__),
+    ):
+        if path.read_text("utf-8") != text:
+            yield f"{path.relative_to(ROOT)}: write it again: python -m {module}"
