@@ -112,6 +112,7 @@ lint-all: lint-page lint-python
 lint-python: $(VENV)/dev.stamp
 	$(LATER) $(BIN)/mypy .
 	$(BIN)/lint-imports --no-cache
+	@$(LATER) $(BIN)/python -m tools.lint
 
 lint-page: node-modules ## Check the modules of the page: format, mistakes, types
 	@if command -v npm >/dev/null; then $(MAKE) --no-print-directory check-page; \
@@ -155,7 +156,7 @@ mutation: $(VENV)/mutation.stamp ## Break what must not be wrong, in one place a
 
 codegen: $(VENV)/dev.stamp ## Generate the Python of interfaces/ and behaviors/, and of the tests' documents, and the page's types
 	$(BIN)/codegen interfaces/*.idl behaviors/*.xml tests/data/components/*.xml
-	$(BIN)/python -m tests.support.protocol_types
+	$(BIN)/python -m tools.generators.protocol_types
 
 texts: $(VENV)/dev.stamp node tests/page/node_modules/.stamp ## Bring the catalogs of all languages up to date with the code; NEW=fr adds one
 	@$(BIN)/python -m tools.languages.texts $(if $(NEW),--new $(NEW))

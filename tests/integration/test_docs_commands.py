@@ -208,7 +208,7 @@ def save_test(page: str, reader: Reader) -> None:
 
 
 def look_around(page: str) -> str:
-    """Return the document that a reader of the tutorial draws; test_docs_first_behavior draws it in the editor."""
+    """Return the document that a reader of the tutorial draws; test_draw draws it in the editor."""
     left, right, there, *_ = (block.text.strip() for block in blocks(page) if block.language == "python")
     head = "<iceinterface><nameinterface>Head</nameinterface><nameproxy>Head</nameproxy><interface>PoseHead</interface></iceinterface>"
     return document(
