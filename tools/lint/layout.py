@@ -18,7 +18,6 @@ from tools.lint.sources import PROJECT, ROOT, TESTS
 
 GENERATED: Final = {"interfaces", "behaviors"}
 TESTED_BY: Final = {
-    "nao_tools/_call.py": "integration/test_nao_command.py",
     "nao_tools/_listing.py": "integration/test_nao_command.py",
     "nao_tools/_status.py": "integration/test_nao_command.py",
     "naoserver/soccer_field/_obstacles.py": "unit/naoserver/soccer_field/test_localization.py",

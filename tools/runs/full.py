@@ -1,7 +1,7 @@
 """Run all that `make test` leaves out, and keep what the files of all tests cost.
 
 The tests run beside the linters. Those that fail run once more, each alone in its process: who fails twice is
-red, and who passes then is printed last, under *not sure of*, and is to be mended before anything else.
+red, and who passes then is printed last, under *not sure of*, and is to be fixed before anything else.
 
 `tests/durations.tsv` gets the processor time of each file, as measured here and by the last `make test`:
 multiples of a fixed loop of Python, in powers of two, and only where the old row is far from what was
