@@ -143,6 +143,7 @@ def test_a_velocity_of_the_head_ends_unless_it_is_renewed(rest: RobotClient) -> 
 
 
 def check_it_lasts_while_it_is_renewed(nao: RobotClient, turn: Callable[[RobotClient, float], float]) -> None:
+    """Check it of a way to turn the head."""
     head, health = nao.proxy(PoseHeadPrx, "Head"), nao.proxy(HealthPrx, "Health")
     pan, timeouts = way_of(nao, "Neck", Axis.PAN), health.getHealth().velocityTimeouts
     velocity = math.copysign(TURN, pan.target - pan.start)
