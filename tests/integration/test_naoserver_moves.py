@@ -63,6 +63,12 @@ def waves(nao):
     return nao.proxy(MotionsPrx, "Motions").getMotionState().status is ActionStatus.Moving
 
 
+def goes(nao):
+    """Return whether a way was begun that was not ended: it is short, and leads into a crouch without a client."""
+    state = nao.proxy(PosturesPrx, "Postures").getPostureState()
+    return state.status in (ActionStatus.Moving, ActionStatus.Done)
+
+
 RENEWED = {
     "setV": Entrance(MotorsPrx, "Motors", lambda walk: walk.setV(0.1), walks),
     "setW": Entrance(MotorsPrx, "Motors", lambda walk: walk.setW(0.1), walks),
@@ -79,6 +85,9 @@ RENEWED = {
 ENTRANCES = RENEWED | {
     "walkTo": Entrance(WalkPrx, "Walk", lambda walk: walk.walkTo(5.0, 0.0, 0.0), walks),
     "play": Entrance(MotionsPrx, "Motions", lambda motions: motions.play("wave", 0.1), waves),
+    "goToPosture": Entrance(
+        PosturesPrx, "Postures", lambda postures: postures.goToPosture("StandZero", 0.3), goes
+    ),
     "setJointPositions": Entrance(
         JointsPrx,
         "Body",
