@@ -10,6 +10,7 @@ from interfaces.jderobot import CommandRefusedException, InvalidValueException, 
 from interfaces.nao import ActionStatus, HealthPrx, JointsPrx, SafetyPrx, WalkPrx
 from naoserver.bodies.capabilities import STILL, Odometry, Walker, WalkVelocity
 from naoserver.conformance._robot import ROOM, WALK, RobotClient, free_joints, needs
+from naoserver.protocol.robot import Robot
 
 pytestmark = needs(WALK, ROOM)
 
@@ -125,15 +126,32 @@ def test_the_joints_of_the_walk_are_refused_and_others_are_free(rest: RobotClien
 
 def test_an_emergency_stop_ends_the_walk(rest: RobotClient, walker: Walker) -> None:
     """An emergency stop ends the walk and leaves it upright; until it is reset the robot does not walk."""
-    motors, joint = rest.proxy(MotorsPrx, "Motors"), walker.joints[0]
-    rest.until(
-        lambda: motors.setV(0.3 * walker.limits.forward) == 0 and not rest.is_free(joint),
-        f"{joint} belongs to the walk",
-    )
-    rest.proxy(SafetyPrx, "Safety").emergencyStop("enough")
+    motors, safety, joint = rest.proxy(MotorsPrx, "Motors"), rest.proxy(SafetyPrx, "Safety"), walker.joints[0]
+    stood, start = on_both_feet(rest.robot), walker.odometry()
+
+    def walks_on() -> bool:
+        motors.setV(min(0.5 * walker.limits.forward, 0.15))
+        now = walker.odometry()
+        return math.dist((now.x, now.y), (start.x, start.y)) > 0.05
+
+    rest.until(walks_on, "it walks")
+    assert not rest.is_free(joint), f"{joint} belongs to the walk"
+    safety.emergencyStop("enough")
     assert motors.getV() == 0.0
     for command in (lambda: motors.setV(0.1), lambda: rest.proxy(WalkPrx, "Walk").walkTo(0.1, 0.0, 0.0)):
         with pytest.raises(CommandRefusedException, match="enough"):
             command()
     rest.until(lambda: not walker.walking, "an emergency stop ends the walk")
     assert not rest.robot.state().fallen, "it fell when it was stopped"
+    if stood:
+        rest.until(lambda: on_both_feet(rest.robot), "it stands on both feet when it was stopped")
+    safety.resetEmergencyStop(True)
+    rest.until(lambda: motors.setV(0.3 * walker.limits.forward) == 0 and walker.walking, "it walks again")
+
+
+def on_both_feet(robot: Robot) -> bool:
+    """Return whether a robot is upright, and each of its soles bears a part of its weight."""
+    if robot.senses is None or robot.state().torso_tilt > 0.2:
+        return False
+    reading = robot.senses.read()
+    return min(reading.left_foot.total, reading.right_foot.total) > 0.2 * 9.81 * robot.body.mass
