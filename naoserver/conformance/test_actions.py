@@ -29,7 +29,7 @@ def go(nao: RobotClient, name: str, fraction: float) -> None:
 
 @needs(CROUCH, ROOM)
 def test_it_goes_into_a_posture_stops_on_the_way_and_says_so(rest: RobotClient) -> None:
-    """It goes into a posture, stops on the way when it is told to, and says where it is."""
+    """It goes into a posture, stops on the way if it must, and says where it is."""
     robot, postures = rest.robot, rest.proxy(PosturesPrx, "Postures")
     known = robot.body.postures
     upright = next(iter(known))

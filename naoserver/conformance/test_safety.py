@@ -74,7 +74,7 @@ def test_what_is_limited_comes_back_and_is_counted(rest: RobotClient) -> None:
     report = health.getHealth()
     assert report.limitedCommands == before + 1, "it is not counted"
     about = [event.message for event in report.events if event.source == joint.name]
-    assert any("out of range" in message for message in about), "no event tells of it"
+    assert any("out of range" in message for message in about), "no event says so"
 
 
 def test_the_joints_of_a_client_that_is_gone_are_held(rest: RobotClient) -> None:
