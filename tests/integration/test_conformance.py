@@ -38,8 +38,8 @@ TOPICS = (
 WEIGHTY = (test_abilities, test_walk)
 """What masses and contacts decide: on every body in simulation, too."""
 OF_BODIES = {
-    **dict.fromkeys((test_actions, test_calls, test_joints, test_walk), BODIES),
-    test_abilities: FAMILIES,
+    **dict.fromkeys((test_calls, test_joints, test_walk), BODIES),
+    **dict.fromkeys((test_abilities, test_actions), FAMILIES),
 }
 """The bodies that make a difference to a topic; for the others, those of an H25 are joints like any other's."""
 SOON = ServerOptions(safety=SafetyOptions(velocity_timeout=0.2))
