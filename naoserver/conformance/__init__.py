@@ -8,7 +8,7 @@ contract with what became of it: `holds`, `BROKEN`, or `skipped` with the part t
 
 **The robot moves.** A test moves one joint at a time, by 0.15 rad at most and slowly, from where the robot is
 towards the middle of its range; joints of legs and wheels rest. With `--room`, for a robot with 2 m of free
-floor around it, it also walks and goes into its postures. The tests make its motors stiff and, at the end, as
+floor around it, it also walks, crouches and waves. The tests make its motors stiff and, at the end, as
 stiff as they were at first.
 
 It needs pytest, as of the extra `test`.

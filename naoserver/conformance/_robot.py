@@ -16,8 +16,9 @@ from uuid import uuid4
 import pytest
 
 from naoserver.bodies.body import Body
-from naoserver.bodies.parts import Joint
+from naoserver.bodies.parts import Axis, Joint
 from naoserver.errors import InvalidCommand
+from naoserver.moves.motion_file import load_motions
 from naoserver.options import ServerOptions
 from naoserver.protocol.robot import JointReading, Robot
 from naoserver.serving.assembly import Assembly
@@ -189,6 +190,15 @@ def speed_of(joint: Joint) -> float:
     return min(2.0 * step_of(joint), 0.25 * joint.max_velocity)
 
 
+def free_hinge(body: Body) -> tuple[str, Axis] | None:
+    """Return a hinge whose joints may all move alone, and its first axis, if there is one."""
+    free = {joint.name for joint in free_joints(body)}
+    for name, axes in body.hinges.items():
+        if free.issuperset(of.joint for of in axes.values()):
+            return name, next(iter(axes))
+    return None
+
+
 def slowly(robot: Robot, joint: Joint) -> float:
     """Return the fraction of full speed at which a step takes 4 s of the wall: time to stop it."""
     return step_of(joint) / joint.max_velocity / (4.0 * max(1.0, robot.clock.rate))
@@ -210,6 +220,8 @@ def _stands(robot: Robot) -> bool:
 
 
 JOINT: Final = Need("no joint that may move alone", lambda robot: free_joints(robot.body))
+HINGE: Final = Need("no hinge that may move alone", lambda robot: free_hinge(robot.body))
+NECK: Final = Need("no neck", lambda robot: robot.body.neck)
 GAINS: Final = Need("no commands with gains", lambda robot: robot.gains and robot.body.gains)
 COUPLING: Final = Need("no couplings", lambda robot: robot.body.couplings)
 CAMERA: Final = Need("no camera", lambda robot: robot.cameras)
@@ -222,6 +234,8 @@ BATTERY: Final = Need("no battery", lambda robot: robot.body.battery)
 LIGHTS: Final = Need("no lights", lambda robot: robot.body.lights)
 VOICE: Final = Need("no voice", lambda robot: robot.voice)
 LOUDSPEAKER: Final = Need("no loudspeaker", lambda robot: robot.loudspeaker)
+CROUCH: Final = Need("no posture Crouch", lambda robot: "Crouch" in robot.body.postures)
+WAVE: Final = Need("no motion wave", lambda robot: "wave" in load_motions(robot.body))
 WALK: Final = Need("no walk", lambda robot: robot.walker)
 ROOM: Final = Need("no --room", lambda _: True)
 """The word of who runs the suite that there is free floor around the robot."""

@@ -2,6 +2,7 @@
 
 import math
 from contextlib import suppress
+from dataclasses import astuple
 from typing import cast
 
 import numpy as np
@@ -58,6 +59,8 @@ def test_the_soles_carry_the_weight(rest: RobotClient, senses: Senses) -> None:
         return min(left, right) > 0.2 * weight and abs(left + right - weight) < 0.1 * weight
 
     rest.until(carry_it, f"each bears a part of {weight:.1f} N: {senses.read()}")
+    reading = senses.read()
+    assert min(*astuple(reading.left_foot), *astuple(reading.right_foot)) >= 0.0, "a sole pulls at the floor"
 
 
 @needs(SONAR)
@@ -65,7 +68,8 @@ def test_the_sonar_measures_within_its_range_or_nothing(senses: Senses) -> None:
     """The sonar measures distances in m within its range, or infinity."""
     nearest, farthest = senses.sonar_range or (0.0, 0.0)
     reading = senses.read().sonar
-    assert 0.0 < nearest < farthest
+    assert 0.0 < nearest < farthest < 10.0
+    assert math.radians(20) < senses.sonar_cone < math.radians(90)
     assert all(each == math.inf or nearest <= each <= farthest for each in (reading.left, reading.right))
 
 

@@ -19,6 +19,7 @@ from naoserver.conformance._robot import (
     target_of,
     tolerance_of,
 )
+from naoserver.moves.motion_file import load_motions
 from naoserver.protocol.robot import JointReading
 
 TOLERANCE = 0.05
@@ -31,7 +32,7 @@ def test_it_has_what_its_body_describes(nao: RobotClient) -> None:
     """What its body describes, the robot has, and serves by its name."""
     robot, body = nao.robot, nao.robot.body
     of_parts: dict[str, object] = {
-        **dict.fromkeys(("Body", "Clock", "Description", "Health", "Safety"), True),
+        **dict.fromkeys(("Body", "Clock", "Description", "Health", "Safety", "Team"), True),
         **dict.fromkeys(("Encoders", "Motors", "Walk"), body.walk),
         **dict.fromkeys(("Head", "NeckSpeed"), body.neck),
         **dict.fromkeys(("Sounds", "Speech"), body.voice),
@@ -40,6 +41,7 @@ def test_it_has_what_its_body_describes(nao: RobotClient) -> None:
         "Sonar": body.sonar,
         "Touch": body.touch,
         "InertialUnit": body.inertial_unit,
+        "Motions": load_motions(body),
         "Postures": body.postures,
         "FootPressure": any(sole.pressure for sole in body.soles),
     }
@@ -140,8 +142,10 @@ def test_any_thread_may_read_and_time_goes_on(nao: RobotClient) -> None:
     first = nao.robot.read().time
     last = nao.readings(lambda reading: reading.time > first, "the time of a reading goes on")[-1].time
     assert last == pytest.approx(nao.robot.clock.now(), abs=2.0), "readings have the time of another clock"
-    streamed = [nao.proxy(JointsPrx, "Body").getJointState.wait(timeout=nao.limit).time for _ in range(3)]
-    assert last <= streamed[0] <= streamed[1] <= streamed[2]
+    stream = nao.proxy(JointsPrx, "Body").getJointState
+    nao.until(lambda: stream.wait(timeout=nao.limit).time >= last, "the stream has the time of readings")
+    streamed = [stream.wait(timeout=nao.limit).time for _ in range(3)]
+    assert streamed == sorted(streamed), "a streamed reading is older than the one before"
 
 
 def test_the_state_says_how_far_the_torso_tilts(nao: RobotClient) -> None:
@@ -154,3 +158,5 @@ def test_the_state_says_how_far_the_torso_tilts(nao: RobotClient) -> None:
     report = nao.proxy(HealthPrx, "Health").getHealth.wait(timeout=nao.limit).value
     assert report.fallen == state.fallen
     assert report.torsoTilt == pytest.approx(state.torso_tilt, abs=TOLERANCE)
+    assert report.cameraRates.keys() >= {camera.name for camera in nao.robot.cameras}
+    assert report.uptime > 0.0

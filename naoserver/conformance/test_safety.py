@@ -3,7 +3,7 @@
 import pytest
 
 from interfaces.jderobot import CommandRefusedException
-from interfaces.nao import JointsPrx, SafetyPrx
+from interfaces.nao import HealthPrx, JointsPrx, SafetyPrx
 from naoserver.conformance._robot import JOINT, RobotClient, free_joints, needs, slowly, step_of, target_of
 
 pytestmark = needs(JOINT)
@@ -35,6 +35,8 @@ def test_an_emergency_stop_holds_the_joints_and_refuses_commands(rest: RobotClie
     name, place, goal = begin_to_move(rest, rest)
     safety, body = rest.proxy(SafetyPrx, "Safety"), rest.proxy(JointsPrx, "Body")
     safety.emergencyStop("enough")
+    state = safety.getSafetyState()
+    assert (state.stopped, state.reason) == (True, "enough")
     check_it_is_held(rest, place, goal, "an emergency stop")
     held = rest.robot.read().commands[place]
     with pytest.raises(CommandRefusedException, match="enough"):
@@ -42,6 +44,37 @@ def test_an_emergency_stop_holds_the_joints_and_refuses_commands(rest: RobotClie
     safety.resetEmergencyStop(True)
     assert rest.robot.read().commands[place] == pytest.approx(held, abs=0.01), "a reset moves nothing"
     assert body.setJointPositions({name: held}, 0.1) == {name: pytest.approx(held)}
+
+
+def test_a_lease_refuses_the_commands_of_others(rest: RobotClient) -> None:
+    """A lease refuses the commands of all but its holder, with whose name, until it is released."""
+    joint = free_joints(rest.robot.body)[0]
+    here = {joint.name: rest.robot.read().commands[rest.robot.body.joint_names.index(joint.name)]}
+    body = rest.proxy(JointsPrx, "Body")
+    with rest.client() as other:
+        safety = other.proxy(SafetyPrx, "Safety")
+        safety.acquireLease("Ann", 60.0)
+        with pytest.raises(CommandRefusedException) as refusal:
+            body.setJointPositions(here, 0.1)
+        assert refusal.value.holder == "Ann"
+        assert other.proxy(JointsPrx, "Body").setJointPositions(here, 0.1)
+        body.stop()
+        safety.releaseLease()
+        assert body.setJointPositions(here, 0.1)
+
+
+def test_what_is_limited_comes_back_and_is_counted(rest: RobotClient) -> None:
+    """A target out of range is limited to it, which comes back, is counted, and is reported as an event."""
+    joint = free_joints(rest.robot.body)[0]
+    body, health = rest.proxy(JointsPrx, "Body"), rest.proxy(HealthPrx, "Health")
+    before = health.getHealth().limitedCommands
+    accepted = body.setJointPositions({joint.name: joint.upper + 10.0}, slowly(rest.robot, joint))
+    body.stop()
+    assert accepted == {joint.name: joint.upper}
+    report = health.getHealth()
+    assert report.limitedCommands == before + 1, "it is not counted"
+    about = [event.message for event in report.events if event.source == joint.name]
+    assert any("out of range" in message for message in about), "no event says so"
 
 
 def test_the_joints_of_a_client_that_is_gone_are_held(rest: RobotClient) -> None:

@@ -135,15 +135,6 @@ def test_one_behaviors_death_does_not_stop_what_another_drives(patient):
             renewing.join(EVENT_LIMIT)
 
 
-@over_both
-def test_a_client_that_ends_orderly_stops_what_it_drove_too(patient):
-    head = patient.proxy(PoseHeadPrx, "Head")
-    with patient.client() as behavior:
-        behavior.proxy(PoseHeadPrx, "Head").setSpeed(0.1, 0.0)
-        wait_for(head.getPose, is_driven)
-    wait_for(head.getPose, stands)
-
-
 def test_a_camera_without_gl_names_the_package_and_all_else_works():
     with served_to_client(FakeRobot(camera_failure="no EGL: install it with 'apt install libegl1'")) as nao:
         camera = nao.proxy(CameraPrx, "Camera")

@@ -13,7 +13,7 @@ import pytest
 
 from interfaces.hfsm import ComponentStatus, HfsmMonitorPrx
 from interfaces.jderobot import CommandRefusedException
-from interfaces.nao import ActionStatus, HealthPrx, JointsPrx, PoseHeadPrx, PosturesPrx, SafetyPrx
+from interfaces.nao import HealthPrx, JointsPrx, PoseHeadPrx, SafetyPrx
 from naoserver.fake import FakeRobot
 from tests.integration.test_hfsm_component import start, turning
 from tests.support.carriers import LOCAL, NETWORK, is_used
@@ -213,19 +213,6 @@ def test_the_joints_of_a_killed_commander_stop_on_their_way(
         assert there.commands[left] > -1.4, "far before its goal"
         later = wait_for(body.getJointState, lambda state: state.time > there.time + 1.0)
         assert later.commands == there.commands
-
-
-def test_a_robot_whose_client_is_lost_on_the_way_to_a_posture_goes_on_into_the_safest() -> None:
-    clock = clock_at(3.0)
-    with served_to_client(FakeRobot(clock)) as nao:
-        postures = nao.proxy(PosturesPrx, "Postures")
-        with nao.client() as other:
-            other.proxy(PosturesPrx, "Postures").goToPosture("StandZero", 0.3)
-            wait_for(postures.getPostureState, lambda state: state.progress > 0.1)
-        clock.update(clock.now(), 10.0, clock.simulated)  # nothing else happens on the way
-        ended = wait_for(postures.getPostureState, lambda state: state.status is not ActionStatus.Moving)
-        assert (ended.status, ended.message) == (ActionStatus.Stopped, "the client that commanded it is gone")
-        assert postures.getPosture() == "Crouch"
 
 
 def test_a_client_asks_whether_something_still_moves_because_it_commanded_it(nao: RobotClient) -> None:

@@ -16,7 +16,7 @@ from naoserver.fake import FakeRobot
 from tests.support.commands import run_here
 from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT
 from tests.support.processes import STEADY, ComponentProcess, free_endpoint, module
-from tests.support.robot_server import eventually, served
+from tests.support.robot_server import served
 from zenoh_ice import initialize
 
 DEBUG = ("--log-level", "debug")
@@ -82,29 +82,6 @@ def test_a_robot_without_balls_says_who_has_some(monkeypatch: pytest.MonkeyPatch
     )
 
 
-def test_the_ball_keeps_to_the_line_on_its_way(robot: str, tmp_path: Path) -> None:
-    file = write(tmp_path / "path.csv", "0.8,0.4,0.5", "0.8,-0.4,0.7")
-    with initialize(connect=[robot], lease=CALL_LIMIT) as communicator:
-        encoders = Pose3DEncodersPrx.checkedCast(communicator.stringToProxy("BallGreenEncoders"))
-        command = module("ballmover", "green", file, "--once", "--speed", "0.4", "--connect", robot, *DEBUG)
-        places: list[tuple[float, float, float]] = []
-        # From before it starts: on the way it may be too late to begin.
-        with (
-            encoders.getPose3DEncodersData.subscribe(
-                lambda sample: places.append(place(sample.value)), queue=1000
-            ),
-            ComponentProcess(command, STEADY) as mover,
-        ):
-            mover.wait_for("waypoint 2 of 2")
-            eventually(lambda: bool(places) and places[-1][1] < -0.39)
-            assert mover.wait() == 0
-    leftmost = max(range(len(places)), key=lambda number: places[number][1])  # the first waypoint
-    assert len(places[leftmost:]) > 3
-    for x, y, z in places[leftmost:]:
-        assert x == pytest.approx(0.8, abs=0.02)
-        assert z == pytest.approx(0.6 - y / 4, abs=0.02)
-
-
 def test_a_signal_ends_it_cleanly_and_stops_the_ball(robot: str, tmp_path: Path) -> None:
     # There at once, then so slowly that it is still on its way whenever the signal comes.
     file = write(tmp_path / "path.csv", "x,y,z,speed", "0.8,0.4,0.5,1", "0.8,-0.4,0.5,0.02")
@@ -134,31 +111,30 @@ def test_built_in_waypoints_are_within_reach_of_the_served_balls(robot: str) -> 
         assert "cannot be reached" not in result.stderr
 
 
-def test_a_file_with_an_error_is_refused_by_line(tmp_path: Path) -> None:
-    file = write(tmp_path / "path.csv", "x,y,z", "0.9,0,0.5", "0.9,nil,0.5")
-    result = run("green", file)
-    assert (result.returncode, result.stdout) == (1, "")
-    assert result.stderr == f"ballmover: error: {file}:3: y must be a number, not 'nil'\n"
+NOT_TO_BE_REACHED = ("--tolerance", "0.0001", "--limit", "0", "--speed", "0.9")
 
 
-def test_an_unreachable_waypoint_is_refused_by_line_and_reason(robot: str, tmp_path: Path) -> None:
-    file = write(tmp_path / "path.csv", "x,y,z", "0.9,0,0.5", "0.9,0,5")
-    result = run("green", file, "--connect", robot)
-    assert (result.returncode, result.stdout) == (1, "")
-    assert result.stderr.startswith(
-        f"ballmover: error: {file}:3: waypoint (0.9, 0, 5) cannot be reached: its height above the ground would be 5 m"
-    )
+@pytest.mark.parametrize(
+    ("last", "options", "said"),
+    [
+        ("0.9,nil,0.5", (), "path.csv:3: y must be a number"),
+        ("0.9,0,5", (), "path.csv:3: waypoint (0.9, 0, 5) cannot be reached: its height"),
+        ("0.9,0.1,0.5", NOT_TO_BE_REACHED, "after 0 s the ball is still"),
+    ],
+    ids=["a file with an error", "out of reach", "a ball that does not come"],
+)
+def test_what_cannot_be_done_is_said_in_one_line(
+    robot: str, tmp_path: Path, last: str, options: tuple[str, ...], said: str
+) -> None:
+    file = write(tmp_path / "path.csv", "x,y,z", "0.9,0,0.5", last)
+    result = run("green", file, "--connect", robot, *options)
+    assert result.returncode == 1
+    assert result.stderr.startswith("ballmover: error: ")
+    assert said in result.stderr
     assert result.stderr.count("\n") == 1
 
 
-def test_a_ball_that_does_not_arrive_is_reported(robot: str, tmp_path: Path) -> None:
-    file = write(tmp_path / "path.csv", "0.9,0,0.5", "0.9,0.1,0.5")
-    result = run("green", file, "--connect", robot, "--tolerance", "0.0001", "--limit", "0", "--speed", "0.9")
-    assert result.returncode == 1
-    assert "after 0 s the ball is still" in result.stderr
-
-
-def test_wrong_usage_is_reported(tmp_path: Path) -> None:
+def test_a_ball_of_another_color_is_wrong_usage() -> None:
     result = run("blue")
-    assert result.returncode == 2
+    assert (result.returncode, result.stdout) == (2, "")
     assert "'green', 'red'" in result.stderr

@@ -7,21 +7,16 @@ import pytest
 
 from interfaces.jderobot import (
     CameraPrx,
-    CommandRefusedException,
-    EncodersPrx,
-    InvalidValueException,
-    MotorsPrx,
     Pose3DEncodersPrx,
     Pose3DMotorsPrx,
 )
-from interfaces.nao import ActionStatus, DescriptionPrx, HealthPrx, JointsPrx, PoseHeadPrx, SafetyPrx, WalkPrx
+from interfaces.nao import DescriptionPrx, HealthPrx, JointsPrx, PoseHeadPrx
 from naoserver.body import LARGEST_DESCRIPTION
 from naoserver.fake import FakeRobot
 from naoserver.options import SafetyOptions, ServerOptions
 from tests.support.bodies import ARM, CART, GIANT
 from tests.support.conformance import motors
 from tests.support.limits import FOREVER
-from tests.support.present import present
 from tests.support.robot_server import clock_at, eventually, served_to_client, wait_for
 
 ALWAYS = {"Body", "Clock", "Description", "Health", "Safety", "Team"}
@@ -110,15 +105,6 @@ def test_the_limits_of_an_axis_are_those_of_its_joint_seen_from_the_axis(cart):
     assert (limits.minTilt, limits.maxTilt, limits.maxTiltSpeed) == pytest.approx((-0.75, 0.75, 3.0))
 
 
-def test_a_goal_beyond_the_range_of_an_axis_ends_at_its_limit(cart):
-    head = cart.proxy(PoseHeadPrx, "Head")
-    accepted = head.setPose(9.0, -9.0, 1.0)
-    assert (accepted.pan, accepted.tilt) == pytest.approx((1.5, -0.75))
-    there = wait_for(head.getPose, lambda now: abs(now.pan - 1.5) < 1e-4)
-    assert there.pan == pytest.approx(1.5, abs=1e-3)
-    assert angle_of(cart, "mast_turn") == pytest.approx(-1.0, abs=1e-3)
-
-
 def test_a_velocity_turns_an_axis_in_its_own_direction(cart):
     head, speed = cart.proxy(PoseHeadPrx, "Head"), cart.proxy(Pose3DMotorsPrx, "NeckSpeed")
     head.setPose(0.0, 0.0, 1.0)
@@ -177,95 +163,10 @@ def test_a_camera_shows_the_floor_from_the_link_that_carries_it(cart):
 # -- wheels -------------------------------------------------------------------------------------------------------
 
 
-def stand(robot):
-    """Stop, and wait until nothing drives it."""
-    robot.proxy(MotorsPrx, "Motors").stop()
-    eventually(lambda: robot.is_free("drive_port"))
-
-
-def test_wheels_go_to_a_place_beside_them(cart):
-    walk, encoders = cart.proxy(WalkPrx, "Walk"), cart.proxy(EncodersPrx, "Encoders")
-    before = encoders.getEncodersData()
-    walk.walkTo(0.2, 0.3, 0.0)
-    eventually(lambda: walk.getWalkState().status is not ActionStatus.Moving)
-    done = walk.getWalkState()
-    assert (done.status, done.progress, done.message) == (ActionStatus.Done, 1.0, "")
-    after = encoders.getEncodersData()
-    x = before.robotx + 0.2 * before.robotcos - 0.3 * before.robotsin
-    y = before.roboty + 0.2 * before.robotsin + 0.3 * before.robotcos
-    assert (after.robotx, after.roboty) == pytest.approx((x, y), abs=0.06)
-    assert math.remainder(after.robottheta - before.robottheta, math.tau) == pytest.approx(0.0, abs=0.05)
-
-
-def test_a_walk_on_wheels_that_is_stopped_stays_stopped(cart):
-    walk = cart.proxy(WalkPrx, "Walk")
-    walk.walkTo(5.0, 0.0, 0.0)
-    eventually(lambda: walk.getWalkState().progress > 0.0)
-    walk.stop()
-    eventually(lambda: walk.getWalkState().status is not ActionStatus.Moving)
-    stopped = walk.getWalkState()
-    assert (stopped.status, stopped.message) == (ActionStatus.Stopped, "stopped")
-    assert cart.proxy(MotorsPrx, "Motors").getV() == 0.0
-
-
-def test_a_velocity_of_a_kind_that_the_robot_cannot_is_limited_to_none_and_said_so(cart):
-    drive = cart.proxy(MotorsPrx, "Motors")
-    assert (drive.setV(0.2), drive.setL(0.1), drive.setW(9.0)) == (0, 1, 1)
-    assert (drive.getV(), drive.getL(), drive.getW()) == pytest.approx((0.2, 0.0, 1.5))
-    assert "left velocity 0.1 is of no use: the robot cannot go sideways, limited to 0" in reported(cart)
-    assert drive.setL(0.0) == 0
-    stand(cart)
-
-
-def test_wheels_belong_to_the_walk_while_it_drives_and_to_everybody_when_it_rests(cart):
-    body, drive = cart.proxy(JointsPrx, "Body"), cart.proxy(MotorsPrx, "Motors")
-    drive.setV(0.1)
-    with pytest.raises(InvalidValueException, match="drive_port is moved by the walk now"):
-        body.setJointPositions({"drive_port": 1.0}, 0.5)
-    body.setJointPositions({"gimbal_tilt": 0.3}, 0.5)
-    stand(cart)
+def test_a_wheel_turns_without_end_for_clients_too(cart):
+    body = cart.proxy(JointsPrx, "Body")
+    wheel = body.getJointLimits()[0]
+    assert (wheel.name, wheel.lower, wheel.upper) == ("drive_port", -math.inf, math.inf)
     assert body.setJointPositions({"drive_port": 40.0}, 1.0) == {"drive_port": 40.0}
     eventually(lambda: angle_of(cart, "drive_port") > 1.0)
     body.stop()
-
-
-def test_the_range_of_a_wheel_is_endless_for_clients_too(cart):
-    wheel = cart.proxy(JointsPrx, "Body").getJointLimits()[0]
-    assert (wheel.name, wheel.lower, wheel.upper) == ("drive_port", -math.inf, math.inf)
-
-
-def test_an_emergency_stop_and_a_lease_hold_for_wheels(cart):
-    safety, drive = cart.proxy(SafetyPrx, "Safety"), cart.proxy(MotorsPrx, "Motors")
-    drive.setV(0.2)
-    safety.emergencyStop("test")
-    assert drive.getV() == 0.0
-    with pytest.raises(CommandRefusedException, match="stopped: test"):
-        drive.setV(0.1)
-    with pytest.raises(CommandRefusedException, match="stopped: test"):
-        cart.proxy(WalkPrx, "Walk").walkTo(1.0, 0.0, 0.0)
-    safety.resetEmergencyStop()
-    with cart.client() as other:
-        other.proxy(SafetyPrx, "Safety").acquireLease("Anna", 30.0)
-        with pytest.raises(CommandRefusedException, match="held by Anna"):
-            drive.setV(0.1)
-    eventually(lambda: safety.getSafetyState().holder == "")
-
-
-def test_wheels_whose_client_is_lost_stand_still(cart):
-    with cart.client() as other:
-        other.proxy(MotorsPrx, "Motors").setV(0.3)
-        other.proxy(PoseHeadPrx, "Head").setSpeed(-0.1, 0.0)
-        assert cart.proxy(MotorsPrx, "Motors").getV() == pytest.approx(0.3)
-    eventually(lambda: cart.proxy(MotorsPrx, "Motors").getV() == 0.0)
-    eventually(lambda: cart.assembly.body.velocity("mast_turn") == 0.0)
-    assert "stopped (forward): the client that drove it is gone" in reported(cart)
-
-
-def test_wheels_whose_velocity_is_not_renewed_stand_still():
-    options = ServerOptions(safety=SafetyOptions(velocity_timeout=0.1))
-    with served_to_client(FakeRobot(body=CART), options) as robot:
-        robot.proxy(MotorsPrx, "Motors").setV(0.3)
-        eventually(lambda: not present(robot.robot.walker).walking)
-        eventually(lambda: robot.is_free("drive_port"))
-        assert "stopped (forward): its velocity was not renewed in time" in reported(robot)
-        robot.proxy(JointsPrx, "Body").setJointPositions({"drive_port": 1.0}, 1.0)

@@ -11,6 +11,8 @@ from naoserver.bodies.nao import H25
 from naoserver.conformance import (
     _plugin,
     test_abilities,
+    test_actions,
+    test_calls,
     test_joints,
     test_life,
     test_safety,
@@ -23,10 +25,22 @@ from naoserver.options import SafetyOptions, ServerOptions
 from tests.support.conformance import BODIES, FAMILIES, robots
 from tests.support.robot_server import served_to_client
 
-TOPICS = (test_abilities, test_joints, test_setpoints, test_safety, test_walk, test_life)
+TOPICS = (
+    test_abilities,
+    test_actions,
+    test_calls,
+    test_joints,
+    test_setpoints,
+    test_safety,
+    test_walk,
+    test_life,
+)
 WEIGHTY = (test_abilities, test_walk)
 """What masses and contacts decide: on every body in simulation, too."""
-OF_BODIES = {test_joints: BODIES, test_abilities: FAMILIES, test_walk: FAMILIES}
+OF_BODIES = {
+    **dict.fromkeys((test_calls, test_joints, test_walk), BODIES),
+    **dict.fromkeys((test_abilities, test_actions), FAMILIES),
+}
 """The bodies that make a difference to a topic; for the others, those of an H25 are joints like any other's."""
 SOON = ServerOptions(safety=SafetyOptions(velocity_timeout=0.2))
 FAKES: dict[str, FakeRobot] = {}

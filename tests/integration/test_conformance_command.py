@@ -7,11 +7,13 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
 from naoserver.conformance import test_joints, test_life, test_setpoints
-from naoserver.conformance._plugin import made_by
+from naoserver.conformance._plugin import made_by, pytest_sessionstart
 from naoserver.errors import RobotError
 from tests.support import broken_robots
 from tests.support.limits import FOREVER
@@ -188,20 +190,19 @@ def test_a_reading_that_goes_on_after_close_is_described() -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ([], "which robot? Say --robot MODULE:FUNCTION"),
-        (["--robot", "naoserver.fake:FakeRobot", "-n", "2"], "one robot is tested by one process"),
-        (["--robot", "naoserver.fake:FakeRobot", "--robot-limit", "0"], "it must be more than 0 s"),
+        ({}, "which robot\\? Say --robot MODULE:FUNCTION"),
+        ({"robot": "naoserver.fake:FakeRobot", "numprocesses": 2}, "one robot is tested by one process"),
+        ({"robot": "naoserver.fake:FakeRobot", "robot_limit": 0.0}, "it must be more than 0 s"),
     ],
 )
-def test_a_run_without_a_robot_or_with_several_is_refused(
-    options: list[str], message: str, tmp_path: Path
-) -> None:
-    code, output = run(tmp_path, *options)
-    assert code == pytest.ExitCode.USAGE_ERROR
-    assert message in output
+def test_a_run_without_a_robot_or_with_several_is_refused(options: dict[str, Any], message: str) -> None:
+    option = SimpleNamespace(**({"robot": None, "robot_limit": 1.0, "collectonly": False} | options))
+    session: Any = SimpleNamespace(config=SimpleNamespace(option=option, stash={}))
+    with pytest.raises(pytest.UsageError, match=message):
+        pytest_sessionstart(session)
 
 
-@pytest.mark.parametrize("error", ["ValueError", "SystemExit"])
+@pytest.mark.parametrize("error", cases(["SystemExit"], ["ValueError"]))
 def test_a_robot_that_cannot_be_made_ends_the_run_with_the_place_where_that_was_raised(
     error: str,
     tmp_path: Path,

@@ -9,7 +9,7 @@ from interfaces.nao import JointCommand, JointsPrx, SafetyPrx
 from naoserver.bodies import find_body
 from naoserver.fake import FakeRobot
 from tests.support.resets import check_that_a_reset_starts_nothing
-from tests.support.robot_server import eventually, served_to_client
+from tests.support.robot_server import served_to_client
 
 JOINT = "Left_Elbow_Pitch"
 PULL = {JOINT: JointCommand(position=0.4, kp=50.0, kd=2.0)}
@@ -23,13 +23,6 @@ def booster(by_environment):
 
 def place(nao):
     return nao.robot.read().positions[nao.robot.body.joint_names.index(JOINT)]
-
-
-def test_a_client_moves_a_joint_by_gains_as_long_as_it_renews_them(booster):
-    body = booster.proxy(JointsPrx, "Body")
-    eventually(lambda: not body.setJointCommands(PULL) and abs(place(booster) - 0.4) < 0.01)
-    assert not booster.is_free(JOINT)
-    eventually(lambda: booster.is_free(JOINT))
 
 
 def test_what_is_limited_is_answered(booster):

@@ -21,7 +21,7 @@ from zenoh_ice import RobotClock
 RED = LedColor(red=1.0, green=0.0, blue=0.0)
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def nao():
     with served_to_client(FakeRobot()) as nao:
         yield nao
@@ -111,8 +111,9 @@ def test_sounds_have_a_line_for_people_and_a_length(sounds):
 
 def test_a_sound_is_played_to_its_end(sounds):
     beep = next(facts for facts in sounds.getSounds() if facts.name == "beep")
+    count = sounds.getSound().count
     sounds.play("beep", 0.4)
-    begun = wait_for(sounds.getSound, lambda state: state.count == 1)
+    begun = wait_for(sounds.getSound, lambda state: state.count == count + 1)
     assert sum(tone.seconds for tone in begun.tones) == beep.duration
     ended = wait_for(sounds.getSound, lambda state: not state.playing)
     assert (ended.name, ended.loudness, ended.count) == ("beep", 0.4, begun.count)

@@ -6,7 +6,7 @@ from queue import SimpleQueue
 import pytest
 
 from interfaces.jderobot import CommandRefusedException, InvalidValueException, MotorsPrx, Pose3DMotorsPrx
-from interfaces.nao import ActionStatus, JointsPrx, MotionsPrx, PoseHeadPrx, PosturesPrx, SafetyPrx
+from interfaces.nao import JointsPrx, MotionsPrx, PoseHeadPrx, PosturesPrx, SafetyPrx
 from naoserver.fake import FakeRobot
 from naoserver.options import SafetyOptions, ServerOptions
 from naoserver.safety._gate import LONGEST_LEASE
@@ -78,28 +78,6 @@ def test_an_emergency_stop_holds_the_robot_and_refuses_every_command_until_it_is
     safety.resetEmergencyStop(True)
     assert refused(nao) == set()
     assert is_used(carrier)
-
-
-@over_both
-def test_an_emergency_stop_ends_what_moves_by_itself(nao):
-    postures = nao.proxy(PosturesPrx, "Postures")
-    postures.goToPosture("Crouch", 0.1)
-    wait_for(postures.getPostureState, lambda state: state.progress > 0.0)
-    nao.proxy(SafetyPrx, "Safety").emergencyStop("enough")
-    wait_for(postures.getPostureState, lambda state: state.status == ActionStatus.Stopped)
-    commands = nao.proxy(JointsPrx, "Body").getJointState().commands
-    nao.proxy(SafetyPrx, "Safety").resetEmergencyStop()
-    assert nao.proxy(JointsPrx, "Body").getJointState().commands == commands
-
-
-@over_both
-def test_a_lease_ends_the_motion_that_somebody_else_began(nao):
-    postures = nao.proxy(PosturesPrx, "Postures")
-    postures.goToPosture("Crouch", 0.1)
-    with nao.client() as other:
-        other.proxy(SafetyPrx, "Safety").acquireLease("Ann", 60.0)
-        ended = wait_for(postures.getPostureState, lambda state: state.status == ActionStatus.Stopped)
-    assert "Ann" in ended.message
 
 
 @over_both

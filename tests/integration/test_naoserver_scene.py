@@ -1,8 +1,15 @@
 """Ground truth and scene as clients use them: over Zenoh, from a simulation."""
 
+from functools import partial
+
 import pytest
 
-from interfaces.jderobot import CommandRefusedException, InvalidValueException
+from interfaces.jderobot import (
+    CommandRefusedException,
+    InvalidValueException,
+    Pose3DEncodersPrx,
+    Pose3DMotorsPrx,
+)
 from interfaces.nao import (
     GroundTruthPrx,
     HearingPrx,
@@ -13,19 +20,24 @@ from interfaces.nao import (
     TouchPrx,
     Vector3,
 )
+from naoserver.bodies.kinematics import kinematics_of
 from naoserver.fake import FakeRobot
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
+from tests.support.conformance import FAMILIES, WAYS, in_simulation, motors, robots
 from tests.support.limits import EVENT_LIMIT
-from tests.support.robot_server import HASTE, eventually, served_to_client
+from tests.support.robot_server import HASTE, eventually, served_to_client, wait_for
 from zenoh_ice import ObjectNotExistException
 
 pytestmark = pytest.mark.sim
 
 
 @pytest.fixture
-def nao():
-    with served_to_client(SimulatedRobot(skin=False, world=load_world("soccer"))) as nao:
+def nao(request):
+    """A robot that is served, by default a simulated one on a soccer field, and a client's session."""
+    soccer = partial(SimulatedRobot, skin=False, world=load_world("soccer"))
+    make = getattr(request, "param", lambda _: served_to_client(soccer()))
+    with make(None) as nao:
         yield nao
 
 
@@ -112,6 +124,35 @@ def test_what_cannot_be_is_refused_with_the_value_named(scene):
         scene.pushRobot(Vector3(x=float("nan"), y=0.0, z=0.0), 0.1)
     with pytest.raises(InvalidValueException, match="Tail"):
         scene.pressSensor("Tail", 0.1)
+
+
+@in_simulation(bodies=FAMILIES)
+def test_every_body_stands_as_high_as_its_posture_and_is_pressed_where_it_feels(nao):
+    truth, scene, body = (
+        nao.proxy(GroundTruthPrx, "GroundTruth"),
+        nao.proxy(ScenePrx, "Scene"),
+        nao.robot.body,
+    )
+    height = kinematics_of(body).torso_place(body.resting_angles)[2, 3]
+    assert truth.getGroundTruth().torso.position.z == pytest.approx(height, abs=0.02)
+    scene.placeObject("BallRed", Vector3(x=0.8, y=0.1, z=0.4))
+    wait_for(truth.getGroundTruth, lambda seen: abs(seen.objects["BallRed"].position.y - 0.1) < 0.02)
+    if body.touch_sensors:
+        sensor = body.touch_sensors[1]
+        scene.pressSensor(sensor, 5.0)
+        wait_for(nao.proxy(TouchPrx, "Touch").getTouchReading, lambda reading: reading.touched == [sensor])
+
+
+@pytest.mark.parametrize("nao", robots(bodies=FAMILIES, ways=WAYS[:2]), indirect=True)
+def test_the_balls_go_where_they_are_sent(nao):
+    aims = motors(pan=0.2, x=0.9, z=0.45, panSpeed=1.0, tiltSpeed=0.5)
+    for ball in ("BallRed", "BallGreen"):
+        assert nao.proxy(Pose3DMotorsPrx, f"{ball}Motors").setPose3DMotorsData(aims) == 0
+    for ball in ("BallRed", "BallGreen"):
+        wait_for(
+            nao.proxy(Pose3DEncodersPrx, f"{ball}Encoders").getPose3DEncodersData,
+            lambda data: max(abs(data.pan - 0.2), abs(data.x - 0.9), abs(data.z - 0.45)) < 0.03,
+        )
 
 
 def test_a_robot_without_a_stage_serves_neither():

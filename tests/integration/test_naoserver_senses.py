@@ -12,7 +12,7 @@ from naoserver.fake import FakeRobot
 from tests.support.robot_server import served_to_client, wait_for
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def client():
     with served_to_client(FakeRobot()) as client:
         yield client

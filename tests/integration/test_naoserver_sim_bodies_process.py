@@ -5,8 +5,7 @@ import signal
 
 import pytest
 
-from interfaces.jderobot import CommandRefusedException, EncodersPrx, MotorsPrx
-from interfaces.nao import SafetyPrx
+from interfaces.jderobot import EncodersPrx, MotorsPrx
 from naoserver.bodies import find_body
 from tests.support.cart import CART, CART_TOML
 from tests.support.limits import END_LIMIT
@@ -65,20 +64,3 @@ def test_it_announces_what_the_body_has_walks_and_ends_at_a_signal(body, tmp_pat
         process.process.send_signal(signal.SIGTERM)
         assert process.wait(END_LIMIT) in {128 + signal.SIGTERM, -signal.SIGTERM}, process.output
         assert "Traceback" not in process.output
-
-
-def test_an_emergency_stop_of_a_walk_outlives_the_server(tmp_path):
-    endpoint = free_endpoint()
-    with server(endpoint, "Cart", tmp_path) as process:
-        process.wait_for("^ready")
-        with initialize(connect=[endpoint], listen=["tcp/127.0.0.1:0"]) as communicator:
-            walk_on(communicator)
-            SafetyPrx.checkedCast(communicator.stringToProxy("Safety")).emergencyStop("a hand in the way")
-        process.process.kill()
-        process.wait(END_LIMIT)
-    with server(endpoint, "Cart", tmp_path) as process:
-        process.wait_for("^ready")
-        with initialize(connect=[endpoint], listen=["tcp/127.0.0.1:0"]) as communicator:
-            motors = MotorsPrx.checkedCast(communicator.stringToProxy("Motors"))
-            with pytest.raises(CommandRefusedException, match="a hand in the way"):
-                motors.setV(SPEED)

@@ -12,14 +12,13 @@ import pytest
 from interfaces.jderobot import Pose3DMotorsData
 from naoserver.bodies import find_body
 from naoserver.bodies.nao import H21, H25
-from naoserver.bodies.parts import Axis, Steps
+from naoserver.bodies.parts import Steps
 from naoserver.body import Body
 from naoserver.fake import FakeRobot
 from naoserver.options import SafetyOptions, ServerOptions
 from naoserver.robot import Robot
 from naoserver.serving.server import serve
 from tests.support.limits import FOREVER
-from tests.support.present import present
 from tests.support.processes import free_endpoint
 from tests.support.robot_server import RobotClient, clock_at, served_to_client
 from tests.support.soak import cases
@@ -29,18 +28,14 @@ __all__ = [
     "BODIES",
     "FAMILIES",
     "PATIENT",
-    "ROBOTS",
     "WAYS",
     "Implementation",
     "fake",
     "fake_as_naoqi",
     "in_simulation",
     "motors",
-    "on_each_with",
-    "pan_of",
     "robots",
     "simulated",
-    "tilt_of",
 ]
 
 SPEED: Final = 4.0
@@ -161,28 +156,9 @@ def robots(
     )
 
 
-def on_each_with(*parts: Part, fixture: str = "nao", weight: bool = False) -> pytest.MarkDecorator:
-    """Run a test whose robot is `fixture` with each body that has some parts."""
-    return pytest.mark.parametrize(fixture, robots(*parts, weight=weight), indirect=True)
-
-
 def in_simulation(*parts: Part, bodies: Iterable[Body] = BODIES) -> pytest.MarkDecorator:
     """Run a test whose robot is the fixture `nao` with simulated bodies that have some parts."""
     return pytest.mark.parametrize("nao", robots(*parts, bodies=bodies, ways=[simulated]), indirect=True)
-
-
-ROBOTS: Final = robots(bodies=[H25])
-"""Each implementation, with the body of an H25."""
-
-
-def pan_of(body: Body) -> str:
-    """Return the joint that turns the head, or what stands for one, to the left."""
-    return present(body.neck).axes[Axis.PAN].joint
-
-
-def tilt_of(body: Body) -> str:
-    """Return the joint that bends the head, or what stands for one, downwards."""
-    return present(body.neck).axes[Axis.TILT].joint
 
 
 def motors(**values: float) -> Pose3DMotorsData:

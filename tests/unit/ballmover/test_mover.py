@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from itertools import pairwise
 from typing import Self
 
@@ -140,6 +141,21 @@ class Run:
             raise self.error
         return self
 
+    @contextmanager
+    def server_away(self) -> Iterator[None]:
+        """Let the server be offline until that is noticed; then the ball is at home, as after a restart."""
+        self.ball.present = False
+
+        def restart() -> None:
+            assert self.log.lost_event.wait(EVENT_LIMIT)
+            self.ball.here = self.ball.target = HOME
+            self.ball.present = True
+
+        helper = threading.Thread(target=restart, daemon=True)
+        helper.start()
+        yield
+        helper.join(EVENT_LIMIT)
+
     def end(self) -> None:
         """End a run that goes round and round."""
         self.log.on_move = self.ending.set
@@ -208,16 +224,8 @@ def test_a_loop_of_one_waypoint_stays_there() -> None:
     run.clock.advance(5.0)
     assert run.log.names == ["depart 1.0", "arrive a"]
     assert run.ball.commands[-1][0] == pytest.approx(5.0, abs=0.03)
-    run.ball.present = False
-
-    def come_back() -> None:
-        assert run.log.lost_event.wait(EVENT_LIMIT)
-        run.ball.present = True
-
-    helper = threading.Thread(target=come_back, daemon=True)
-    helper.start()
-    run.end()
-    helper.join(EVENT_LIMIT)
+    with run.server_away():
+        run.end()
     assert run.log.names[:3] == ["depart 1.0", "arrive a", "lost"]
 
 
@@ -241,17 +249,8 @@ def test_a_lost_server_is_reported_and_the_ball_goes_on_when_it_is_back() -> Non
     run = Run([A, B]).start()
     run.clock.advance(1.5)
     sent = len(run.ball.commands)
-    run.ball.present = False
-
-    def restart() -> None:  # with the ball at home, as after a restart of the simulator
-        assert run.log.lost_event.wait(EVENT_LIMIT)
-        run.ball.here = run.ball.target = HOME
-        run.ball.present = True
-
-    helper = threading.Thread(target=restart, daemon=True)
-    helper.start()
-    run.finish()
-    helper.join()
+    with run.server_away():
+        run.finish()
     assert run.log.names == [
         "depart 1.0",
         "arrive a",

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from ballmover._axes import AxisLimits, AxisPosition, Point
 from ballmover._exceptions import UnreachableException
 from ballmover._route import Approach, Line, Route
-from ballmover._waypoints import Color, Waypoint, built_in_waypoints
+from ballmover._waypoints import Waypoint
 
 LIMITS = AxisLimits(
     min_pan=-math.pi,
@@ -100,13 +100,6 @@ def test_an_approach_stays_within_limits_and_speeds(
     duration = approach.duration(speed)
     assert start.point.distance_to(end.point) <= speed * duration * (1 + 1e-9)
     assert abs(end.pan - start.pan) <= LIMITS.max_pan_speed * duration * (1 + 1e-9)
-
-
-@pytest.mark.parametrize("color", list(Color))
-def test_built_in_waypoints_are_a_loop_within_reach(color: Color) -> None:
-    points = built_in_waypoints(color)
-    route = Route.plan(points, LIMITS, speed=0.25, loop=True)
-    assert [stop.waypoint for stop in route.stops] == points
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,6 @@ from naoserver.bodies.parts import Axis
 from naoserver.errors import HardwareFailure
 from naoserver.fake import FakeRobot
 from naoserver.fake.robot import LAG, Ball, project
-from naoserver.robot import Robot
 from tests.support.bodies import ARM, CART
 from tests.support.linkage import LINKAGE
 from zenoh_ice.threads.clock import VirtualClock
@@ -33,10 +32,6 @@ def head(robot):
     return reading.commands[0], reading.positions[0], reading.velocities[0]
 
 
-def test_it_is_a_robot(robot):
-    assert isinstance(robot, Robot)
-
-
 def test_a_position_command_moves_the_setpoint_at_its_speed(robot, clock):
     robot.command_positions({"HeadYaw": 1.0}, {"HeadYaw": 0.5})
     clock.advance(1.0)
@@ -54,14 +49,6 @@ def test_a_velocity_command_goes_on_until_the_limit(robot, clock):
     assert head(robot)[0] == pytest.approx(-1.5)
     clock.advance(1.5)
     assert head(robot)[0] == robot.joints[0].lower
-
-
-def test_velocity_zero_holds(robot, clock):
-    robot.command_positions({"HeadYaw": 1.0}, {"HeadYaw": 0.5})
-    clock.advance(1.0)
-    robot.command_velocities({"HeadYaw": 0.0})
-    clock.advance(1.0)
-    assert head(robot)[0] == pytest.approx(0.5)
 
 
 @pytest.mark.parametrize("target", [{"grip": 0.4}, {"pinch": -0.7}, {"grip": 0.4, "pinch": 0.0}])

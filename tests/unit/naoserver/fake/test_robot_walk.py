@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from naoserver.bodies.capabilities import STILL, Walker, WalkVelocity
+from naoserver.bodies.capabilities import STILL, WalkVelocity
 from naoserver.bodies.nao import H25
 from naoserver.bodies.parts import Wheels
 from naoserver.fake import FakeRobot
@@ -16,10 +16,6 @@ from zenoh_ice import VirtualClock
 assert isinstance(CART.walk, Wheels)
 WHEELS = CART.walk
 velocities = st.builds(WalkVelocity, st.floats(-0.3, 0.3), st.floats(-0.12, 0.12), st.floats(-0.9, 0.9))
-
-
-def test_it_is_a_walker():
-    assert isinstance(FakeWalker(VirtualClock(), H25.groups.legs), Walker)
 
 
 @given(velocities, st.lists(st.floats(0.01, 2.0), min_size=1, max_size=8))

@@ -141,6 +141,9 @@ def test_an_emergency_stop_ends_it_and_refuses_the_next(rig):
     assert rig.player.progress("motion").status is ActionStatus.Stopped
     with pytest.raises(CommandRefused):
         rig.begin("wave")
+    rig.assembly.gate.reset()
+    rig.let_go(1.0)
+    assert rig.commands() == held
 
 
 def test_a_lease_that_somebody_else_takes_ends_it(rig):

@@ -5,7 +5,6 @@ import math
 import pytest
 
 from interfaces.nao import ActionStatus
-from naoserver.bodies import find_body
 from naoserver.bodies.parts import LYING_TILT, Stance
 from naoserver.moves.routes import situation_of
 from naoserver_sim.robot import SimulatedRobot
@@ -35,27 +34,6 @@ def test_it_stands_up_where_it_has_fallen_on_its_back(rig):
     assert rig.go("Stand").status is ActionStatus.Done
     assert rig.posture == "Stand"
     assert min(rig.robot.read().stiffnesses) == 1.0
-
-
-@pytest.mark.soak(
-    "tests/unit/naoserver/moves/test_player_humanoids.py"
-    "::test_it_goes_from_posture_to_posture_and_stays_there"
-)
-@pytest.mark.parametrize("body", ["T1", "G1"])
-def test_another_humanoid_waves_crouches_and_stands_up(body):
-    clock = VirtualClock()
-    robot = SimulatedRobot(clock=clock, skin=False, world=load_world("empty"), body=find_body(body))
-    rig = MotionRig(robot, clock)
-    rig.let_go(0.5)
-    rig.begin("wave")
-    while rig.player.busy:
-        rig.let_go(0.1)
-        assert situation_of(rig.robot).up[2] > math.cos(math.radians(10))
-    assert rig.player.progress("motion").status is ActionStatus.Done
-    for posture in ("Crouch", "Stand"):
-        progress = rig.go(posture)
-        assert (progress.status, progress.message) == (ActionStatus.Done, "")
-        assert rig.posture == posture
 
 
 def test_it_goes_into_every_posture_and_is_in_it(rig):

@@ -8,6 +8,7 @@ import pytest
 from interfaces.jderobot import Pose3DMotorsData
 from naoserver.bodies import BODY_NAMES, find_body
 from naoserver.fake import FakeRobot
+from naoserver.moves.motion_file import load_motions
 from naoserver.options import ServerOptions
 from naoserver.serving.assembly import Assembly
 from naoserver_sim.robot import SimulatedRobot
@@ -28,6 +29,7 @@ def expected(body):
         "Battery": body.battery,
         "Leds": body.lights,
         **dict.fromkeys(("Speech", "Sounds"), body.voice),
+        "Motions": load_motions(body),
         "Postures": body.postures,
         **dict.fromkeys(("Head", "NeckSpeed"), {"pan", "tilt"} <= body.hinges.get("Neck", {}).keys()),
         **dict.fromkeys(("Motors", "Encoders", "Walk"), body.walk),
@@ -38,7 +40,7 @@ def expected(body):
 
 def served(robot, clock):
     names = Assembly(robot, ServerOptions(), clock).servants
-    return {name for name in names if not name.startswith("Ball")} - {"Motions"}
+    return {name for name in names if not name.startswith("Ball")}
 
 
 @pytest.mark.parametrize("name", BODY_NAMES)

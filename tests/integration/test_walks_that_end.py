@@ -4,16 +4,14 @@ import math
 
 import pytest
 
-from interfaces.jderobot import CommandRefusedException, EncodersPrx, InvalidValueException, MotorsPrx
+from interfaces.jderobot import EncodersPrx, InvalidValueException, MotorsPrx
 from interfaces.nao import (
     GroundTruthPrx,
     HealthPrx,
     JointsPrx,
     PosturesPrx,
-    SafetyPrx,
     ScenePrx,
     Vector3,
-    WalkPrx,
 )
 from naoserver.moves.motion_file import load_motions
 from naoserver_sim._locomotion import STUCK
@@ -70,21 +68,6 @@ def stands(nao):
 
 def events(nao):
     return [event.message for event in nao.proxy(HealthPrx, "Health").getHealth().events]
-
-
-@in_simulation(lambda body: body.walk, bodies=FAMILIES)
-def test_an_emergency_stop_of_a_walk_leaves_it_standing(nao):
-    walk_on(nao)
-    safety, motors = nao.proxy(SafetyPrx, "Safety"), nao.proxy(MotorsPrx, "Motors")
-    safety.emergencyStop("enough")
-    assert motors.getV() == 0.0
-    with pytest.raises(CommandRefusedException, match="enough"):
-        motors.setV(SPEED)
-    eventually(lambda: stands(nao))
-    with pytest.raises(CommandRefusedException, match="enough"):
-        nao.proxy(WalkPrx, "Walk").walkTo(0.1, 0.0, 0.0)
-    safety.resetEmergencyStop(True)
-    walk_on(nao)
 
 
 @pytest.mark.parametrize("nao", robots(lambda body: body.walk, bodies=FAMILIES, ways=WAYS[:2]), indirect=True)
