@@ -294,8 +294,3 @@ def test_the_cameras_show_more_shapes_than_any_known_robot_has(write):
     red, green, blue = np.moveaxis(robot.capture("CameraOutside", 320, 240).pixels.astype(int), 2, 0)
     robot.close()
     assert ((blue > 2 * red) & (blue > 2 * green)).sum() > 20, "the last of 530 shapes is missing"
-
-
-def test_looks_are_not_given_beside_the_model(write):
-    with pytest.raises(RobotError, match=r"my_robot\.toml: looks come from the model"):
-        write(mjcf('<geom size="0.1"/>'), f"looks = []\n{TOML}")

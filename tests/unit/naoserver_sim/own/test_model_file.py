@@ -131,13 +131,6 @@ def read(folder):
     return written
 
 
-def test_other_xml_is_refused(read):
-    with pytest.raises(
-        RobotError, match=r"arm\.urdf: its root is <sdf>; an MJCF begins with <mujoco>, a URDF with"
-    ):
-        read("<sdf/>")
-
-
 @pytest.mark.parametrize("name", MODELS)
 def test_each_model_is_read_without_a_word_on_stderr(read, name, capfd):
     model = read(MODELS[name], name)

@@ -1,0 +1,34 @@
+"""Models that are refused: the first line of each file in tests/data/bad_models says what its error says."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from naoserver.errors import RobotError
+from naoserver_sim._own_body import read_own_body
+from tests.support.places import ROOT
+
+pytestmark = pytest.mark.sim
+
+FOLDER = ROOT / "tests/data/bad_models"
+MODELS = sorted(path for path in FOLDER.iterdir() if path.is_file())
+"""What they include, and the models that files of TOML name, is in a folder below."""
+
+
+def expected(path: Path) -> str:
+    """Return what is to be said of a model."""
+    comment = path.read_text("utf-8").partition("\n")[0]
+    return comment.partition("refused: ")[2].removesuffix(" -->")
+
+
+@pytest.mark.parametrize("path", MODELS, ids=lambda path: path.name)
+def test_a_bad_model_is_refused_with_line_and_name(path: Path) -> None:
+    with pytest.raises(RobotError) as refused:
+        read_own_body(path)
+    said = str(refused.value).replace(f"{FOLDER}/", "").partition("\n")[0]
+    if (begin := expected(path)).endswith("…"):
+        assert said.startswith(begin.removesuffix("…"))
+    else:
+        assert said == begin
