@@ -11,33 +11,21 @@ from naoserver.errors import RobotError
 from naoserver_sim._own_body import read_own_body, write_own_body
 from naoserver_sim.named_body import named_body
 from naoserver_sim.robot import SimulatedRobot
+from tests.support.arm import ARM
+from tests.support.arm import ARM_TOML as PLAIN_TOML
 from tests.support.cart import CART, CART_TOML
 from tests.support.meshes import cone, write_stl
+from tests.support.models import FOLDER
 from tests.support.places import ROOT
 from tests.support.present import present
+from tests.support.robot_files import INERTIAL
 from zenoh_ice import VirtualClock
 
 pytestmark = pytest.mark.sim
 
-INERTIAL = """
-    <inertial><origin xyz="0 0 0.1"/><mass value="1"/>
-      <inertia ixx="0.01" iyy="0.01" izz="0.002" ixy="0" ixz="0" iyz="0"/></inertial>"""
-ARM = f"""<robot name="arm">
-  <link name="base">{INERTIAL}
-    <collision><origin xyz="0 0 0.05"/><geometry><box size="0.2 0.2 0.1"/></geometry></collision></link>
-  <link name="upper">{INERTIAL}
-    <collision><origin xyz="0 0 0.12"/><geometry><cylinder radius="0.03" length="0.16"/></geometry></collision>
-    <visual><geometry><mesh filename="package://arm/meshes/upper.dae"/></geometry></visual></link>
-  <link name="hand">{INERTIAL}
-    <collision><origin xyz="0 0 0.1"/><geometry><box size="0.04 0.04 0.1"/></geometry></collision></link>
-  <joint name="turn" type="continuous"><parent link="base"/><child link="upper"/><axis xyz="0 0 1"/>
-    <origin xyz="0 0 0.12"/><limit effort="20" velocity="2"/></joint>
-  <joint name="elbow" type="revolute"><parent link="upper"/><child link="hand"/><axis xyz="0 1 0"/>
-    <origin xyz="0 0 0.24" rpy="0 0 1.5708"/><limit lower="-2" upper="2" effort="15" velocity="2.5"/></joint>
-</robot>"""
-ARM_TOML = """
-model = "arm.urdf"
-mounted = true
+ARM_TOML = (
+    PLAIN_TOML
+    + """
 [hinges.Elbow]
 tilt = "elbow"
 [[cameras]]
@@ -45,68 +33,7 @@ name = "Camera"
 link = "hand"
 horizontal_fov = 1.0
 """
-LEGS = ("yaw", "roll", "pitch", "knee", "ankle", "tilt")
-
-
-def leg(side, y):
-    """The links of a leg, whose hinges have no ranges."""
-    return f"""<body name="{side}_thigh" pos="0 {y} 0">
-      <joint name="{side}_yaw" axis="0 0 1"/><joint name="{side}_roll" axis="1 0 0"/>
-      <joint name="{side}_pitch" axis="0 1 0"/>
-      <geom type="capsule" fromto="0 0 -0.04 0 0 -0.14" size="0.02" mass="0.3"/>
-      <body name="{side}_shank" pos="0 0 -0.18">
-        <joint name="{side}_knee" axis="0 1 0"/>
-        <geom type="capsule" fromto="0 0 -0.04 0 0 -0.14" size="0.02" mass="0.2"/>
-        <body name="{side}_foot" pos="0 0 -0.18">
-          <joint name="{side}_ankle" axis="0 1 0"/><joint name="{side}_tilt" axis="1 0 0"/>
-          <inertial pos="0.02 0 -0.03" mass="0.15" diaginertia="0.0003 0.0003 0.0003"/>
-        </body>
-      </body>
-    </body>"""
-
-
-def stick_figure():
-    """A humanoid without arms: its MJCF, and the TOML file by which it walks."""
-    joints = [f"{side}_{joint}" for side in ("left", "right") for joint in LEGS]
-    servos = "".join(f'<position joint="{joint}" kp="150" kv="3" forcerange="-20 20"/>' for joint in joints)
-    model = f"""<mujoco>
-      <default><joint armature="0.01" damping="0.2"/></default>
-      <worldbody><body name="trunk" pos="0 0 0.4"><freejoint/>
-        <geom type="box" size="0.05 0.08 0.1" pos="0 0 0.12" mass="3"/>{leg("left", 0.05)}{leg("right", -0.05)}
-      </body></worldbody>
-      <actuator>{servos}</actuator></mujoco>"""
-    bent = {"pitch": -0.35, "knee": 0.7, "ankle": -0.35}
-    angles = ", ".join(f"{joint} = {bent.get(joint.split('_')[1], 0.0)}" for joint in joints)
-    soles = "".join(
-        f"[[soles]]\nlink = '{side}_foot'\noutline = [[0.09, 0.03], [-0.05, 0.03], [-0.05, -0.03], [0.09, -0.03]]\n"
-        "height = 0.04\n"
-        for side in ("left", "right")
-    )
-    return (
-        model,
-        f"""
-model = "figure.xml"
-rest = "Stand"
-inertial_unit = {{ accelerometer = [0.0, 0.0, 0.0], gyrometer = [0.0, 0.0, 0.0] }}
-falls = {{ standing_load = 20.0, lying_load = 12.0 }}
-groups = {{ left_leg = {joints[:6]}, right_leg = {joints[6:]} }}
-{soles}
-[postures.Stand]
-stance = "standing"
-angles = {{ {angles} }}
-[walk]
-kind = "footsteps"
-com_height = 0.4
-width = 0.11
-sole_middle = [0.02, 0.0, -0.04]
-sole_half = [0.06, 0.025]
-lift = 0.03
-limits = {{ forward = 0.2, left = 0.05, turn = 0.4 }}
-reach = 0.2
-narrowest = 0.08
-widest = 0.25
-""",
-    )
+)
 
 
 @pytest.fixture
@@ -140,7 +67,7 @@ def test_a_urdf_gives_joints_with_their_places_ranges_torques_and_speeds(arm):
     assert (turn.lower, turn.upper) == (-math.inf, math.inf)
     assert (elbow.lower, elbow.upper, elbow.max_velocity) == (-2.0, 2.0, 2.5)
     assert elbow.origin == pytest.approx((0.0, 0.0, 0.24))
-    assert elbow.turn == pytest.approx((math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5)), abs=1e-4)
+    assert elbow.turn == pytest.approx((math.cos(0.6), math.sin(0.6), 0.0, 0.0))
     assert arm.mass == pytest.approx(3.0)
     assert arm.hinge("Elbow").axes[Axis.TILT].joint == "elbow"
 
@@ -176,9 +103,9 @@ def test_a_cart_of_ones_own_drives(cart):
     assert (x - begin[0], y - begin[1]) == pytest.approx((0.85, 0.0), abs=0.05)
 
 
-def test_a_humanoid_of_ones_own_walks_though_its_hinges_have_no_ranges(written):
+def test_a_humanoid_of_ones_own_walks_though_its_hinges_have_no_ranges():
     clock = VirtualClock()
-    robot = SimulatedRobot(clock=clock, body=read_own_body(written(*stick_figure(), "figure.xml")))
+    robot = SimulatedRobot(clock=clock, body=read_own_body(FOLDER / "stick_figure.toml"))
     clock.advance(1.0)
     begin = robot.stage.truth().torso.position
     present(robot.walker).command(WalkVelocity(forward=0.15))
@@ -248,21 +175,8 @@ def test_a_range_that_was_written_for_the_other_direction_does_not_stop_a_follow
     assert "joint 'thumb' leaves its range, [0.1, 1], to follow" in caplog.text
 
 
-FOUR_BARS = """<mujoco><worldbody><body name="base" pos="0 0 0.1"><freejoint/>
-    <geom type="box" size="0.3 0.2 0.05" mass="5"/>
-    <body name="crank" pos="0 0 0.1"><joint name="drive" axis="0 1 0" range="-60 60"/>
-      <geom type="capsule" fromto="0 0 0 0 0 0.1" size="0.01" mass="0.1"/>
-      <body name="rod" pos="0 0 0.1"><joint name="pin" axis="0 1 0" damping="0.002"/>
-        <geom type="capsule" fromto="0 0 0 0.2 0 0" size="0.01" mass="0.1"/></body></body>
-    <body name="rocker" pos="0.2 0 0.1"><joint name="swing" axis="0 1 0"/>
-      <geom type="capsule" fromto="0 0 0 0 0 0.1" size="0.01" mass="0.1"/></body>
-  </body></worldbody>
-  <equality><connect body1="rod" body2="rocker" anchor="0.2 0 0"/></equality>
-  <actuator><position joint="drive" kp="20" kv="1" forcerange="-5 5"/></actuator></mujoco>"""
-
-
-def test_the_rods_of_a_closed_chain_are_passive_and_move_with_it(written, caplog):
-    body = read_own_body(written(FOUR_BARS, 'model = "bars.xml"', "bars.xml"))
+def test_the_rods_of_a_closed_chain_are_passive_and_move_with_it(caplog):
+    body = read_own_body(FOLDER / "four_bars.xml")
     assert [joint.name for joint in body.joints if joint.passive] == ["pin", "swing"]
     assert body.gears["pin"].friction_damping == 0.002
     assert "no actuator moves pin, swing: passive" in caplog.text
@@ -270,8 +184,8 @@ def test_the_rods_of_a_closed_chain_are_passive_and_move_with_it(written, caplog
     assert (angles["drive"], angles["swing"]) == pytest.approx((0.5, 0.5), abs=0.03)
 
 
-def test_what_was_read_of_a_closed_chain_is_the_same_in_a_facts_file(written):
-    body = read_own_body(written(FOUR_BARS, 'model = "bars.xml"', "bars.xml"))
+def test_what_was_read_of_a_closed_chain_is_the_same_in_a_facts_file():
+    body = read_own_body(FOLDER / "four_bars.xml")
     assert read_body(write_body(body), "bars.json").as_data() == body.as_data()
 
 

@@ -8,13 +8,14 @@ import pytest
 
 from naoserver.errors import RobotError
 from naoserver_sim._own_body import read_own_body
-from tests.support.places import ROOT
+from tests.support.models import FOLDER
+from tests.support.places import DATA
 
 pytestmark = pytest.mark.sim
 
-FOLDER = ROOT / "tests/data/bad_models"
-MODELS = sorted(path for path in FOLDER.iterdir() if path.is_file())
-"""What they include, and the models that files of TOML name, is in a folder below."""
+BAD = DATA / "bad_models"
+MODELS = sorted(path for path in BAD.iterdir() if path.is_file())
+"""What they include is in a folder below, and the models that files of TOML name are with the good ones."""
 
 
 def expected(path: Path) -> str:
@@ -25,9 +26,10 @@ def expected(path: Path) -> str:
 
 @pytest.mark.parametrize("path", MODELS, ids=lambda path: path.name)
 def test_a_bad_model_is_refused_with_line_and_name(path: Path) -> None:
+    beside, text = (FOLDER, path.read_text("utf-8")) if path.suffix == ".toml" else (BAD, None)
     with pytest.raises(RobotError) as refused:
-        read_own_body(path)
-    said = str(refused.value).replace(f"{FOLDER}/", "").partition("\n")[0]
+        read_own_body(beside / path.name, text)
+    said = str(refused.value).replace(f"{beside}/", "").partition("\n")[0]
     if (begin := expected(path)).endswith("…"):
         assert said.startswith(begin.removesuffix("…"))
     else:
