@@ -296,6 +296,15 @@ def test_what_is_refused_is_refused_before_meshes_are_read(written, monkeypatch,
     assert read == []
 
 
+def test_a_model_with_meshes_may_be_as_deep_as_any(written):
+    chain = '<body><joint/><geom size="0.1" mass="1"/>' * 240 + "</body>" * 240
+    meshes = '<asset><mesh name="m" file="none.stl"/></asset>'
+    model = f'<mujoco>{meshes}<worldbody><body><geom size="1"/>{chain}</body></worldbody></mujoco>'
+    path = written(model, 'model = "arm.xml"\nmounted = true\n', "arm.xml")
+    with pytest.raises(RobotError, match="240 joints have no largest torque"):
+        read_own_body(path)
+
+
 def test_meshes_of_included_files_are_not_read_before_either(written, monkeypatch):
     read = []
     monkeypatch.setattr("naoserver_sim._own.meshes.read_mesh", lambda path: read.append(path))
