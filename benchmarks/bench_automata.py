@@ -1,38 +1,32 @@
-"""Measure automata: jitter of many threads, cost of a cycle, and of a step compared with other libraries.
+"""Measure automata: jitter of many threads, and the cost of a cycle.
 
 Jitter is the difference between the time from one cycle of an automaton to the next and its period. Each row
 is measured in a separate process. `leaves`: a root and its children, all of them active. `ghosts`: a root and
-two halves of the other automata, which alternate every 0.5 s. A step evaluates the guard of a transition,
-runs its code, and runs the code of the next state.
+two halves of the other automata, which alternate every 0.5 s. Steps beside those of other libraries are in
+`bench_engines.py`.
 
-    pip install 'visualhfsm[bench]'
-    python benchmarks/bench_automata.py [--automata 10,100,1000] [--seconds 10] [--json FILE]
+    python benchmarks/bench_automata.py [--automata 10,100,1000] [--seconds 10]
 """
 
 from __future__ import annotations
 
-import argparse
 import itertools
-import json
 import multiprocessing
 import statistics
-import sys
 import time
 from array import array
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from typing import Any
 
 from rich.console import Console
 from rich.table import Table
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-
+from benchmarks.common import options
 from codegen.logic import PROOFS
 from hfsm_runtime import Automaton, State, Transition, VirtualRun
 from hfsm_runtime._cycle import run_cycle
 from hfsm_runtime._runtime import Runtime
-from hfsm_runtime.observer import Observer, Observers
+from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import Actor
 from tests.support.automata import after, automaton, component, on, when
 from zenoh_ice import WallClock
@@ -144,131 +138,6 @@ def measure_cycles() -> dict[str, float]:
     }
 
 
-def measure_steps() -> dict[str, float]:
-    """Return the cost of one transition step in us, for each library that is installed."""
-    makers = {
-        "VisualHFSM": step_of_ours,
-        "SMACH-like loop": step_of_smach_like,
-        "transitions": step_of_transitions,
-        "python-statemachine": step_of_statemachine,
-    }
-    costs: dict[str, float] = {}
-    for name, make in makers.items():
-        counted = Counted()
-        try:
-            step = make(counted)
-        except ImportError as error:
-            print(f"{name} is skipped: {error}", file=sys.stderr)
-            continue
-        step()
-        if (counted.guards, counted.transitions, counted.states) != (1, 1, 1):
-            raise AssertionError(f"{name} does not take the same step: {vars(counted)}")
-        costs[name] = per_step(step)
-    return costs
-
-
-class Counted:
-    """The user code of a step, which counts its calls."""
-
-    def __init__(self) -> None:
-        self.guards = self.transitions = self.states = 0
-
-    def guard(self) -> bool:
-        """Return True."""
-        self.guards += 1
-        return True
-
-    def code(self) -> None:
-        """Count a transition."""
-        self.transitions += 1
-
-    def state(self) -> None:
-        """Count the code of a state."""
-        self.states += 1
-
-
-def step_of_ours(counted: Counted) -> Callable[[], object]:
-    states = [State(id=1, name="a", code=counted.state), State(id=2, name="b", code=counted.state)]
-    transitions = [when(counted.guard, 1, 2, counted.code), when(counted.guard, 2, 1, counted.code)]
-    virtual = VirtualRun(component(automaton(1, "root", states, transitions)))
-    virtual.tree.observers = Observers()  # no trace, as the other libraries write none
-    return lambda: run_cycle(virtual.tree, virtual.tree.root, 0, virtual._supervision)
-
-
-def step_of_smach_like(counted: Counted) -> Callable[[], object]:
-    """Return a step of states that are objects whose `execute` returns an outcome, as in SMACH."""
-
-    class Machine:
-        def __init__(self) -> None:
-            self.current = "a"
-            self.states = {"a": self.execute, "b": self.execute}
-            self.outcomes = {("a", "done"): "b", ("b", "done"): "a"}
-
-        def execute(self, userdata: dict[str, object]) -> str:  # noqa: ARG002
-            counted.state()
-            return "done" if counted.guard() else "again"
-
-        def step(self) -> None:
-            outcome = self.states[self.current]({})
-            self.current = self.outcomes.get((self.current, outcome), self.current)
-            counted.code()
-
-    return Machine().step
-
-
-def step_of_transitions(counted: Counted) -> Callable[[], object]:
-    from transitions import Machine
-
-    class Model:
-        guard, code, state_code = counted.guard, counted.code, counted.state
-        step: Callable[[], object]
-
-    model: Any = Model()
-    Machine(
-        model,
-        states=[{"name": "a", "on_enter": counted.state}, {"name": "b", "on_enter": counted.state}],
-        transitions=[
-            {
-                "trigger": "step",
-                "source": source,
-                "dest": to,
-                "conditions": counted.guard,
-                "before": counted.code,
-            }
-            for source, to in (("a", "b"), ("b", "a"))
-        ],
-        initial="a",
-    )
-    step: Callable[[], object] = model.step
-    return step
-
-
-def step_of_statemachine(counted: Counted) -> Callable[[], object]:
-    import statemachine
-
-    class Machine(statemachine.StateMachine):  # type: ignore[misc]
-        a = statemachine.State(initial=True)
-        b = statemachine.State()
-        step = a.to(b, cond="may", on="run") | b.to(a, cond="may", on="run")
-
-        def may(self) -> bool:
-            return counted.guard()
-
-        def run(self) -> None:
-            counted.code()
-
-        def on_enter_a(self) -> None:
-            entered()
-
-        on_enter_b = on_enter_a
-
-    entered = nothing  # the library also enters the initial state when the machine is created
-    machine: Any = Machine()
-    entered = counted.state
-    step: Callable[[], object] = machine.step
-    return step
-
-
 def per_step(step: Callable[[], object]) -> float:
     """Return the median time of a step in us."""
     rounds: list[float] = []
@@ -281,36 +150,25 @@ def per_step(step: Callable[[], object]) -> float:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument(
-        "--automata", default="10,100,300,1000,2000", help="numbers of automata, separated by commas"
-    )
-    parser.add_argument("--seconds", type=float, default=10.0, help="duration of each measurement")
-    parser.add_argument("--json", type=Path, help="also write the figures to this file")
-    arguments = parser.parse_args()
+    given = options(__doc__, automata="10,100,300,1000,2000", seconds=10.0)
     console = Console()
-    figures: dict[str, Any] = {"jitter": {}, "cycle": measure_cycles(), "step": measure_steps()}
-    for kind, title in (("cycle", "One cycle of one automaton"), ("step", "One transition step")):
-        table = Table("what", "us", title=title)
-        for name, cost in figures[kind].items():
-            table.add_row(name, f"{cost:.2f}")
-        console.print(table)
+    table = Table("what", "us", title="One cycle of one automaton")
+    for name, cost in measure_cycles().items():
+        table.add_row(name, f"{cost:.2f}")
+    console.print(table)
     table = Table(
         "automata", "shape", "p50 ms", "p99 ms", "max ms", "cycles run", "core", title="Jitter at 10 Hz"
     )
     spawn = multiprocessing.get_context("spawn")
-    for count in map(int, arguments.automata.split(",")):
+    for count in map(int, given.automata.split(",")):
         for shape in SHAPES:
             with spawn.Pool(1) as pool:
-                found = pool.apply(measure_jitter, (shape, count, arguments.seconds))
-            figures["jitter"][f"{count} {shape}"] = found
+                found = pool.apply(measure_jitter, (shape, count, given.seconds))
             table.add_row(
                 str(count), shape, *(f"{found[key]:.2f}" for key in ("p50", "p99", "max")),
                 f"{found['cycles']:.1%}", f"{found['core']:.0%}",
             )  # fmt: skip
     console.print(table)
-    if arguments.json:
-        arguments.json.write_text(json.dumps(figures, indent=2))
 
 
 if __name__ == "__main__":

@@ -22,16 +22,14 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Final, NamedTuple
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from playwright.sync_api import CDPSession, Page
 
-from playwright.sync_api import Browser, CDPSession, Page, sync_playwright
-
-from benchmarks.bench_editor import MODULE, ROOT, grid, server
-from tests.support.browser import FLAGS, NO_CHROMIUM, chromium_path
+from benchmarks.bench_editor import MODULE, grid, optimized_chromium, server
+from tests.support.browser import NO_CHROMIUM, chromium_path
+from tests.support.places import ROOT
 
 SECONDS: Final = 2.5
 PACE: Final = 1 / 60  # s between two events
@@ -186,18 +184,6 @@ def measure(page: Page, gestures: list[str]) -> dict[str, float]:
             found[f"{name} {where} (1/s)"] = result.rate
             found[f"{name} {where}, worst (ms)"] = result.worst
     return found
-
-
-@contextmanager
-def optimized_chromium() -> Iterator[Browser]:
-    """Start Chromium as people have it: with optimized code."""
-    with sync_playwright() as playwright:
-        flags = [flag for flag in FLAGS if not flag.startswith("--js-flags")]
-        browser = playwright.chromium.launch(executable_path=chromium_path(), args=flags)
-        try:
-            yield browser
-        finally:
-            browser.close()
 
 
 def measured(checkout: Path, states: int, gestures: list[str]) -> dict[str, float]:

@@ -6,15 +6,12 @@ both. In `stops` automata restart each time the state above is entered. All peri
 `awkward`: five periods without a small common multiple. Five properties are about the first and the last
 automata.
 
-    python benchmarks/bench_checker.py [--limit 500000] [--json FILE]
+    python benchmarks/bench_checker.py [--limit 500000]
 """
 
 from __future__ import annotations
 
-import argparse
-import json
 import random
-import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -24,8 +21,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-
+from benchmarks.common import options
 from codegen.hfsm.document import Automaton, Document, Interface, Property, Transition
 from codegen.hfsm.model_checker import DEFAULT_LIMIT, Reachability, check_model
 from tests.support.model_documents import after, automaton, document, state, stated, when
@@ -118,13 +114,8 @@ def measure(doc: Document, limit: int) -> dict[str, Any]:
 
 def main() -> None:
     """Print a table."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--limit", type=int, default=DEFAULT_LIMIT, help="units of work")
-    parser.add_argument("--json", type=Path, help="also write the figures to a file")
-    options = parser.parse_args()
-    table = Table(title=f"{STATES} states, at most {options.limit} units of work")
+    given = options(__doc__, limit=DEFAULT_LIMIT)
+    table = Table(title=f"{STATES} states, at most {given.limit} units of work")
     for column in (
         "document",
         "s",
@@ -148,7 +139,7 @@ def main() -> None:
             for name, periods in (("100 ms", (100,)), ("awkward", PERIODS)):
                 if shape == "flat" and (name == "awkward" or kind == "stops"):
                     continue
-                figures = measure(build(shape, leave, periods, history), options.limit)
+                figures = measure(build(shape, leave, periods, history), given.limit)
                 found[f"{shape} {kind} {name}"] = figures
                 table.add_row(
                     f"{shape} {kind} {name}",
@@ -158,8 +149,6 @@ def main() -> None:
                     " ".join(figures["properties"]),
                 )
     Console(width=140).print(table)
-    if options.json:
-        options.json.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

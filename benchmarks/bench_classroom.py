@@ -10,22 +10,19 @@ The browser is not measured: it runs on the pupil's computer.
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import shutil
-import sys
 import tempfile
 import threading
 import time
 from pathlib import Path
 from typing import Final
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-
 import psutil
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection
 
+from benchmarks.common import options
 from tests.support.editor import Window
 from tests.support.jupyter_hub import Hub, jupyter_hub
 
@@ -115,22 +112,17 @@ def _measure(what: str, pupils: list[Pupil], hub: psutil.Process, seconds: float
 
 def main() -> None:
     """Print a table."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--pupils", type=int, default=4)
-    parser.add_argument("--seconds", type=float, default=10.0)
-    options = parser.parse_args()
-    print(f"{options.pupils} pupils; each, and at the end the hub with its proxy:\n")
+    given = options(__doc__, pupils=4, seconds=10.0)
+    print(f"{given.pupils} pupils; each, and at the end the hub with its proxy:\n")
     print("| | memory | RSS | processor | hub |\n|---|---|---|---|---|", flush=True)
     with (
         tempfile.TemporaryDirectory() as folder,
         jupyter_hub(Path(folder), cameras=True) as hub,
         contextlib.ExitStack() as open_things,
     ):
-        pupils = [Pupil(hub, f"pupil{number}", open_things) for number in range(options.pupils)]
+        pupils = [Pupil(hub, f"pupil{number}", open_things) for number in range(given.pupils)]
         process = psutil.Process(hub.process.process.pid)
-        _measure("Jupyter alone", pupils, process, options.seconds)
+        _measure("Jupyter alone", pupils, process, given.seconds)
         for what, step in (
             ("the editor's page open", Pupil.open_page),
             ("a simulated robot, shown in 3D", Pupil.start_robot),
@@ -138,7 +130,7 @@ def main() -> None:
         ):
             for pupil in pupils:
                 step(pupil)
-            _measure(what, pupils, process, options.seconds)
+            _measure(what, pupils, process, given.seconds)
 
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@ handled before the next one is sent; `queued` sends fifty at a time. `guard` has
 the best of many short measurements counts, in processor time: other programs slow all of them down.
 
     pip install -e '.[bench]'
-    python benchmarks/bench_engines.py [--rounds 3] [--peers PYTHON] [--json FILE]
+    python benchmarks/bench_engines.py [--rounds 3] [--peers PYTHON]
 """
 
 from __future__ import annotations
@@ -422,7 +422,6 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--rounds", type=int, default=3, help="processes of each engine, in turn")
     parser.add_argument("--peers", default=sys.executable, help="the Python that has the other libraries")
-    parser.add_argument("--json", type=Path, help="also write the figures to this file")
     parser.add_argument("--engine", choices=ENGINES, help="measure only this one, in this process")
     arguments = parser.parse_args()
     if arguments.engine:
@@ -455,8 +454,6 @@ def main() -> None:
         ratio = f"{rate / max(rates):.2f}" if any(rates) else "-"
         table.add_row(name, *(f"{each:,.0f}" if each else "-" for each in [*rates, rate]), ratio)
     Console(width=140).print(table)
-    if arguments.json:
-        arguments.json.write_text(json.dumps({**found, OURS: our}, indent=2))
 
 
 if __name__ == "__main__":

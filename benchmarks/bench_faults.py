@@ -6,7 +6,6 @@ a lease of 2 s. Each fault is caused several times; the median and the longest t
 
 from __future__ import annotations
 
-import argparse
 import logging
 import signal
 import statistics
@@ -16,6 +15,7 @@ from concurrent.futures import Future
 from contextlib import contextmanager, suppress
 from typing import Final
 
+from benchmarks.common import options
 from tests.support.calculator import CalculatorPrx, NewerCalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI
 from tests.support.processes import ComponentProcess, free_endpoint, module
@@ -308,9 +308,7 @@ FAULTS: Final = (
 
 def main() -> None:
     """Measure and print."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--rounds", type=int, default=5)
-    rounds = parser.parse_args().rounds
+    rounds = options(__doc__, rounds=5).rounds
     _logger.propagate = False  # log messages about the faults are not of interest here
     _logger.addHandler(logging.NullHandler())
     figures: Figures = {}

@@ -8,17 +8,13 @@ commands were answered in a second; and how long a call took.
 
 from __future__ import annotations
 
-import argparse
 import statistics
-import sys
 import time
-from pathlib import Path
 from typing import Final
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import psutil
 
+from benchmarks.common import options
 from interfaces.nao import JointCommand, JointsPrx
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from zenoh_ice import initialize
@@ -60,21 +56,15 @@ def measure(body: JointsPrx, process: psutil.Process, rate: float, seconds: floa
 
 def main() -> None:
     """Start a robot, and measure."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--body", default="G1")
-    parser.add_argument("--rate", type=float, default=500.0)
-    parser.add_argument("--seconds", type=float, default=10.0)
-    options = parser.parse_args()
+    given = options(__doc__, body="G1", rate=500.0, seconds=10.0)
     endpoint = free_endpoint()
-    server = module("naoserver_sim", "--body", options.body, "--listen", endpoint)
+    server = module("naoserver_sim", "--body", given.body, "--listen", endpoint)
     with (
         ComponentProcess(server) as robot,
         initialize(connect=[endpoint], listen=[], clock="wall", timeout=STARTS) as communicator,
     ):
         body = JointsPrx.checkedCast(communicator.stringToProxy("Body"))
-        measure(body, psutil.Process(robot.process.pid), options.rate, options.seconds)
+        measure(body, psutil.Process(robot.process.pid), given.rate, given.seconds)
 
 
 if __name__ == "__main__":

@@ -1,20 +1,36 @@
-"""Measure whether an emergency stop gets through during an attack on the network.
+"""Measure whether an emergency stop gets through during an attack on the network, and over a bad one.
 
-These are the figures of docs/decisions/0007-limits-of-a-lab-network.md. A student stops the robot all the
-time: by `nao stop` as a new process, and over an existing link. Afterwards it is measured how soon a client
-that connects, and waits for two seconds, gets an answer again. Everything is on loopback, and every attack is
-limited in number and time: liveliness tokens through a router with TLS and roles, TCP connections that stay
-silent, or begin a TLS handshake and then stay silent, to the router or to a server without TLS.
+The cases of attacks are the figures of docs/decisions/0007-limits-of-a-lab-network.md. A student stops the
+robot all the time: by `nao stop` as a new process, and over an existing link. Afterwards it is measured how
+soon a client that connects, and waits for two seconds, gets an answer again. Everything is on loopback, and
+every attack is limited in number and time: liveliness tokens through a router with TLS and roles, TCP
+connections that stay silent, or begin a TLS handshake and then stay silent, to the router or to a server
+without TLS.
+
+`bad network`, which needs root on Linux: two network namespaces are joined by a switch in this program, which
+delays each packet and drops some, each way, with a seed. In one are a router with TLS and roles and a fake
+robot, as in a lab; in the other a new process of `nao stop` runs again and again. Everything ends with the
+program.
+
+    python benchmarks/bench_lab.py [CASE...]
+    python benchmarks/bench_lab.py "bad network" [--delay 0.2] [--loss 0.05] [--stops 50] [--user operator]
 """
 
 from __future__ import annotations
 
 import argparse
+import ctypes
+import fcntl
+import heapq
 import logging
+import os
+import random
 import secrets
+import select
 import socket
 import ssl
 import statistics
+import struct
 import subprocess
 import sys
 import tempfile
@@ -23,13 +39,17 @@ import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
+from datetime import timedelta
+from functools import partial
 from pathlib import Path
 from typing import Final
 
 import zenoh
 
+from benchmarks.common import parts, percentile
 from interfaces.nao import SafetyPrx
 from nao_tools._deployment.admission import raise_file_limit
+from nao_tools._security.folder import SecurityFolder
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.security import Keys
 from zenoh_ice import ConnectFailedException, SystemException, initialize
@@ -50,6 +70,15 @@ CASES: Final = {
     "200 silent connections, TCP": ("silent tcp", 200),
     "600 silent connections, TCP": ("silent tcp", 600),
 }
+ROBOT: Final = "10.78.0.1"
+PERSON: Final = "10.78.0.2"
+PORT: Final = 7447
+GOAL: Final = 10.0  # s
+PATIENCE: Final = 40.0  # s of one command
+_TUNSETIFF: Final = 0x400454CA  # of linux/if_tun.h
+_TUN_WITHOUT_HEADER: Final = 0x1001
+_CLONE_NEWNET: Final = 0x40000000  # of linux/sched.h
+_LARGEST_PACKET: Final = 2048
 
 
 @dataclass
@@ -64,7 +93,7 @@ class Stops:
         if not self.took:
             return f"0 of {number}"
         median, longest = statistics.median(self.took), max(self.took)
-        most = sorted(self.took)[int(0.99 * (len(self.took) - 1))]
+        most = percentile(self.took, 0.99)
         return f"{len(self.took)} of {number}, {median:.3f} s, 99 % {most:.2f} s, at most {longest:.2f} s"
 
 
@@ -161,7 +190,7 @@ def hello() -> bytes:
     return sent.read()
 
 
-def measure(name: str, keys: Keys) -> None:
+def attacked(name: str, keys: Keys, _: argparse.Namespace) -> None:
     """Run one case and print its row."""
     kind, number = CASES[name]
     plain = free_endpoint()
@@ -206,14 +235,114 @@ def measure(name: str, keys: Keys) -> None:
     print(f"| {name} | {fresh} | {ready} | {back} |", flush=True)
 
 
+class Switch:
+    """A thread that passes packets between two network devices, later or not at all."""
+
+    def __init__(self, first: int, second: int, *, delay: float, loss: float, seed: int) -> None:
+        self._ends: Final = {first: second, second: first}
+        self._delay: Final = delay
+        self._loss: Final = loss
+        self._random: Final = random.Random(seed)
+        self._ended = threading.Event()
+        self._thread: Final = threading.Thread(target=self._run, name="switch")
+        self._thread.start()
+
+    def close(self) -> None:
+        """End the thread and the devices."""
+        self._ended.set()
+        self._thread.join()
+        for end in self._ends:
+            os.close(end)
+
+    def _run(self) -> None:
+        waiting: list[tuple[float, int, int, bytes]] = []
+        number = 0
+        while not self._ended.is_set():
+            left = waiting[0][0] - time.monotonic() if waiting else 0.05
+            ready, _, _ = select.select(list(self._ends), [], [], min(max(left, 0.0), 0.05))
+            for end in ready:
+                number += 1
+                packet = os.read(end, _LARGEST_PACKET)
+                if self._random.random() >= self._loss:
+                    heapq.heappush(waiting, (time.monotonic() + self._delay, number, self._ends[end], packet))
+            while waiting and waiting[0][0] <= time.monotonic():
+                _, _, end, packet = heapq.heappop(waiting)
+                os.write(end, packet)
+
+
+def device(namespace: str, address: str) -> int:
+    """Make a network device in a namespace; return the descriptor that reads and writes its packets."""
+    libc = ctypes.CDLL(None, use_errno=True)
+    here = os.open("/proc/thread-self/ns/net", os.O_RDONLY)
+    there = os.open(f"/run/netns/{namespace}", os.O_RDONLY)
+    try:
+        if libc.setns(there, _CLONE_NEWNET):
+            raise OSError(ctypes.get_errno(), f"cannot enter the network namespace {namespace}")
+        end = os.open("/dev/net/tun", os.O_RDWR)
+        fcntl.ioctl(end, _TUNSETIFF, struct.pack("16sH", b"bad0", _TUN_WITHOUT_HEADER))
+        for words in (f"addr add {address}/24 dev bad0", "link set bad0 up mtu 1400", "link set lo up"):
+            subprocess.run(["ip", *words.split()], check=True)
+        return end
+    finally:
+        libc.setns(here, _CLONE_NEWNET)
+        os.close(there)
+        os.close(here)
+
+
+@contextmanager
+def bad_network(delay: float, loss: float, seed: int) -> Iterator[tuple[list[str], list[str]]]:
+    """Join two namespaces; yield the beginnings of commands that run in the robot's and in the person's."""
+    names = [f"{side}{os.getpid()}" for side in ("robot", "person")]
+    with ExitStack() as end:
+        for name in names:
+            subprocess.run(["ip", "netns", "add", name], check=True)
+            end.callback(subprocess.run, ["ip", "netns", "del", name], check=True)
+        ends = [device(name, address) for name, address in zip(names, (ROBOT, PERSON), strict=True)]
+        end.callback(Switch(*ends, delay=delay, loss=loss, seed=seed).close)
+        yield ["ip", "netns", "exec", names[0]], ["ip", "netns", "exec", names[1]]
+
+
+@contextmanager
+def lab(folder: Path, within: list[str]) -> Iterator[None]:
+    """Run a router with TLS and roles, and a fake robot, in a namespace."""
+    keys = SecurityFolder(folder)
+    keys.create(realm="nao", hosts=[ROBOT], port=PORT, valid=timedelta(days=1))
+    router = [*within, *module("nao_tools", "router", "--config", f"{folder}/router.toml")]
+    robot = [*within, *module("naoserver.fake", "--config", f"{folder}/robot.toml")]
+    with ComponentProcess(router) as routing:
+        routing.wait_for("listens on")
+        with ComponentProcess(robot) as serving:
+            serving.wait_for("^ready")
+            yield
+
+
+def bad_stops(given: argparse.Namespace) -> None:
+    """Stop a robot over a bad network, and print the figures."""
+    stops = Stops()
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        bad_network(given.delay, given.loss, given.seed) as (robot, person),
+        lab(Path(folder, "keys"), robot),
+    ):
+        settings = str(Path(folder, "keys", f"{given.user}.toml"))
+        command = [*person, *module("nao_tools", "stop", "--config", settings)]
+        for number in range(1, given.stops + 1):
+            began = time.monotonic()
+            done = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE, check=False)
+            seconds, text = time.monotonic() - began, (done.stderr + done.stdout).strip().rpartition("\n")[2]
+            print(f"{number:3}  {seconds:5.2f} s  exit code {done.returncode}  {text}", flush=True)
+            if done.returncode == 0:
+                stops.took.append(seconds)
+            else:
+                stops.failed += 1
+    within = sum(seconds <= GOAL for seconds in stops.took)
+    print(f"{within} of {given.stops} succeeded within {GOAL:g} s; {stops}")
+
+
 def main() -> None:
-    """Measure the named cases, by default all of them."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("cases", nargs="*", metavar="CASE", help=", ".join(CASES))
-    parser.add_argument("--attack", nargs=3, help=argparse.SUPPRESS)
-    options = parser.parse_args()
-    if options.attack:
-        kind, number, where = options.attack
+    """Measure the named cases, by default all attacks."""
+    if "--attack" in sys.argv:
+        kind, number, where = sys.argv[2:]
         if kind == "tokens":
             declare_tokens(int(number), load_settings(where, defaults={"clock": "wall"}))
         else:
@@ -223,8 +352,17 @@ def main() -> None:
     print("| attack | new process | existing link | new links again after |\n|---|---|---|---|")
     with tempfile.TemporaryDirectory() as folder:
         keys = Keys(Path(folder) / "keys")
-        for name in options.cases or CASES:
-            measure(name, keys)
+        measured = {name: partial(attacked, name, keys) for name in CASES} | {"bad network": bad_stops}
+        parts(
+            __doc__,
+            measured,
+            on_request=["bad network"],
+            delay=0.2,
+            loss=0.05,
+            stops=50,
+            seed=1,
+            user="operator",
+        )
 
 
 if __name__ == "__main__":

@@ -10,18 +10,14 @@ that of one whose odometry slips more than the simulated one does: 10 % of each 
 
 from __future__ import annotations
 
-import argparse
 import cmath
 import math
 import statistics
-import sys
-from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-
+from benchmarks.common import options
 from hfsm_runtime.virtual.clock import TaskClock
 from hfsm_runtime.virtual.network import VirtualNetwork
 from interfaces.jderobot import CameraPrx, EncodersPrx
@@ -116,12 +112,7 @@ def walk(seed: int, seconds: float) -> dict[str, tuple[float, ...]]:
 
 def main() -> None:
     """Walk with each seed and print the median and the largest errors."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--seeds", type=int, default=8)
-    parser.add_argument("--seconds", type=float, default=30.0)
-    arguments = parser.parse_args()
+    arguments = options(__doc__, seeds=8, seconds=30.0)
     walks = [walk(seed, arguments.seconds) for seed in range(1, arguments.seeds + 1)]
     for name in walks[0]:
         place, turn, odometry, odometry_turn = zip(*(each[name] for each in walks), strict=True)

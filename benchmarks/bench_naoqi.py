@@ -18,14 +18,11 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, contextmanager
-from pathlib import Path
 from typing import Final, TypeVar
 
 import qi
 from rich.console import Console
 from rich.table import Table
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from interfaces.jderobot import CameraPrx
 from interfaces.nao import HealthPrx, JointsPrx, PoseHeadPrx, Severity

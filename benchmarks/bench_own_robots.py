@@ -28,8 +28,6 @@ from xml.etree import ElementTree as ET
 import psutil
 from rich.console import Console
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-
 from interfaces.nao import DescriptionPrx, GroundTruthPrx, JointsPrx, Vector3
 from tests.support.ports import free_port
 from zenoh_ice import Communicator, initialize

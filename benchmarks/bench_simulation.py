@@ -1,54 +1,41 @@
-"""Measure the simulated robot: pace, lag, memory, cost of physics and images, balance while it dances.
+"""Measure the simulated robot: the cost of physics, senses and images, and of several robots in one world.
 
-Required are steps at 30 times real time with walk and senses, and three robots with a camera each in real
-time on two cores. docs/explanation/comparison.md compares these figures with qiBullet's.
+Required are steps at 30 times real time with walk and senses. docs/explanation/comparison.md compares these
+figures with qiBullet's. Times are processor times, so that other programs hardly affect them; those of the
+senses are the shortest of many rounds.
 
-The server runs as a separate process and is read over Zenoh, as by users; the rest is measured in this
-process.
-
-    python benchmarks/bench_simulation.py [--seconds 10]
+    python benchmarks/bench_simulation.py [--rounds 40] [physics] [bodies] [world] [pictures] [senses]
 """
 
 from __future__ import annotations
 
 import argparse
-import math
 import statistics
-import sys
 import time
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 from unittest.mock import patch
 
 import gymnasium
 import mujoco
 import numpy as np
-import psutil
 from rich.console import Console
 from rich.table import Table
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-
-from interfaces.jderobot import CameraPrx
-from interfaces.nao import HealthPrx
+from benchmarks.common import parts
 from naoserver.bodies import find_body
 from naoserver.bodies.capabilities import STILL, WalkVelocity
 from naoserver.bodies.nao import H25
 from naoserver.body import Body
+from naoserver_sim._stepper import STEPS_PER_TICK
 from naoserver_sim.arena import Arena
 from naoserver_sim.model import build_model
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.standing import standing
 from naoserver_sim.world import load_world, side_by_side
 from tests.support.present import present
-from tests.support.processes import ComponentProcess, free_endpoint, module
 from visualhfsm_learning import ENVIRONMENTS
-from zenoh_ice import VirtualClock, initialize
+from zenoh_ice import VirtualClock
 
-CONSOLE = Console(width=100)
-SETTLING = 1.5
-"""Seconds after the start that are not measured: the factor and the lag are means over the last second."""
 ROUNDS = 7
 TICKS = 200
 """Control ticks of 10 ms, with 4 steps each, in a round."""
@@ -56,66 +43,12 @@ TURNS = 41
 """Rounds in which a body's robot and bare steps take turns."""
 SHORT = TICKS // 4
 """Control ticks of such a round."""
+ASKED = 0.10
+"""The largest share that the senses may add to the cost of stepping."""
+SENSED = 50
 
 
-def served(seconds: float, options: list[str], cameras: tuple[str, ...]) -> list[str]:
-    """Run a server, subscribe to cameras, and return its pace, lag, image rates, memory and load."""
-    endpoint = free_endpoint()
-    with (
-        ComponentProcess(module("naoserver_sim", "--listen", endpoint, *options)) as process,
-        initialize(connect=[endpoint], listen=["tcp/127.0.0.1:0"]) as communicator,
-    ):
-        process.wait_for("^ready")
-        observed = psutil.Process(process.process.pid)
-        health = HealthPrx.checkedCast(communicator.stringToProxy("Health"))
-        arrived = dict.fromkeys(cameras, 0)
-        subscriptions = []
-        for name in cameras:
-            camera = CameraPrx.checkedCast(communicator.stringToProxy(name))
-
-            def count(_: object, name: str = name) -> None:
-                arrived[name] += 1
-
-            subscriptions.append(camera.getImageData.subscribe(count))
-        time.sleep(SETTLING)
-        begin, counted, used = time.monotonic(), dict(arrived), observed.cpu_times()
-        factors, lags = [], []
-        while (elapsed := time.monotonic() - begin) < seconds:
-            report = health.getHealth()
-            factors.append(report.realTimeFactor)
-            lags.append(report.lag)
-            time.sleep(0.2)
-        now = observed.cpu_times()
-        load = (now.user + now.system - used.user - used.system) / elapsed
-        memory = observed.memory_info().rss / 2**20
-        for subscription in subscriptions:
-            subscription.close()
-    rates = ", ".join(f"{(arrived[name] - counted[name]) / elapsed:.1f}" for name in cameras)
-    return [
-        " ".join(options) or "(none)",
-        str(len(cameras)),
-        f"{min(factors):.3f} .. {max(factors):.3f}",
-        f"{max(lags) * 1000:.1f}",
-        rates or "-",
-        f"{memory:.0f}",
-        f"{load * 100:.0f} %",
-    ]
-
-
-def print_served(seconds: float) -> None:
-    both = ("Camera", "CameraBottom")
-    table = Table("options", "cameras read", "real-time factor", "worst lag ms", "images/s", "MB", "CPU")
-    for options, cameras in (
-        ([], ()),
-        ([], both),
-        (["--camera", "Camera=640x480@15"], both),
-        ([], (*both, "CameraOutside")),
-        (["--speed", "5"], both),
-        (["--speed", "20"], ()),
-        (["--speed", "max"], ()),
-    ):
-        table.add_row(*served(seconds, options, cameras))
-    CONSOLE.print("naoserver-sim, read over Zenoh", table)
+CONSOLE = Console(width=100)
 
 
 def paces(work: Callable[[], float], rounds: int = ROUNDS) -> list[float]:
@@ -215,7 +148,7 @@ def learning(name: str) -> float:
     return ratio
 
 
-def print_physics() -> None:
+def print_physics(_: argparse.Namespace) -> None:
     table = Table("one core", "times real time", "steps per second", "median")
     for name, measured in stepping().items():
         best = max(measured)
@@ -257,7 +190,7 @@ def beside_bare_steps(body: Body) -> list[str]:
     return row
 
 
-def print_bodies() -> None:
+def print_bodies(_: argparse.Namespace) -> None:
     table = Table("body", "bare steps a second", "standing", "its steps alone", "walking", "its steps alone")
     for name in ("H25", "T1", "G1"):
         table.add_row(name, *beside_bare_steps(find_body(name)))
@@ -292,7 +225,7 @@ def walking_together(robots: int, body: Body, *, images: bool = False) -> Callab
     return work
 
 
-def print_one_world() -> None:
+def print_one_world(_: argparse.Namespace) -> None:
     """Compare the processor time of a robot in a world of four with that of one in a world of its own."""
     table = Table("body", "one of four beside one alone", "four, times real time", "with 10 images/s each")
     for name in ("H25", "T1"):
@@ -309,14 +242,14 @@ def print_one_world() -> None:
     CONSOLE.print("walking robots with noise, by processor time (required: 1.2 at most)", table)
 
 
-def print_picture_rates() -> None:
+def print_picture_rates(given: argparse.Namespace) -> None:
     table = Table("size", "noise", "images per second of processor time", "median")
     for noise in (False, True):
         robot = SimulatedRobot(clock=VirtualClock(), noise=noise, seed=1)
         for size in ((320, 240), (640, 480)):
             robot.capture("Camera", *size)
             rates = []
-            for _ in range(ROUNDS):
+            for _ in range(min(given.rounds, ROUNDS)):
                 begin = time.process_time()
                 for _ in range(50):
                     robot.capture("Camera", *size)
@@ -329,101 +262,86 @@ def print_picture_rates() -> None:
     CONSOLE.print("images of the top camera in one process", table)
 
 
-def print_team(seconds: float, robots: int = 3, cores: int = 2) -> None:
-    """Run several robots on a few cores, and read a camera of each."""
-    this = psutil.Process()
-    before = this.cpu_affinity()
-    available = sorted(before)[:cores]
-    this.cpu_affinity(available)  # processes that are started from now on inherit it
-    table = Table("camera", "worst real-time factors", "images/s", "worst lags ms", "cores used")
-    for camera in ("320x240@10", "640x480@15"):
-        options = ["--camera", f"Camera={camera}"]
-        with ThreadPoolExecutor(robots) as pool:
-            started = [pool.submit(served, seconds, options, ("Camera",)) for _ in range(robots)]
-            runs = [run.result() for run in started]
-        factors, lags, rates, loads = ([run[column] for run in runs] for column in (2, 3, 4, 6))
-        table.add_row(
-            camera,
-            ", ".join(factor.split(" .. ")[0] for factor in factors),
-            ", ".join(rates),
-            ", ".join(lags),
-            f"{sum(float(load.split()[0]) for load in loads) / 100:.2f}",
-        )
-    this.cpu_affinity(before)
-    CONSOLE.print(f"{robots} robots on {len(available)} cores, a camera of each read over Zenoh", table)
+def least(rounds: int, work: dict[str, Callable[[], None]]) -> dict[str, float]:
+    """Return the shortest time in s of each function; their calls alternate."""
+    best = dict.fromkeys(work, float("inf"))
+    for _ in range(rounds):
+        for name, run in work.items():
+            begin = time.thread_time()
+            run()
+            best[name] = min(best[name], time.thread_time() - begin)
+    return best
 
 
-def print_images() -> None:
-    table = Table("camera", "size", "median ms, skin", "median ms, blocks")
-    rows: dict[tuple[str, tuple[int, int]], list[float]] = {}
-    for skin in (True, False):
-        robot = SimulatedRobot(clock=VirtualClock(), skin=skin)
-        try:
-            for camera in robot.cameras:
-                for size in camera.sizes:
-                    costs = []
-                    for _ in range(25):
-                        begin = time.perf_counter()
-                        robot.capture(camera.name, *size)
-                        costs.append(time.perf_counter() - begin)
-                    rows.setdefault((camera.name, size), []).append(statistics.median(costs[5:]) * 1000)
-        finally:
-            robot.close()
-    for (name, (width, height)), costs in rows.items():
-        table.add_row(name, f"{width}x{height}", *(f"{cost:.1f}" for cost in costs))
-    CONSOLE.print("one image, from the call to the pixels", table)
+def cost_of_standing(rounds: int, *, noise: bool) -> tuple[float, float]:
+    """Return the time of a control tick in s without the senses, and the time that they add.
+
+    Without them MuJoCo measures nothing, and nothing reads values.
+    """
+    robot = SimulatedRobot(clock=VirtualClock(), skin=False, noise=noise, seed=1)
+    simulator = robot._simulator
+    mj, data = simulator.physics.mj, simulator.physics.data
+    watchers, physics = list(simulator.watchers), simulator.physics
+    step = physics._stepper.tick
+
+    def bare_step() -> None:
+        mj.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
+        mujoco.mj_step(mj, data, nstep=STEPS_PER_TICK)
+
+    def bare() -> None:
+        simulator.watchers.clear()
+        physics._stepper.tick = bare_step  # type: ignore[method-assign]
+        physics.advance(SENSED)
+
+    def feeling() -> None:
+        simulator.watchers[:] = watchers
+        physics._stepper.tick = step  # type: ignore[method-assign]
+        physics.advance(SENSED)
+
+    best = least(rounds, {"bare": bare, "feeling": feeling})
+    return best["bare"] / SENSED, (best["feeling"] - best["bare"]) / SENSED
 
 
-def dance(fraction: float, arms: str, seconds: float = 30.0) -> tuple[float, int]:
-    """Move arms and head at a fraction of full speed; return the worst tilt and the number of poses."""
+def cost_of_walking(rounds: int, *, noise: bool) -> float:
+    """Return the time of a control tick in s of a robot that walks, with its senses."""
+    robot = SimulatedRobot(clock=VirtualClock(), skin=False, noise=noise, seed=1)
+    present(robot.walker).command(WalkVelocity(forward=0.1))
+    return least(rounds, {"walk": lambda: robot._simulator.physics.advance(SENSED)})["walk"] / SENSED
+
+
+def print_senses(given: argparse.Namespace) -> None:
+    rounds = given.rounds
+    table = Table(title=f"Senses compared with stepping (required: less than {ASKED:.0%} more)")
+    for column in ("", "stepping, us per tick", "senses, us per tick", "more"):
+        table.add_column(column, justify="right" if column else "left")
+    for noise in (False, True):
+        bare, senses = cost_of_standing(rounds, noise=noise)
+        walking = cost_of_walking(rounds, noise=noise) - senses
+        for name, stepping in (("standing", bare), ("walking", walking)):
+            figures = (f"{stepping * 1e6:.1f}", f"{senses * 1e6:.1f}", f"{senses / stepping:.1%}")
+            table.add_row(f"{name}{', with noise' if noise else ''}", *figures)
+    CONSOLE.print(table)
     clock = VirtualClock()
     robot = SimulatedRobot(clock=clock, skin=False)
-    place = {joint.name: number for number, joint in enumerate(robot.joints)}
-    full = {joint.name: joint.max_velocity for joint in robot.joints}
-    poses = ((-1.4, 0.2, 0.1, 1.0), (1.4, 0.2, 1.4, -1.0), (0.0, 1.2, 0.1, 0.0), (0.0, -0.1, 1.0, 0.5))
-    worst, reached = 0.0, 0
-    while clock.now() < seconds:
-        pitch, roll, elbow, yaw = poses[reached % len(poses)]
-        targets = {"HeadYaw": yaw}
-        for arm in arms:
-            outward = 1 if arm == "L" else -1
-            targets |= {
-                f"{arm}ShoulderPitch": pitch,
-                f"{arm}ShoulderRoll": outward * roll,
-                f"{arm}ElbowRoll": -outward * elbow,
-            }
-        robot.command_positions(targets, {name: fraction * full[name] for name in targets})
-        while clock.now() < seconds:
-            clock.advance(0.02)
-            worst = max(worst, robot.state().torso_tilt)
-            positions = robot.read().positions
-            if all(abs(positions[place[name]] - target) < 0.06 for name, target in targets.items()):
-                reached += 1
-                break
-    robot.close()
-    return math.degrees(worst), reached
-
-
-def print_dance() -> None:
-    table = Table("arms", *(f"{fraction:g} of full speed" for fraction in (0.1, 0.2, 0.3, 0.5, 1.0)))
-    for arms in ("R", "L", "LR"):
-        results = [dance(fraction, arms) for fraction in (0.1, 0.2, 0.3, 0.5, 1.0)]
-        table.add_row(arms, *(f"{tilt:.1f} deg, {poses} poses" for tilt, poses in results))
-    CONSOLE.print("largest tilt of the torso while arms and head dance for 30 s (6.5 deg standing)", table)
+    reads: list[float] = []
+    for _ in range(rounds):
+        clock.advance(0.1)
+        robot.state()  # the physics is brought up to date here
+        begin = time.thread_time()
+        robot.senses.read()
+        reads.append(time.thread_time() - begin)
+    CONSOLE.print(f"reading all senses: {min(reads) * 1e6:.0f} us after a measurement of the sonar")
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seconds", type=float, default=10.0, help="duration of each run of the server")
-    seconds = parser.parse_args().seconds
-    print_physics()
-    print_bodies()
-    print_one_world()
-    print_picture_rates()
-    print_images()
-    print_team(seconds)
-    print_dance()
-    print_served(seconds)
+    measured = {
+        "physics": print_physics,
+        "bodies": print_bodies,
+        "world": print_one_world,
+        "pictures": print_picture_rates,
+        "senses": print_senses,
+    }
+    parts(__doc__, measured, rounds=40)
 
 
 if __name__ == "__main__":

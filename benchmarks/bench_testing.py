@@ -1,13 +1,10 @@
 """Measure tests of behaviors: virtual seconds per second of processor time, and the cost of a call.
 
-python benchmarks/bench_testing.py [--seconds 40] [--json FILE]
+python benchmarks/bench_testing.py [--seconds 40]
 """
 
 from __future__ import annotations
 
-import argparse
-import json
-import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -15,8 +12,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-
+from benchmarks.common import options
 from naoserver.errors import HardwareFailure
 from visualhfsm.simulation._loading import load_component, read
 from visualhfsm.testing import Behavior, check_properties
@@ -124,12 +120,7 @@ def property_cost() -> float:
 
 def main() -> None:
     """Measure and print."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--seconds", type=float, default=40.0, help="virtual seconds of a run")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures to FILE")
-    arguments = parser.parse_args()
+    arguments = options(__doc__, seconds=40.0)
     table = Table(title="virtual seconds per second")
     table.add_column("behavior")
     for kind in KINDS:
@@ -147,9 +138,6 @@ def main() -> None:
     console.print(table)
     call, run = call_cost(), property_cost()
     console.print(f"a call within the process: {call:.0f} us; a random run of a document: {run:.1f} ms")
-    if arguments.json:
-        found = {"pace": figures, "call_us": call, "random_run_ms": run}
-        arguments.json.write_text(json.dumps(found, indent=2) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

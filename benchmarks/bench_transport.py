@@ -36,8 +36,6 @@ import psutil
 from rich.console import Console
 from rich.table import Table
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-
 from benchmarks.transport.peers import LARGE_IMAGE, SMALL_IMAGE, Kind, generate
 from benchmarks.transport.workers import Worker
 from tests.support.processes import ComponentProcess, free_endpoint, module

@@ -1,82 +1,71 @@
-"""Measure trials and grading: what a trial costs, how their rate grows with processes, and thirty marks.
+"""Measure trials and grading: what a trial costs, how their rate grows, thirty marks, what intervals hold.
 
 `overhead` is the processor time of a trial beside that of a virtual run of the same behavior without one.
 `rate` is that of trials with two processes, and with four workers of Dask, beside one, in rounds that take
-turns. `short` are trials of 1 s with the fake robot. `page` is that of 1,000 trials, of these and of some on
-a soccer field with all that a page can show, without a network. `grading` is the command `visualhfsm grade`
-for thirty submissions, the solution and the mistakes of an exercise, with five trials each.
+turns. `short` are trials of 1 s with the fake robot. `grading` is the command `visualhfsm grade` for thirty
+submissions, the solution and the mistakes of an exercise, with five trials each. Rates are meaningful on a
+machine that does nothing else; the load is printed. Some three minutes; with `--all`, which runs 10,000 short
+trials and grades the exercise `goal` too, some eight.
 
-Rates are meaningful on a machine that does nothing else; the load is printed. Some three minutes; with
-`--all`, which runs 10,000 short trials and grades the exercise `goal` too, some eight.
+`intervals`, six minutes more: how often the intervals hold what they are of. Means are of numbers that are
+drawn from a known distribution, 5,000 times for each count. `given` is the part of the draws of which the
+mean gets an interval, `held` the part of these intervals with the true mean. None may reach beyond what a
+number can be. A rate is counted exactly: of every number of successes that there can be, with true rates from
+1 to 99 %.
 
-    python benchmarks/bench_trials.py [--all] [--only PART]... [--json FILE]
+    python benchmarks/bench_trials.py [--all] [--draws 5000] [PART...]
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import math
 import os
-import random
 import re
 import shutil
 import statistics
 import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack, closing
+from functools import partial
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 import msgspec
+import numpy as np
 import psutil
 from rich.console import Console
 from rich.table import Table
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-
-from playwright.sync_api import Browser
-
-from tests.support.browser import NO_CHROMIUM, chromium, chromium_path
+from benchmarks.common import parts
 from tests.support.dask_cluster import DaskCluster
+from tests.support.places import ROOT
 from tests.support.processes import module
-from visualhfsm._base.html_file import write_html
 from visualhfsm.simulation import simulate
 from visualhfsm.trials import Outcome, Plan, Pool, Spread, Success
-from visualhfsm.trials._outcomes import Record, StateChange
-from visualhfsm.trials._page import trials_page, write_trials_page
+from visualhfsm.trials._outcomes import Record
 from visualhfsm.trials._plan import Disturbance
 from visualhfsm.trials._series import LocalPool, Series
+from visualhfsm.trials._statistics import UNBOUNDED, mean_of, rarest, require_scipy, success_rate
 from visualhfsm.trials._summary import summarize
 from visualhfsm.trials._trial import quiet, run_trial
-from visualhfsm.trials._view import view_of
 from visualhfsm_classes import read_exercise
 from visualhfsm_cluster._cluster import Cluster
 
-ROOT: Final = Path(__file__).resolve().parents[1]
-PARTS: Final = ("overhead", "rate", "short", "page", "grading")
 PAIRS: Final = 11
 RUNS_OF_A_ROUND: Final = 72
 ROUNDS: Final = 3
-PAGE_RUNS: Final = 1000
-OPENINGS: Final = 5
 SUBMISSIONS: Final = 30
 SAMPLES: Final = 20
 """How often memory is looked at while short trials run."""
-
-FIRST_PAINT: Final = """
-const look = () => {
-    const section = document.querySelector('hfsm-trials section');
-    if (section) setTimeout(() => { window.shown = performance.now(); });
-    else requestAnimationFrame(look);
-};
-requestAnimationFrame(look);
-"""
-
 Rows = list[tuple[str, str, str]]
 """What was measured, how much it is, and the goal."""
+COUNTS: Final = (4, 5, 10, 20, 50)
+TRUE_RATES: Final = tuple(part / 100 for part in range(1, 100))
+Draw = Callable[[np.random.Generator, int], np.ndarray]
 
 
 def short_plan(runs: int, limit: float = 1.0) -> Plan:
@@ -192,100 +181,6 @@ def short(runs: int) -> Rows:
     ]
 
 
-def page() -> Rows:
-    """Measure two pages of 1,000 trials in Chromium, which is offline."""
-    if chromium_path() is None:
-        return [("page", NO_CHROMIUM, "")]
-    rows: Rows = []
-    with tempfile.TemporaryDirectory() as name, chromium() as browser:
-        for title, plan, make in (
-            ("short trials, with pages of the worst", short_plan(PAGE_RUNS), _write_computed),
-            ("soccer, with all that there can be", soccer_plan(), _write_imagined),
-        ):
-            path = Path(name) / f"{title[:5]}.html"
-            size = make(path, plan)
-            rows += [
-                (f"page: {title}", f"{size / 1e6:.2f} MB", "< 2 MB"),
-                ("page: opened from the disk, offline", f"{_opening(browser, path):.2f} s", "<= 1 s"),
-            ]
-    return rows
-
-
-def soccer_plan() -> Plan:
-    """Return a plan with much that varies: places of robot and ball, light, noise, and disturbances."""
-    return Plan(
-        document=str(ROOT / "behaviors" / "score.xml"),
-        runs=PAGE_RUNS,
-        limit=90.0,
-        scene={
-            "world": "soccer",
-            "noise": (True, False),
-            "robot.x": Spread(lowest=-4.0, highest=2.0),
-            "robot.y": Spread(lowest=-2.5, highest=2.5),
-            "robot.heading": Spread(lowest=-3.1, highest=3.1),
-            "Ball.x": Spread(lowest=0.0, highest=4.0),
-            "Ball.y": Spread(lowest=-2.5, highest=2.5),
-            "light.brightness": Spread(mean=1.0, deviation=0.2, lowest=0.3),
-        },
-        disturbances={
-            f"push {number}": Disturbance(at=Spread(lowest=5.0, highest=80.0), push=60.0, seconds=0.2)
-            for number in range(3)
-        },
-        success=Success(state="scored"),
-    )
-
-
-def _write_computed(path: Path, plan: Plan) -> int:
-    """Write the page of trials that are run, and return its size in bytes."""
-    file = path.with_suffix(".jsonl")
-    series = Series(plan)
-    with Record(file, series.header) as record, LocalPool() as pool:
-        series.run(record, pool)
-    return write_trials_page(path, plan, summarize(file, plan.varying, plan.runs), file, series.record)
-
-
-def _write_imagined(path: Path, plan: Plan) -> int:
-    """Write the page of trials that nobody has run, with the most of everything; return its size in bytes."""
-    file = path.with_suffix(".jsonl")
-    dice = random.Random(1)
-    states = [f"playing, level {number % 4}/state {number}" for number in range(40)]
-    with Record(file, Series(plan).header) as record:
-        for number in plan.trials:
-            times = sorted(dice.uniform(0.0, plan.limit) for _ in range(200))
-            success = dice.random() < 0.7
-            record.add(
-                Outcome(
-                    number=number,
-                    values=plan.draw(number),
-                    success=success,
-                    reason="" if success else dice.choice(("fell", "not in scored after 90 s", "IndexError")),
-                    time=times[-1],
-                    states=dice.choice(states),
-                    numbers={f"number {index}": dice.gauss(5.0, 1.0) for index in range(12)},
-                    changes=tuple(StateChange(at, dice.choice(states)) for at in times),
-                )
-            )
-    view = view_of(plan, summarize(file, plan.varying, plan.runs), file)
-    return write_html(path, trials_page(view))
-
-
-def _opening(browser: Browser, path: Path) -> float:
-    """Return the median time in s until a page is shown, in a new window without a network."""
-    times: list[float] = []
-    asked: list[str] = []
-    for _ in range(OPENINGS):
-        with closing(browser.new_context(offline=True)) as context:
-            page = context.new_page()
-            page.on("request", lambda request: asked.append(request.url))
-            page.add_init_script(FIRST_PAINT)
-            page.goto(path.as_uri())
-            page.wait_for_function("window.shown")
-            times.append(page.evaluate("window.shown") / 1000)
-    outside = [url for url in asked if not url.startswith(("file:", "data:", "blob:"))]
-    assert not outside, outside
-    return statistics.median(times)
-
-
 def grading(exercises: Sequence[str]) -> Rows:
     """Measure the command that grades thirty submissions, with their pages."""
     rows = []
@@ -322,36 +217,107 @@ def _with_five_trials(name: str, folder: Path) -> Path:
     return folder
 
 
+class Distribution(NamedTuple):
+    """How numbers are drawn, their true mean, and what a number can be."""
+
+    draw: Draw
+    mean: float
+    bounds: tuple[float, float] = (0.0, math.inf)
+
+
+def _mixture(random: np.random.Generator, count: int) -> np.ndarray:
+    usual, rare = random.normal(1.0, 0.2, count), random.normal(10.0, 1.0, count)
+    return np.where(random.random(count) < 0.1, rare, usual)
+
+
+DISTRIBUTIONS: Final = {
+    "normal, 3 ± 1": Distribution(lambda random, count: random.normal(3.0, 1.0, count), 3.0, UNBOUNDED),
+    "exponential": Distribution(lambda random, count: random.exponential(1.0, count), 1.0),
+    "lognormal, s = 1": Distribution(lambda random, count: random.lognormal(0.0, 1.0, count), math.exp(0.5)),
+    "exponential, cut at 2": Distribution(
+        lambda random, count: np.minimum(random.exponential(1.0, count), 2.0),
+        1.0 - math.exp(-2.0),
+        (0.0, 2.0),
+    ),
+    "1 in 30 %, else 0": Distribution(
+        lambda random, count: 1.0 * (random.random(count) < 0.3), 0.3, (0.0, 1.0)
+    ),
+    "1 in 5 %, else 0": Distribution(
+        lambda random, count: 1.0 * (random.random(count) < 0.05), 0.05, (0.0, 1.0)
+    ),
+    "0, 1, 5 in 60, 30, 10 %": Distribution(
+        lambda random, count: random.choice([0.0, 1.0, 5.0], count, p=[0.6, 0.3, 0.1]), 0.8, (0.0, 5.0)
+    ),
+    "1 ± 0.2, in 10 % 10 ± 1": Distribution(_mixture, 1.9, UNBOUNDED),
+}
+
+
+def means(name: str, draws: int) -> list[tuple[float, float]]:
+    """Return for each count which part of the draws has an interval, and which part of these holds."""
+    draw, true, bounds = DISTRIBUTIONS[name]
+    found = []
+    for count in COUNTS:
+        random = np.random.default_rng(count)
+        intervals = [mean_of(draw(random, count).tolist(), bounds).interval for _ in range(draws)]
+        given = [each for each in intervals if each is not None]
+        if any(low < bounds[0] or high > bounds[1] for low, high in given):
+            raise SystemExit(f"{name}: an interval of {count} numbers reaches beyond what they can be")
+        held = sum(low <= true <= high for low, high in given)
+        found.append((len(given) / draws, held / len(given) if given else math.nan))
+    return found
+
+
+def rates() -> list[tuple[float, float]]:
+    """Return for each count how often the interval of a rate holds it: on average, and the least."""
+    binomial = require_scipy().binom
+    found = []
+    for count in COUNTS:
+        intervals = [success_rate(successes, count) for successes in range(count + 1)]
+        held = [
+            sum(
+                binomial.pmf(successes, count, true)
+                for successes, each in enumerate(intervals)
+                if each.lowest <= true <= each.highest
+            )
+            for true in TRUE_RATES
+        ]
+        found.append((statistics.fmean(held), min(held)))
+    return found
+
+
+def intervals(draws: int) -> Rows:
+    """Measure for each count of numbers which intervals hold their mean, of those that are given."""
+    rows: Rows = []
+    for name in DISTRIBUTIONS:
+        for count, (given, held) in zip(COUNTS, means(name, draws), strict=True):
+            rows.append((f"intervals: {name}, {count}", f"{held:.1%} of {given:.1%}", ""))
+    for count, (mean, least) in zip(COUNTS, rates(), strict=True):
+        rows.append((f"intervals: a rate, {count}; at the worst", f"{mean:.1%}; {least:.1%}", ""))
+        rows.append((f"intervals: may be missing, {count}: rarer than", f"{rarest(count):.0%}", ""))
+    return rows
+
+
 def main() -> None:
     """Measure and print."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--all", action="store_true", help="10,000 short trials, and the exercise `goal`")
-    parser.add_argument("--only", action="append", choices=PARTS, help="measure this part; may be repeated")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures to FILE")
-    arguments = parser.parse_args()
-    parts: dict[str, Callable[[], Rows]] = {
-        "overhead": overhead,
-        "rate": rate,
-        "short": lambda: short(10_000 if arguments.all else 2_000),
-        "page": page,
-        "grading": lambda: grading(("wake_up", "goal") if arguments.all else ("wake_up",)),
-    }
     table = Table(title=f"Trials and grading, with {os.cpu_count()} processors")
     for column, justify in (("", "left"), ("measured", "right"), ("goal", "right"), ("load", "right")):
         table.add_column(column, justify=justify)  # type: ignore[arg-type]
-    found: Rows = []
-    for name in arguments.only or PARTS:
-        rows = parts[name]()
+
+    def add(measure: Callable[[argparse.Namespace], Rows], given: argparse.Namespace) -> None:
+        rows = measure(given)
         load = f"{os.getloadavg()[0]:.1f}"  # in the minute before, these processes included
         for row in rows:
             table.add_row(*row, load)
-        found += rows
+
+    measured: dict[str, Callable[[argparse.Namespace], Rows]] = {
+        "overhead": lambda _: overhead(),
+        "rate": lambda _: rate(),
+        "short": lambda given: short(10_000 if given.all else 2_000),
+        "grading": lambda given: grading(("wake_up", "goal") if given.all else ("wake_up",)),
+        "intervals": lambda given: intervals(given.draws),
+    }
+    parts(__doc__, {name: partial(add, each) for name, each in measured.items()}, all=False, draws=5000)
     Console(width=120).print(table)
-    if arguments.json:
-        figures = {name: figure for name, figure, _ in found}
-        arguments.json.write_text(json.dumps(figures, indent=2) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -8,15 +8,11 @@ its torque in a low state, and how long an emergency stop takes beside a program
 
 from __future__ import annotations
 
-import argparse
 import struct
 import sys
 import time
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Final
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import psutil
 from cyclonedds._clayer import ddspy_take, ddspy_write
@@ -25,6 +21,7 @@ from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 
+from benchmarks.common import options
 from interfaces.nao import SafetyPrx
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.unitree import ELBOW, low_command, on_loopback
@@ -110,12 +107,7 @@ def measure(safety: SafetyPrx, process: psutil.Process, seconds: float, stops: i
 
 def main() -> None:
     """Start a robot, and measure."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--seconds", type=float, default=10.0)
-    parser.add_argument("--stops", type=int, default=100)
-    options = parser.parse_args()
+    given = options(__doc__, seconds=10.0, stops=100)
     endpoint = free_endpoint()
     server = module(
         "naoserver_sim", "--body", "G1", "--unitree", "--dds-domain", str(DOMAIN), "--listen", endpoint
@@ -125,7 +117,7 @@ def main() -> None:
         initialize(connect=[endpoint], listen=[], clock="wall", timeout=STARTS) as communicator,
     ):
         safety = SafetyPrx.checkedCast(communicator.stringToProxy("Safety"))
-        measure(safety, psutil.Process(robot.process.pid), options.seconds, options.stops)
+        measure(safety, psutil.Process(robot.process.pid), given.seconds, given.stops)
 
 
 if __name__ == "__main__":

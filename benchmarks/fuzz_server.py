@@ -15,14 +15,12 @@ import sys
 import time
 from collections import Counter, deque
 from contextlib import suppress
-from pathlib import Path
 
 import msgpack
 import psutil
 import zenoh
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
-
+from benchmarks.common import options
 from tests.support.attachments import encode_call_attachment
 from tests.support.calculator import CALCULATOR, CalculatorPrx
 from tests.support.hostile_bytes import HostileBytes, bombs
@@ -110,17 +108,12 @@ class _Attack:
 
 def main() -> None:
     """Attack, and print the costs."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--seconds", type=float, default=60.0)
-    parser.add_argument("--seed", type=int, default=1)
-    options = parser.parse_args()
+    given = options(__doc__, seconds=60.0, seed=1)
     endpoint = free_endpoint()
     with ComponentProcess(module("tests.support.calculator_server", "--listen", endpoint)) as server:
         server.wait_for("^ready")
         with initialize(clock="wall", connect=[endpoint]) as client, stranger(endpoint) as first:
-            answers, memory = _run(client, first, endpoint, server.process.pid, options)
+            answers, memory = _run(client, first, endpoint, server.process.pid, given)
     print("\nanswers:", ", ".join(f"{kind} {count}" for kind, count in answers.most_common()))
     sys.exit(memory > _MOST_MEMORY)
 

@@ -19,8 +19,6 @@ import time
 from contextlib import nullcontext
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
-
 _GUIDED = importlib.util.find_spec("atheris") is not None
 _FINDINGS = Path("fuzz_findings")
 _LONGEST_INPUT = 1 << 16

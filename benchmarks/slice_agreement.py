@@ -8,11 +8,8 @@ The given files are compared separately. Differences are listed below the table.
 from __future__ import annotations
 
 import argparse
-import sys
 import tempfile
 from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from tests.support.slice_agreement import Agreement, compare, compare_generated
 from tests.support.slice_cases import all_cases

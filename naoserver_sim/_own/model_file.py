@@ -5,7 +5,6 @@ MuJoCo refuses masses and inertias that no body can have: those are repaired fir
 
 from __future__ import annotations
 
-import copy
 import re
 import warnings
 from collections.abc import Callable, Iterator, Mapping
@@ -275,7 +274,7 @@ def find_model(
     elif arguments:
         raise RobotError(f"{path}: {NO_XACRO}")
     if check is not None and any(root.all("mesh", "include")):
-        bare = copy.deepcopy(root)
+        bare = root.copied()
         for mesh in bare.all("mesh"):
             mesh.attributes.pop("scale", None)  # it would make a block huge
         check(_found(bare, Files(path, meshes, packages, bare=True), [], balance).read())

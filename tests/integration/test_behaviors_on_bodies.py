@@ -21,6 +21,8 @@ from visualhfsm.testing import Behavior, MakeBehavior
 pytestmark = pytest.mark.sim
 
 ORDER = ["up", "out", "front", "low"]
+LEANS = 0.3
+"""Tilt of the torso in rad that no dance is to reach."""
 FIELD = Field()
 CORNERS = 7
 """Number of poses of the head in a search."""
@@ -37,10 +39,10 @@ def off_the_middle(b: Behavior, automaton: str) -> float:
     return math.degrees(math.atan(math.hypot(seen["error_u"], seen["error_v"]) / focal))
 
 
-@pytest.mark.parametrize("body", cases(["H21", "T1"], ["H25", "G1"]))
+@pytest.mark.parametrize("body", cases(["H25", "T1"], ["H21", "G1"]))
 def test_it_dances_and_stays_on_its_feet(behavior: MakeBehavior, body: str) -> None:
     b = behavior("behaviors/dance.xml", robot="sim", body=body)
-    b.run_until(lambda: len(b.changes("dance")) == 9, limit=60.0)
+    b.run_until(lambda: len(b.changes("dance")) == 9 or b.robot.state.torso_tilt > LEANS, limit=60.0)
     assert [state for _, state in b.changes("dance")] == (ORDER * 3)[:9]
     assert not b.robot.state.fallen
 
@@ -84,14 +86,16 @@ def test_it_looks_everywhere_while_it_walks_and_turns(behavior: MakeBehavior, bo
     assert not b.robot.state.fallen
 
 
-@pytest.mark.parametrize("body", cases(["H21"], ["H25", "T1", "G1"]))
+@pytest.mark.parametrize("body", cases(["H25"], ["H21", "T1", "G1"]))
 def test_it_follows_a_ball_and_dances_in_turn(behavior: MakeBehavior, body: str) -> None:
     b = behavior("behaviors/dance_and_follow.xml", robot="sim", body=body)
     b.advance(7.9)
     assert b.is_active("followBall/red")
     assert off_the_middle(b, "red") < 2.0
     assert not [call for arm in ARMS for call in b.calls(f"{arm}Motors")]
-    b.advance(12.0)
+    while b.time < 19.9:
+        b.advance(0.5)
+        assert b.robot.state.torso_tilt < LEANS
     assert b.changes("dance_and_follow") == [(0.0, "followBall"), (10.0, "dance")]
     assert [state for _, state in b.changes("dance")][:2] == ["right", "left"], "ten positions are reached"
     assert {call.automaton for arm in ARMS for call in b.calls(f"{arm}Motors")} == {"dance"}

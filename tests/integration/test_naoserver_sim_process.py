@@ -89,8 +89,6 @@ def test_without_gl_a_camera_call_says_why_and_the_rest_works(communicator):
     ("options", "message"),
     [
         (["--speed", "fast"], "'fast' is not a speed"),
-        (["--camera", "Camera=1x1"], "320x240 up to 30/s"),
-        (["--camera", "Tail=320x240"], "there is no camera 'Tail'"),
         (["--body", "H30"], "there is no body 'H30'; there are H25, H21"),
     ],
 )

@@ -91,18 +91,6 @@ def test_whatever_the_arms_do_one_position_follows_the_other() -> None:
 
 
 @pytest.mark.sim
-def test_the_simulated_robot_dances_on_its_feet(behavior: MakeBehavior) -> None:
-    b = behavior(DOCUMENT, robot="sim", world="empty", camera="drawn")
-    worst = 0.0
-    while len(b.changes("dance")) < 10:
-        b.advance(0.1)
-        worst = max(worst, b.robot.state.torso_tilt)
-        assert b.time < 30.0
-    assert [state for _, state in b.changes("dance")] == (ORDER * 3)[:10]
-    assert worst < 0.3
-
-
-@pytest.mark.sim
 def test_an_error_in_the_dance_stops_the_arms_of_the_simulated_robot_on_their_way(
     behavior: MakeBehavior,
 ) -> None:

@@ -124,20 +124,3 @@ def test_whatever_the_balls_do_the_code_of_ghosts_never_runs() -> None:
         examples=repeated(3, 5),
         steps=10,
     )
-
-
-@pytest.mark.sim
-def test_the_simulated_robot_does_both_on_its_feet(behavior: MakeBehavior) -> None:
-    b = behavior(DOCUMENT, robot="sim", camera="drawn")
-    b.robot.ball("red").place(pan=-0.5)
-    b.robot.ball("green").place(pan=0.5)
-    b.advance(7.9)
-    assert b.robot.head[0] == pytest.approx(-0.5, abs=0.03)
-    b.advance(2.0)
-    assert b.robot.head[0] == pytest.approx(0.5, abs=0.05)
-    worst = 0.0
-    while b.time < 20.0:
-        b.advance(0.5)
-        worst = max(worst, b.robot.state.torso_tilt)
-    assert b.changes("dance")[:2] == [(10.0, "right"), (pytest.approx(14.5, abs=2.0), "left")]
-    assert worst < 0.3

@@ -198,22 +198,6 @@ def test_the_head_never_leaves_its_range_whatever_the_ball_does() -> None:
 
 
 @pytest.mark.sim
-def test_the_simulated_robot_follows_and_searches_too(behavior: MakeBehavior) -> None:
-    b = behavior(DOCUMENT, robot="sim", camera="drawn")
-    b.robot.ball("green").place(pan=0.4)
-    b.advance(3.0)
-    assert b.active == "follow"
-    assert bearing_error(b) < 0.03
-    b.robot.ball("green").hide()
-    b.run_until("search", limit=2.0)
-    b.run_until(lambda: b.robot.head[0] > 0.7, limit=5.0)
-    b.run_until(lambda: b.robot.head[0] < -0.7, limit=5.0)
-    b.robot.ball("green").place(pan=-0.5)
-    b.run_until("follow", limit=5.0)
-    assert not b.robot.state.fallen
-
-
-@pytest.mark.sim
 @pytest.mark.gl
 @pytest.mark.parametrize(
     "light",

@@ -8,7 +8,7 @@ from naoserver.errors import RobotError
 from naoserver_sim._command import app, check_cameras, parse_arguments, parse_cameras, parse_speed
 from naoserver_sim.model import simulated_cameras
 from tests.support.commands import run_here
-from tests.support.models import HEAD
+from tests.support.models import MODELS
 
 
 @pytest.mark.parametrize(("text", "factor"), [("1", 1.0), ("0.5", 0.5), ("20", 20.0), ("max", math.inf)])
@@ -60,7 +60,7 @@ def test_camera_setting_that_no_camera_has(text, message):
 
 @pytest.mark.sim
 def test_a_body_is_written_instead_of_served(tmp_path):
-    (tmp_path / "robot.urdf").write_text(HEAD)
+    (tmp_path / "robot.urdf").write_text(MODELS["head"])
     words = ("--body", "robot.urdf", "--write-body", "my_robot.toml")
     done = run_here(app, "naoserver-sim", *words, cwd=tmp_path)
     assert done.returncode == 0, done.stderr

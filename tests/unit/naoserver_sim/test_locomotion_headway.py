@@ -16,7 +16,6 @@ from tests.support.present import present
 from tests.support.soak import cases
 from zenoh_ice import VirtualClock
 
-BODIES = ("H25", "T1", "G1")
 SPEEDS = {"H25": 0.15, "T1": 0.3, "G1": 0.3}
 TICK = 0.1
 
@@ -70,7 +69,7 @@ def wall(tmp_path):
     return str(path)
 
 
-@pytest.fixture(params=BODIES)
+@pytest.fixture(params=cases(["H25", "T1"], ["G1"]))
 def before_a_wall(request, behavior, wall):
     """A robot before a wall."""
     body = request.param

@@ -91,21 +91,6 @@ def test_position_command_moves_at_its_speed_and_arrives(robot, clock):
     assert position(robot, "HeadYaw") == pytest.approx(1.0, abs=0.01)
 
 
-def test_velocity_command_goes_on_until_zero(robot, clock):
-    robot.command_velocities({"HeadYaw": -0.5})
-    clock.advance(1.0)
-    robot.command_velocities({"HeadYaw": 0.0})
-    clock.advance(1.0)
-    assert setpoint(robot, "HeadYaw") == pytest.approx(-0.5, abs=0.01)
-    assert position(robot, "HeadYaw") == pytest.approx(-0.5, abs=0.01)
-
-
-def test_velocity_command_stops_at_the_limit(robot, clock):
-    robot.command_velocities({"HeadPitch": 5.0})
-    clock.advance(2.0)
-    assert setpoint(robot, "HeadPitch") == robot.joints[PLACE["HeadPitch"]].upper
-
-
 def test_speed_of_a_joint_limits_every_command(robot, clock):
     robot.command_positions({"HeadYaw": 2.0}, {"HeadYaw": 1000.0})
     clock.advance(0.1)
@@ -219,10 +204,6 @@ def test_after_close_it_keeps_its_last_snapshot_and_takes_no_command(robot, cloc
     with pytest.raises(HardwareFailure, match="closed"):
         robot.capture("Camera", 320, 240)
     robot.close()
-
-
-def test_close_without_start():
-    SimulatedRobot(clock=VirtualClock(), skin=False).close()
 
 
 def test_it_sinks_down_when_its_legs_go_limp(robot, clock):

@@ -9,6 +9,7 @@ import pytest
 from tests.support.limits import RUN_LIMIT
 from tests.support.processes import REPOSITORY
 from tests.support.simulation_trace import trace
+from tests.support.soak import cases
 
 pytestmark = pytest.mark.sim
 
@@ -16,7 +17,7 @@ pytestmark = pytest.mark.sim
 BODIES = ["H25", "T1", "G1", "Cart"]
 
 
-@pytest.fixture(scope="module", params=BODIES)
+@pytest.fixture(scope="module", params=cases(["H25", "T1", "Cart"], ["G1"]))
 def body(request):
     return request.param
 

@@ -9,6 +9,7 @@ from naoserver.errors import RobotError
 from naoserver_sim._own_body import read_own_body
 from naoserver_sim._together import Placed, stand_together
 from naoserver_sim.world import StartPose, load_world, parse_world
+from tests.support.models import FOLDER
 
 pytestmark = pytest.mark.sim
 
@@ -63,36 +64,12 @@ def test_robots_without_room_are_refused(robots, world, message):
         stand_together(parse_world(world, "w"), robots, None, skin=False)
 
 
-def test_a_mount_holds_its_robot_where_it_was_put(tmp_path):
-    file = tmp_path / "arm.urdf"
-    file.write_text(ARM)
-    arm = read_own_body(file)
-    assert arm.mounted
+def test_a_mount_holds_its_robot_where_it_was_put():
+    rail = read_own_body(FOLDER / "rail.urdf")
+    assert rail.mounted
     models, data = stand_together(
-        load_world("empty"), [place("nao"), place("arm", arm, 1.0)], None, skin=False
+        load_world("empty"), [place("nao"), place("rail", rail, 1.0)], None, skin=False
     )
     mujoco.mj_step(models[0].whole, data, nstep=400)
-    base = data.body("arm/" + arm.root.name)
+    base = data.body("rail/" + rail.root.name)
     assert base.xpos[:2] == pytest.approx((1.0, 0.0), abs=0.01)
-
-
-ARM = """
-<robot name="arm">
-  <link name="world"/>
-  <link name="base">
-    <inertial><mass value="2"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>
-    <collision><geometry><cylinder radius="0.1" length="0.1"/></geometry></collision>
-  </link>
-  <joint name="fixed" type="fixed"><parent link="world"/><child link="base"/></joint>
-  <link name="link">
-    <inertial><mass value="0.5"/><inertia ixx="0.001" iyy="0.001" izz="0.001" ixy="0" ixz="0" iyz="0"/></inertial>
-    <collision>
-      <origin xyz="0 0 0.2"/><geometry><cylinder radius="0.03" length="0.2"/></geometry>
-    </collision>
-  </link>
-  <joint name="pan" type="revolute">
-    <parent link="base"/><child link="link"/><axis xyz="0 0 1"/>
-    <limit lower="-1" upper="1" effort="10" velocity="2"/>
-  </joint>
-</robot>
-"""

@@ -11,7 +11,7 @@ from naoserver.errors import RobotError
 from naoserver_sim._own_body import read_own_body
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
-from tests.support.models import ARM, CARRIER, MODELS, fixed, joint, link, robot
+from tests.support.models import MODELS, fixed, joint, link, robot
 from tests.support.present import present
 from zenoh_ice import VirtualClock
 
@@ -40,7 +40,7 @@ def simulated(body):
 @pytest.mark.parametrize(
     ("name", "groups"),
     [
-        ("arm", {"right_arm": 5}),  # one finger follows the other
+        ("gripper_arm", {"right_arm": 5}),  # one finger follows the other
         ("humanoid", {"head": 2, "left_arm": 3, "right_arm": 3, "left_leg": 6, "right_leg": 6, "trunk": 1}),
         ("quadruped", {"left_leg": 6, "right_leg": 6}),
         ("carrier", {"wheels": 2}),
@@ -85,7 +85,7 @@ def test_it_stays_and_each_joint_goes_where_it_is_sent(read, name):
 @pytest.mark.parametrize(
     ("name", "mounted", "why"),
     [
-        ("arm", True, "its base extends 0.058 m beyond its center of mass, and its joints move that"),
+        ("gripper_arm", True, "its base extends 0.058 m beyond its center of mass, and its joints move that"),
         ("rail", True, "the world carries it in its model"),
         ("humanoid", False, ""),
         ("quadruped", False, ""),
@@ -135,7 +135,7 @@ def test_a_quadruped_begins_with_its_feet_below_its_hips(read):
 
 
 def test_wheels_drive_forwards_whatever_their_axes(read):
-    body, said = read(CARRIER)
+    body, said = read(MODELS["carrier"])
     assert "joint.reversed: right_wheel_joint (its axis points right)" in said
     device, clock = simulated(body)
     present(device.walker).command(WalkVelocity(forward=0.2))
@@ -145,13 +145,13 @@ def test_wheels_drive_forwards_whatever_their_axes(read):
 
 
 def test_what_is_on_the_floor_beside_wheels_slides(read):
-    body, said = read(CARRIER)
+    body, said = read(MODELS["carrier"])
     assert [shape.link for shape in body.shapes if shape.friction] == ["caster"]
     assert "slippery: caster" in said
 
 
 def test_a_finger_that_follows_another_one_is_asked_for_nothing(read):
-    body, _ = read(ARM)
+    body, _ = read(MODELS["gripper_arm"])
     assert body.following["right_finger_joint"].leader == "left_finger_joint"
 
 
@@ -162,7 +162,7 @@ def test_a_joint_without_a_motor_hangs(read):
 
 
 def test_torques_fit_the_masses_that_joints_carry(read):
-    body, _ = read(MODELS["arm"])
+    body, _ = read(MODELS["gripper_arm"])
     torques = [body.joint[f"{name}_joint"].max_torque for name in ("lift", "bend", "wrist")]
     assert torques == sorted(torques, reverse=True)
     carried = 0.75 * 0.15 + 0.5 * 0.45 + 0.375 * 0.75 + 0.04 * 0.95  # kg m, about the joint `lift`

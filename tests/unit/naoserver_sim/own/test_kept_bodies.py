@@ -15,15 +15,9 @@ from naoserver_sim._own import kept_bodies
 from naoserver_sim._own.looks import looks_in
 from naoserver_sim._own_body import read_own_body
 from tests.support.meshes import cone, write_stl
+from tests.support.models import FOLDER
 
-MODEL = """<robot name="stump">
-<link name="base"><inertial><mass value="2"/><inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial>
-<visual><geometry><mesh filename="base.stl"/></geometry></visual>
-<collision><geometry><mesh filename="base.stl"/></geometry></collision></link>
-<link name="head"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial>
-<collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-<joint name="neck" type="revolute"><parent link="base"/><child link="head"/><origin xyz="0 0 0.5"/>
-<axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="9" velocity="2"/></joint></robot>"""
+MODEL = (FOLDER / "stump.urdf").read_text("utf-8")
 
 
 @pytest.fixture(autouse=True)

@@ -5,7 +5,7 @@ import pytest
 from naoserver_sim._own.limbs import Limbs
 from naoserver_sim._own.model_file import find_model
 from naoserver_sim._own.parts import OwnFile, parts_of
-from tests.support.models import CARRIER, HUMANOID, joint, link, robot
+from tests.support.models import MODELS, joint, link, robot
 
 pytestmark = pytest.mark.sim
 
@@ -71,7 +71,7 @@ def test_the_kind_is_that_of_words_in_the_names(read, names, kind):
 
 
 def test_joints_before_a_fork_to_both_sides_are_the_trunk(read):
-    (trunk,) = read(HUMANOID).of("trunk")
+    (trunk,) = read(MODELS["humanoid"]).of("trunk")
     assert trunk.joints == ("waist",)
 
 
@@ -104,7 +104,7 @@ def test_fingers_of_a_hand_do_not_make_its_arm_a_trunk(read):
 
 
 def test_a_wheel_is_round_and_on_the_floor(read):
-    left, right = read(CARRIER).wheels
+    left, right = read(MODELS["carrier"]).wheels
     assert (left.joint, left.radius) == ("left_wheel_joint", pytest.approx(0.04))
     assert left.place == pytest.approx((0.0, 0.12, 0.04), abs=1e-4)
     assert (left.axis[1], right.axis[1]) == (pytest.approx(1.0), pytest.approx(-1.0))
@@ -119,8 +119,9 @@ def test_a_wheel_is_round_and_on_the_floor(read):
     ],
 )
 def test_nothing_else_is_a_wheel(read, old, new):
-    assert old in CARRIER
-    model = CARRIER.replace(old, new).replace(
+    carrier = MODELS["carrier"]
+    assert old in carrier
+    model = carrier.replace(old, new).replace(
         'type="revolute">', 'type="revolute"><limit lower="-1" upper="1"/>'
     )
     assert read(model).wheels == []

@@ -18,32 +18,12 @@ from naoserver_sim.model import build_model
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
 from tests.support.meshes import cone, write_stl
+from tests.support.models import FOLDER
 from zenoh_ice import VirtualClock
 
 pytestmark = pytest.mark.sim
 
-INERTIAL = """<inertial><origin xyz="0 0 0.1"/><mass value="1"/>
-  <inertia ixx="0.01" iyy="0.01" izz="0.002" ixy="0" ixz="0" iyz="0"/></inertial>"""
-ARM = f"""<robot name="arm">
-  <material name="green"><color rgba="0 0.8 0.1 1"/></material>
-  <link name="base">{INERTIAL}
-    <visual><geometry><mesh filename="package://arm/meshes/visual/base.stl" scale="0.001 0.001 0.001"/></geometry>
-      <material name="green"/></visual>
-    <collision><geometry><mesh filename="package://arm/meshes/collision/base.stl"/></geometry></collision>
-  </link>
-  <link name="upper">{INERTIAL}
-    <visual><origin xyz="0 0 0.1"/><geometry><cylinder radius="0.03" length="0.2"/></geometry>
-      <material name="violet"><color rgba="0.6 0 0.8 0.5"/></material></visual>
-    <collision><geometry><sphere radius="0.2"/></geometry></collision>
-  </link>
-  <link name="hand">{INERTIAL}
-    <collision><origin xyz="0 0 0.05"/><geometry><box size="0.04 0.04 0.1"/></geometry></collision>
-  </link>
-  <joint name="turn" type="revolute"><parent link="base"/><child link="upper"/><axis xyz="0 0 1"/>
-    <origin xyz="0 0 0.3"/><limit lower="-2" upper="2" effort="20" velocity="2"/></joint>
-  <joint name="elbow" type="revolute"><parent link="upper"/><child link="hand"/><axis xyz="0 1 0"/>
-    <origin xyz="0 0 0.2"/><limit lower="-2" upper="2" effort="15" velocity="2"/></joint>
-</robot>"""
+ARM = (FOLDER / "painted_arm.urdf").read_text("utf-8")
 BALL = '<geom type="sphere" size="0.02" group="{group}" contype="0" conaffinity="0"/>'
 CUBE = """v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 0 1\nv 1 0 1\nv 0 1 1\nv 1 1 1
 f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n"""
@@ -294,8 +274,3 @@ def test_the_cameras_show_more_shapes_than_any_known_robot_has(write):
     red, green, blue = np.moveaxis(robot.capture("CameraOutside", 320, 240).pixels.astype(int), 2, 0)
     robot.close()
     assert ((blue > 2 * red) & (blue > 2 * green)).sum() > 20, "the last of 530 shapes is missing"
-
-
-def test_looks_are_not_given_beside_the_model(write):
-    with pytest.raises(RobotError, match=r"my_robot\.toml: looks come from the model"):
-        write(mjcf('<geom size="0.1"/>'), f"looks = []\n{TOML}")

@@ -42,20 +42,6 @@ def test_files_that_it_includes_are_parts_of_it(read, tmp_path):
     assert names(model) == ["trunk", "leg"]
 
 
-@pytest.mark.parametrize(
-    ("files", "problem"),
-    [
-        ({}, r"r\.xml:3: <include> of 'a\.xml': there is no such file"),
-        ({"a": '<x><include file="a.xml"/></x>'}, "more than 100 files are included, or one includes itself"),
-        ({"a": '<x>\n<body pos="0 nan 0"/></x>'}, r"a\.xml:2: pos of <body> is '0 nan 0'"),
-        ({"a": "<x>\n<body>"}, r"a\.xml:2: not XML"),
-    ],
-)
-def test_faults_of_files_that_it_includes_have_their_lines(read, files, problem):
-    with pytest.raises(RobotError, match=problem):
-        read('<include file="a.xml"/>', **files)
-
-
 def test_files_elsewhere_are_not_included(read, tmp_path):
     (tmp_path.parent / "secret.xml").write_text(f"<x>{ROBOT}</x>")
     with pytest.raises(
@@ -75,15 +61,6 @@ def test_files_elsewhere_are_not_included(read, tmp_path):
 )
 def test_pictures_and_terrain_are_not_read(read, asset):
     assert names(read(ROBOT, f"<asset>{asset}</asset><size nuser_geom='100000000'/>")) == ["trunk", "leg"]
-
-
-def test_other_models_are_not_read(read):
-    with pytest.raises(RobotError, match=r"r\.xml:5: <model> names the file 'a\.xml', which is not read"):
-        read(
-            ROBOT,
-            '<asset><model name="a" file="a.xml"/></asset>',
-            a=f"<mujoco><worldbody>{ROBOT}</worldbody></mujoco>",
-        )
 
 
 def test_a_mesh_that_is_missing_costs_its_shape_in_each_file(read, tmp_path):
@@ -183,71 +160,12 @@ def test_parts_without_names_get_some(read):
     assert (mj.body(2).name, mj.joint(0).name) == ("link 2", "joint 1")
 
 
-@pytest.mark.parametrize(
-    ("bodies", "problem"),
-    [
-        (
-            '<replicate count="100000"><body><geom size="1"/></body></replicate>',
-            "100000 links; a robot has at most",
-        ),
-        (
-            '<replicate count="300"><replicate count="300"><geom size="1"/></replicate></replicate>',
-            "more than 50000",
-        ),
-        (
-            '<replicate count="100000"><body/></replicate><replicate count="-100000"><body/></replicate>',
-            "200000 links",
-        ),
-        (ROBOT + "\n" + LEG, r"r\.xml:4: a second body 'leg'; the first is in .*r\.xml:3"),
-        (
-            '<body name="b" foo="1"/>',
-            r"r\.xml:3: <body> 'b' cannot be read: .*unrecognized attribute: 'foo', which is '1'",
-        ),
-        (
-            '<body name="b"><joint name="j" range="1 1" limited="true"/><geom size="1"/></body>',
-            "joint 'j' is refused",
-        ),
-    ],
-)
-def test_a_fault_is_refused_with_line_and_name(read, bodies, problem):
-    with pytest.raises(RobotError, match=problem):
-        read(bodies)
-
-
-def test_places_in_the_world_are_refused(read):
-    with pytest.raises(RobotError, match=r"r\.xml:5: coordinate is 'global', which MuJoCo no longer reads"):
-        read(ROBOT, '<compiler coordinate="global"/>')
-
-
 def test_soft_bodies_are_left_out(read):
     soft = '<flexcomp name="cloth" type="grid" count="100 100 1" spacing="0.1 0.1 0.1"/>'
     assert (
         "<flexcomp> 'cloth' is left out: a robot has rigid links"
         in read(ROBOT.replace("<site", f"{soft}<site")).notes[0]
     )
-
-
-def test_files_within_each_other_are_no_deeper_than_one(read):
-    deep = {
-        name: f"<x>{'<body>' * 200}<include file='{inner}.xml'/>{'</body>' * 200}</x>"
-        for name, inner in (("a", "b"), ("b", "c"))
-    }
-    with pytest.raises(RobotError, match="more than 256 elements within each other, with all files"):
-        read('<include file="a.xml"/>', **deep, c="<x/>")
-
-
-@pytest.mark.parametrize(
-    "part",
-    [
-        '<asset><mesh name="m" builtin="plate" params="9 20000"/></asset>',
-        '<sensor><user dim="1e9"/></sensor>',
-        '<sensor><contact body1="leg" num="1000000000"/></sensor>',
-        '<actuator><general joint="hip" dyntype="user" actdim="1000000000"/></actuator>',
-    ],
-)
-def test_no_part_takes_all_memory(read, part):
-    with pytest.raises(RobotError, match=r"r\.xml:5: .* write at most 100"):
-        read(ROBOT, part)
 
 
 def test_keyframes_in_which_no_robot_waits_are_not_read(read):

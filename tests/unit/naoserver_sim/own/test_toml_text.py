@@ -7,7 +7,7 @@ import pytest
 from naoserver.body import write_body
 from naoserver_sim._own.toml_text import key, toml_text, torques_to_paste, value_text
 from naoserver_sim._own_body import read_own_body, write_own_body
-from tests.support.models import CARRIER, HUMANOID, MODELS
+from tests.support.models import MODELS
 
 pytestmark = pytest.mark.sim
 
@@ -32,25 +32,25 @@ def test_what_is_written_is_the_body_that_was_guessed(write, name):
 
 
 def test_names_of_any_letters_are_read_again(write):
-    source, target = write(HUMANOID.replace("l_knee", '$&quot;{ñ}.\\#"').replace('#"', "#"))
+    source, target = write(MODELS["humanoid"].replace("l_knee", '$&quot;{ñ}.\\#"').replace('#"', "#"))
     assert write_body(read_own_body(target)) == write_body(read_own_body(source))
 
 
 def test_a_model_below_the_folder_of_the_file_is_named_from_there(tmp_path):
     (tmp_path / "urdf").mkdir()
-    (tmp_path / "urdf/robot.urdf").write_text(CARRIER)
+    (tmp_path / "urdf/robot.urdf").write_text(MODELS["carrier"])
     write_own_body(tmp_path / "urdf/robot.urdf", tmp_path / "my_robot.toml")
     assert tomllib.loads((tmp_path / "my_robot.toml").read_text())["model"] == "urdf/robot.urdf"
     assert read_own_body(tmp_path / "my_robot.toml").name == "robot"
 
 
 def test_a_model_may_have_a_name_that_begins_with_points(write):
-    _, target = write(CARRIER, "..robot.urdf")
+    _, target = write(MODELS["carrier"], "..robot.urdf")
     assert read_own_body(target).mass > 0.0
 
 
 def test_each_guess_has_its_reason_beside_it(write):
-    text = write(MODELS["arm"])[1].read_text()
+    text = write(MODELS["gripper_arm"])[1].read_text()
     assert "mounted = true  # its base extends 0.058 m beyond its center of mass" in text
     assert (
         "lift_joint = { max_torque = 13.0, max_velocity = 3.0 }  # torque by the mass that it carries" in text

@@ -8,7 +8,6 @@ import math
 import mujoco
 import pytest
 
-from naoserver.errors import RobotError
 from naoserver_sim._own.model_file import find_model
 from naoserver_sim.appearance import NO_COLOR, color_of
 from tests.support.meshes import cone, write_stl
@@ -144,21 +143,6 @@ def test_an_old_urdf_has_no_quaternions(read, version):
     assert model.notes[0].endswith(
         "r.urdf:5: quat_xyzw is not read: it counts in URDFs of version 1.1 and newer"
     )
-
-
-@pytest.mark.parametrize(
-    ("more", "problem"),
-    [
-        ('rpy="0 0 0" quat_xyzw="0 0 0 1"', r"r\.urdf:5: <origin> has both rpy and quat_xyzw: leave one"),
-        ('quat_xyzw="0 0 1"', r"r\.urdf:5: quat_xyzw of <origin> is '0 0 1': write 4 numbers"),
-        ('quat_xyzw="0 0 0 1 0"', r"r\.urdf:5: quat_xyzw of <origin> is '0 0 0 1 0': write 4 numbers"),
-        ('quat_xyzw="0 0 east 1"', r"r\.urdf:5: quat_xyzw of <origin> is '0 0 east 1': write numbers"),
-        ('quat_xyzw="0 0 nan 1"', r"r\.urdf:5: quat_xyzw of <origin> is '0 0 nan 1': it must be finite"),
-    ],
-)
-def test_an_orientation_that_is_none_is_refused(read, more, problem):
-    with pytest.raises(RobotError, match=problem):
-        read(BASE, ARM, SHOULDER.replace('rpy="0 0 0"', more), version="1.1")
 
 
 def test_limits_that_a_simulated_joint_has_not_are_named(read):

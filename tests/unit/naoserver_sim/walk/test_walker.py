@@ -12,6 +12,7 @@ from naoserver_sim._walk.walker import LIMITS
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
 from tests.support.present import present
+from tests.support.soak import cases
 from tests.support.walking import mean_velocity
 from zenoh_ice import VirtualClock
 
@@ -92,7 +93,7 @@ def test_it_walks_as_fast_as_commanded_and_ends_on_both_feet(velocity):
     assert rig.robot.state().torso_tilt < 0.1
 
 
-@pytest.mark.parametrize("walked", [2.0, 2.1, 2.2])
+@pytest.mark.parametrize("walked", cases([2.1], [2.0, 2.2]))
 @pytest.mark.parametrize("velocity", [LIMITS, WalkVelocity(forward=LIMITS.forward)])
 def test_even_at_full_speed_it_comes_to_a_stand_within_a_second(velocity, walked):
     rig = Rig()
@@ -125,7 +126,7 @@ def test_the_odometry_knows_where_it_has_got_to():
     assert abs(turned) < 0.1
 
 
-@pytest.mark.parametrize("posture", ["Stand", "StandZero", "Crouch"])
+@pytest.mark.parametrize("posture", cases(["Crouch"], ["Stand", "StandZero"]))
 def test_it_begins_from_any_posture_on_its_feet(posture):
     rig = Rig(posture=posture)
     present(rig.walker).command(WalkVelocity(forward=0.2))

@@ -16,6 +16,7 @@ from hfsm_runtime import VirtualRun, run
 from tests.support.any_text import any_text
 from tests.support.documents import compile_to, load
 from tests.support.examples import examples
+from tests.support.places import DATA
 from tests.support.scxml_documents import TURNS, export, facts, import_, one_automaton, parse, scxml
 from tests.support.scxml_rules import violations
 
@@ -75,272 +76,18 @@ def test_an_order_that_was_changed_counts() -> None:
     assert [each.trigger.text for each in document.automata[0].outgoing(1)] == ["e2", "e1"]
 
 
-AB = '<state id="a">{}</state><state id="b"/>'
+FOREIGN = sorted((DATA / "scxml").iterdir())
+"""What other programs write; the comment before it says what is reported of it, and what it becomes."""
 
 
-FOREIGN = {
-    "events, conditions and both": (
-        AB.format(
-            '<transition event="e" target="b"/><transition cond="x &gt; 1" target="b"/>'
-            '<transition event="f g" cond="x == 1" target="b"/><transition target="a"/>'
-        ),
-        [
-            (
-                "1/0: *a b; a->b event:e; a->b condition:x > 1; a->b event:f [x == 1]; "
-                "a->b event:g [x == 1]; a->a condition:True"
-            )
-        ],
-        [],
-    ),
-    "a timer as in Qt": (
-        AB.format(
-            '<onentry><send event="late" delay="3s" id="t"/></onentry><onexit><cancel sendid="t"/></onexit>'
-            '<transition event="late" target="b"/>'
-        ),
-        ["1/0: *a b; a->b time:3000"],
-        [],
-    ),
-    "a delayed event that is never cancelled": (
-        AB.format(
-            '<onentry><send event="after.a" delay="1s"/></onentry><transition event="after.a" target="b"/>'
-        ),
-        ["1/0: *a b; a->b time:1000"],
-        ["N561"],
-    ),
-    "a timer that a transition cancels, in a region": (
-        (
-            '<parallel id="p"><state id="r"><onentry><send event="late" id="t" delayexpr="\'2s\'"/></onentry>'
-            '<transition event="late" target="a"/><transition event="hurry" target="a"><cancel sendid="t"/></transition>'
-            '</state></parallel><state id="a"/>'
-        ),
-        [
-            "1/0: *p<2(restart) a; p->a event:leave p for a",
-            (
-                "2/1: *r leave p for a; r->leave p for a time:2000 {self.send('leave p for a')}; "
-                "r->leave p for a event:hurry {self.send('leave p for a')}"
-            ),
-        ],
-        ["N561", "N561"],
-    ),
-    "a delayed event that is cancelled while the state goes on": (
-        AB.format(
-            '<onentry><send event="late" delay="3s" id="t"/></onentry><transition event="late" target="b"/>'
-            '<transition event="calm"><cancel sendid="t"/></transition>'
-        ),
-        ["1/0: *a b; a->b event:late"],
-        ["W561", "W561"],
-    ),
-    "a delayed event that is cancelled by a transition that stays": (
-        (
-            '<state id="a"><onentry><send event="late" delay="3s" id="t"/></onentry><transition event="late" target="b"/>'
-            '<transition event="calm" type="internal" target="x"><cancel sendid="t"/></transition><state id="x"/></state>'
-            '<state id="b"/>'
-        ),
-        ["1/0: *a<2(restart) b; a->b event:late; a->a event:calm", "2/1: *x"],
-        ["W561", "W561", "W562"],
-    ),
-    "a delayed event without a name, and any event": (
-        AB.format('<onentry><send eventexpr="x" delay="3s"/></onentry><transition event="*" target="b"/>'),
-        ["1/0: *a b"],
-        ["W561", "W561"],
-    ),
-    "a timer of a state, and of what it invokes": (
-        AB.format(
-            '<invoke><content><scxml><state id="c"><onentry><send event="late" delay="1s"/></onentry>'
-            '<transition event="late" target="c"/></state></scxml></content></invoke>'
-            '<onentry><send event="late" delay="3s"/></onentry><transition event="late" target="b"/>'
-        ),
-        ["1/0: *a b; a->b time:3000"],
-        ["N561", "W561"],
-    ),
-    "a delayed event whose first word somebody else awaits": (
-        AB.format(
-            '<onentry><send event="late.a" delay="3s"/></onentry><transition event="late.a" target="b"/>'
-        ).replace('<state id="b"/>', '<state id="b"><transition event="late.*" target="a"/></state>'),
-        ["1/0: *a b; a->b event:late.a; b->a event:late"],
-        ["W561", "W562"],
-    ),
-    "code with which a history or a state inside starts": (
-        (
-            '<state id="a"><history id="h"><transition target="x"><raise event="e"/></transition></history><state id="x">'
-            '<initial><transition target="y"><raise event="f"/></transition></initial><history id="i"><transition target="y">'
-            '<raise event="g"/></transition></history><state id="y"/></state></state>'
-        ),
-        ["1/0: *a<2", "2/1: *x<3", "3/2: *y"],
-        ["W561", "W561", "W561", "W562"],
-    ),
-    "a state that resumes since it begins with its history": (
-        (
-            '<state id="o"><transition event="go" target="a"/><transition event="x" target="x"/></state><state id="a" initial="h">'
-            '<history id="h" type="deep"><transition target="x"/></history><state id="x"/><state id="y"/></state>'
-        ),
-        ["1/0: *o a<2; o->a event:go; o->a event:x", "2/1: *x y"],
-        ["W562"],  # of the transition into a state inside
-    ),
-    "what no SCXML has, and data inside": (
-        (
-            '<datamodel><value/><data id="d"><book/></data></datamodel><state id="a" intial="b">'
-            '<transition event="e" target="a" conde="1"/></state>'
-        ),
-        ["1/0: *a; a->a event:e"],
-        ["W561", "W561", "W561", "W561"],
-    ),
-    "a timer whose event is also sent": (
-        AB.format(
-            '<onentry><send event="late" delay="3s" id="t"/></onentry><onexit><cancel sendid="t"/></onexit>'
-            '<transition event="late" target="b"/><transition event="hurry" target="a"><raise event="late"/></transition>'
-        ),
-        ['1/0: *a b; a->b event:late; a->a event:hurry {self.send("late")}'],
-        ["W561", "W561"],
-    ),
-    "a delayed event for somebody else": (
-        (
-            '<state id="a"><onentry><send event="t" delay="1s"/></onentry><transition event="go" target="b"/></state>'
-            '<state id="b"><transition event="t" target="a"/></state>'
-        ),
-        ["1/0: *a b; a->b event:go; b->a event:t"],
-        ["W561"],
-    ),
-    "a delayed event for the state and others": (
-        AB.format(
-            '<onentry><send event="t" delay="1s"/></onentry><transition event="t" target="b"/>'
-        ).replace('<state id="b"/>', '<state id="b"><transition event="t" target="a"/></state>'),
-        ["1/0: *a b; a->b event:t; b->a event:t"],
-        ["W561"],
-    ),
-    "regions inside regions": (
-        '<parallel id="p"><parallel id="q"><state id="r"/><state id="s"/></parallel><state id="t"/></parallel>',
-        ["1/0: *p<2<5(restart)", "2/1: *q<3<4(restart)", "3/2: *r", "4/2: *s", "5/1: *t"],
-        [],
-    ),
-    "states inside, history and an end": (
-        (
-            '<state id="on"><initial><transition target="q"/></initial><history id="h"><transition target="p"/></history>'
-            '<transition event="off" target="o"/><transition event="done.state.on" target="o"/>'
-            '<state id="p"><transition event="n" target="q"/></state><state id="q"><transition event="n" target="r"/></state>'
-            '<final id="r"/></state><state id="o"><transition event="on" target="h"/></state>'
-        ),
-        [
-            "1/0: *on<2 o; on->o event:off; on->o finished:; o->on event:on",
-            "2/1: p *q r!; p->q event:n; q->r event:n",
-        ],
-        ["W562"],  # the history begins elsewhere than the state
-    ),
-    "parallel regions, one with an entry": (
-        (
-            '<parallel id="p"><state id="r1"><state id="x"><transition event="e" target="y"/></state><state id="y"/></state>'
-            '<state id="r2"><onentry><raise event="e"/></onentry></state></parallel>'
-        ),
-        ["1/0: *p<2<3(restart)", "2/1: *x y; x->y event:e", "3/1: *r2"],
-        [],
-    ),
-    "a state that begins further inside": (
-        '<state id="a" initial="z"><state id="x"/><state id="y"><state id="w"/><state id="z"/></state></state>',
-        ["1/0: *a<2(restart)", "2/1: x *y<3(restart)", "3/2: w *z"],
-        [],
-    ),
-    "a state that begins further inside than where that says": (
-        '<state id="a" initial="y"><state id="x" initial="w"><state id="w"/><state id="y"/></state></state>',
-        ["1/0: *a<2(restart)", "2/1: *x<3(restart)", "3/2: *w y"],
-        ["W562"],
-    ),
-    "transitions into two states inside": (
-        (
-            '<state id="a"><transition event="e" target="y"/><transition event="f" target="b"/></state>'
-            '<state id="b"><state id="x"/><state id="y"/></state>'
-        ),
-        ["1/0: *a b<2(restart); a->b event:e; a->b event:f", "2/1: *x y"],
-        ["W562"],
-    ),
-    "a transition out of a state from inside": (
-        (
-            '<state id="a"><state id="x"><transition event="e" target="b"><log label="bye"/></transition></state></state>'
-            '<state id="b"/>'
-        ),
-        [
-            "1/0: *a<2(restart) b; a->b event:leave a for b",
-            (
-                "2/1: *x leave a for b; x->leave a for b event:e "
-                '{self.log.info("%s", "bye")\nself.send(\'leave a for b\')}'
-            ),
-        ],
-        ["N561"],
-    ),
-    "a state that resumes, and is also restarted": (
-        (
-            '<state id="a"><history id="h" type="deep"><transition target="x"/></history><state id="x"/>'
-            '<state id="y"><transition event="out" target="b"/></state></state>'
-            '<state id="b"><transition event="on" target="h"/><transition event="restart" target="a"/></state>'
-        ),
-        [
-            "1/0: *a<2 b; a->b event:leave a for b; b->a event:on; b->a event:restart",
-            (
-                "2/1: *x y leave a for b from y; y->leave a for b from y event:out {self.send('leave a for b')}; "
-                "leave a for b from y->y time:200"
-            ),
-        ],
-        ["W562", "N561"],
-    ),
-    "histories that are shallow, and two": (
-        (
-            '<state id="a"><history id="h"><transition target="x"/></history><history id="i"><transition target="x"/></history>'
-            '<state id="x"><state id="y"/></state></state>'
-        ),
-        ["1/0: *a<2", "2/1: *x<3(restart)", "3/2: *y"],
-        ["W562", "W562"],
-    ),
-    "a state that begins with its own history": (
-        (
-            '<state id="a"><initial><transition target="h"/></initial><history id="h" type="deep">'
-            '<transition target="y"/></history><state id="x"/><state id="y"/></state>'
-        ),
-        ["1/0: *a<2", "2/1: x *y"],
-        [],
-    ),
-    "a transition of a final state": (
-        '<final id="a"><transition event="e" target="a"/></final>',
-        ["1/0: *a!"],
-        ["W561"],
-    ),
-    "a transition inside without leaving": (
-        '<state id="a"><transition event="e" type="internal" target="y"/><state id="x"/><state id="y"/></state>',
-        ["1/0: *a<2(restart); a->a event:e", "2/1: *x y"],
-        ["W562", "W562"],
-    ),
-    "what there is not here": (
-        (
-            '<state id="a"><invoke src="b.scxml"/><transition event="e"><assign location="x" expr="1"/></transition>'
-            '<transition event="*" target="a"/><transition event="error.execution" target="a"/>'
-            '<transition event="f.*" target="a"/><onexit><script src="x.js"/></onexit></state>'
-        ),
-        ["1/0: *a; a->a event:f"],
-        ["W561", "W561", "W561", "W561", "W562", "W561"],
-    ),
-    "code with branches": (
-        AB.format(
-            '<transition event="e" target="b"><if cond="x &gt; 1"><raise event="f"/><elseif cond="x == 1"/>'
-            '<assign location="x" expr="x + 1"/><else/></if><log expr="x"/>'
-            '<send event="g"><param name="v" expr="x"/></send></transition>'
-        ),
-        [
-            (
-                '1/0: *a b; a->b event:e {if x > 1:\n    self.send("f")\nelif x == 1:\n    x = x + 1\nelse:\n'
-                '    pass\nself.log.info("%s %s", "", x)\nself.send("g", {"v": x})}'
-            )
-        ],
-        [],
-    ),
-}
-
-
-@pytest.mark.parametrize(("inside", "expected", "codes"), FOREIGN.values(), ids=FOREIGN.keys())
-def test_scxml_of_others_is_carried_as_far_as_it_goes(
-    inside: str, expected: list[str], codes: list[str]
-) -> None:
-    document, diagnostics = import_(scxml(inside, ' datamodel="python"'))
+@pytest.mark.parametrize("path", FOREIGN, ids=lambda path: path.stem)
+def test_scxml_of_others_is_carried_as_far_as_it_goes(path: Path) -> None:
+    text = path.read_text("utf-8")
+    codes, expected = text.removeprefix("<!-- reported:").partition("\n-->")[0].split("\n", 1)
+    document, diagnostics = import_(text)
     assert document is not None, diagnostics.render()
-    assert facts(document) == expected
-    assert sorted(found.code for found in diagnostics) == sorted(codes), diagnostics.render()
+    assert "\n".join(facts(document)) == expected
+    assert sorted(found.code for found in diagnostics) == sorted(codes.split()), diagnostics.render()
     assert parse(write_document(document)) == document
 
 
@@ -481,7 +228,7 @@ def test_scxml_is_known_by_its_name_or_root(head: bytes, expected: bool) -> None
     assert imported_format("a.SCXML", head) == writable_formats()[".scxml"]
 
 
-_SEEDS = [export(parse(TURNS))[0], *(scxml(inside) for inside, _, _ in FOREIGN.values())]
+_SEEDS = [export(parse(TURNS))[0], *(path.read_text("utf-8").partition("-->\n")[2] for path in FOREIGN)]
 
 
 _PIECES = st.sampled_from(

@@ -116,7 +116,8 @@ def test_the_chart_alone_says_what_the_document_does(document: Document) -> None
         ]
 
 
-_FILES = sorted([*(ROOT / "behaviors").glob("*.xml"), *(ROOT / "tests" / "data").rglob("*.xml")])
+_FOLDERS = ("behaviors", "tests/data/components", "tests/data/documents")
+_FILES = sorted(path for folder in _FOLDERS for path in (ROOT / folder).rglob("*.xml"))
 
 
 @pytest.mark.slow
