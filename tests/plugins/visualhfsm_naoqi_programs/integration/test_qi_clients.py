@@ -17,9 +17,8 @@ from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.naoqi import connected
 from tests.support.processes import ComponentProcess, module
 from tests.support.robot_server import eventually
-from visualhfsm_naoqi_programs._clients import MOST_RUNNING, MOST_WAITING
+from visualhfsm_naoqi_programs._clients import MOST_RUNNING
 from visualhfsm_naoqi_programs._connections import LARGEST_MESSAGE
-from visualhfsm_naoqi_programs._memory import MOST_KEYS
 
 VALUE = qi.FutureState.FinishedWithValue
 MILLISECONDS = int(CALL_LIMIT * 1000)
@@ -94,17 +93,6 @@ def test_a_program_that_is_killed_leaves_nothing_that_moves_plays_or_takes_room(
     recorder.stopMicrophonesRecording()
 
 
-def test_one_kill_all_ends_a_thousand_posted_calls(motion):
-    calls = [motion.angleInterpolation(*SWING, _async=True) for _ in range(MOST_WAITING)]
-    eventually(lambda: motion.getTaskList() != [])
-    motion.killAll()
-    eventually(lambda: ended(calls))
-    assert motion.getTaskList() == []
-    at = motion.getAngles("HeadYaw", False)
-    motion.angleInterpolation("HeadPitch", 0.1, 0.3, True)
-    assert motion.getAngles("HeadYaw", False) == at
-
-
 def test_a_program_that_takes_all_its_threads_takes_none_of_another_or_of_a_stop(session, motion, other):
     player = session.service("ALAudioPlayer")
     loops = [player.playFileInLoop(f"/{i}.wav", _async=True) for i in range(MOST_RUNNING)]
@@ -120,26 +108,6 @@ def test_a_program_that_takes_all_its_threads_takes_none_of_another_or_of_a_stop
     player.stopAll()
     eventually(lambda: ended(loops))
     motion.wakeUp()
-
-
-def test_too_many_calls_of_a_program_are_refused(session, motion, other):
-    calls = [motion.angleInterpolation(*SWING, _async=True) for _ in range(MOST_WAITING + 1)]
-    eventually(lambda: not all(call.isRunning() for call in calls))  # they may arrive in any order
-    (refused,) = (call for call in calls if not call.isRunning())
-    assert refused.error() == ("ALMotion::angleInterpolation: 1000 calls of this program run or wait already")
-    other.service("ALMotion").openHand("LHand")
-    motion.killAll()
-    eventually(lambda: ended(calls))
-
-
-def test_what_one_program_keeps_leaves_others_room(session, other):
-    memory, speech = session.service("ALMemory"), other.service("ALTextToSpeech")
-    for i in range(MOST_KEYS):
-        memory.insertData(f"Key{i}", i)
-    with pytest.raises(RuntimeError, match=f"this program has {MOST_KEYS} keys already"):
-        memory.insertData("one more", 1)
-    speech.say("Hello")
-    other.service("ALMemory").insertData("Mine", 1)
 
 
 def test_a_large_message_is_refused_unread_and_the_connection_goes_on(session, motion):
