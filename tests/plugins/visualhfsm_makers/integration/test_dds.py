@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import socket
 import threading
-import time
 from types import SimpleNamespace
 
 import pytest
@@ -12,6 +11,7 @@ import pytest
 from naoserver.errors import RobotError
 from tests.support.dds import domain_ports, free_domain
 from tests.support.limits import EVENT_LIMIT
+from tests.support.waiting import until
 
 pytest.importorskip("cyclonedds", reason="the extra unitree is not installed")
 from cyclonedds.domain import DomainParticipant
@@ -54,13 +54,6 @@ def writer(topic, kind):
     made = DataWriter(participant, Topic(participant, topic, kind))
     until(made.get_matched_subscriptions)
     return made
-
-
-def until(condition):
-    limit = time.monotonic() + EVENT_LIMIT
-    while not condition():
-        assert time.monotonic() < limit, "it does not happen"
-        time.sleep(0.005)
 
 
 def test_messages_arrive_with_the_name_of_their_program(ears):

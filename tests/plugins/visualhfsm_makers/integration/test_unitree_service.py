@@ -24,7 +24,7 @@ from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 
-from tests.support.unitree import CONTINUOUS, ELBOW, Program, Wiretap, arm_command, low_command
+from tests.support.unitree import CONTINUOUS, ELBOW, Program, Wiretap, low_command
 from visualhfsm_makers._unitree import _types
 
 DOMAIN = free_domain()
@@ -72,15 +72,6 @@ def test_arms_of_a_killed_program_go_back_while_the_walk_of_another_goes_on():
         until(lambda: not follows(assembly, robot.joints[ELBOW].name))
         until(lambda: robot.read().positions[ELBOW] == pytest.approx(before, abs=0.02))
         assert robot.walker.commanded().forward > 0.0
-
-
-def test_a_stop_ends_what_moves_the_arms():
-    with g1() as (robot, assembly):
-        arms = Program(DOMAIN).writer("rt/arm_sdk", _types.LowCmd)
-        command = arm_command(ELBOW, 1.0)
-        until(lambda: arms.write(command) or follows(assembly, robot.joints[ELBOW].name))
-        assembly.gate.stop("a test")
-        assert not follows(assembly, robot.joints[ELBOW].name)
 
 
 def test_what_a_program_uses_in_vain_is_an_event():

@@ -5,7 +5,7 @@ import signal
 import socket
 import sys
 import textwrap
-from contextlib import ExitStack
+from contextlib import ExitStack, closing, suppress
 
 import pytest
 
@@ -13,10 +13,16 @@ pytest.importorskip("qi")
 
 import qi
 
+from naoserver.fake import FakeRobot
+from naoserver.options import ServerOptions
+from naoserver.protocol.jobs import JobThreads
+from naoserver.serving.assembly import Assembly
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.naoqi import connected
 from tests.support.processes import ComponentProcess, module
-from tests.support.robot_server import eventually
+from tests.support.resets import check_that_a_reset_starts_nothing
+from tests.support.robot_server import clock_at, eventually
+from visualhfsm_naoqi_programs import serve_as_naoqi
 from visualhfsm_naoqi_programs._clients import MOST_RUNNING
 from visualhfsm_naoqi_programs._connections import LARGEST_MESSAGE
 
@@ -148,3 +154,23 @@ def test_a_stop_is_served_while_programs_flood_the_robot(session, motion, other)
     calls += [busy.angleInterpolation("HeadYaw", 1.0, FOREVER, True, _async=True) for _ in range(100)]
     assert motion.killAll(_async=True).wait(MILLISECONDS) == VALUE
     eventually(lambda: motion.killAll() is None and ended(calls))
+
+
+def test_a_reset_starts_no_walk_of_a_program_that_commands_on(monkeypatch):
+    clock = clock_at(1.0)
+    with closing(FakeRobot(clock)) as robot, closing(Assembly(robot, ServerOptions(), clock)) as assembly:
+        watchdog, *_ = assembly.jobs
+        with (
+            JobThreads([watchdog]),
+            serve_as_naoqi(robot, assembly, "tcp://127.0.0.1:0") as url,
+            connected(url) as session,
+        ):
+            motion = session.service("ALMotion")
+
+            def command():
+                with suppress(RuntimeError):
+                    motion.move(0.1, 0.0, 0.0)
+
+            check_that_a_reset_starts_nothing(
+                monkeypatch, assembly, command, lambda: robot.walker.commanded().forward > 0.0
+            )
