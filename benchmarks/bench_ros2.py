@@ -20,7 +20,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from tests.support.ports import free_port  # noqa: E402
-from tests.support.ros_peers import PROGRAMS, peers_folder  # noqa: E402
+from tests.support.ros_peers import peers_folder  # noqa: E402
 
 ROUNDS = 5
 TASKS = {"calls": 2000, "stream": 10_000, "array": 600, "image": 600, "large": 200}
@@ -38,7 +38,7 @@ def measure(library: str, task: str, number: int) -> list[dict[str, Any]]:
     python = sys.executable if library == "ours" else str(peers_folder() / "bin" / "python")
     port = str(free_port())
     environment = os.environ | {"PYTHONPATH": str(ROOT), "ROS_LOCALHOST_ONLY": "1"}
-    script = str(PROGRAMS / "bench_node.py")
+    script = str(ROOT / "benchmarks" / "ros2_node.py")
     sides = [
         subprocess.Popen(
             [python, script, library, task, side, str(number), port],
