@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import socket
 import threading
+from functools import partial
 from types import SimpleNamespace
 
 import pytest
@@ -205,13 +206,17 @@ def test_an_announcement_that_cannot_be_read_ends_nothing(ears, monkeypatch):
     del kept, program
 
 
+def told(ears: Ears, count: int) -> bool:
+    return len(ears.unserved) == count
+
+
 def test_as_many_programs_as_there_may_be_are_remembered(ears, monkeypatch):
     monkeypatch.setattr(_dds, "_MOST_PROGRAMS", 1)
     first, second = DomainParticipant(DOMAIN), DomainParticipant(DOMAIN)
     kept = []
     for number, (program, topic) in enumerate([(first, "rt/arms"), (second, "rt/arms"), (first, "rt/legs")]):
         kept.append(endpoint(program, topic))
-        until(lambda number=number: len(ears.unserved) == number + 1)
+        until(partial(told, ears, number + 1))
     assert [told[2] for told in ears.unserved] == [0, 0, 0]
     assert len(ears.wire._reported) == 1
     del kept

@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 import sys
 from contextlib import suppress
+from typing import Any
 
 import pytest
 
@@ -31,7 +32,7 @@ MOVE = '{"vx": 0.1, "vy": 0, "vyaw": 0, "mode": 2, "pitch": 0.1, "yaw": 0, "time
 
 WALK_T1, SHOOT = (2001, {"vx": 0.1, "vy": 0.0, "vyaw": 0.0}), (2024,)
 WALK_G1 = 7105, '{"velocity": [0.1, 0, 0]}'
-MOVING = {
+MOVING: dict[type, list[tuple[Any, ...]]] = {
     T1Rig: [WALK_T1, (2000, {"mode": 2}), (2004, {"pitch": 0.1, "yaw": 0.0}), SHOOT],
     G1Rig: [WALK_G1, (7101, '{"data": 200}'), (7104, '{"data": 0}'), (7106, '{"data": 0}')],
 }
