@@ -38,7 +38,7 @@ from tests.support.places import ROOT
 from tests.support.ports import free_port
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from tests.support.rmw_zenoh import GenuineNode
-from tests.support.ros_peers import PROGRAMS, peers_folder
+from tests.support.ros_peers import peers_folder
 from zenoh_ice import Sample, Settings, initialize
 from zenoh_ros2 import Node, QoS, Types
 
@@ -68,7 +68,7 @@ def measure_pair(library: str, task: str, number: int) -> list[dict[str, Any]]:
     python = sys.executable if library == "ours" else str(peers_folder() / "bin" / "python")
     port = str(free_port())
     environment = os.environ | {"PYTHONPATH": str(ROOT), "ROS_LOCALHOST_ONLY": "1"}
-    script = str(PROGRAMS / "bench_node.py")
+    script = str(ROOT / "benchmarks" / "ros2_node.py")
     sides = [
         subprocess.Popen(
             [python, script, library, task, side, str(number), port],

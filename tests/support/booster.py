@@ -16,7 +16,7 @@ import threading
 from collections.abc import Iterator
 from typing import Any, Final
 
-from cyclonedds.domain import Domain, DomainParticipant
+from cyclonedds.domain import DomainParticipant
 from cyclonedds.pub import DataWriter
 from cyclonedds.qos import Policy, Qos
 from cyclonedds.sub import DataReader
@@ -24,6 +24,7 @@ from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
 from tests.support.limits import EVENT_LIMIT, FOREVER
+from tests.support.unitree import on_loopback
 from tests.support.waiting import until
 from visualhfsm_makers._booster._service import CALLS
 from visualhfsm_makers._booster._types import LowCmd, MotorCmd, RpcReqMsg, RpcRespMsg
@@ -89,11 +90,7 @@ def low_command(motor: int, position: float) -> Any:
 
 def main() -> None:
     domain, what, lease = int(sys.argv[1]), sys.argv[2], sys.argv[3]
-    keep = Domain(
-        domain,
-        '<CycloneDDS><Domain Id="any"><General><Interfaces><NetworkInterface name="lo"/></Interfaces></General>'
-        f"<Discovery><LeaseDuration>{lease} s</LeaseDuration></Discovery></Domain></CycloneDDS>",
-    )
+    keep = on_loopback(domain, lease)
     program = Program(domain)
     program.call(*UPPER_BODY)
     sys.stdout.write(f"answered {program.call(*MOVE)}\n")

@@ -5,36 +5,31 @@ from __future__ import annotations
 import random
 import signal
 import struct
-from contextlib import contextmanager
+from functools import partial
 from importlib.util import find_spec
 from itertools import islice
 
 import psutil
 import pytest
 
-from naoserver.bodies import find_body
-from naoserver.errors import InvalidCommand, RobotError
-from naoserver.fake import FakeRobot
-from naoserver.options import ServerOptions
-from naoserver.protocol.jobs import JobThreads
-from naoserver.serving.assembly import Assembly
+from naoserver.errors import RobotError
+from tests.plugins.visualhfsm_makers.integration.test_maker_services import T1, served
 from tests.support.dds import free_domain
 from tests.support.present import present
 from tests.support.processes import REPOSITORY, ComponentProcess, module
-from tests.support.resets import check_that_a_reset_starts_nothing
 from tests.support.soak import repeated
 from tests.support.waiting import until
 from visualhfsm_makers import BOOSTER
-from zenoh_ice import WallClock
 
 pytest.importorskip("cyclonedds", reason="the extra booster is not installed")
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 
-from tests.support.booster import CUSTOM, ELBOW, MOVE, Program, low_command
+from tests.support.booster import ELBOW, Program
 from visualhfsm_makers._booster import _types
 
 DOMAIN = free_domain()
+t1 = partial(served, T1, DOMAIN)
 LONG = "600"
 """Seconds in which DDS alone would notice that a program was killed."""
 NO_SDK = pytest.mark.skipif(
@@ -42,69 +37,16 @@ NO_SDK = pytest.mark.skipif(
 )
 
 
-@contextmanager
-def t1():
-    """Serve a T1 without physics; give it and its assembly."""
-    clock = WallClock()
-    robot = FakeRobot(clock, body=find_body("T1"))
-    assembly = Assembly(robot, ServerOptions(), clock)
-    watchdog, *_ = assembly.jobs
-    try:
-        with JobThreads([watchdog]), present(BOOSTER.serve)(robot, assembly, {"dds_domain": DOMAIN}):
-            yield robot, assembly
-    finally:
-        assembly.close()
-        robot.close()
-
-
 def test_a_call_is_answered():
     with t1():
         assert Program(DOMAIN).ask(2017) == (0, {"mode": 2})
 
 
-@pytest.mark.parametrize("header", ["", "{}", "[" * 4000, '{"api_id": -1}', '{"api_id": "2001"}'], ids=len)
-def test_a_call_without_an_operation_is_refused(header):
+def test_a_call_without_an_operation_is_refused():
     with t1():
-        assert Program(DOMAIN).send(header, "{}") == (400, {})
-
-
-def test_the_end_of_a_program_stops_what_it_drove():
-    with t1() as (robot, _assembly):
         program = Program(DOMAIN)
-        program.call(*MOVE)
-        assert robot.walker.commanded().forward > 0.0
-        del program
-        until(lambda: robot.walker.commanded().forward == 0.0)
-
-
-def test_the_end_of_the_service_stops_what_programs_drove():
-    with t1() as (robot, _assembly):
-        Program(DOMAIN).call(*MOVE)
-    assert robot.walker.commanded().forward == 0.0
-
-
-def test_a_killed_program_walks_no_further():
-    with t1() as (robot, _assembly):
-        for _ in range(repeated(1, soak=100)):
-            with ComponentProcess(module("tests.support.booster", str(DOMAIN), "walk", LONG)) as program:
-                program.wait_for("answered 0")
-                assert robot.walker.commanded().forward > 0.0
-                program.process.kill()
-                until(lambda: robot.walker.commanded().forward == 0.0)
-
-
-def test_a_stop_ends_what_a_program_commands_by_both_doors():
-    flood = ComponentProcess(module("tests.support.booster", str(DOMAIN), "flood", LONG))
-    with t1() as (robot, assembly), flood as program:
-        program.wait_for("answered 0")
-        before = robot.read().positions[ELBOW]
-        until(lambda: robot.read().positions[ELBOW] != before)
-        assembly.gate.stop("a test")
-        assert robot.walker.commanded().forward == 0.0
-        there, other = robot.read().commands[ELBOW], Program(DOMAIN)
-        assert [other.call(*MOVE), other.call(*CUSTOM)] == [409, 409]
-        assert robot.read().commands[ELBOW] == there
-        program.process.kill()
+        for header in ("", "{}", "[" * 4000, '{"api_id": -1}', '{"api_id": "2001"}'):
+            assert program.send(header, "{}") == (400, {}), header[:20]
 
 
 def test_a_program_that_hangs_while_it_sends_walks_no_further(monkeypatch):
@@ -134,46 +76,6 @@ def test_a_topic_that_is_not_served_is_an_event_unless_every_client_reads_it():
         )
         assert not any("LocoApiOperationEvent" in each for each in said())
         del kept
-
-
-def test_a_reset_starts_no_walk_of_a_program_that_calls_on(monkeypatch):
-    with t1() as (robot, assembly):
-        program = Program(DOMAIN)
-        check_that_a_reset_starts_nothing(
-            monkeypatch,
-            assembly,
-            lambda: program.call(*MOVE) and None,
-            lambda: robot.walker.commanded().forward > 0.0,
-        )
-
-
-def test_a_reset_starts_no_joint_of_a_program_that_commands_on(monkeypatch):
-    with t1() as (robot, assembly):
-        program, joint = Program(DOMAIN), robot.joints[ELBOW].name
-        program.call(*CUSTOM)
-        low, command = program.writer("rt/joint_ctrl", _types.LowCmd), low_command(ELBOW, 0.5)
-
-        def follows():
-            try:
-                assembly.body.claims.check([joint])
-            except InvalidCommand:
-                return True
-            return False
-
-        check_that_a_reset_starts_nothing(monkeypatch, assembly, lambda: low.write(command), follows)
-
-
-def test_a_low_command_moves_a_joint():
-    with t1() as (robot, _assembly):
-        program, before = Program(DOMAIN), robot.read().positions[ELBOW]
-        program.call(*CUSTOM)
-        writer, command = program.writer("rt/joint_ctrl", _types.LowCmd), low_command(ELBOW, before + 0.2)
-
-        def moves():
-            writer.write(command)
-            return robot.read().positions[ELBOW] > before + 0.1
-
-        until(moves)
 
 
 def test_low_states_are_in_the_order_of_the_joints():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import socket
 import threading
-import time
+from functools import partial
 from types import SimpleNamespace
 
 import pytest
@@ -12,6 +12,7 @@ import pytest
 from naoserver.errors import RobotError
 from tests.support.dds import domain_ports, free_domain
 from tests.support.limits import EVENT_LIMIT
+from tests.support.waiting import until
 
 pytest.importorskip("cyclonedds", reason="the extra unitree is not installed")
 from cyclonedds.domain import DomainParticipant
@@ -54,13 +55,6 @@ def writer(topic, kind):
     made = DataWriter(participant, Topic(participant, topic, kind))
     until(made.get_matched_subscriptions)
     return made
-
-
-def until(condition):
-    limit = time.monotonic() + EVENT_LIMIT
-    while not condition():
-        assert time.monotonic() < limit, "it does not happen"
-        time.sleep(0.005)
 
 
 def test_messages_arrive_with_the_name_of_their_program(ears):
@@ -212,13 +206,17 @@ def test_an_announcement_that_cannot_be_read_ends_nothing(ears, monkeypatch):
     del kept, program
 
 
+def told(ears: Ears, count: int) -> bool:
+    return len(ears.unserved) == count
+
+
 def test_as_many_programs_as_there_may_be_are_remembered(ears, monkeypatch):
     monkeypatch.setattr(_dds, "_MOST_PROGRAMS", 1)
     first, second = DomainParticipant(DOMAIN), DomainParticipant(DOMAIN)
     kept = []
     for number, (program, topic) in enumerate([(first, "rt/arms"), (second, "rt/arms"), (first, "rt/legs")]):
         kept.append(endpoint(program, topic))
-        until(lambda number=number: len(ears.unserved) == number + 1)
+        until(partial(told, ears, number + 1))
     assert [told[2] for told in ears.unserved] == [0, 0, 0]
     assert len(ears.wire._reported) == 1
     del kept

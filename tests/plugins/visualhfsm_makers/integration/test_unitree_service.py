@@ -4,28 +4,19 @@ from __future__ import annotations
 
 import importlib
 import random
-from contextlib import contextmanager
+from functools import partial
 from itertools import islice, pairwise
 
 import psutil
 import pytest
 
-from naoserver.bodies import find_body
-from naoserver.errors import InvalidCommand
-from naoserver.fake import FakeRobot
-from naoserver.options import ServerOptions
-from naoserver.protocol.jobs import JobThreads
 from naoserver.safety import _insistent
-from naoserver.serving.assembly import Assembly
+from tests.plugins.visualhfsm_makers.integration.test_maker_services import G1, follows, served
 from tests.support.dds import free_domain
 from tests.support.limits import FOREVER
-from tests.support.present import present
 from tests.support.processes import ComponentProcess, module
-from tests.support.resets import check_that_a_reset_starts_nothing
 from tests.support.soak import repeated
 from tests.support.waiting import until
-from visualhfsm_makers import UNITREE
-from zenoh_ice import WallClock
 
 pytest.importorskip("cyclonedds", reason="the extra unitree is not installed")
 from cyclonedds._clayer import ddspy_write
@@ -33,53 +24,28 @@ from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 
-from tests.support.unitree import CONTINUOUS, ELBOW, Program, Wiretap, arm_command, low_command
+from tests.support.unitree import CONTINUOUS, ELBOW, Program, Wiretap, low_command
 from visualhfsm_makers._unitree import _types
 
 DOMAIN = free_domain()
+g1 = partial(served, G1, DOMAIN)
 GROWTH = 32 << 20
 """Bytes by which a process may seem to grow whose memory does not."""
 LEASE = "60"
 """Seconds in which DDS itself would notice that a program was killed: longer than a test waits."""
 
 
-@contextmanager
-def g1():
-    """Serve a G1 without physics; give it and its assembly."""
-    clock = WallClock()
-    robot = FakeRobot(clock, body=find_body("G1"))
-    assembly = Assembly(robot, ServerOptions(), clock)
-    watchdog, *_ = assembly.jobs
-    try:
-        with JobThreads([watchdog]), present(UNITREE.serve)(robot, assembly, {"dds_domain": DOMAIN}):
-            yield robot, assembly
-    finally:
-        assembly.close()
-        robot.close()
-
-
-def follows(assembly, joint):
-    """Return whether a joint follows commands with gains."""
-    try:
-        assembly.body.claims.check([joint.name])
-    except InvalidCommand:
-        return True
-    return False
-
-
-@pytest.mark.parametrize("service", ["loco", "sport"])
-def test_a_call_is_answered_under_both_names(service):
+def test_a_call_is_answered_under_both_names():
     with g1():
-        answer = Program(DOMAIN, service).call(1)
-    assert (answer.header.status.code, answer.data) == (0, "1.0.0.0")
+        for service in ("loco", "sport"):
+            answer = Program(DOMAIN, service).call(1)
+            assert (answer.header.status.code, answer.data) == (0, "1.0.0.0"), service
 
 
-@pytest.mark.parametrize(
-    ("service", "version"), [("arm", "1.0.0.14"), ("voice", "1.0.0.0"), ("motion_switcher", "1.0.0.1")]
-)
-def test_each_other_service_says_its_version(service, version):
+def test_each_other_service_says_its_version():
+    versions = {"arm": "1.0.0.14", "voice": "1.0.0.0", "motion_switcher": "1.0.0.1"}
     with g1():
-        assert Program(DOMAIN, service).call(1).data == version
+        assert {service: Program(DOMAIN, service).call(1).data for service in versions} == versions
 
 
 def test_a_stream_of_sound_arrives_with_its_samples():
@@ -95,77 +61,6 @@ def test_a_stream_of_sound_arrives_with_its_samples():
         assert not robot.loudspeaker.playback().playing
 
 
-def test_the_end_of_a_program_stops_what_it_drove():
-    with g1() as (robot, _assembly):
-        program = Program(DOMAIN)
-        program.call(7105, CONTINUOUS)
-        assert robot.walker.commanded().forward > 0.0
-        del program
-        until(lambda: robot.walker.commanded().forward == 0.0)
-
-
-def test_the_end_of_the_service_stops_what_programs_drove():
-    with g1() as (robot, _assembly):
-        Program(DOMAIN).call(7105, CONTINUOUS)
-    assert robot.walker.commanded().forward == 0.0
-
-
-def test_a_killed_program_walks_no_further():
-    with g1() as (robot, _assembly):
-        for _ in range(repeated(1, soak=100)):
-            with ComponentProcess(module("tests.support.unitree", str(DOMAIN), "walk", LEASE)) as program:
-                program.wait_for("answered 0")
-                assert robot.walker.commanded().forward > 0.0
-                program.process.kill()
-                until(lambda: robot.walker.commanded().forward == 0.0)
-
-
-def test_a_stop_ends_what_a_program_commands_by_both_doors():
-    flood = ComponentProcess(module("tests.support.unitree", str(DOMAIN), "flood", LEASE))
-    with g1() as (robot, assembly), flood as program:
-        program.wait_for("answered 0")
-        before = robot.read().positions[ELBOW]
-        until(lambda: robot.read().positions[ELBOW] != before)
-        assembly.gate.stop("a test")
-        assert robot.walker.commanded().forward == 0.0
-        other = Program(DOMAIN)
-        assert other.call(7105, CONTINUOUS).header.status.code == 7301
-        held = robot.read().commands[ELBOW]
-        assert other.call(7105, CONTINUOUS).header.status.code == 7301
-        assert robot.read().commands[ELBOW] == held
-        until(lambda: robot.read().positions[ELBOW] == pytest.approx(held, abs=0.01))
-        program.process.kill()
-
-
-def test_a_reset_starts_no_walk_of_a_program_that_calls_on(monkeypatch):
-    with g1() as (robot, assembly):
-        program = Program(DOMAIN)
-        check_that_a_reset_starts_nothing(
-            monkeypatch,
-            assembly,
-            lambda: program.call(7105, CONTINUOUS) and None,
-            lambda: robot.walker.commanded().forward > 0.0,
-        )
-
-
-def test_a_reset_starts_no_joint_of_a_program_that_commands_on(monkeypatch):
-    with g1() as (robot, assembly):
-        low = Program(DOMAIN).writer("rt/lowcmd", _types.LowCmd)
-        command = low_command(ELBOW, 0.5)
-        check_that_a_reset_starts_nothing(
-            monkeypatch, assembly, lambda: low.write(command), lambda: follows(assembly, robot.joints[ELBOW])
-        )
-
-
-def test_a_reset_starts_no_arm_of_a_program_that_commands_on(monkeypatch):
-    with g1() as (robot, assembly):
-        arms = Program(DOMAIN).writer("rt/arm_sdk", _types.LowCmd)
-        command = arm_command(ELBOW, 1.0)
-        check_that_a_reset_starts_nothing(
-            monkeypatch, assembly, lambda: arms.write(command), lambda: follows(assembly, robot.joints[ELBOW])
-        )
-
-
 def test_arms_of_a_killed_program_go_back_while_the_walk_of_another_goes_on():
     killed = ComponentProcess(module("tests.support.unitree", str(DOMAIN), "arms", LEASE))
     with g1() as (robot, assembly), killed as program:
@@ -174,18 +69,9 @@ def test_arms_of_a_killed_program_go_back_while_the_walk_of_another_goes_on():
         other = Program(DOMAIN)
         assert other.call(7105, CONTINUOUS).header.status.code == 0
         program.process.kill()
-        until(lambda: not follows(assembly, robot.joints[ELBOW]))
+        until(lambda: not follows(assembly, robot.joints[ELBOW].name))
         until(lambda: robot.read().positions[ELBOW] == pytest.approx(before, abs=0.02))
         assert robot.walker.commanded().forward > 0.0
-
-
-def test_a_stop_ends_what_moves_the_arms():
-    with g1() as (robot, assembly):
-        arms = Program(DOMAIN).writer("rt/arm_sdk", _types.LowCmd)
-        command = arm_command(ELBOW, 1.0)
-        until(lambda: arms.write(command) or follows(assembly, robot.joints[ELBOW]))
-        assembly.gate.stop("a test")
-        assert not follows(assembly, robot.joints[ELBOW])
 
 
 def test_what_a_program_uses_in_vain_is_an_event():
@@ -216,18 +102,6 @@ def test_a_program_is_the_same_at_each_door(monkeypatch):
         assembly.gate.reset()
         assert program.call(7105, CONTINUOUS).header.status.code == 7301
         assert Program(DOMAIN).call(7105, CONTINUOUS).header.status.code == 0
-
-
-def test_a_low_command_moves_a_joint():
-    with g1() as (robot, _assembly):
-        program, before = Program(DOMAIN), robot.read().positions[ELBOW]
-        writer, command = program.writer("rt/lowcmd", _types.LowCmd), low_command(ELBOW, before + 0.2)
-
-        def moves():
-            writer.write(command)
-            return robot.read().positions[ELBOW] > before + 0.1
-
-        until(moves)
 
 
 def test_states_arrive_in_their_order():

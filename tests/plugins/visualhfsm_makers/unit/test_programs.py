@@ -5,7 +5,6 @@ from typing import Literal
 
 import pytest
 
-from naoserver.bodies import find_body
 from naoserver.bodies.capabilities import WalkVelocity
 from naoserver.bodies.kinematics import kinematics_of
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand, JointTaken
@@ -14,6 +13,7 @@ from naoserver.moves.walk import WALK
 from naoserver.options import ServerOptions
 from naoserver.serving.assembly import Assembly
 from naoserver.serving.lasting_walk import LastingWalk
+from tests.support.maker_rigs import MakerRig
 from visualhfsm_makers._programs import Codes, Programs, Refusal
 from zenoh_ice import VirtualClock
 
@@ -22,24 +22,17 @@ AHEAD, ASIDE = (0.3, 0.25, 0.15), (0.2, 0.35, 0.1)
 """Places that the left hand reaches, in the frame of the trunk."""
 
 
-class Rig:
+class Rig(MakerRig):
     """A T1 behind its guards, and programs in front of them."""
 
     def __init__(self):
-        self.clock = VirtualClock()
-        self.robot = FakeRobot(self.clock, body=find_body("T1"))
-        self.assembly = Assembly(self.robot, ServerOptions(), self.clock)
-        self.programs = Programs(self.robot, self.assembly, "maker", Codes(404, WRONG, 409, 500))
+        super().__init__("T1", "maker", Codes(404, WRONG, 409, 500))
 
     def reach(self, *places, seconds=1.0):
         self.programs.reach("LArm", places, seconds, "program")
 
-    def advance(self, seconds):
-        for _ in range(round(seconds / 0.02)):
-            self.clock.advance(0.02)
-            self.assembly.paths.tick()
-            for watched in self.assembly.watched:
-                watched.watch()
+    def advance(self, seconds, step=0.02):
+        super().advance(seconds, step)
 
     @property
     def hand(self):
@@ -192,9 +185,7 @@ def test_a_program_that_sent_regularly_and_is_silent_walks_no_further(rig):
     assert walks(rig)
     sends(rig, "another", seconds=1.2, period=0.1)
     assert not walks(rig)
-    assert rig.assembly.events.snapshot()[0][-1].message == (
-        "ended the walk: its program sent regularly, and nothing for 1 s"
-    )
+    assert rig.events[-1] == ("ended the walk: its program sent regularly, and nothing for 1 s")
 
 
 def test_a_pause_of_less_than_a_second_is_no_silence(rig):
@@ -313,7 +304,7 @@ def test_a_posture_that_waited_and_is_refused_is_an_event(rig, monkeypatch):
         rig.programs.go("Crouch", "program")
     rig.assembly.gate.acquire("behavior", "dance", 30.0)
     rig.programs.renew()
-    assert "held by dance" in rig.assembly.events.snapshot()[0][-1].message
+    assert "held by dance" in rig.events[-1]
 
 
 def go_after_a_walk(rig, monkeypatch):

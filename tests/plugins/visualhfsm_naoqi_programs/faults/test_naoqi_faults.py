@@ -8,7 +8,7 @@ import pytest
 
 pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualhfsm[naoqi]'")
 
-from interfaces.jderobot import CameraPrx, CommandRefusedException, HardwareFailedException
+from interfaces.jderobot import CameraPrx, CommandRefusedException
 from interfaces.nao import HealthPrx, JointsPrx, PoseHeadPrx, Severity
 from naoserver.errors import RobotError
 from naoserver.hardware.connection import HardwareLimits
@@ -112,22 +112,6 @@ def test_a_connection_that_breaks_is_reported_and_made_again(nao, address):
     wait_for(head.getPose, lambda pose: abs(pose.pan + 0.2) < 0.02)
 
 
-def test_a_slow_robot_delays_neither_calls_nor_streams(nao, address):
-    faults(address, "slow", "ALMotion::setAngles", 0.4)
-    head, link, sent = nao.proxy(PoseHeadPrx, "Head"), nao.robot._connection.link, []
-    begin = link.begin
-
-    def noting(operation, *arguments):
-        sent.append(operation)
-        return begin(operation, *arguments)
-
-    link.begin = noting
-    for number in range(50):
-        head.setPose(0.001 * number, 0.0, 1.0)
-    assert sent.count("ALMotion.setAngles") < 25, "nobody waited for the robot: newer ones replace older ones"
-    wait_for(head.getPose, lambda pose: abs(pose.pan - 0.049) < 0.01)
-
-
 def test_a_command_that_the_robot_refuses_is_reported(nao, address):
     faults(address, "fail", "ALMotion::setAngles", "the motors are too hot")
     nao.proxy(PoseHeadPrx, "Head").setPose(0.3, 0.0, 0.5)
@@ -136,26 +120,6 @@ def test_a_command_that_the_robot_refuses_is_reported(nao, address):
     head = nao.proxy(PoseHeadPrx, "Head")
     head.setPose(0.31, 0.0, 1.0)
     wait_for(head.getPose, lambda pose: abs(pose.pan - 0.31) < 0.02)
-
-
-def test_a_camera_without_pictures_is_a_failure_and_the_rest_goes_on(nao, address):
-    faults(address, "blind", True)
-    camera = nao.proxy(CameraPrx, "Camera")
-    with pytest.raises(HardwareFailedException, match="Camera returned no image"):
-        camera.getImageData("RGB8")
-    state = nao.proxy(JointsPrx, "Body").getJointState
-    wait_for(state, lambda reading: reading.time > nao.robot.clock.now() - 0.2)
-    faults(address, "blind", False)
-    eventually(lambda: len(camera.getImageData("RGB8").pixelData) > 0)
-
-
-def test_memory_that_fails_is_reported_and_keeps_the_newest_state(nao, address):
-    faults(address, "fail", "ALMemory::getListData", "out of memory")
-    wait_for_event(nao, "out of memory")
-    assert len(nao.proxy(JointsPrx, "Body").getJointState().positions) == 26
-    faults(address, "clear")
-    state = nao.proxy(JointsPrx, "Body").getJointState
-    wait_for(state, lambda reading: reading.time > nao.robot.clock.now() - 0.2)
 
 
 @contextmanager

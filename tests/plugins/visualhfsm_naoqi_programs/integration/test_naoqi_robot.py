@@ -1,15 +1,11 @@
 """The robot over genuine libqi: a fake one in another process, which is served as NAOqi."""
 
-import math
-
-import numpy as np
 import pytest
 
 pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualhfsm[naoqi]'")
 
 from contextlib import closing
 
-from naoserver.bodies.capabilities import STILL, WalkVelocity
 from naoserver.bodies.nao import H25
 from naoserver.hardware.connection import CallFailed, CallTimeout, LinkLost
 from naoserver.naoqi._libqi_link import connect
@@ -46,52 +42,11 @@ def robot(address, link):
         yield robot
 
 
-def look(robot, yaw):
-    """Turn the head."""
-    robot.command_positions({"HeadYaw": yaw}, {"HeadYaw": 8.0})
-    eventually(lambda: abs(robot.read().positions[YAW] - yaw) < 0.01)
-
-
 def test_joints_go_where_they_are_sent_and_the_robot_reports(robot, link):
     robot.command_positions({"HeadYaw": 0.4, "LElbowRoll": -0.9}, {"HeadYaw": 4.0, "LElbowRoll": 3.0})
     eventually(lambda: abs(robot.read().positions[YAW] - 0.4) < 0.01)
     assert call(link, "ALMotion.getAngles", ["HeadYaw"], False) == [pytest.approx(0.4)]
     assert robot.read().commands[YAW] == pytest.approx(0.4)
-
-
-def test_a_joint_turns_at_its_velocity_until_it_is_held(robot):
-    look(robot, 1.0)
-    robot.command_velocities({"HeadYaw": -0.5})
-    eventually(lambda: robot.read().velocities[YAW] < -0.2)
-    robot.command_velocities({"HeadYaw": 0.0})
-    eventually(lambda: abs(robot.read().velocities[YAW]) < 0.01)
-    assert -2.0 < robot.read().positions[YAW] < 1.0
-
-
-def test_stiffness_is_commanded_and_reported(robot):
-    robot.command_stiffnesses({"RHand": 0.3}, 0.0)
-    eventually(lambda: robot.read().stiffnesses[-1] == pytest.approx(0.3))
-    robot.command_stiffnesses({"RHand": 1.0}, 0.2)
-    eventually(lambda: robot.read().stiffnesses[-1] == 1.0)
-
-
-def test_the_senses_are_those_of_the_robot(robot):
-    reading = robot.senses.read()
-    assert reading.inertial.acceleration == (0.0, 0.0, pytest.approx(9.81))
-    weight = 9.81 * sum(part.mass for part in H25.links)
-    assert reading.left_foot.total + reading.right_foot.total == pytest.approx(weight)
-    assert reading.battery.charge == pytest.approx(0.8)
-    assert reading.sonar.left == math.inf
-    assert not robot.state().fallen
-
-
-def test_a_picture_is_what_the_camera_sees(robot):
-    look(robot, 0.0)
-    frame = robot.capture("Camera", 640, 480)
-    assert frame.pixels.shape == (480, 640, 3)
-    green = frame.pixels[..., 1].astype(int) - frame.pixels[..., 0] > 50
-    assert np.count_nonzero(green) > 100, "the green ball"
-    assert frame.time <= robot.clock.now()
 
 
 def test_cameras_are_released_when_the_robot_is_closed(address, link):
@@ -112,39 +67,6 @@ def test_a_way_into_a_posture_of_before_ends_at_the_start(address, link):
         robot.start()
         assert former.result(CALL_LIMIT) is False
         assert call(link, "ALMotion.getAngles", "LShoulderPitch", False)[0] > 0.5
-
-
-def test_it_walks_and_stops(robot):
-    start = robot.walker.odometry().x
-    robot.walker.command(WalkVelocity(forward=0.05))
-    eventually(lambda: robot.walker.odometry().x > start + 0.01)
-    assert robot.walker.walking
-    robot.walker.command(STILL)
-    eventually(lambda: not robot.walker.walking)
-    assert robot.walker.commanded() == STILL
-
-
-def test_it_goes_into_a_posture(robot):
-    robot.postures.go("StandZero", 1.0)
-    assert robot.postures.progress().moving
-    eventually(lambda: not robot.postures.progress().moving)
-    assert robot.postures.progress().reached
-    eventually(lambda: robot.postures.current() == "StandZero")
-
-
-def test_it_shines_and_speaks(robot, link):
-    robot.lights.set("Chest", (0.0, 1.0, 0.0), 0.0)
-    eventually(lambda: call(link, "ALLeds.getIntensity", "ChestLeds") == [1.0])
-    robot.voice.say("hello")
-    eventually(lambda: _spoken(link) == "hello")
-    eventually(lambda: not robot.voice.utterance().speaking)
-
-
-def _spoken(link):
-    try:
-        return call(link, "ALMemory.getData", "ALTextToSpeech/CurrentSentence")
-    except CallFailed:
-        return ""
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ import signal
 import socket
 import sys
 import textwrap
-from contextlib import ExitStack
+from contextlib import ExitStack, closing, suppress
 
 import pytest
 
@@ -13,13 +13,18 @@ pytest.importorskip("qi")
 
 import qi
 
+from naoserver.fake import FakeRobot
+from naoserver.options import ServerOptions
+from naoserver.protocol.jobs import JobThreads
+from naoserver.serving.assembly import Assembly
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.naoqi import connected
 from tests.support.processes import ComponentProcess, module
-from tests.support.robot_server import eventually
-from visualhfsm_naoqi_programs._clients import MOST_RUNNING, MOST_WAITING
+from tests.support.resets import check_that_a_reset_starts_nothing
+from tests.support.robot_server import clock_at, eventually
+from visualhfsm_naoqi_programs import serve_as_naoqi
+from visualhfsm_naoqi_programs._clients import MOST_RUNNING
 from visualhfsm_naoqi_programs._connections import LARGEST_MESSAGE
-from visualhfsm_naoqi_programs._memory import MOST_KEYS
 
 VALUE = qi.FutureState.FinishedWithValue
 MILLISECONDS = int(CALL_LIMIT * 1000)
@@ -94,17 +99,6 @@ def test_a_program_that_is_killed_leaves_nothing_that_moves_plays_or_takes_room(
     recorder.stopMicrophonesRecording()
 
 
-def test_one_kill_all_ends_a_thousand_posted_calls(motion):
-    calls = [motion.angleInterpolation(*SWING, _async=True) for _ in range(MOST_WAITING)]
-    eventually(lambda: motion.getTaskList() != [])
-    motion.killAll()
-    eventually(lambda: ended(calls))
-    assert motion.getTaskList() == []
-    at = motion.getAngles("HeadYaw", False)
-    motion.angleInterpolation("HeadPitch", 0.1, 0.3, True)
-    assert motion.getAngles("HeadYaw", False) == at
-
-
 def test_a_program_that_takes_all_its_threads_takes_none_of_another_or_of_a_stop(session, motion, other):
     player = session.service("ALAudioPlayer")
     loops = [player.playFileInLoop(f"/{i}.wav", _async=True) for i in range(MOST_RUNNING)]
@@ -120,26 +114,6 @@ def test_a_program_that_takes_all_its_threads_takes_none_of_another_or_of_a_stop
     player.stopAll()
     eventually(lambda: ended(loops))
     motion.wakeUp()
-
-
-def test_too_many_calls_of_a_program_are_refused(session, motion, other):
-    calls = [motion.angleInterpolation(*SWING, _async=True) for _ in range(MOST_WAITING + 1)]
-    eventually(lambda: not all(call.isRunning() for call in calls))  # they may arrive in any order
-    (refused,) = (call for call in calls if not call.isRunning())
-    assert refused.error() == ("ALMotion::angleInterpolation: 1000 calls of this program run or wait already")
-    other.service("ALMotion").openHand("LHand")
-    motion.killAll()
-    eventually(lambda: ended(calls))
-
-
-def test_what_one_program_keeps_leaves_others_room(session, other):
-    memory, speech = session.service("ALMemory"), other.service("ALTextToSpeech")
-    for i in range(MOST_KEYS):
-        memory.insertData(f"Key{i}", i)
-    with pytest.raises(RuntimeError, match=f"this program has {MOST_KEYS} keys already"):
-        memory.insertData("one more", 1)
-    speech.say("Hello")
-    other.service("ALMemory").insertData("Mine", 1)
 
 
 def test_a_large_message_is_refused_unread_and_the_connection_goes_on(session, motion):
@@ -180,3 +154,23 @@ def test_a_stop_is_served_while_programs_flood_the_robot(session, motion, other)
     calls += [busy.angleInterpolation("HeadYaw", 1.0, FOREVER, True, _async=True) for _ in range(100)]
     assert motion.killAll(_async=True).wait(MILLISECONDS) == VALUE
     eventually(lambda: motion.killAll() is None and ended(calls))
+
+
+def test_a_reset_starts_no_walk_of_a_program_that_commands_on(monkeypatch):
+    clock = clock_at(1.0)
+    with closing(FakeRobot(clock)) as robot, closing(Assembly(robot, ServerOptions(), clock)) as assembly:
+        watchdog, *_ = assembly.jobs
+        with (
+            JobThreads([watchdog]),
+            serve_as_naoqi(robot, assembly, "tcp://127.0.0.1:0") as url,
+            connected(url) as session,
+        ):
+            motion = session.service("ALMotion")
+
+            def command():
+                with suppress(RuntimeError):
+                    motion.move(0.1, 0.0, 0.0)
+
+            check_that_a_reset_starts_nothing(
+                monkeypatch, assembly, command, lambda: robot.walker.commanded().forward > 0.0
+            )

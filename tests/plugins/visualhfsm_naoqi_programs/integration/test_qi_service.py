@@ -73,11 +73,6 @@ def test_the_head_turns_and_memory_reports_it(session, motion):
     assert motion.getAngles(["HeadYaw"], False) == pytest.approx([0.5])
 
 
-def test_an_interpolation_returns_when_it_is_there(motion):
-    motion.angleInterpolation(["HeadYaw", "HeadPitch"], [[0.3], [0.1]], [[0.2], [0.2]], True)
-    assert motion.getAngles("Head", False) == pytest.approx([0.3, 0.1], abs=1e-5)
-
-
 def test_long_calls_keep_nobody_waiting(motion):
     motion.move(0.05, 0.0, 0.0)
     waiting = [motion.waitUntilMoveIsFinished(_async=True) for _ in range(40)]
@@ -93,12 +88,6 @@ def test_a_walk_goes_on_without_being_renewed(motion):
     motion.move(0.15, 0.0, 0.0)
     eventually_near(lambda: motion.getRobotPosition(True)[0], x + 0.45, 0.05)  # longer than the guard's 0.5 s
     motion.stopMove()
-
-
-def test_a_posture(session):
-    posture = session.service("ALRobotPosture")
-    assert posture.goToPosture("StandZero", 1.0)
-    assert (posture.getPosture(), posture.getPostureFamily()) == ("StandZero", "Standing")
 
 
 def test_a_call_can_be_cancelled(motion):
@@ -220,15 +209,6 @@ def succeeds(call, *arguments):
     return True
 
 
-def test_a_touch_is_reported_when_it_is_felt(session):
-    heard = qi.Promise()
-    subscriber = session.service("ALMemory").subscriber("FrontTactilTouched")
-    subscriber.signal.connect(heard.setValue)
-    session.service("Faults").touch(["HeadFront"])
-    assert heard.future().value(MILLISECONDS) == 1.0
-    session.service("Faults").touch([])
-
-
 def test_touch_changed_sends_what_changed(session):
     heard: queue.Queue[list[list[Any]]] = queue.Queue()
     subscriber = session.service("ALMemory").subscriber("TouchChanged")
@@ -320,25 +300,6 @@ def test_the_help_of_an_operation_names_its_parameters(session, motion):
     assert "this robot records no video" in recorder.getMethodHelp("startRecording")[1]
     with pytest.raises(RuntimeError, match="there is no operation 'fly'; there are"):
         motion.getMethodHelp("fly")
-
-
-def test_a_sound_without_a_file_plays_shortly(session):
-    player = session.service("ALAudioPlayer")
-    sound = player.loadFile("/home/nao/song.mp3")
-    player.play(sound)
-    assert player.getFileLength(sound) == 1.0
-
-
-def test_a_typed_word_is_recognized(session):
-    heard = qi.Promise()
-    recognition = session.service("ALSpeechRecognition")
-    recognition.setVocabulary(["yes", "no"], True)
-    subscriber = session.service("ALMemory").subscriber("WordRecognized")
-    subscriber.signal.connect(heard.setValue)
-    recognition.subscribe("test")
-    assert session.service("Faults").say("Oh yes, please") == "yes"
-    assert heard.future().value(MILLISECONDS) == ["<...> yes <...>", 1.0]
-    recognition.unsubscribe("test")
 
 
 def test_a_service_that_is_refused_says_why(session):

@@ -1,14 +1,11 @@
 """`naoserver-sim --qi`: programs for NAOqi and proxies drive the same simulated robot."""
 
-import time
-
 import pytest
 
 pytest.importorskip("qi")
 
 from interfaces.nao import HealthPrx, JointsPrx, SafetyPrx, ScenePrx
 from naoserver.bodies.nao import H21, H25
-from naoserver.safety._insistent import SILENCE
 from tests.support.naoqi import connected, eventually_near
 from tests.support.processes import ComponentProcess, free_endpoint, module
 from zenoh_ice import initialize
@@ -86,35 +83,6 @@ def test_an_emergency_stop_refuses_both(session, proxy):
     finally:
         safety.resetEmergencyStop(True)
     motion.setAngles("HeadYaw", 0.0, 0.5)
-
-
-def test_a_reset_starts_nothing_of_a_program_that_commands_on(session, proxy):
-    motion, safety = session.service("ALMotion"), proxy(SafetyPrx, "Safety")
-
-    def refusal():
-        with pytest.raises(RuntimeError) as refused:
-            motion.setAngles("HeadYaw", 0.5, 0.5)
-        return str(refused.value)
-
-    motion.angleInterpolation("HeadYaw", 0.0, 0.5, True)
-    safety.emergencyStop("a test")
-    assert "the robot is stopped: a test" in refusal()
-    newest = time.monotonic()
-    safety.resetEmergencyStop()
-    for _ in range(20):
-        if time.monotonic() - newest > SILENCE / 2:
-            pytest.skip("the machine paused, and not the program")
-        newest = time.monotonic()
-        assert "went on during the emergency stop" in refusal()
-    events = [event.message for event in proxy(HealthPrx, "Health").getHealth().events]
-    assert any("commands of NAOqi " in message for message in events)
-    assert motion.getAngles("HeadYaw", False) == pytest.approx([0.0], abs=1e-5)
-    time.sleep(SILENCE)
-    motion.setAngles("HeadYaw", 0.5, 0.5)
-    safety.emergencyStop("a test")
-    assert "the robot is stopped: a test" in refusal()
-    safety.resetEmergencyStop(True)
-    motion.setAngles("HeadYaw", 0.5, 0.5)
 
 
 def test_a_program_runs_on_an_h21_and_learns_that_it_has_no_hands(session):

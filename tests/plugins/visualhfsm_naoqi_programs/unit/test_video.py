@@ -78,6 +78,7 @@ def test_a_size_in_the_middle_is_the_angle_between_its_edges(rig):
     assert video.getImageSizeFromAngularSize(0, size) == pytest.approx([0.2, 0.6])
     whole = [video.getHorizontalAperture(0), video.getVerticalAperture(0)]
     assert video.getAngularSizeFromImageSize(0, [1, 1]) == pytest.approx(whole)
+    assert video.getImageInfoFromAngularInfo(0, [0.0, 0.0, *whole]) == pytest.approx([0.5, 0.5, 1.0, 1.0])
     info = video.getImageInfoFromAngularInfoWithResolution(0, [0.0, 0.0, *whole], 2)
     assert info == pytest.approx([320, 240, 640, 480])
 

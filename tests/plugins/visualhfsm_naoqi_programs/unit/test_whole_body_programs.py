@@ -238,12 +238,9 @@ SHIFTS = [
     *(("LLeg", *change) for change in ([0, 0.15, 0, 0, 0, 0], [0.06, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, 0.7])),
     ("LLeg", 0, 0, 0.04, 0, 0, 0),
 ]  # fmt: skip
-QUICK = [
-    turn_the_feet_in_a_plane, put_a_foot_aside_and_turn_it, bend_the_knees, turn_the_feet_at_once,
-    bend_the_knees_far_and_fast,
-]  # fmt: skip
+QUICK = [turn_the_feet_in_a_plane, put_a_foot_aside_and_turn_it, bend_the_knees]
 MORE = [
-    turn_the_feet_at_once, turn_a_free_hip,
+    turn_the_feet_at_once, turn_a_free_hip, bend_the_knees_far_and_fast,
     bend_one_knee, bend_the_hips, bend_the_ankles, spread_the_hips, kick_without_freeing_the_foot, turn_fixed_feet,
     turn_the_feet_inwards, turn_the_feet_over_one_of_them, lift_a_free_leg, lift_a_free_foot, balance_over_each_foot,
     swing_the_hips, move_torso_and_arm, reach_too_far_with_both_arms, control_an_arm, send_the_torso,

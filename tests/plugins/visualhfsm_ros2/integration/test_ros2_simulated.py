@@ -98,10 +98,3 @@ def test_the_camera_beside_the_robot_stands_where_the_simulation_put_it(ros: Nod
     ahead = 1 - 2 * (turn.y**2 + turn.z**2), 2 * (turn.x * turn.y + turn.w * turn.z)
     assert math.atan2(ahead[1], ahead[0]) == pytest.approx(SPECTATOR_YAW)
     assert math.asin(2 * (turn.x * turn.z - turn.w * turn.y)) == pytest.approx(-SPECTATOR.tilt)
-
-
-def test_use_sim_time_is_a_parameter(ros: Node) -> None:
-    client = ros.create_client("rcl_interfaces/srv/GetParameters", "/nao/get_parameters")
-    client.wait(CALL_LIMIT)
-    (simulated,) = client.call(timeout=CALL_LIMIT, names=["use_sim_time"]).values
-    assert simulated.bool_value

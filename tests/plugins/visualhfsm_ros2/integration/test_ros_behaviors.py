@@ -13,9 +13,9 @@ from typing import Any
 import pytest
 
 from tests.support.codegen_command import ROOT
-from tests.support.commands import run_here
+from tests.support.commands import run_file_here, run_here
 from tests.support.documents import compile_to, document, state, sub, transition
-from tests.support.limits import END_LIMIT, EVENT_LIMIT, RUN_LIMIT, START_LIMIT
+from tests.support.limits import END_LIMIT, EVENT_LIMIT, START_LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint
 from tests.support.ros_nodes import DOMAIN, Inbox
 from tests.support.waiting import until
@@ -137,10 +137,11 @@ def test_samples_services_and_goals_reach_a_component_and_its_replay(tmp_path: P
 
 def test_wrong_options_of_ros_are_reported(tmp_path: Path) -> None:
     file = compile_to(tmp_path, BEHAVIOR, "talker")
-    with start(file, free_endpoint(), "--remap", "/cmd_vel=/other") as component:
-        assert component.wait(RUN_LIMIT) == 2
-        assert "--remap takes FROM:=TO" in component.output
-    with start(file, free_endpoint(), "--ros-namespace", "1st") as component:
-        assert component.wait(RUN_LIMIT) == 1
-        assert "Traceback" not in component.output
-        assert "1st" in component.output
+    connected = ("--connect", free_endpoint(), "--clock", "wall")
+    done = run_file_here(file, *connected, "--remap", "/cmd_vel=/other")
+    assert done.returncode == 2
+    assert "--remap takes FROM:=TO" in done.stdout
+    done = run_file_here(file, *connected, "--ros-connect", free_endpoint(), "--ros-namespace", "1st")
+    assert done.returncode == 1
+    assert "Traceback" not in done.stdout
+    assert "1st" in done.stdout

@@ -185,12 +185,6 @@ def test_transitions_have_a_stamp_where_lyrical_is_sourced(
         assert transitions.messages[0].stamp.sec > 1_700_000_000
 
 
-def test_an_event_that_is_not_declared_is_refused_with_the_way_to_declare_it(scene: Scene) -> None:
-    answer = scene.call("event/rest")
-    assert not answer.success
-    assert "add <event><name>rest</name></event> to the <events>" in answer.message
-
-
 def test_no_state_is_active_before_the_start_as_events_are_lost_until_then(pair: Pair) -> None:
     with played(pair, starts=False) as scene:
         status = Heard(scene.tool, STATUS, "/field/keeper/smach/container_status")
@@ -200,7 +194,7 @@ def test_no_state_is_active_before_the_start_as_events_are_lost_until_then(pair:
         status.wait_for(lambda each: each.path == "/keeper" and each.active_states == ["wait"])
 
 
-def test_services_pause_step_and_resume(scene: Scene) -> None:
+def test_services_pause_step_resume_and_stop(scene: Scene) -> None:
     refused = scene.call("step")
     assert (refused.success, refused.message) == (False, "the component is running: pause it first")
     paused = scene.call("pause")
@@ -213,9 +207,18 @@ def test_services_pause_step_and_resume(scene: Scene) -> None:
     resumed = scene.call("resume")
     assert (resumed.success, resumed.message) == (True, "running")
     until(lambda: scene.component.cycles > before + 1)
+    undeclared = scene.call("event/rest")
+    assert not undeclared.success
+    assert "add <event><name>rest</name></event> to the <events>" in undeclared.message
+    status = Heard(scene.tool, STATUS, "/field/keeper/smach/container_status")
+    assert scene.call("stop").success
+    assert scene.runtime.ended.wait(EVENT_LIMIT)
+    status.wait_for(lambda each: each.path == "/keeper" and each.info.startswith("halted"))
 
 
-def test_a_reload_shows_the_new_automata_events_and_parameters(pair: Pair, tmp_path: Path) -> None:
+def test_a_reload_shows_the_new_automata_events_and_parameters_or_says_why_not(
+    pair: Pair, tmp_path: Path
+) -> None:
     file = compile_to(tmp_path, goalie("kick", "float", "1.5"), "goalie")
     with played(pair, load(file)) as scene:
         heard = Heard(scene.tool, STRUCTURE, "/field/keeper/smach/container_structure")
@@ -228,11 +231,6 @@ def test_a_reload_shows_the_new_automata_events_and_parameters(pair: Pair, tmp_p
         until(lambda: "/field/keeper/event/kick" not in scene.tool.graph.services())
         get = scene.tool.create_client("rcl_interfaces/srv/GetParameters", "/field/keeper/get_parameters")
         until(lambda: get.call(names=["height"], timeout=CALL_LIMIT).values[0].string_value == "high")
-
-
-def test_a_reload_that_is_refused_says_why(pair: Pair, tmp_path: Path) -> None:
-    file = compile_to(tmp_path, goalie("kick", "float", "1.5"), "goalie")
-    with played(pair, load(file)) as scene:
         file.write_text("this is no Python", "utf-8")
         answer = scene.call("reload")
         assert not answer.success
@@ -288,13 +286,6 @@ def test_viewers_that_keep_no_history_get_the_structure_even_while_states_change
         heard.wait_for(lambda each: each.children == ["a", "b"])
 
 
-def test_stop_ends_the_component(scene: Scene) -> None:
-    status = Heard(scene.tool, STATUS, "/field/keeper/smach/container_status")
-    assert scene.call("stop").success
-    assert scene.runtime.ended.wait(EVENT_LIMIT)
-    status.wait_for(lambda each: each.path == "/keeper" and each.info.startswith("halted"))
-
-
 def test_parameters_are_read_and_set(scene: Scene) -> None:
     tool = scene.tool
     get = tool.create_client("rcl_interfaces/srv/GetParameters", "/field/keeper/get_parameters")
@@ -315,24 +306,16 @@ def test_parameters_are_read_and_set(scene: Scene) -> None:
     assert "tries" in results[2].reason
     assert "height" in results[3].reason
     assert (scene.component.speed, scene.component.side, scene.component.tries) == (0.25, "right", 3)
-
-
-def test_parameters_that_the_monitor_sets_change_in_ros(scene: Scene) -> None:
-    get = scene.tool.create_client("rcl_interfaces/srv/GetParameters", "/field/keeper/get_parameters")
-    get.wait(EVENT_LIMIT)
-    scene.runtime.set_variable(0, "speed", 0.75)
+    scene.runtime.set_variable(0, "speed", 0.75)  # as the monitor does
     until(lambda: get.call(names=["speed"], timeout=CALL_LIMIT).values[0].double_value == 0.75)
 
 
-def test_its_logs_are_on_rosout(scene: Scene) -> None:
-    heard = Heard(scene.tool, "rcl_interfaces/msg/Log", "/rosout")
-    record = heard.wait_for(lambda each: "the keeper begins" in each.msg)
-    assert (record.msg, record.level) == ("the keeper begins on the left", 30)
-    assert record.file.endswith("test_ros_component.py")
-
-
-def test_nothing_is_left_when_it_ends(pair: Pair) -> None:
+def test_its_logs_are_on_rosout_until_it_ends(pair: Pair) -> None:
     with played(pair) as scene:
+        heard = Heard(scene.tool, "rcl_interfaces/msg/Log", "/rosout")
+        record = heard.wait_for(lambda each: "the keeper begins" in each.msg)
+        assert (record.msg, record.level) == ("the keeper begins on the left", 30)
+        assert record.file.endswith("test_ros_component.py")
         log = scene.component._hfsm_log
         assert len(log.handlers) == 1
     assert not log.handlers

@@ -31,9 +31,11 @@ def call(node: Node, name: str) -> Any:
     return node.create_client(TRIGGER, name).call(timeout=CALL_LIMIT)
 
 
-def test_an_operator_commands_the_robot_over_ros(lab: Lab) -> None:
+def test_an_operator_commands_the_robot_over_ros_by_a_gateway_that_warns_of_nothing(
+    lab: Lab, caplog: pytest.LogCaptureFixture
+) -> None:
     motors = MotorsPrx.checkedCast(lab.nao.stringToProxy("Motors"))
-    with lab.node("operator") as node:
+    with lab.node("operator") as node, caplog.at_level(logging.WARNING):
         assert lab.has_topic(node, "sensor_msgs/msg/JointState", "/joint_states")
         velocity = node.create_publisher(TWIST, "/cmd_vel")
         eventually(lambda: velocity.heard)
@@ -43,6 +45,7 @@ def test_an_operator_commands_the_robot_over_ros(lab: Lab) -> None:
         eventually(lambda: motors.getV() == 0.0)
         assert call(node, "/nao/emergency_stop").success
         assert call(node, "/nao/reset").success
+    assert "ros_serve" not in caplog.text
 
 
 def test_a_student_hears_the_robot_stops_it_and_commands_nothing(lab: Lab) -> None:
@@ -81,10 +84,3 @@ def test_a_gateway_that_reaches_nobody_says_what_to_do(lab: Lab, caplog: pytest.
         eventually(lambda: "needs ros_serve" in caplog.text)
     assert "/shut_out/emergency_stop" in caplog.text
     assert lab.keys.endpoint in caplog.text
-
-
-def test_a_gateway_that_is_reached_warns_of_nothing(lab: Lab, caplog: pytest.LogCaptureFixture) -> None:
-    with lab.node("operator") as node, caplog.at_level(logging.WARNING):
-        assert call(node, "/nao/emergency_stop").success
-        assert call(node, "/nao/reset").success
-    assert "ros_serve" not in caplog.text

@@ -5,7 +5,7 @@ from __future__ import annotations
 import queue
 import struct
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
@@ -22,6 +22,7 @@ from zenoh_ros2 import LATCHED, SENSOR_DATA, CallError, Node, QoS
 STRING = (
     "std_msgs::msg::dds_::String_/RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"
 )
+TEXT, ADD_TYPE = "std_msgs/msg/String", "example_interfaces/srv/AddTwoInts"
 ADD = "example_interfaces::srv::dds_::AddTwoInts_/RIHS01_e118de6bf5eeb66a2491b5bda11202e7b68f198d6f67922cf30364858239c81a"
 
 
@@ -80,46 +81,38 @@ def test_the_token_of_a_node(spy: Watched) -> None:
         assert token.split("/")[3] == token.split("/")[4]
 
 
+def add(request: Any) -> dict[str, int]:
+    return {"sum": request.a + request.b}
+
+
 @pytest.mark.parametrize(
-    ("qos", "text"),
+    ("make", "kind", "text"),
     [
-        (QoS(), "::,10:,:,:,,"),
-        (QoS(depth=7), "::,7:,:,:,,"),
-        (LATCHED, ":1:,1:,:,:,,"),
-        (SENSOR_DATA, "2::,5:,:,:,,"),
+        (lambda node: node.create_subscription(TEXT, "/n", None, QoS()), "MS", f"%n/{STRING}/::,10:,:,:,,"),
+        (lambda node: node.create_subscription(TEXT, "/n", None, LATCHED), "MS", f"%n/{STRING}/:1:,1:,:,:,,"),
+        (
+            lambda node: node.create_subscription(TEXT, "/n", None, SENSOR_DATA),
+            "MS",
+            f"%n/{STRING}/2::,5:,:,:,,",
+        ),
+        (
+            lambda node: node.create_publisher(TEXT, "n", QoS(depth=7)),
+            "MP",
+            f"%robot1%arm%n/{STRING}/::,7:,:,:,,",
+        ),
+        (lambda node: node.create_service(ADD_TYPE, "/n", add), "SS", f"%n/{ADD}/::,10:,:,:,,"),
+        (lambda node: node.create_client(ADD_TYPE, "/n"), "SC", f"%n/{ADD}/::,10:,:,:,,"),
     ],
+    ids=["subscription", "latched one", "one of a sensor", "publisher", "service", "client"],
 )
-def test_the_token_of_a_subscription(spy: Watched, qos: QoS, text: str) -> None:
-    watched, settings = spy
-    with Node("listener", domain=2, settings=settings) as node:
-        node.create_subscription("std_msgs/msg/String", "/chatter", None, qos)
-        token = watched.token(2, "MS", text)
-        written = f"@ros2_lv/2/aac3178e146ba6f1fc6e6a4085e77f21/0/10/MS/%/%/listener/%chatter/{STRING}/{text}"
-        assert token == example(written, token)
-
-
-def test_the_token_of_a_publisher_with_a_namespace(spy: Watched) -> None:
+def test_the_token_of_an_end(spy: Watched, make: Callable[[Node], object], kind: str, text: str) -> None:
     watched, settings = spy
     with Node("talker", namespace="/robot1/arm", domain=2, settings=settings) as node:
-        node.create_publisher("std_msgs/msg/String", "chatter", QoS(depth=7))
-        token = watched.token(2, "MP", "::,7:,:,:,,")
-        name = "%robot1%arm%chatter"
-        written = f"@ros2_lv/2/8b20917502ee955ac4476e0266340d5c/0/10/MP/%/%robot1%arm/talker/{name}/{STRING}/::,7:,:,:,,"
+        made = make(node)
+        token = watched.token(2, kind, text)
+        written = f"@ros2_lv/2/8b20917502ee955ac4476e0266340d5c/0/10/{kind}/%/%robot1%arm/talker/{text}"
         assert token == example(written, token)
-
-
-def test_the_tokens_of_a_service_and_its_client(spy: Watched) -> None:
-    watched, settings = spy
-    name = "example_interfaces/srv/AddTwoInts"
-    with Node("add_two_ints", domain=2, settings=settings) as node:
-        node.create_service(name, "/add_two_ints", lambda request: {"sum": request.a + request.b})
-        node.create_client(name, "/add_two_ints")
-        for kind in ("SS", "SC"):
-            token = watched.token(2, kind, "::,10:,:,:,,")
-            written = (
-                f"@ros2_lv/2/f9980ee0495eaafb/0/10/{kind}/%/%/add_two_ints/%add_two_ints/{ADD}/::,10:,:,:,,"
-            )
-            assert token == example(written, token)
+        del made
 
 
 def test_tokens_go_with_what_they_stand_for(spy: Watched) -> None:

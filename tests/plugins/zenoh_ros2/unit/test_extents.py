@@ -42,12 +42,6 @@ def test_a_long_message_is_walked_to_its_end(types: Types, extents: Extents) -> 
             extents.check(memoryview(data[:-60_000]), NAMES)
 
 
-def test_more_elements_than_are_decoded_are_refused(types: Types, extents: Extents) -> None:
-    message = types.make(NAMES, {"name": [""] * (MOST_ELEMENTS + 1)})
-    with pytest.raises(MessageError, match=f"more than {MOST_ELEMENTS} elements"):
-        extents.check(memoryview(types.encode(message)), NAMES)
-
-
 def test_a_length_beyond_the_message_is_not_believed(types: Types, extents: Extents) -> None:
     data = bytearray(types.encode(types.make(NAMES, {"name": ["joint"] * 9_000})))
     place = data.index((9_000).to_bytes(4, "little"))

@@ -17,7 +17,8 @@ import pytest
 
 from tests.plugins.zenoh_ros2.unit.test_parameters import ask, setting
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
-from tests.support.ros_nodes import matched, two_nodes
+from tests.support.ros_nodes import matched
+from tests.support.soak import cases
 from tests.support.waiting import until
 from zenoh_ros2 import (
     ActionClient,
@@ -235,10 +236,10 @@ def parameters_of(node: Node) -> Parameters:
     return _parameters[node]
 
 
-@pytest.fixture(scope="module")
-def nodes() -> Iterator[tuple[Node, Node]]:
-    with two_nodes() as pair:
-        yield pair
+@pytest.fixture(autouse=True, scope="module")
+def forgotten() -> Iterator[None]:
+    """Keep no parameters of nodes that are closed."""
+    yield
     _parameters.clear()
 
 
@@ -252,8 +253,20 @@ def failing_once(error: BaseException) -> Fail:
     return fail
 
 
-@pytest.mark.parametrize("raised", RAISED)
-@pytest.mark.parametrize("place", PLACES, ids=lambda place: place.__name__)
+def at(place: Place, raised: str) -> Any:
+    return pytest.param(place, raised, id=f"{place.__name__} {raised}")
+
+
+@pytest.mark.parametrize(
+    ("place", "raised"),
+    cases(
+        [
+            *(at(place, "an exit") for place in PLACES),
+            *(at(service, each) for each in RAISED if each != "an exit"),
+        ],
+        [at(place, each) for place in PLACES if place is not service for each in RAISED if each != "an exit"],
+    ),
+)
 def test_whatever_user_code_raises_what_follows_is_served(
     nodes: tuple[Node, Node], caplog: pytest.LogCaptureFixture, place: Place, raised: str
 ) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import subprocess
 import sys
 import threading
@@ -13,64 +12,64 @@ from typing import Any
 import pytest
 
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, RUN_LIMIT
-from tests.support.ros_nodes import DOMAIN, Inbox, matched, two_nodes
+from tests.support.ros_nodes import Inbox, matched, two_nodes
 from tests.support.waiting import until
-from zenoh_ros2 import LATCHED, CallTimeoutError, NodeClosedError, QoS
-from zenoh_ros2._wire import Attachment, key
+from zenoh_ros2 import LATCHED, CallTimeoutError, Node, NodeClosedError, QoS
 
 TWIST = "geometry_msgs/msg/Twist"
+Pair = tuple[Node, Node]
 
 
-def test_a_message_arrives_by_fields_and_whole() -> None:
-    with two_nodes() as (robot, tool):
-        inbox = Inbox()
-        subscription = robot.create_subscription(TWIST, "/cmd_vel", inbox)
-        publisher = tool.create_publisher(TWIST, "cmd_vel")
-        matched(robot, tool, "/cmd_vel")
-        until(lambda: (publisher.subscribers, subscription.publishers) == (1, 1))
-        assert subscription.latest() is None
-        began = time.monotonic()
-        publisher.publish(linear={"x": 0.25})
-        publisher.publish(tool.types.make(TWIST, linear={"x": 0.5}))
-        assert [each.linear.x for each in inbox.wait(2)] == [0.25, 0.5]
-        newest = subscription.latest()
-        assert newest is not None
-        assert (newest.value.linear.x, newest.sequence, newest.lost) == (0.5, 2, 0)
-        assert 0.0 <= newest.age <= time.monotonic() - began
+def test_a_message_arrives_by_fields_and_whole(nodes: Pair, name: str) -> None:
+    robot, tool = nodes
+    inbox = Inbox()
+    subscription = robot.create_subscription(TWIST, name, inbox)
+    publisher = tool.create_publisher(TWIST, name.removeprefix("/"))
+    matched(robot, tool, name)
+    until(lambda: (publisher.subscribers, subscription.publishers) == (1, 1))
+    assert subscription.latest() is None
+    began = time.monotonic()
+    publisher.publish(linear={"x": 0.25})
+    publisher.publish(tool.types.make(TWIST, linear={"x": 0.5}))
+    assert [each.linear.x for each in inbox.wait(2)] == [0.25, 0.5]
+    newest = subscription.latest()
+    assert newest is not None
+    assert (newest.value.linear.x, newest.sequence, newest.lost) == (0.5, 2, 0)
+    assert 0.0 <= newest.age <= time.monotonic() - began
 
 
-def test_next_waits_for_a_message() -> None:
-    with two_nodes() as (robot, tool):
-        subscription = robot.create_subscription("std_msgs/msg/String", "/a")
-        publisher = tool.create_publisher("std_msgs/msg/String", "/a")
-        matched(robot, tool, "/a")
-        timer = threading.Timer(0.05, lambda: publisher.publish(data="now"))
-        timer.start()
-        assert subscription.next(EVENT_LIMIT).value.data == "now"
-        timer.join()
-        with pytest.raises(CallTimeoutError, match=r"/a: no message within 0.01 s"):
-            subscription.next(0.01)
+def test_next_waits_for_a_message(nodes: Pair, name: str) -> None:
+    robot, tool = nodes
+    subscription = robot.create_subscription("std_msgs/msg/String", name)
+    publisher = tool.create_publisher("std_msgs/msg/String", name)
+    matched(robot, tool, name)
+    timer = threading.Timer(0.05, lambda: publisher.publish(data="now"))
+    timer.start()
+    assert subscription.next(EVENT_LIMIT).value.data == "now"
+    timer.join()
+    with pytest.raises(CallTimeoutError, match=rf"{name}: no message within 0.01 s"):
+        subscription.next(0.01)
 
 
-def test_who_joins_late_gets_the_last_messages() -> None:
-    with two_nodes() as (robot, tool):
-        publisher = robot.create_publisher("std_msgs/msg/String", "/map", LATCHED)
-        for text in ("old", "new"):
-            publisher.publish(data=text)
-        inbox = Inbox()
-        tool.create_subscription("std_msgs/msg/String", "/map", inbox, LATCHED)
-        assert [each.data for each in inbox.wait()] == ["new"]
+def test_who_joins_late_gets_the_last_messages(nodes: Pair, name: str) -> None:
+    robot, tool = nodes
+    publisher = robot.create_publisher("std_msgs/msg/String", name, LATCHED)
+    for text in ("old", "new"):
+        publisher.publish(data=text)
+    inbox = Inbox()
+    tool.create_subscription("std_msgs/msg/String", name, inbox, LATCHED)
+    assert [each.data for each in inbox.wait()] == ["new"]
 
 
-def test_what_was_kept_for_who_joins_late_ends_with_its_publisher() -> None:
-    with two_nodes() as (robot, tool):
-        gone, kept = (robot.create_publisher("std_msgs/msg/String", "/map", LATCHED) for _ in range(2))
-        gone.publish(data="gone")
-        gone.close()
-        kept.publish(data="kept")
-        inbox = Inbox()
-        tool.create_subscription("std_msgs/msg/String", "/map", inbox, LATCHED)
-        assert [each.data for each in inbox.wait()] == ["kept"]
+def test_what_was_kept_for_who_joins_late_ends_with_its_publisher(nodes: Pair, name: str) -> None:
+    robot, tool = nodes
+    gone, kept = (robot.create_publisher("std_msgs/msg/String", name, LATCHED) for _ in range(2))
+    gone.publish(data="gone")
+    gone.close()
+    kept.publish(data="kept")
+    inbox = Inbox()
+    tool.create_subscription("std_msgs/msg/String", name, inbox, LATCHED)
+    assert [each.data for each in inbox.wait()] == ["kept"]
 
 
 CLOSED_WHILE_TOKENS_ARE_ASKED_FOR = """
@@ -102,75 +101,52 @@ def test_a_publisher_is_closed_while_others_ask_for_tokens() -> None:
     assert subprocess.run(command, stdout=subprocess.DEVNULL, timeout=RUN_LIMIT, check=False).returncode == 0
 
 
-def test_malformed_messages_are_counted_and_named(caplog: pytest.LogCaptureFixture) -> None:
-    with two_nodes() as (robot, tool), caplog.at_level(logging.WARNING):
-        subscription = robot.create_subscription(TWIST, "/cmd_vel")
-        publisher = tool.create_publisher(TWIST, "/cmd_vel")
-        matched(robot, tool, "/cmd_vel")
-        place = key(DOMAIN, "/cmd_vel", TWIST, tool.types.hash(TWIST))
-        attached = Attachment(1, 0, bytes(16)).encode()
-        for payload, attachment in (
-            (b"", attached),
-            (b"\0\1\0\0short", attached),
-            (bytes(52), None),
-            (b"x", b"x"),
-        ):
-            tool.session.put(place, payload, attachment=attachment)
-        publisher.publish(linear={"x": 1.0})
-        until(lambda: subscription.latest() is not None, EVENT_LIMIT)
-        newest = subscription.latest()
-        assert newest is not None
-        assert newest.value.linear.x == 1.0
-        assert subscription.malformed == 4
-        assert caplog.text.count("/cmd_vel: a malformed message is dropped") == 3
+def test_a_slow_callback_loses_the_oldest(nodes: Pair, name: str) -> None:
+    robot, tool = nodes
+    entered, free, end, seen = threading.Event(), threading.Event(), threading.Event(), list[int]()
 
+    def slow(message: Any) -> None:
+        entered.set()
+        free.wait(CALL_LIMIT)
+        seen.append(message.data)
+        if message.data == 9:
+            end.set()
 
-def test_a_slow_callback_loses_the_oldest() -> None:
-    with two_nodes() as (robot, tool):
-        entered, free, end, seen = threading.Event(), threading.Event(), threading.Event(), list[int]()
-
-        def slow(message: Any) -> None:
-            entered.set()
-            free.wait(CALL_LIMIT)
-            seen.append(message.data)
-            if message.data == 9:
-                end.set()
-
-        subscription = robot.create_subscription("std_msgs/msg/Int32", "/n", slow, QoS(depth=2))
-        publisher = tool.create_publisher("std_msgs/msg/Int32", "/n")
-        matched(robot, tool, "/n")
-        publisher.publish(data=0)
-        assert entered.wait(EVENT_LIMIT)
-        for number in range(1, 10):
-            publisher.publish(data=number)
-        until(lambda: (newest := subscription.latest()) is not None and newest.value.data == 9, EVENT_LIMIT)
-        free.set()
-        assert end.wait(EVENT_LIMIT)
-        assert seen == [0, 8, 9]
-        assert subscription.lost == 7
+    subscription = robot.create_subscription("std_msgs/msg/Int32", name, slow, QoS(depth=2))
+    publisher = tool.create_publisher("std_msgs/msg/Int32", name)
+    matched(robot, tool, name)
+    publisher.publish(data=0)
+    assert entered.wait(EVENT_LIMIT)
+    for number in range(1, 10):
+        publisher.publish(data=number)
+    until(lambda: (newest := subscription.latest()) is not None and newest.value.data == 9, EVENT_LIMIT)
+    free.set()
+    assert end.wait(EVENT_LIMIT)
+    assert seen == [0, 8, 9]
+    assert subscription.lost == 7
 
 
 @pytest.mark.slow
-def test_a_closed_subscription_calls_nobody() -> None:
-    with two_nodes() as (robot, tool):
-        held, go_on, seen = threading.Event(), threading.Event(), list[str]()
+def test_a_closed_subscription_calls_nobody(nodes: Pair, name: str) -> None:
+    robot, tool = nodes
+    held, go_on, seen = threading.Event(), threading.Event(), list[str]()
 
-        def receive(message: Any) -> None:
-            seen.append(message.data)
-            held.set()
-            go_on.wait(EVENT_LIMIT)
+    def receive(message: Any) -> None:
+        seen.append(message.data)
+        held.set()
+        go_on.wait(EVENT_LIMIT)
 
-        subscription = robot.create_subscription("std_msgs/msg/String", "/a", receive)
-        publisher = tool.create_publisher("std_msgs/msg/String", "/a")
-        matched(robot, tool, "/a")
-        publisher.publish(data="first")
-        assert held.wait(EVENT_LIMIT)
-        publisher.publish(data="second")
-        until(lambda: (newest := subscription.latest()) is not None and newest.value.data == "second")
-        subscription.close()
-        go_on.set()
-        until(lambda: not subscription._line._running)  # the second message has had its turn
-        assert seen == ["first"]
+    subscription = robot.create_subscription("std_msgs/msg/String", name, receive)
+    publisher = tool.create_publisher("std_msgs/msg/String", name)
+    matched(robot, tool, name)
+    publisher.publish(data="first")
+    assert held.wait(EVENT_LIMIT)
+    publisher.publish(data="second")
+    until(lambda: (newest := subscription.latest()) is not None and newest.value.data == "second")
+    subscription.close()
+    go_on.set()
+    until(lambda: not subscription._line._running)  # the second message has had its turn
+    assert seen == ["first"]
 
 
 def test_publishers_that_a_subscription_cannot_hear_are_warned_of(caplog: pytest.LogCaptureFixture) -> None:

@@ -10,7 +10,8 @@ import pytest
 
 from naoserver.bodies.capabilities import InertialReading
 from naoserver.robot import LIMP, BodyState
-from tests.plugins.visualhfsm_makers.unit.booster.test_loco import ELBOW, Rig
+from tests.plugins.visualhfsm_makers.unit.booster.test_loco import ELBOW
+from tests.support.maker_rigs import T1Rig
 from tests.support.soak import repeated
 from visualhfsm_makers._booster._joints import Joints
 from visualhfsm_makers._booster._loco import CUSTOM, WALKING
@@ -26,7 +27,7 @@ def command(motors: dict[int, float], count: int = 23) -> bytes:
 
 @pytest.fixture
 def rig():
-    rig = Rig()
+    rig = T1Rig()
     rig.mode(CUSTOM)
     yield rig
     rig.robot.close()
@@ -56,8 +57,7 @@ def test_a_command_that_is_not_obeyed_is_an_event(rig, joints):
 
 def test_what_is_limited_is_an_event(rig, joints):
     joints.obey(command({ELBOW: 99.0}), "program")
-    newest = rig.assembly.events.snapshot()[0][-1]
-    assert newest.message == "limited a program's command of joints to Left_Elbow_Pitch"
+    assert rig.events[-1] == "limited a program's command of joints to Left_Elbow_Pitch"
 
 
 @pytest.mark.parametrize(
@@ -67,7 +67,7 @@ def test_what_is_limited_is_an_event(rig, joints):
 )
 def test_what_is_no_command_is_ignored(rig, joints, data):
     joints.obey(data, "program")
-    assert "motors, or cut off" in rig.assembly.events.snapshot()[0][-1].message
+    assert "motors, or cut off" in rig.events[-1]
 
 
 def test_hostile_commands_keep_joints_within_their_limits(rig, joints):
@@ -126,7 +126,7 @@ def test_a_state_has_the_inertial_unit_and_the_heading(rig, joints, state):
     unit = InertialReading((1.0, 2.0, 3.0), (4.0, 5.0, 6.0), roll=0.25, pitch=-0.5)
     rig.robot.senses.feel(inertial=unit)
     rig.mode(WALKING)
-    rig.move(0.1, turn=0.5)
+    rig.walk(0.1, turn=0.5)
     rig.advance(2.0)
     told = state().imu_state
     assert told.rpy == pytest.approx([0.25, -0.5, 1.0])

@@ -4,39 +4,16 @@ from __future__ import annotations
 
 import json
 import math
-import random
-import sys
-from contextlib import suppress
 
 import pytest
 
 from interfaces.nao import ActionStatus
-from naoserver.bodies import find_body
-from naoserver.bodies.capabilities import WalkVelocity
 from naoserver.bodies.kinematics import kinematics_of
-from naoserver.errors import CommandRefused, InvalidCommand, RobotError
-from naoserver.fake import FakeRobot
-from naoserver.options import ServerOptions
-from naoserver.serving.assembly import Assembly
+from naoserver.errors import InvalidCommand, RobotError
 from naoserver.serving.lasting_walk import LastingWalk
 from naoserver.serving.moves import POSTURE
-from tests.support.gates import clients_that_ask
-from tests.support.present import present
-from visualhfsm_makers import BOOSTER
-from visualhfsm_makers._booster._loco import (
-    BAD_REQUEST,
-    CODES,
-    CONFLICT,
-    CUSTOM,
-    DAMPING,
-    PREPARE,
-    REFUSED,
-    SOCCER,
-    WALKING,
-    Loco,
-)
-from visualhfsm_makers._programs import Programs
-from zenoh_ice import VirtualClock
+from tests.support.maker_rigs import T1Rig
+from visualhfsm_makers._booster._loco import BAD_REQUEST, CONFLICT, CUSTOM, DAMPING, PREPARE, SOCCER, WALKING
 
 MODE, MOVE, HEAD, WAVE, HEAD_ON, GET_UP, GET_MODE, STATUS, INFO, SHOOT = (
     *(2000, 2001, 2004, 2005, 2006, 2008),
@@ -44,99 +21,26 @@ MODE, MOVE, HEAD, WAVE, HEAD_ON, GET_UP, GET_MODE, STATUS, INFO, SHOOT = (
 )
 HAND = 2009
 GET_UP_WITH_MODE, UPPER_BODY, RESET, HEAD_WITH_TIME = 2025, 2030, 2031, 2043
-ALL = range(2000, 2051)
 ELBOW = 4
 """The maker's number of the left elbow's pitch."""
 
 
-class Rig:
-    """A T1 without physics behind its guards, and the service in front of them."""
-
-    def __init__(self) -> None:
-        self.clock = VirtualClock()
-        self.robot = FakeRobot(self.clock, body=find_body("T1"))
-        self.assembly = Assembly(self.robot, ServerOptions(), self.clock)
-        self.programs = Programs(self.robot, self.assembly, "Booster", CODES)
-        self.loco = Loco(self.programs)
-
-    def ask(self, operation: int, body: object = None, client: str = "program") -> tuple[int, str]:
-        text = body if isinstance(body, str) else json.dumps(body or {})
-        return self.programs.answer(self.loco.operations, operation, text, client)
-
-    def call(self, operation: int, body: object = None, client: str = "program") -> int:
-        return self.ask(operation, body, client)[0]
-
-    def mode(self, mode: int, client: str = "program") -> int:
-        return self.call(MODE, {"mode": mode}, client)
-
-    def move(self, forward: float = 0.1, turn: float = 0.0, client: str = "program") -> int:
-        return self.call(MOVE, {"vx": forward, "vy": 0.0, "vyaw": turn}, client)
-
-    def follow(self, motors: dict[int, float], client: str = "program") -> None:
-        """Let motors follow positions; the others have weight 0."""
-        commands = [(motors.get(n, 0.0), 0.0, 0.0, 50.0, 2.0, float(n in motors)) for n in range(23)]
-        self.loco.follow(commands, client)
-
-    def advance(self, seconds: float) -> None:
-        for _ in range(round(seconds / 0.1)):
-            self.clock.advance(0.1)
-            self.assembly.player.tick()
-            self.assembly.paths.tick()
-            self.programs.renew()
-            for watched in self.assembly.watched:
-                watched.watch()
-
-    @property
-    def forward(self) -> float:
-        assert self.robot.walker is not None
-        return self.robot.walker.commanded().forward
-
-    def angle(self, joint: str) -> float:
-        return self.robot.read().positions[self.robot.body.joint_names.index(joint)]
-
-
 @pytest.fixture
 def rig():
-    rig = Rig()
+    rig = T1Rig()
     yield rig
     rig.robot.close()
 
 
-def test_a_move_lasts_until_the_next_one(rig):
-    rig.move()
-    rig.advance(60.0)
-    assert rig.forward == pytest.approx(0.1)
-    rig.move(0.0)
-    assert rig.forward == 0.0
-
-
-def test_a_move_goes_forwards_and_to_the_left_and_turns(rig):
-    assert rig.call(MOVE, {"vx": 0.1, "vy": 0.05, "vyaw": 0.2}) == 0
-    assert rig.robot.walker.commanded() == WalkVelocity(forward=0.1, left=0.05, turn=0.2)
-
-
-def test_a_move_ends_with_its_program(rig):
-    rig.move()
-    rig.programs.drop("program")
-    assert rig.forward == 0.0
-
-
 def test_a_velocity_in_single_precision_is_not_beyond_a_limit(rig):
     highest = rig.robot.walker.limits.forward
-    rig.move(highest + 1e-8)
+    rig.walk(highest + 1e-8)
     assert rig.assembly.events.snapshot()[1] == 0
 
 
 @pytest.mark.parametrize("mode", [DAMPING, PREPARE, CUSTOM])
-def test_it_walks_in_two_modes_alone(rig, mode):
-    assert rig.mode(mode) == 0
-    assert rig.move() == CONFLICT
-    assert rig.call(SHOOT) == CONFLICT
-
-
-@pytest.mark.parametrize("mode", [DAMPING, PREPARE, CUSTOM])
 def test_a_mode_without_a_walk_ends_the_walk(rig, mode):
-    rig.move()
+    rig.walk()
     assert rig.mode(mode) == 0
     assert rig.forward == 0.0
 
@@ -148,7 +52,7 @@ def test_damped_it_crouches_and_then_stands_up_to_walk(rig):
     rig.mode(WALKING)
     rig.advance(5.0)
     assert rig.programs.posture() != "Crouch"
-    assert rig.move() == 0
+    assert rig.walk() == 0
 
 
 def crouched(rig):
@@ -157,10 +61,10 @@ def crouched(rig):
 
 
 def test_a_mode_replaces_the_posture_of_the_last_one_and_a_move_waits_for_it(rig):
-    rig.move()
+    rig.walk()
     modes = (DAMPING, WALKING, DAMPING, PREPARE, DAMPING, WALKING)
     assert [(rig.mode(mode), rig.advance(0.3)) for mode in modes] == [(0, None)] * 6
-    assert (rig.move(), rig.forward) == (0, 0.0)
+    assert (rig.walk(), rig.forward) == (0, 0.0)
     rig.advance(5.0)
     assert rig.programs.posture().startswith("Stand")
     assert rig.forward == pytest.approx(0.1)
@@ -169,7 +73,7 @@ def test_a_mode_replaces_the_posture_of_the_last_one_and_a_move_waits_for_it(rig
 @pytest.mark.parametrize(
     "command",
     [
-        lambda rig: rig.move(0.0),
+        lambda rig: rig.walk(0.0),
         lambda rig: rig.mode(DAMPING),
         lambda rig: rig.mode(CUSTOM),
         lambda rig: (rig.assembly.gate.stop("a test"), rig.assembly.gate.reset()),
@@ -185,7 +89,7 @@ def test_a_mode_replaces_the_posture_of_the_last_one_and_a_move_waits_for_it(rig
 def test_a_move_that_waits_for_a_posture_does_not_begin_after(rig, command):
     crouched(rig)
     rig.mode(WALKING)
-    rig.move()
+    rig.walk()
     command(rig)
     rig.advance(5.0)
     assert rig.forward == 0.0
@@ -194,7 +98,7 @@ def test_a_move_that_waits_for_a_posture_does_not_begin_after(rig, command):
 def test_the_newest_move_begins_after_the_posture(rig):
     crouched(rig)
     rig.mode(WALKING)
-    assert [rig.move(0.1), rig.call(HEAD, {"pitch": 0.3, "yaw": 0.0}), rig.move(0.2)] == [0, 0, 0]
+    assert [rig.walk(0.1), rig.call(HEAD, {"pitch": 0.3, "yaw": 0.0}), rig.walk(0.2)] == [0, 0, 0]
     rig.advance(5.0)
     assert rig.forward == pytest.approx(0.2)
     assert rig.angle("Head_pitch") == pytest.approx(0.3, abs=1e-3)
@@ -236,9 +140,9 @@ def test_what_another_program_moves_is_refused(rig, operation):
 
 
 def test_a_walk_that_is_no_programs_any_more_is_refused_and_goes_on(rig):
-    rig.move()
+    rig.walk()
     rig.advance(0.1)
-    rig.move(0.0)
+    rig.walk(0.0)
     rig.advance(3.0)
     rig.assembly.walk.drive({"forward": 0.2}, "behavior")
     assert rig.call(SHOOT) == CONFLICT
@@ -266,17 +170,12 @@ def test_a_mode_replaces_all_that_waits(rig):
 def test_what_waited_and_is_refused_is_an_event(rig):
     crouched(rig)
     rig.mode(WALKING)
-    rig.move()
+    rig.walk()
     rig.assembly.gate.acquire("behavior", "dance", 30.0)
     rig.advance(5.0)
-    said = [each.message for each in rig.assembly.events.snapshot()[0]]
-    assert len([each for each in said if "409: the robot is held by dance" in each]) == 1, "it is tried once"
-
-
-@pytest.mark.parametrize("mode", range(5))
-def test_the_mode_is_reported(rig, mode):
-    rig.mode(mode)
-    assert rig.ask(GET_MODE) == (0, json.dumps({"mode": mode}))
+    assert len([each for each in rig.events if "409: the robot is held by dance" in each]) == 1, (
+        "it is tried once"
+    )
 
 
 def test_the_status_names_what_it_does(rig):
@@ -293,29 +192,6 @@ def test_it_says_what_it_is(rig):
     unknown = dict.fromkeys(("serial_number", "edition", "region"), "")
     named = dict.fromkeys(("name", "nickname"), rig.robot.name)
     assert json.loads(rig.ask(INFO)[1]) == {**named, **unknown, "version": "simulation", "model": "T1"}
-
-
-@pytest.mark.parametrize(
-    "command",
-    [
-        (MOVE, {"vx": 0.1, "vy": 0.0, "vyaw": 0.0}),
-        (HEAD, {"pitch": 0.1, "yaw": 0.0}),
-        (HEAD_ON, {"pitch_direction": 1, "yaw_direction": 0}),
-        (WAVE, {"hand_action": 0}),
-        (SHOOT,),
-        (MODE, {"mode": DAMPING}),
-        (GET_UP,),
-        (GET_UP, ""),
-        (UPPER_BODY, {"start": True}),
-    ],
-    ids=str,
-)
-def test_what_moves_is_a_command_of_its_program(rig, monkeypatch, command):
-    rig.mode(DAMPING if command[0] == GET_UP else WALKING)
-    rig.advance(5.0)
-    clients = clients_that_ask(rig.assembly.gate, monkeypatch)
-    assert rig.call(*command, client="mine") == 0
-    assert clients == {"mine"}
 
 
 def test_the_head_turns_to_angles(rig):
@@ -386,7 +262,7 @@ def test_a_refusal_has_no_result_and_its_event_says_why(rig):
     rig.assembly.gate.stop("a test")
     assert rig.ask(MODE, {"mode": WALKING}) == (CONFLICT, "")
     said = f"answered a program with error {CONFLICT}: the robot is stopped: a test; reset the emergency stop first"
-    assert rig.assembly.events.snapshot()[0][-1].message == said
+    assert rig.events[-1] == said
 
 
 def test_crouching_it_is_lower(rig):
@@ -428,13 +304,13 @@ def test_getting_up_leads_to_a_mode(rig):
 
 
 def test_odometry_begins_anew_where_it_is_reset(rig):
-    rig.move(0.1, turn=0.3)
+    rig.walk(0.1, turn=0.3)
     rig.advance(3.0)
     rig.call(RESET, "")
     assert rig.loco.place() == pytest.approx((0.0, 0.0, 0.0))
     rig.call(RESET, {"x": 1.0, "y": 2.0, "theta": math.pi / 2})
     assert rig.loco.place() == pytest.approx((1.0, 2.0, math.pi / 2))
-    rig.move(0.1)
+    rig.walk(0.1)
     rig.advance(1.0)
     x, y, _heading = rig.loco.place()
     assert (x, y) == pytest.approx((1.0, 2.1), abs=0.02)
@@ -452,7 +328,7 @@ def test_joints_follow_commands_in_the_custom_mode_alone(rig):
 
 def test_the_upper_body_follows_commands_beside_the_walk(rig):
     rig.call(UPPER_BODY, {"start": True})
-    rig.move()
+    rig.walk()
     rig.follow({ELBOW: 0.5})
     rig.advance(0.1)
     assert rig.angle("Left_Elbow_Pitch") > 0.0
@@ -463,106 +339,7 @@ def test_the_upper_body_follows_commands_beside_the_walk(rig):
 def test_it_walks_after_the_custom_mode_while_commands_still_come(rig):
     rig.mode(CUSTOM)
     rig.follow({ELBOW: 0.0})
-    assert [rig.mode(WALKING), rig.move()] == [0, 0]
-
-
-@pytest.mark.parametrize("mode", [WALKING, PREPARE], ids=["walking", "prepare"])
-@pytest.mark.parametrize(
-    "command",
-    [lambda rig: rig.move(), lambda rig: rig.call(SHOOT), lambda rig: rig.follow({ELBOW: 0.5})],
-    ids=["walk", "kick", "joints"],
-)
-def test_who_commands_on_is_refused_after_the_reset_whatever_the_mode(rig, command, mode):
-    rig.mode(mode)
-    rig.assembly.gate.stop("a test")
-    with suppress(CommandRefused):
-        command(rig)
-    rig.assembly.gate.reset()
-    assert rig.mode(WALKING) == CONFLICT
-    assert rig.mode(WALKING, client="another") == 0
-
-
-def test_a_stop_is_no_command_of_its_program(rig):
-    rig.assembly.gate.stop("a test")
-    rig.move(0.0)
-    rig.assembly.gate.reset()
-    assert rig.move() == 0
-
-
-def test_after_an_emergency_stop_calls_are_refused(rig):
-    rig.move()
-    rig.assembly.gate.stop("a test")
-    assert [rig.move(), rig.mode(WALKING), rig.call(SHOOT)] == [CONFLICT] * 3
-    rig.assembly.gate.reset()
-    rig.advance(0.5)
-    assert rig.forward == 0.0
-
-
-def test_who_holds_the_lease_moves_it(rig):
-    rig.assembly.gate.acquire("behavior", "dance", 30.0)
-    calls = rig.move(), rig.mode(WALKING), rig.call(HEAD, {"pitch": 0.1, "yaw": 0.0}), rig.call(SHOOT)
-    assert calls == (CONFLICT,) * 4
-
-
-@pytest.mark.parametrize(
-    ("operation", "body", "code"),
-    [
-        (2007, "", REFUSED),
-        (2011, '{"src": 0, "dst": 2}', REFUSED),
-        (2016, '{"dance_id": 0}', REFUSED),
-        (2016, '{"dance_id": 1000}', 0),
-        (2038, '{"start": true, "version": 0}', REFUSED),
-        (2**62, "{}", REFUSED),
-        (WAVE, '{"hand_action": 0, "hand_index": 0}', REFUSED),
-        (MODE, '{"mode": 5}', BAD_REQUEST),
-        (MODE, '{"mode": -1}', BAD_REQUEST),
-        (MODE, '{"mode": 2.0}', BAD_REQUEST),
-        (MODE, "", BAD_REQUEST),
-        (MOVE, '{"vx": 1e999, "vy": 0, "vyaw": 0}', BAD_REQUEST),
-        (MOVE, '{"vx": 0.1}', BAD_REQUEST),
-        (MOVE, "[" * 4000, BAD_REQUEST),
-        (MOVE, " " * 5000 + '{"vx": 0.1, "vy": 0, "vyaw": 0}', BAD_REQUEST),
-        (HEAD_WITH_TIME, f'{{"pitch": 0, "yaw": 0, "time_millis": {"9" * 3000}}}', BAD_REQUEST),
-    ],
-    ids=lambda value: str(value)[:30],
-)
-def test_what_it_cannot_is_refused_by_the_makers_code(rig, operation, body, code):
-    assert rig.call(operation, body) == code
-
-
-def test_mutated_calls_are_answered_and_keep_the_walk_within_its_limits(rig):
-    draw = random.Random(55)
-    whole = (
-        '{"vx": 0.1, "vy": 0, "vyaw": 0, "mode": 2, "pitch": 0.1, "yaw": 0, "time_millis": 5, "start": true}'
-    )
-    highest = rig.robot.walker.limits.forward
-    for _ in range(300):
-        place = draw.randrange(len(whole))
-        text = whole[:place] + chr(draw.randrange(0xD7FF)) + whole[place + draw.randrange(4) :]
-        rig.call(draw.choice(ALL), text)
-        assert abs(rig.forward) <= highest
-
-
-def test_without_the_package_it_names_the_extra(rig, monkeypatch):
-    for name in [
-        name
-        for name in sys.modules
-        if name.startswith(("visualhfsm_makers._booster._", "visualhfsm_makers._dds"))
-    ]:
-        monkeypatch.delitem(sys.modules, name)
-    monkeypatch.setitem(sys.modules, "cyclonedds", None)
-    for name in [name for name in sys.modules if name.startswith("cyclonedds.")]:
-        monkeypatch.delitem(sys.modules, name)
-    with pytest.raises(RobotError, match=r"not installed; type: pip install 'visualhfsm\[booster\]'"):
-        present(BOOSTER.serve)(rig.robot, rig.assembly, {"dds_domain": 1})
-
-
-def test_no_other_robot_than_a_t1_is_served():
-    clock = VirtualClock()
-    robot = FakeRobot(clock, body=find_body("G1"))
-    assembly = Assembly(robot, ServerOptions(), clock)
-    with pytest.raises(RobotError, match="--booster serves a Booster T1; this robot is a Unitree G1"):
-        present(BOOSTER.serve)(robot, assembly, {"dds_domain": 1})
+    assert [rig.mode(WALKING), rig.walk()] == [0, 0]
 
 
 def posture(x: float, y: float, z: float) -> dict[str, object]:

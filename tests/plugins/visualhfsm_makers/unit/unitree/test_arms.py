@@ -8,15 +8,11 @@ from collections.abc import Sequence
 
 import pytest
 
-from naoserver.bodies import find_body
-from naoserver.fake import FakeRobot
-from naoserver.options import SafetyOptions, ServerOptions
-from naoserver.serving.assembly import Assembly
+from naoserver.options import SafetyOptions
 from tests.support.gates import clients_that_ask
-from visualhfsm_makers._programs import Programs
+from tests.support.maker_rigs import MakerRig
 from visualhfsm_makers._unitree._arms import Arms
 from visualhfsm_makers._unitree._loco import CODES, Loco
-from zenoh_ice import VirtualClock
 
 OPTIONS = SafetyOptions()
 WIRE = struct.Struct("<2BBx5fI" + "B3x5fI" * 34 + "5I")
@@ -33,12 +29,9 @@ def command(weight: float, motors: dict[int, Sequence[float]]) -> bytes:
     return WIRE.pack(*values, 0, 0, 0, 0, 0)
 
 
-class Rig:
+class Rig(MakerRig):
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        self.clock = VirtualClock()
-        self.robot = FakeRobot(self.clock, body=find_body("G1"))
-        self.assembly = Assembly(self.robot, ServerOptions(), self.clock)
-        self.programs = Programs(self.robot, self.assembly, "Unitree", CODES)
+        super().__init__("G1", "Unitree", CODES)
         self.arms = Arms(self.programs)
         self.before = self.robot.read().positions
         self.sent: dict[str, Sequence[float]] = {}
@@ -67,9 +60,6 @@ class Rig:
         now = self.robot.read().positions
         ways = {motor: at - was for motor, (at, was) in enumerate(zip(now, self.before, strict=True))}
         return {motor: way for motor, way in ways.items() if abs(way) > 0.01}
-
-    def events(self) -> str:
-        return "\n".join(event.message for event in self.assembly.events.snapshot()[0])
 
 
 @pytest.fixture
@@ -161,14 +151,14 @@ def test_a_stopped_robot_ignores_them(rig):
     rig.assembly.gate.stop("a test")
     rig.live(0.3, rig.to(ELBOW))
     assert rig.moved() == {}
-    assert "ignored a command of rt/arm_sdk: the robot is stopped: a test" in rig.events()
+    assert "ignored a command of rt/arm_sdk: the robot is stopped: a test" in "\n".join(rig.events)
 
 
 def test_who_holds_the_lease_moves_them(rig):
     rig.assembly.gate.acquire("behavior", "dance", 30.0)
     rig.live(0.3, rig.to(ELBOW))
     assert rig.moved() == {}
-    assert "ignored a command of rt/arm_sdk: the robot is held by dance" in rig.events()
+    assert "ignored a command of rt/arm_sdk: the robot is held by dance" in "\n".join(rig.events)
 
 
 def test_a_command_is_one_of_its_program(rig, monkeypatch):
@@ -180,7 +170,7 @@ def test_a_command_is_one_of_its_program(rig, monkeypatch):
 def test_weight_0_is_no_silence(rig):
     rig.live(0.5, rig.to(ELBOW))
     rig.live(0.5, command(0.0, {}))
-    assert rig.events() == ""
+    assert rig.events == []
 
 
 @pytest.mark.parametrize(
@@ -195,4 +185,4 @@ def test_weight_0_is_no_silence(rig):
 )
 def test_the_events_say_what_a_command_is_not(rig, data, event):
     rig.arms.obey(data, "program")
-    assert event in rig.events()
+    assert event in "\n".join(rig.events)

@@ -10,19 +10,15 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from naoserver.bodies import find_body
 from naoserver.bodies.capabilities import InertialReading, Odometry, WalkVelocity
 from naoserver.bodies.kinematics import matrix_of
 from naoserver.errors import JointTaken
-from naoserver.fake import FakeRobot
-from naoserver.options import SafetyOptions, ServerOptions
+from naoserver.options import SafetyOptions
 from naoserver.robot import LIMP
-from naoserver.serving.assembly import Assembly
-from visualhfsm_makers._programs import Programs
+from tests.support.maker_rigs import MakerRig
 from visualhfsm_makers._unitree import _joints
 from visualhfsm_makers._unitree._joints import Joints, checksum
 from visualhfsm_makers._unitree._loco import CODES
-from zenoh_ice import VirtualClock
 
 OPTIONS = SafetyOptions()
 ELBOW = 18
@@ -52,12 +48,9 @@ def command(
     return WIRE.pack(*values, slow_checksum(IN_C.pack(*values)) ^ change)
 
 
-class Rig:
+class Rig(MakerRig):
     def __init__(self) -> None:
-        self.clock = VirtualClock()
-        self.robot = FakeRobot(self.clock, body=find_body("G1"))
-        self.assembly = Assembly(self.robot, ServerOptions(), self.clock)
-        self.programs = Programs(self.robot, self.assembly, "Unitree", CODES)
+        super().__init__("G1", "Unitree", CODES)
         self.walks = True
         self.joints = Joints(self.programs, lambda: self.walks)
 
@@ -70,9 +63,6 @@ class Rig:
 
     def position(self, motor: int) -> float:
         return self.robot.read().positions[motor]
-
-    def events(self) -> str:
-        return "\n".join(event.message for event in self.assembly.events.snapshot()[0])
 
 
 @pytest.fixture
@@ -100,7 +90,7 @@ def test_while_the_walk_has_the_joints_a_motor_that_is_off_is_left_to_it(rig):
     rig.live(0.5, command({ELBOW: (before + 0.2, 0, 0, 60, 2)}, off=[ELBOW]))
     assert rig.position(ELBOW) == before
     text = "motors with gains are left to the walk, as their mode is 0, not 1: left_elbow_joint"
-    assert text in rig.events()
+    assert text in "\n".join(rig.events)
 
 
 def test_motors_that_are_left_to_the_walk_are_not_taken_from_it(rig):
@@ -120,13 +110,13 @@ def test_a_motor_that_is_off_after_a_release_has_no_torque(rig, monkeypatch):
     assert sent.keys() == set(names)
     assert sent[names[ELBOW]][1:5] == (0.0, 0.0, 0.0, 0.0)
     assert sent[names[ELBOW + 1]][3:5] == (60.0, 2.0)
-    assert "motors with gains are off, as their mode is 0, not 1: left_elbow_joint" in rig.events()
+    assert "motors with gains are off, as their mode is 0, not 1: left_elbow_joint" in "\n".join(rig.events)
 
 
 def test_a_motor_that_is_off_and_has_nothing_to_do_is_no_event(rig):
     rig.walks = False
     rig.joints.obey(command({}), "program")
-    assert rig.events() == ""
+    assert rig.events == []
 
 
 def test_the_death_of_its_program_holds_what_it_moved(rig):
@@ -163,7 +153,7 @@ def test_a_silent_program_moves_nothing_on(rig):
 )
 def test_the_events_say_what_a_command_is_not(rig, data, event):
     rig.joints.obey(data, "program")
-    assert event in rig.events()
+    assert event in "\n".join(rig.events)
 
 
 def test_a_stopped_robot_ignores_commands(rig):
@@ -171,7 +161,7 @@ def test_a_stopped_robot_ignores_commands(rig):
     before = rig.position(ELBOW)
     rig.live(0.3, command({ELBOW: (before + 0.2, 0, 0, 60, 2)}))
     assert rig.position(ELBOW) == before
-    assert "ignored a low command" in rig.events()
+    assert "ignored a low command" in "\n".join(rig.events)
 
 
 def test_random_commands_keep_every_joint_within_its_range(rig):

@@ -6,28 +6,20 @@ import json
 
 import pytest
 
-from naoserver.bodies import find_body
-from naoserver.fake import FakeRobot
-from naoserver.options import ServerOptions
 from naoserver.protocol.expression import LONGEST_TEXT, SOUNDS
-from naoserver.serving.assembly import Assembly
-from visualhfsm_makers._programs import Programs
+from tests.support.maker_rigs import MakerRig
 from visualhfsm_makers._unitree import _skills
 from visualhfsm_makers._unitree._loco import CODES, NOT_AVAILABLE, NOT_IMPLEMENTED, WRONG_PARAMETER
 from visualhfsm_makers._unitree._skills import NO_ACTION, Streams
-from zenoh_ice import VirtualClock
 
 SECOND = bytes(2 * 16_000)
 """Of sound."""
 WAVE, RELEASE = '{"data": 26}', '{"data": 99}'
 
 
-class Rig:
+class Rig(MakerRig):
     def __init__(self) -> None:
-        self.clock = VirtualClock()
-        self.robot = FakeRobot(self.clock, body=find_body("G1"))
-        self.assembly = Assembly(self.robot, ServerOptions(), self.clock)
-        self.programs = Programs(self.robot, self.assembly, "Unitree", CODES)
+        super().__init__("G1", "Unitree", CODES)
         self.arm, self.voice = _skills.arm(self.programs), _skills.voice(self.programs)
         self.modes = _skills.ModeSwitch(self.programs).operations
         self.streams = Streams(self.programs)
@@ -49,9 +41,6 @@ class Rig:
         assert self.robot.loudspeaker is not None
         now = self.robot.loudspeaker.playback()
         return now.name if now.playing else ""
-
-    def events(self) -> list[str]:
-        return [event.message for event in self.assembly.events.snapshot()[0]]
 
 
 @pytest.fixture
@@ -95,7 +84,7 @@ def test_a_text_has_a_longest_length(rig):
 def test_a_robot_says_which_part_it_lacks(rig, monkeypatch, part, call):
     monkeypatch.setattr(rig.robot, part, None)
     assert rig.call(_skills.voice(rig.programs), *call)[0] == NOT_IMPLEMENTED
-    assert rig.assembly.events.snapshot()[0][-1].message.endswith(f": this robot has no {part}")
+    assert rig.events[-1].endswith(f": this robot has no {part}")
 
 
 @pytest.mark.parametrize(
@@ -214,4 +203,4 @@ def test_a_robot_without_loudspeaker_says_so(rig, monkeypatch):
     monkeypatch.setattr(rig.robot, "loudspeaker", None)
     rig.streams = Streams(rig.programs)
     assert rig.play(SECOND) == NOT_IMPLEMENTED
-    assert rig.events()[-1].endswith("this robot has no loudspeaker")
+    assert rig.events[-1].endswith("this robot has no loudspeaker")

@@ -1,8 +1,10 @@
-"""One of the two nodes of benchmarks/bench_ros2.py, of our library or of genuine rclpy; prints its figures as JSON.
+"""One of the two nodes of benchmarks/bench_ros2.py, of our library or of genuine rclpy; prints JSON.
 
-Arguments: the library (`ours` or `genuine`), the task, the side (`a` or `b`), how many messages, and the port of
-loopback where our nodes meet.
+Arguments: the library (`ours` or `genuine`), the task, the side (`a` or `b`), how many messages, and the port
+of loopback where our nodes meet.
 """
+
+# ruff: noqa: ANN401, D102 - rclpy has no types, and the nodes of both libraries have the same methods
 
 from __future__ import annotations
 
