@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, expect
+from playwright.sync_api import expect
 
 from tests.support.browser import Box, EditorPage, open_alone, saved
-from tests.support.monitor import DOCUMENT, monitor_page, robot_and_editor, status
+from tests.support.editor import Editor
+from tests.support.monitor import DOCUMENT, status
 
 ZERO = DOCUMENT.replace("count += 1\n", "count += 1\nif count &gt; 3:\n    count = 0.5 / (count - 4)\n")
 GUARD = DOCUMENT.replace("count &gt; 1000000", "count &gt; 3 and missing.x &gt; 0")
@@ -18,28 +19,27 @@ AT_ONCE = DOCUMENT.replace("count += 1\n", "count += unknown\n")
 
 
 @pytest.fixture(scope="module")
-def opened(browser: Browser, shared_root: Path) -> Iterator[EditorPage]:
-    """The page beside a robot, which shows the document of one test after the other."""
-    with robot_and_editor(shared_root / "walk.xml") as (_, running), monitor_page(browser, running) as opened:
-        with running.window() as other:
-            other.ask("close", tab=1)
-        yield opened
+def running(robot_editor: Editor) -> Editor:
+    return robot_editor
 
 
 @pytest.fixture
 def path(shared_root: Path, request: pytest.FixtureRequest) -> Path:
-    """A document in a folder of its own."""
+    """A document in a folder of its own: the page knows how the last run of a file has ended."""
     path = shared_root / str(request.node.name) / "walk.xml"
     path.parent.mkdir()
     return path
 
 
 @pytest.fixture
-def shown(opened: EditorPage, path: Path, request: pytest.FixtureRequest) -> Iterator[EditorPage]:
+def shown(
+    next_page: Callable[[], EditorPage], path: Path, request: pytest.FixtureRequest
+) -> Iterator[EditorPage]:
     """The page with the document of the test alone."""
     path.write_text(request.param)
-    with open_alone(opened, path):
-        yield opened
+    shown = next_page()
+    with open_alone(shown, path):
+        yield shown
 
 
 @pytest.mark.parametrize("shown", [ZERO], indirect=True)

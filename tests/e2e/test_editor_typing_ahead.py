@@ -29,9 +29,9 @@ def path(root: Path) -> Path:
 
 
 @pytest.fixture
-def shown(browser: Browser, running: Editor) -> Iterator[EditorPage]:
+def shown(browser: Browser, opened: Editor) -> Iterator[EditorPage]:
     """A window without a cache, so that a test can hold back what it loads."""
-    with editor_page(browser, running, cached=False) as shown:
+    with editor_page(browser, opened, cached=False) as shown:
         shown.state("wait").wait_for()
         yield shown
 
@@ -149,8 +149,8 @@ def test_that_it_takes_long_is_said_until_it_is_loaded(shown: EditorPage) -> Non
     expect(said(shown, "This takes long to load.")).to_have_count(0)
 
 
-def test_on_tabs_and_radios_keys_wait_for_the_code_that_they_open(browser: Browser, running: Editor) -> None:
-    with editor_page(browser, running, cached=False, holds=EDITOR) as shown:
+def test_on_tabs_and_radios_keys_wait_for_the_code_that_they_open(browser: Browser, opened: Editor) -> None:
+    with editor_page(browser, opened, cached=False, holds=EDITOR) as shown:
         shown.state("wait").wait_for()
         page = shown.page
         code = page.get_by_role("tablist", name="Panels").get_by_role("tab", name="Code")

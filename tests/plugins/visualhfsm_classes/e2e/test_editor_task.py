@@ -50,8 +50,8 @@ def test_the_task_opens_once_by_itself_and_folds(shown: EditorPage) -> None:
     expect(task(shown)).to_be_focused()
 
 
-def test_the_task_is_in_the_language_of_the_page_on_a_phone_too(browser: Browser, running: Editor) -> None:
-    with editor_page(browser, running, width=390, height=844, language="es") as shown:
+def test_the_task_is_in_the_language_of_the_page_on_a_phone_too(browser: Browser, opened: Editor) -> None:
+    with editor_page(browser, opened, width=390, height=844, language="es") as shown:
         words = shown.page.get_by_role("article", name="Tarea")
         expect(words).to_contain_text("Que sea de tipo Tiempo, con 2000 milisegundos.")
         drawing = Box.of(shown.page.locator("hfsm-canvas"))
