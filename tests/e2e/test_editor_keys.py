@@ -9,6 +9,7 @@ from playwright.sync_api import Locator, expect
 
 from tests.support.browser import EditorPage
 from tests.support.panels import DOCUMENT, edit
+from tests.support.soak import repeated
 
 # From now on actions do nothing but to note that they were performed. Returns the keys of each scope.
 NOTE = """async () => {
@@ -60,7 +61,8 @@ def test_each_key_acts_where_the_table_of_actions_says(shown: EditorPage) -> Non
         "a menu of the header": (page.locator("hfsm-menubar [tabindex='0']"), {"page", "typing"}),
         "a field": (page.get_by_role("textbox", name="Name of the state"), {"typing"}),
     }
-    for place, (control, holds) in places.items():
+    for place in repeated(("the canvas", "the tree", "a button", "a field"), tuple(places)):
+        control, holds = places[place]
         for scope, keys in scopes.items():
             for key, action in keys.items():
                 if key in ENTER and place not in ("the canvas", "a field"):
