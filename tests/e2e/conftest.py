@@ -64,10 +64,16 @@ def root(shared_root: Path) -> Iterator[Path]:
 
 
 @pytest.fixture
-def path(root: Path) -> Path:
-    """The document that is open, with two states, `wait` and `go`; other files open others."""
+def document() -> str:
+    """The content of the document that is open, with two states, `wait` and `go`; others say another one."""
+    return DOCUMENT
+
+
+@pytest.fixture
+def path(root: Path, document: str) -> Path:
+    """The document that is open."""
     path = root / "walk.xml"
-    path.write_text(DOCUMENT, "utf-8")
+    path.write_text(document, "utf-8")
     return path
 
 

@@ -13,6 +13,7 @@ from tests.support.browser import EditorPage, editor_page, saved
 from tests.support.editor import editor
 from tests.support.limits import FOREVER
 from tests.support.monitor import comes_true
+from tests.support.soak import cases
 
 LEAST_MOVE = 3.0  # pixels
 COUNT_CHANGES = """() => {
@@ -87,7 +88,7 @@ def test_states_and_transitions_are_drawn_moved_and_bent(shown: EditorPage, root
     assert abs(shown.middle(knob)[1] - y) > LEAST_MOVE
 
 
-@pytest.mark.parametrize("selected", ["", "followBall", "dance"])
+@pytest.mark.parametrize("selected", cases(["followBall"], ["", "dance"]))
 def test_a_transition_is_drawn_with_its_tool_from_where_the_pointer_is_pressed(
     shown: EditorPage, selected: str
 ) -> None:

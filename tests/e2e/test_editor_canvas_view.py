@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from pathlib import Path
 
 import pytest
 from playwright.sync_api import expect
 
 from tests.support.browser import EditorPage
-from tests.support.documents import document, state, sub, transition
+from tests.support.documents import document as document_of
+from tests.support.documents import state, sub, transition
 
 LEVELS = 14
 FAR_NAMES = """() => [...document.querySelector("hfsm-canvas").surface.querySelectorAll(".label .title")]
@@ -28,7 +28,7 @@ NAMES = """() => [...document.querySelectorAll("hfsm-canvas .state .name")]
 """What is seen of the names of states, where, and the size of their letters in the drawing."""
 
 
-LEVELS_BELOW = document(
+DEEP = document_of(
     *(
         sub(each, each - 1, state(1, f"level{each}", initial=True, child=each + 1))
         for each in range(1, LEVELS + 1)
@@ -42,19 +42,11 @@ def placed(element: str, x: int, y: int) -> str:
 
 
 @pytest.fixture
-def drawing() -> str:
-    """The document that is open; other tests say another one."""
-    return LEVELS_BELOW
+def document() -> str:
+    return DEEP
 
 
-@pytest.fixture
-def path(root: Path, drawing: str) -> Path:
-    path = root / "deep.xml"
-    path.write_text(drawing)
-    return path
-
-
-LONG = document(
+LONG = document_of(
     sub(
         1,
         0,
@@ -67,7 +59,7 @@ LONG = document(
 )
 
 
-@pytest.mark.parametrize("drawing", [LONG], ids=["a long condition"])
+@pytest.mark.parametrize("document", [LONG], ids=["a long condition"])
 def test_the_name_of_a_transition_stays_beside_its_handle_where_its_second_line_is_hidden(
     shown: EditorPage,
 ) -> None:
@@ -81,7 +73,7 @@ def test_the_name_of_a_transition_stays_beside_its_handle_where_its_second_line_
 
 
 NAMED = ("approach", "look around", "wait")
-WIDE = document(
+WIDE = document_of(
     sub(
         1,
         0,
@@ -93,7 +85,7 @@ WIDE = document(
 )
 
 
-@pytest.mark.parametrize("drawing", [WIDE], ids=["a wide drawing"])
+@pytest.mark.parametrize("document", [WIDE], ids=["a wide drawing"])
 def test_names_of_states_are_read_from_far_away_and_none_covers_another(shown: EditorPage) -> None:
     shown.expect_states(*NAMED)
     for scale in (1.0, 0.7, 0.5, 0.39, 0.3, 0.24):
@@ -134,7 +126,7 @@ def test_an_action_is_found_the_middle_of_the_view_kept_and_a_drawing_outside_sh
     shown.press("Alt+n")
     expect(page.locator("hfsm-canvas .empty")).to_be_visible()
     shown.resize(900, 600)
-    page.get_by_role("tab", name="deep").click()
+    page.get_by_role("tab", name="walk").click()
     expect(shown.state("level1")).to_be_visible()
     box = page.locator("hfsm-canvas").bounding_box()
     assert box is not None

@@ -38,10 +38,8 @@ IS_DRAWN = "() => document.querySelector('hfsm-robot-view')?.drawing?.body?.tors
 
 
 @pytest.fixture
-def path(root: Path) -> Path:
-    path = root / "walk.xml"
-    path.write_text(DOCUMENT)
-    return path
+def document() -> str:
+    return DOCUMENT
 
 
 @pytest.fixture

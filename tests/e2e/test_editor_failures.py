@@ -157,20 +157,6 @@ def test_a_run_belongs_to_its_document_also_when_that_is_saved_under_another_nam
     expect(shown.page.locator(".live-bar").get_by_role("button", name="Open")).to_have_count(0)
 
 
-@pytest.mark.parametrize("shown", [BELOW], indirect=True)
-def test_the_list_of_problems_offers_the_fixes_of_the_code(shown: EditorPage) -> None:
-    page = shown.page
-    shown.press("Control+m")
-    problems = page.get_by_role("list", name="Problems")
-    row = problems.get_by_role("listitem").filter(has_text="each automaton has its own").first
-    row.wait_for()
-    assert shown.violations("hfsm-problems") == []
-    row.get_by_role("button", name="Write self.count in both").click()
-    expect(problems.get_by_text("each automaton has its own")).to_have_count(0)
-    shown.press("Control+z")
-    row.get_by_role("button", name="Write self.count in both").wait_for()
-
-
 MISSPELT = DOCUMENT.replace(
     "<name>look</name>",
     "<name>look</name><entry>pose = 1.0\nself.Head.setPosse(pose, pose)</entry>"

@@ -54,13 +54,6 @@ WATCH = """() => {
 }"""
 
 
-@pytest.fixture
-def path(root: Path, document: str) -> Path:
-    path = root / "walk.xml"
-    path.write_text(document)
-    return path
-
-
 @pytest.mark.parametrize("key", cases(["Control+Shift+Space"], ["Shift+F5"]))
 @pytest.mark.parametrize("document", [FLOOD], ids=["floods"])
 def test_a_component_that_prints_without_end_is_stopped_and_the_page_says_so(

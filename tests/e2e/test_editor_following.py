@@ -23,10 +23,8 @@ from tests.support.robot_server import ServedRobot
 
 
 @pytest.fixture
-def path(root: Path) -> Path:
-    path = root / "walk.xml"
-    path.write_text(DOCUMENT)
-    return path
+def document() -> str:
+    return DOCUMENT
 
 
 @pytest.fixture

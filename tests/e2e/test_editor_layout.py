@@ -318,10 +318,8 @@ def test_a_layout_is_as_it_was_left(shown: EditorPage) -> None:
 
 
 @pytest.fixture
-def path(root: Path) -> Path:
-    path = root / "walk.xml"
-    path.write_text(RUNNING)
-    return path
+def document() -> str:
+    return RUNNING
 
 
 @contextlib.contextmanager
@@ -332,7 +330,7 @@ def on_a_phone(browser: Browser, running: Editor, locale: str = "en") -> Iterato
     )
     with contextlib.closing(phone) as context:
         shown = EditorPage(context.new_page(), running)
-        shown.expect_states("wait", "go")
+        expect(shown.page.locator("hfsm-canvas .state")).to_have_count(2)
         yield shown
 
 

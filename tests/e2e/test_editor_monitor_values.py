@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser, expect
@@ -15,10 +14,8 @@ from tests.support.robot_server import eventually
 
 
 @pytest.fixture
-def path(root: Path) -> Path:
-    path = root / "walk.xml"
-    path.write_text(DOCUMENT)
-    return path
+def document() -> str:
+    return DOCUMENT
 
 
 def choose(shown: EditorPage, tab: str) -> None:

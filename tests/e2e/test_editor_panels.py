@@ -34,10 +34,8 @@ RING: Final = """each => {
 
 
 @pytest.fixture
-def path(root: Path) -> Path:
-    path = root / "walk.xml"
-    path.write_text(DOCUMENT)
-    return path
+def document() -> str:
+    return DOCUMENT
 
 
 CUT_HINTS = """panel => [...panel.querySelectorAll("input[placeholder]")].filter((each) => {

@@ -22,10 +22,8 @@ from zenoh_ice import Settings
 
 
 @pytest.fixture
-def path(root: Path) -> Path:
-    path = root / "walk.xml"
-    path.write_text(DOCUMENT)
-    return path
+def document() -> str:
+    return DOCUMENT
 
 
 def test_problems_lead_to_their_lines(shown: EditorPage) -> None:

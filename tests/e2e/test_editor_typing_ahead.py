@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser, Locator, expect
@@ -11,6 +10,7 @@ from playwright.sync_api import Browser, Locator, expect
 from tests.support.browser import EditorPage, editor_page
 from tests.support.editor import Editor
 from tests.support.panels import DOCUMENT
+from tests.support.soak import cases
 
 EDITOR = "**/code/editor.js"
 """What code fields load, the largest module of the page."""
@@ -22,10 +22,8 @@ UNHURRIED = """() => {
 
 
 @pytest.fixture
-def path(root: Path) -> Path:
-    path = root / "walk.xml"
-    path.write_text(DOCUMENT)
-    return path
+def document() -> str:
+    return DOCUMENT
 
 
 @pytest.fixture
@@ -46,14 +44,22 @@ def said(shown: EditorPage, text: str) -> Locator:
 
 @pytest.mark.parametrize(
     "ask",
-    [
-        lambda shown: shown.press("Shift+Enter"),
-        lambda shown: shown.press("Enter"),
-        lambda shown: shown.state("go").locator(".body").dblclick(),
-        lambda shown: shown.page.get_by_role("treeitem", name="go").press("Enter"),
-        lambda shown: (shown.press("Shift+Enter"), shown.page.locator("hfsm-code-field pre").click()),
-    ],
-    ids=["Shift+Enter", "Enter", "double click", "tree", "click on code that loads"],
+    cases(
+        [
+            pytest.param(lambda shown: shown.press("Shift+Enter"), id="Shift+Enter"),
+            pytest.param(
+                lambda shown: (shown.press("Shift+Enter"), shown.page.locator("hfsm-code-field pre").click()),
+                id="click on code that loads",
+            ),
+        ],
+        [
+            pytest.param(lambda shown: shown.press("Enter"), id="Enter"),
+            pytest.param(lambda shown: shown.state("go").locator(".body").dblclick(), id="double click"),
+            pytest.param(
+                lambda shown: shown.page.get_by_role("treeitem", name="go").press("Enter"), id="tree"
+            ),
+        ],
+    ),
 )
 def test_select_all_and_delete_act_in_the_code_that_a_key_or_a_click_opens(
     shown: EditorPage, ask: Callable[[EditorPage], None]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -29,6 +30,14 @@ def path(root: Path) -> Path:
     for name, content in handout(read_exercise(ROOT / "exercises/look"), "en").items():
         (folder / name).write_bytes(content)
     return folder / "look.xml"
+
+
+@pytest.fixture
+def shown(browser: Browser, opened: Editor) -> Iterator[EditorPage]:
+    """A page that has just been loaded: the task opens by itself in it, and the focus has no place yet."""
+    with editor_page(browser, opened) as shown:
+        shown.state("left").wait_for()
+        yield shown
 
 
 def task(shown: EditorPage) -> Locator:
