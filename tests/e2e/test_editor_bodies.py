@@ -11,11 +11,9 @@ from playwright.sync_api import Browser, expect
 from naoserver.bodies import find_body
 from tests.support.arm import ARM, ARM_TOML
 from tests.support.browser import EditorPage, editor_page
-from tests.support.editor import editor
-from tests.support.limits import CALL_LIMIT, RUN_LIMIT
-from tests.support.monitor import comes_true, monitor_page, patient_parts, robot_and_editor, status
-from tests.support.processes import children, free_endpoint
-from zenoh_ice import Settings
+from tests.support.limits import RUN_LIMIT
+from tests.support.monitor import comes_true, editor_without_robot, monitor_page, robot_and_editor, status
+from tests.support.processes import children
 
 STARTED = RUN_LIMIT * 1000
 LINKS = """(names) => {
@@ -40,11 +38,7 @@ def shown(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
     (robots / "arm.toml").write_text(ARM_TOML)
     (robots / "arm.urdf").write_text(ARM)
     (robots / "faulty.toml").write_text('model = "arm.urdf"\nmounted = 7\n')
-    settings = Settings(realm="test-bodies", connect=(free_endpoint(),), clock="wall", timeout=CALL_LIMIT)
-    with (
-        editor(tmp_path, make_parts=patient_parts(settings, folder=tmp_path)) as running,
-        editor_page(browser, running) as shown,
-    ):
+    with editor_without_robot(tmp_path) as running, editor_page(browser, running) as shown:
         yield shown
     assert not children("naoserver_sim")
 

@@ -13,6 +13,7 @@ from tests.support.browser import EditorPage, editor_page, saved
 from tests.support.editor import editor
 from tests.support.limits import FOREVER
 from tests.support.monitor import comes_true
+from tests.support.soak import cases
 
 LEAST_MOVE = 3.0  # pixels
 COUNT_CHANGES = """() => {
@@ -87,7 +88,7 @@ def test_states_and_transitions_are_drawn_moved_and_bent(shown: EditorPage, root
     assert abs(shown.middle(knob)[1] - y) > LEAST_MOVE
 
 
-@pytest.mark.parametrize("selected", ["", "followBall", "dance"])
+@pytest.mark.parametrize("selected", cases(["followBall"], ["", "dance"]))
 def test_a_transition_is_drawn_with_its_tool_from_where_the_pointer_is_pressed(
     shown: EditorPage, selected: str
 ) -> None:
@@ -310,75 +311,75 @@ def test_copies_carry_their_sub_tree_into_another_automaton_and_editor_and_broke
 
 
 @pytest.mark.parametrize("merge_within", [FOREVER])
-def test_all_is_done_with_the_keyboard_alone(shown: EditorPage, root: Path) -> None:
+def test_all_is_done_with_the_keyboard_alone(own: EditorPage, root: Path) -> None:
     # Arrows move what is selected as one step.
-    shown.state("dance").focus()
-    before = shown.middle_of("dance")
+    own.state("dance").focus()
+    before = own.middle_of("dance")
     for _ in range(3):
-        shown.press("ArrowDown")
-    expect(shown.page.locator(".last-step")).to_have_text("Move “dance”")
-    expect(shown.state("dance")).to_have_attribute("transform", "translate(420,190)")
-    shown.press("Control+z")
-    expect(shown.state("dance")).to_have_attribute("transform", "translate(420,160)")
-    expect(shown.button("Undo")).to_be_disabled()
-    shown.expect_at("dance", before, within=0.1)
+        own.press("ArrowDown")
+    expect(own.page.locator(".last-step")).to_have_text("Move “dance”")
+    expect(own.state("dance")).to_have_attribute("transform", "translate(420,190)")
+    own.press("Control+z")
+    expect(own.state("dance")).to_have_attribute("transform", "translate(420,160)")
+    expect(own.button("Undo")).to_be_disabled()
+    own.expect_at("dance", before, within=0.1)
 
     # The tree is walked with arrows, also before it is drawn again, and opens with Enter.
     root_item, red_item = (
-        shown.page.get_by_role("treeitem", name=name) for name in ("dance_and_follow", "red")
+        own.page.get_by_role("treeitem", name=name) for name in ("dance_and_follow", "red")
     )
     root_item.focus()
-    shown.press("ArrowDown", "ArrowDown")
+    own.press("ArrowDown", "ArrowDown")
     expect(red_item).to_be_focused()
     root_item.focus()
-    shown.page.evaluate(
+    own.page.evaluate(
         """() => { for (const key of ["ArrowDown", "ArrowDown"]) document.activeElement.dispatchEvent(
             new KeyboardEvent("keydown", {key, bubbles: true, cancelable: true})); }"""
     )
     expect(red_item).to_be_focused()
-    shown.expect_states("red", "green")
-    shown.press("Enter")
-    shown.expect_states("follow", "search")
-    shown.press("ArrowLeft", "ArrowLeft")
-    expect(shown.page.get_by_role("treeitem", name="follow", exact=False).first).to_be_visible()
+    own.expect_states("red", "green")
+    own.press("Enter")
+    own.expect_states("follow", "search")
+    own.press("ArrowLeft", "ArrowLeft")
+    expect(own.page.get_by_role("treeitem", name="follow", exact=False).first).to_be_visible()
 
     # A new document is drawn.
-    shown.press("Alt+n")
-    expect(shown.page.locator("hfsm-canvas .empty")).to_be_visible()
+    own.press("Alt+n")
+    expect(own.page.locator("hfsm-canvas .empty")).to_be_visible()
     for name in ("wait", "go"):
-        shown.press("s")
-        expect(shown.page.locator("hfsm-canvas .hint")).to_contain_text("New state")
-        shown.press("ArrowRight", "ArrowRight", "Enter")
-        shown.name(name)
-        expect(shown.state(name)).to_be_focused()
-    shown.press("t")
-    expect(shown.page.locator("hfsm-canvas .hint")).to_contain_text("New transition")
-    go, wait = shown.middle_of("go"), shown.middle_of("wait")
+        own.press("s")
+        expect(own.page.locator("hfsm-canvas .hint")).to_contain_text("New state")
+        own.press("ArrowRight", "ArrowRight", "Enter")
+        own.name(name)
+        expect(own.state(name)).to_be_focused()
+    own.press("t")
+    expect(own.page.locator("hfsm-canvas .hint")).to_contain_text("New transition")
+    go, wait = own.middle_of("go"), own.middle_of("wait")
     to_wait = (wait[0] - go[0], wait[1] - go[1])
     horizontal = abs(to_wait[0]) > abs(to_wait[1])
-    shown.press(
+    own.press(
         ("ArrowRight" if to_wait[0] > 0 else "ArrowLeft")
         if horizontal
         else ("ArrowDown" if to_wait[1] > 0 else "ArrowUp")
     )
-    expect(shown.page.locator(".state.target")).to_have_attribute("aria-label", "State wait, initial")
-    shown.press("Enter")
-    shown.name("again")
-    expect(shown.transition("again")).to_be_focused()
-    assert shown.arcs() == ["again from go to wait"]
+    expect(own.page.locator(".state.target")).to_have_attribute("aria-label", "State wait, initial")
+    own.press("Enter")
+    own.name("again")
+    expect(own.transition("again")).to_be_focused()
+    assert own.arcs() == ["again from go to wait"]
 
-    shown.press(",")  # the state that it leaves
-    expect(shown.state("go")).to_be_focused()
-    shown.press("i")
-    expect(shown.state("go, initial")).to_have_count(1)
-    shown.press("Control+Enter")  # into its new sub-automaton
-    expect(shown.page.locator("hfsm-breadcrumbs [aria-current]")).to_have_text("go")
-    shown.press("Backspace")
-    expect(shown.state("go")).to_be_focused()
-    shown.press("Control+Shift+S")
-    shown.page.get_by_role("textbox", name="Name").fill("drawn")
-    shown.press("Enter")
-    shown.page.get_by_role("status").filter(has_text="Saved drawn.xml").wait_for()
+    own.press(",")  # the state that it leaves
+    expect(own.state("go")).to_be_focused()
+    own.press("i")
+    expect(own.state("go, initial")).to_have_count(1)
+    own.press("Control+Enter")  # into its new sub-automaton
+    expect(own.page.locator("hfsm-breadcrumbs [aria-current]")).to_have_text("go")
+    own.press("Backspace")
+    expect(own.state("go")).to_be_focused()
+    own.press("Control+Shift+S")
+    own.page.get_by_role("textbox", name="Name").fill("drawn")
+    own.press("Enter")
+    own.page.get_by_role("status").filter(has_text="Saved drawn.xml").wait_for()
     document = read_document(root / "drawn.xml", Diagnostics())
     assert document is not None
     assert document.root is not None

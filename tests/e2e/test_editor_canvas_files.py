@@ -112,6 +112,35 @@ def open_file(shown: EditorPage, name: str) -> None:
     shown.page.get_by_role("option", name=re.compile(rf"^{re.escape(name)}")).dblclick()
 
 
+def held_answers(shown: EditorPage, op: str) -> list[Callable[[], None]]:
+    """Load the page again and hold back the answers to a kind of request: each is sent when it is called."""
+    asked: set[int] = set()
+    late: list[Callable[[], None]] = []
+
+    def hold(route: WebSocketRoute) -> None:
+        server = route.connect_to_server()
+
+        def ask(message: str | bytes) -> None:
+            request = json.loads(message)
+            if request["op"] == op:
+                asked.add(request["id"])
+            server.send(message)
+
+        def answer(message: str | bytes) -> None:
+            if json.loads(message).get("re") in asked:
+                late.append(partial(route.send, message))
+            else:
+                route.send(message)
+
+        route.on_message(ask)
+        server.on_message(answer)
+
+    shown.page.route_web_socket("**/ws", hold)
+    shown.page.reload()
+    shown.spent = True  # its connections pass through the test
+    return late
+
+
 def test_what_is_typed_on_the_start_page_after_alt_n_is_drawn(shown: EditorPage) -> None:
     shown.press("Alt+n", "s", "Enter")
     shown.name("first")
@@ -303,25 +332,9 @@ def test_documents_are_saved_under_names_that_are_free(shown: EditorPage, root: 
 
 
 def test_a_list_of_files_that_comes_late_takes_no_error_away(shown: EditorPage) -> None:
-    late: list[Callable[[], None]] = []
-
-    def hold_lists(route: WebSocketRoute) -> None:
-        server = route.connect_to_server()
-
-        def answer(message: str | bytes) -> None:
-            if '"entries"' in str(message):
-                late.append(partial(route.send, message))
-            else:
-                route.send(message)
-
-        route.on_message(server.send)
-        server.on_message(answer)
-
     open_file(shown, "dance.xml")
     shown.expect_states("up", "out", "front", "low")
-    shown.page.route_web_socket("**/ws", hold_lists)
-    shown.page.reload()
-    shown.spent = True  # its connections pass through the test
+    late = held_answers(shown, "listFiles")
     shown.expect_states("up", "out", "front", "low")
     shown.press("Control+Shift+s")
     dialog = shown.page.get_by_role("dialog").filter(has_text="Save the document as")
@@ -487,32 +500,9 @@ def test_python_draws_what_the_page_exports(shown: EditorPage) -> None:
 
 
 def test_imported_automata_that_come_late_are_printed(shown: EditorPage) -> None:
-    asked: set[int] = set()
-    late: list[Callable[[], None]] = []
-
-    def hold_imports(route: WebSocketRoute) -> None:
-        server = route.connect_to_server()
-
-        def ask(message: str | bytes) -> None:
-            request = json.loads(message)
-            if request["op"] == "imported":
-                asked.add(request["id"])
-            server.send(message)
-
-        def answer(message: str | bytes) -> None:
-            if json.loads(message).get("re") in asked:
-                late.append(partial(route.send, message))
-            else:
-                route.send(message)
-
-        route.on_message(ask)
-        server.on_message(answer)
-
     open_file(shown, "dance_and_follow.xml")
     shown.expect_states("followBall", "dance")
-    shown.page.route_web_socket("**/ws", hold_imports)
-    shown.page.reload()
-    shown.spent = True  # its connections pass through the test
+    late = held_answers(shown, "imported")
     shown.expect_states("followBall", "dance")
     shown.page.evaluate("window.print = () => {}")
     shown.press("Control+e")

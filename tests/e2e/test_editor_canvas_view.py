@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, expect
+from playwright.sync_api import expect
 
-from tests.support.browser import EditorPage, editor_page
-from tests.support.documents import document, state, sub, transition
-from tests.support.editor import editor
+from tests.support.browser import EditorPage
+from tests.support.documents import document as document_of
+from tests.support.documents import state, sub, transition
 
 LEVELS = 14
 FAR_NAMES = """() => [...document.querySelector("hfsm-canvas").surface.querySelectorAll(".label .title")]
@@ -29,67 +28,75 @@ NAMES = """() => [...document.querySelectorAll("hfsm-canvas .state .name")]
 """What is seen of the names of states, where, and the size of their letters in the drawing."""
 
 
+DEEP = document_of(
+    *(
+        sub(each, each - 1, state(1, f"level{each}", initial=True, child=each + 1))
+        for each in range(1, LEVELS + 1)
+    )
+)
+
+
+def placed(element: str, x: int, y: int) -> str:
+    """Give a state, or the handle of a transition, a place."""
+    return element.replace("<name>", f"<posx>{x}</posx><posy>{y}</posy><name>")
+
+
 @pytest.fixture
-def path(root: Path) -> Path:
-    path = root / "deep.xml"
-    levels = range(1, LEVELS + 1)
-    path.write_text(
-        document(
-            *(sub(each, each - 1, state(1, f"level{each}", initial=True, child=each + 1)) for each in levels)
-        )
+def document() -> str:
+    return DEEP
+
+
+LONG = document_of(
+    sub(
+        1,
+        0,
+        placed(state(1, "down", initial=True), 100, 100),
+        placed(state(2, "up"), 100, 400),
+        placed(
+            transition(1, 1, 2, "self.the_arms_have_come_to_rest() and self.enough", name="there"), 130, 250
+        ),
     )
-    return path
+)
 
 
+@pytest.mark.parametrize("document", [LONG], ids=["a long condition"])
 def test_the_name_of_a_transition_stays_beside_its_handle_where_its_second_line_is_hidden(
-    browser: Browser, root: Path
+    shown: EditorPage,
 ) -> None:
-    path = root / "long.xml"
-    long = "self.the_arms_have_come_to_rest() and self.enough"
-    path.write_text(
-        document(
-            sub(
-                1,
-                0,
-                state(1, "down", initial=True).replace("<name>", "<posx>100</posx><posy>100</posy><name>"),
-                state(2, "up").replace("<name>", "<posx>100</posx><posy>400</posy><name>"),
-                transition(1, 1, 2, long, name="there").replace(
-                    "<name>", "<posx>130</posx><posy>250</posy><name>"
-                ),
-            )
-        )
-    )
-    with editor(root, path) as running, editor_page(browser, running) as shown:
-        shown.expect_states("down", "up")
-        name = shown.page.locator("hfsm-canvas .label .title")
-        for scale in (0.94, 0.89, 0.84, 0.7):
-            shown.page.evaluate(ZOOM, scale)
-            expect(shown.page.locator(".zoom")).to_have_text(f"{scale:.0%}".replace("%", " %"))
-            expect(name).to_have_text("there")
-            assert shown.page.evaluate(FAR_NAMES) == [], scale
+    shown.expect_states("down", "up")
+    name = shown.page.locator("hfsm-canvas .label .title")
+    for scale in (0.94, 0.89, 0.84, 0.7):
+        shown.page.evaluate(ZOOM, scale)
+        expect(shown.page.locator(".zoom")).to_have_text(f"{scale:.0%}".replace("%", " %"))
+        expect(name).to_have_text("there")
+        assert shown.page.evaluate(FAR_NAMES) == [], scale
 
 
-def test_names_of_states_are_read_from_far_away_and_none_covers_another(browser: Browser, root: Path) -> None:
-    path = root / "wide.xml"
-    names = ("approach", "look around", "wait")
-    states = (
-        state(number, name, initial=number == 1).replace(
-            "<name>", f"<posx>{230 * number}</posx><posy>100</posy><name>"
-        )
-        for number, name in enumerate(names, 1)
+NAMED = ("approach", "look around", "wait")
+WIDE = document_of(
+    sub(
+        1,
+        0,
+        *(
+            placed(state(each, name, initial=each == 1), 230 * each, 100)
+            for each, name in enumerate(NAMED, 1)
+        ),
     )
-    path.write_text(document(sub(1, 0, *states)))
-    with editor(root, path) as running, editor_page(browser, running) as shown:
-        shown.expect_states(*names)
-        for scale in (1.0, 0.7, 0.5, 0.39, 0.3, 0.24):
-            shown.page.evaluate(ZOOM, scale)
-            seen = shown.page.evaluate(NAMES)
-            assert tuple(name for name, _, _ in seen) == names, scale
-            assert all(size * scale >= 9.9 for _, _, size in seen), scale
-            boxes = sorted((box["left"], box["right"]) for _, box, _ in seen)
-            assert all(right < left for (_, right), (left, _) in pairwise(boxes)), scale
-        shown.page.evaluate(ZOOM, 0.2)
-        assert shown.page.evaluate(NAMES) == []
+)
+
+
+@pytest.mark.parametrize("document", [WIDE], ids=["a wide drawing"])
+def test_names_of_states_are_read_from_far_away_and_none_covers_another(shown: EditorPage) -> None:
+    shown.expect_states(*NAMED)
+    for scale in (1.0, 0.7, 0.5, 0.39, 0.3, 0.24):
+        shown.page.evaluate(ZOOM, scale)
+        seen = shown.page.evaluate(NAMES)
+        assert tuple(name for name, _, _ in seen) == NAMED, scale
+        assert all(size * scale >= 9.9 for _, _, size in seen), scale
+        boxes = sorted((box["left"], box["right"]) for _, box, _ in seen)
+        assert all(right < left for (_, right), (left, _) in pairwise(boxes)), scale
+    shown.page.evaluate(ZOOM, 0.2)
+    assert shown.page.evaluate(NAMES) == []
 
 
 def test_an_action_is_found_the_middle_of_the_view_kept_and_a_drawing_outside_shown(
@@ -119,7 +126,7 @@ def test_an_action_is_found_the_middle_of_the_view_kept_and_a_drawing_outside_sh
     shown.press("Alt+n")
     expect(page.locator("hfsm-canvas .empty")).to_be_visible()
     shown.resize(900, 600)
-    page.get_by_role("tab", name="deep").click()
+    page.get_by_role("tab", name="walk").click()
     expect(shown.state("level1")).to_be_visible()
     box = page.locator("hfsm-canvas").bounding_box()
     assert box is not None

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 from playwright.sync_api import Locator, expect
 
@@ -14,10 +12,8 @@ FUNCTION = "<functions>def leave(self):\n    return 1</functions>"
 
 
 @pytest.fixture
-def path(root: Path) -> Path:
-    path = root / "walk.xml"
-    path.write_text(DOCUMENT.replace("<variables>count", f"{FUNCTION}<variables>first = 1\ncount"))
-    return path
+def document() -> str:
+    return DOCUMENT.replace("<variables>count", f"{FUNCTION}<variables>first = 1\ncount")
 
 
 def field(shown: EditorPage, name: str) -> Locator:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import math
 import random
-from collections.abc import Iterator
 from pathlib import Path
 from typing import cast
 
@@ -27,7 +26,7 @@ from tests.support.monitor import (
     run,
     status,
 )
-from tests.support.robot_server import clock_at, eventually
+from tests.support.robot_server import ServedRobot, clock_at, eventually
 from zenoh_ice import RobotClock, Settings
 
 SEVERAL_FRAMES = """async () => {
@@ -39,9 +38,13 @@ IS_DRAWN = "() => document.querySelector('hfsm-robot-view')?.drawing?.body?.tors
 
 
 @pytest.fixture
-def shown(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
-    with robot_and_editor(tmp_path / "walk.xml") as (_, running), monitor_page(browser, running) as shown:
-        yield shown
+def document() -> str:
+    return DOCUMENT
+
+
+@pytest.fixture
+def shown(live_page: EditorPage) -> EditorPage:
+    return live_page
 
 
 def dock(shown: EditorPage) -> Locator:
@@ -74,7 +77,9 @@ def test_the_robot_stays_above_the_code_on_every_run_and_covers_nothing_of_the_d
     assert shown.violations(".dock") == []
 
 
-def test_the_robot_is_drawn_once_and_its_view_is_kept_where_it_moves(shown: EditorPage) -> None:
+def test_the_robot_is_drawn_once_wherever_it_moves_and_not_while_it_is_folded_or_hidden(
+    shown: EditorPage,
+) -> None:
     page = shown.page
     show(shown)
     page.evaluate("() => (window.first = document.querySelector('hfsm-robot-view').drawing)")
@@ -93,10 +98,7 @@ def test_the_robot_is_drawn_once_and_its_view_is_kept_where_it_moves(shown: Edit
     assert page.evaluate("window.first === document.querySelector('hfsm-robot-view').drawing")
     assert page.locator(".stage canvas").count() == 1
 
-
-def test_nothing_is_drawn_while_it_is_folded_or_hidden(shown: EditorPage) -> None:
-    page = shown.page
-    show(shown)
+    shown.button("Close the panel").click()
     page.evaluate(
         """() => {
           window.view = document.querySelector("hfsm-robot-view");
@@ -349,12 +351,8 @@ def test_the_editor_shows_a_recording_among_its_files(browser: Browser, tmp_path
         expect(status(shown)).to_have_text("Recording")
 
 
-def test_a_recording_shows_what_the_robot_said_and_played(browser: Browser, tmp_path: Path) -> None:
-    with (
-        robot_and_editor(tmp_path / "walk.xml") as (robot, running),
-        monitor_page(browser, running) as shown,
-        robot.client() as client,
-    ):
+def test_a_recording_shows_what_the_robot_said_and_played(shown: EditorPage, robot: ServedRobot) -> None:
+    with robot.client() as client:
         show(shown)
         run(shown)
         shown.button("Record").click()

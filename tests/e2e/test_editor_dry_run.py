@@ -10,11 +10,8 @@ import pytest
 from playwright.sync_api import Browser, expect
 
 from tests.support.browser import EditorPage, editor_page
-from tests.support.editor import editor
-from tests.support.limits import CALL_LIMIT, RUN_LIMIT
-from tests.support.monitor import expect_current, patient_parts, status
-from tests.support.processes import free_endpoint
-from zenoh_ice import Settings
+from tests.support.limits import RUN_LIMIT
+from tests.support.monitor import editor_without_robot, expect_current, status
 
 STARTED = RUN_LIMIT * 1000
 
@@ -55,11 +52,7 @@ DOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>
 def shown(browser: Browser, tmp_path: Path) -> Iterator[EditorPage]:
     path = tmp_path / "clapping.xml"
     path.write_text(DOCUMENT)
-    settings = Settings(realm="test-dry-run", connect=(free_endpoint(),), clock="wall", timeout=CALL_LIMIT)
-    with (
-        editor(tmp_path, path, make_parts=patient_parts(settings)) as running,
-        editor_page(browser, running) as shown,
-    ):
+    with editor_without_robot(tmp_path, path) as running, editor_page(browser, running) as shown:
         yield shown
 
 

@@ -165,20 +165,11 @@ def test_stop_is_repeated_once_the_editor_says_so(browser: Browser, root: Path, 
     ):
         page.locator(".stop-button").click()
         page.clock.fast_forward(3_000)
-        expect(said(page, "STOP is not confirmed yet, and repeated.")).to_be_visible()
+        late = page.get_by_role("alert").filter(has_text="STOP is not confirmed yet, and repeated.")
+        expect(late).to_be_visible()
         still.set()
-        expect(said(page, "The robot stands still.")).to_be_visible()
+        expect(page.get_by_role("status").filter(has_text="The robot stands still.")).to_be_visible()
         expect(said(page, "STOP")).to_have_count(0)
-
-
-def test_a_pause_says_that_the_robot_and_its_world_go_on(browser: Browser, tmp_path: Path) -> None:
-    with (
-        robot_and_editor(tmp_path / "walk.xml") as (_, editor),
-        monitor_page(browser, editor) as shown,
-    ):
-        run(shown)
-        shown.press("F8")
-        expect(status(shown)).to_have_attribute("title", "Paused\nThe robot and its world go on.")
 
 
 STOP_AREA = """() => {

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, expect
+from playwright.sync_api import expect
 
 from tests.support.browser import Box, EditorPage, open_alone, saved
-from tests.support.monitor import DOCUMENT, monitor_page, robot_and_editor, status
+from tests.support.editor import Editor
+from tests.support.monitor import DOCUMENT, status
 
 ZERO = DOCUMENT.replace("count += 1\n", "count += 1\nif count &gt; 3:\n    count = 0.5 / (count - 4)\n")
 GUARD = DOCUMENT.replace("count &gt; 1000000", "count &gt; 3 and missing.x &gt; 0")
@@ -18,28 +19,27 @@ AT_ONCE = DOCUMENT.replace("count += 1\n", "count += unknown\n")
 
 
 @pytest.fixture(scope="module")
-def opened(browser: Browser, shared_root: Path) -> Iterator[EditorPage]:
-    """The page beside a robot, which shows the document of one test after the other."""
-    with robot_and_editor(shared_root / "walk.xml") as (_, running), monitor_page(browser, running) as opened:
-        with running.window() as other:
-            other.ask("close", tab=1)
-        yield opened
+def running(robot_editor: Editor) -> Editor:
+    return robot_editor
 
 
 @pytest.fixture
 def path(shared_root: Path, request: pytest.FixtureRequest) -> Path:
-    """A document in a folder of its own."""
+    """A document in a folder of its own: the page knows how the last run of a file has ended."""
     path = shared_root / str(request.node.name) / "walk.xml"
     path.parent.mkdir()
     return path
 
 
 @pytest.fixture
-def shown(opened: EditorPage, path: Path, request: pytest.FixtureRequest) -> Iterator[EditorPage]:
+def shown(
+    next_page: Callable[[], EditorPage], path: Path, request: pytest.FixtureRequest
+) -> Iterator[EditorPage]:
     """The page with the document of the test alone."""
     path.write_text(request.param)
-    with open_alone(opened, path):
-        yield opened
+    shown = next_page()
+    with open_alone(shown, path):
+        yield shown
 
 
 @pytest.mark.parametrize("shown", [ZERO], indirect=True)
@@ -155,20 +155,6 @@ def test_a_run_belongs_to_its_document_also_when_that_is_saved_under_another_nam
     expect(shown.page.get_by_role("tab", name="class demo")).to_be_visible()
     expect(status(shown)).to_have_text("Ended: stopped")
     expect(shown.page.locator(".live-bar").get_by_role("button", name="Open")).to_have_count(0)
-
-
-@pytest.mark.parametrize("shown", [BELOW], indirect=True)
-def test_the_list_of_problems_offers_the_fixes_of_the_code(shown: EditorPage) -> None:
-    page = shown.page
-    shown.press("Control+m")
-    problems = page.get_by_role("list", name="Problems")
-    row = problems.get_by_role("listitem").filter(has_text="each automaton has its own").first
-    row.wait_for()
-    assert shown.violations("hfsm-problems") == []
-    row.get_by_role("button", name="Write self.count in both").click()
-    expect(problems.get_by_text("each automaton has its own")).to_have_count(0)
-    shown.press("Control+z")
-    row.get_by_role("button", name="Write self.count in both").wait_for()
 
 
 MISSPELT = DOCUMENT.replace(

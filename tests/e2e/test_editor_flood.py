@@ -10,6 +10,7 @@ import pytest
 from playwright.sync_api import Browser, expect
 
 from interfaces.nao import SafetyPrx
+from tests.support.browser import EditorPage
 from tests.support.monitor import (
     DOCUMENT,
     PATIENT,
@@ -18,6 +19,7 @@ from tests.support.monitor import (
     robot_and_editor,
     status,
 )
+from tests.support.robot_server import ServedRobot
 from tests.support.soak import cases
 
 FLOOD = DOCUMENT.replace(
@@ -53,14 +55,12 @@ WATCH = """() => {
 
 
 @pytest.mark.parametrize("key", cases(["Control+Shift+Space"], ["Shift+F5"]))
+@pytest.mark.parametrize("document", [FLOOD], ids=["floods"])
 def test_a_component_that_prints_without_end_is_stopped_and_the_page_says_so(
-    browser: Browser, tmp_path: Path, key: str
+    live_page: EditorPage, robot: ServedRobot, key: str
 ) -> None:
-    with (
-        robot_and_editor(tmp_path / "flood.xml", FLOOD) as (robot, editor),
-        robot.client() as client,
-        monitor_page(browser, editor) as shown,
-    ):
+    shown = live_page
+    with robot.client() as client:
         shown.press("Alt+o")
         shown.press("F5")
         expect(status(shown)).to_have_text(RUNNING)
@@ -80,28 +80,26 @@ def test_a_component_that_prints_without_end_is_stopped_and_the_page_says_so(
 
 
 @pytest.mark.parametrize("key", cases(["Shift+F5"], ["Control+Shift+Space"]))
+@pytest.mark.parametrize("document", [HANGING], ids=["hangs"])
 def test_a_component_that_hangs_is_shown_with_the_line_and_can_be_stopped(
-    browser: Browser, tmp_path: Path, key: str
+    live_page: EditorPage, key: str
 ) -> None:
-    with (
-        robot_and_editor(tmp_path / "hanging.xml", HANGING) as (_, editor),
-        monitor_page(browser, editor) as shown,
-    ):
-        shown.press("F5")
-        expect(status(shown)).to_contain_text(re.compile(r"Hanging for \d+ s"))
-        expect_current(shown, "wait", "its code does not end")
-        shown.page.get_by_role("button", name=re.compile(r"in wait, line [23]")).click()
-        expect(shown.page.locator(".cm-activeLine")).to_have_text(LOOP)
-        shown.press(key)
-        expect(status(shown)).to_have_text("Ended: stopped while hanging in wait")
-        expect(shown.page.locator(".cm-failed")).to_contain_text("is abandoned: its code must not block")
-        expect(shown.state("wait")).to_have_class(re.compile(r"\bfailed\b"))
-        shown.state("go").locator(".body").click()
-        expect(shown.page.locator(".cm-failed")).to_have_count(0)
-        shown.page.get_by_role("button", name=re.compile("^line [23]$")).click()
-        expect(shown.page.locator(".cm-activeLine")).to_have_text(LOOP)
-        shown.page.reload()
-        expect(status(shown)).to_have_text("Ended: stopped while hanging in wait")
+    shown = live_page
+    shown.press("F5")
+    expect(status(shown)).to_contain_text(re.compile(r"Hanging for \d+ s"))
+    expect_current(shown, "wait", "its code does not end")
+    shown.page.get_by_role("button", name=re.compile(r"in wait, line [23]")).click()
+    expect(shown.page.locator(".cm-activeLine")).to_have_text(LOOP)
+    shown.press(key)
+    expect(status(shown)).to_have_text("Ended: stopped while hanging in wait")
+    expect(shown.page.locator(".cm-failed")).to_be_visible()
+    expect(shown.state("wait")).to_have_class(re.compile(r"\bfailed\b"))
+    shown.state("go").locator(".body").click()
+    expect(shown.page.locator(".cm-failed")).to_have_count(0)
+    shown.page.get_by_role("button", name=re.compile("^line [23]$")).click()
+    expect(shown.page.locator(".cm-activeLine")).to_have_text(LOOP)
+    shown.page.reload()
+    expect(status(shown)).to_have_text("Ended: stopped while hanging in wait")
 
 
 def test_what_ended_late_is_no_longer_called_not_stopped(browser: Browser, tmp_path: Path) -> None:
@@ -120,19 +118,13 @@ def test_what_ended_late_is_no_longer_called_not_stopped(browser: Browser, tmp_p
         expect(status(shown)).to_contain_text("Ended")
 
 
-def test_an_automaton_whose_cycles_take_longer_than_its_period_is_shown(
-    browser: Browser, tmp_path: Path
-) -> None:
-    with (
-        robot_and_editor(tmp_path / "late.xml", LATE) as (_, editor),
-        monitor_page(browser, editor) as shown,
-    ):
-        shown.press("F5")
-        expect(status(shown)).to_have_text("Running late")
-        expect(status(shown)).to_have_attribute(
-            "title", re.compile(r"takes \d+ ms, and its period is 100 ms")
-        )
-        expect_current(shown, "wait", "its cycles take too long")
-        shown.state("wait").dblclick()
-        shown.page.get_by_role("button", name="in wait", exact=True).click()
-        expect(shown.page.get_by_label("Name of the state")).to_have_value("wait")
+@pytest.mark.parametrize("document", [LATE], ids=["is late"])
+def test_an_automaton_whose_cycles_take_longer_than_its_period_is_shown(live_page: EditorPage) -> None:
+    shown = live_page
+    shown.press("F5")
+    expect(status(shown)).to_have_text("Running late")
+    expect(status(shown)).to_have_attribute("title", re.compile(r"takes \d+ ms, and its period is 100 ms"))
+    expect_current(shown, "wait", "its cycles take too long")
+    shown.state("wait").dblclick()
+    shown.page.get_by_role("button", name="in wait", exact=True).click()
+    expect(shown.page.get_by_label("Name of the state")).to_have_value("wait")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -15,7 +14,6 @@ from tests.support.monitor import (
     comes_true,
     expect_current,
     monitor_page,
-    robot_and_editor,
     run,
     started_elsewhere,
     status,
@@ -25,20 +23,13 @@ from tests.support.robot_server import ServedRobot
 
 
 @pytest.fixture
-def path(root: Path) -> Path:
-    return root / "walk.xml"
+def document() -> str:
+    return DOCUMENT
 
 
 @pytest.fixture
-def served(path: Path) -> Iterator[tuple[ServedRobot, Editor]]:
-    with robot_and_editor(path) as served:
-        yield served
-
-
-@pytest.fixture
-def shown(browser: Browser, served: tuple[ServedRobot, Editor]) -> Iterator[EditorPage]:
-    with monitor_page(browser, served[1]) as shown:
-        yield shown
+def shown(live_page: EditorPage) -> EditorPage:
+    return live_page
 
 
 def expect_running(shown: EditorPage, component: str = "walk") -> None:
@@ -90,16 +81,16 @@ def test_a_page_that_is_loaded_again_shows_what_it_has_started_and_steers_it(sho
 
 
 def test_another_window_shows_what_runs_and_only_watches(
-    shown: EditorPage, browser: Browser, served: tuple[ServedRobot, Editor]
+    shown: EditorPage, browser: Browser, followed: Editor
 ) -> None:
-    with monitor_page(browser, served[1]) as early:
+    with monitor_page(browser, followed) as early:
         run(shown)
         expect_running(early)
         with shown.page.expect_popup() as opened:
             shown.choose_in("View", "Another window")
         expect(opened.value.locator(".live-status")).to_have_text("Running")
         opened.value.close()
-        with monitor_page(browser, served[1]) as late:
+        with monitor_page(browser, followed) as late:
             expect_running(late)
             expect_current(late, "wait")
             expect(steering(late)).not_to_be_checked()
@@ -113,9 +104,9 @@ def test_another_window_shows_what_runs_and_only_watches(
 
 
 def test_what_a_terminal_starts_is_shown_beside_its_document(
-    shown: EditorPage, served: tuple[ServedRobot, Editor], path: Path
+    shown: EditorPage, robot: ServedRobot, path: Path
 ) -> None:
-    with started_elsewhere(served[0], path):
+    with started_elsewhere(robot, path):
         expect_running(shown)
         expect_current(shown, "wait")
         shown.press("F5")

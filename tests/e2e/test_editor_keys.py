@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 from playwright.sync_api import Locator, expect
 
 from tests.support.browser import EditorPage
 from tests.support.panels import DOCUMENT, edit
+from tests.support.soak import repeated
 
 # From now on actions do nothing but to note that they were performed. Returns the keys of each scope.
 NOTE = """async () => {
@@ -31,10 +30,8 @@ ENTER = ("Enter", "Shift+Enter", "Ctrl+Enter")
 
 
 @pytest.fixture
-def path(root: Path) -> Path:
-    path = root / "walk.xml"
-    path.write_text(DOCUMENT)
-    return path
+def document() -> str:
+    return DOCUMENT
 
 
 def performed(shown: EditorPage, control: Locator, key: str) -> list[str]:
@@ -49,6 +46,7 @@ def test_each_key_acts_where_the_table_of_actions_says(shown: EditorPage) -> Non
     edit(shown, "wait")
     page = shown.page
     scopes: dict[str, dict[str, str]] = page.evaluate(NOTE)
+    shown.spent = True  # no action does anything any more
     surface = page.locator("hfsm-canvas .surface")
     places: dict[str, tuple[Locator, set[str]]] = {
         "the canvas": (surface, {"canvas", "drawing", "page", "typing"}),
@@ -60,7 +58,8 @@ def test_each_key_acts_where_the_table_of_actions_says(shown: EditorPage) -> Non
         "a menu of the header": (page.locator("hfsm-menubar [tabindex='0']"), {"page", "typing"}),
         "a field": (page.get_by_role("textbox", name="Name of the state"), {"typing"}),
     }
-    for place, (control, holds) in places.items():
+    for place in repeated(("the canvas", "the tree", "a button", "a field"), tuple(places)):
+        control, holds = places[place]
         for scope, keys in scopes.items():
             for key, action in keys.items():
                 if key in ENTER and place not in ("the canvas", "a field"):

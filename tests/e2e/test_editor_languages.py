@@ -15,8 +15,8 @@ from playwright.sync_api import Browser, Route, expect
 from codegen.messages import Message, number
 from tests.support.browser import EditorPage, editor_page, new_context
 from tests.support.component import dance_and_follow
-from tests.support.editor import Editor, editor
-from tests.support.monitor import robot_and_editor
+from tests.support.editor import Editor
+from tests.support.monitor import DOCUMENT
 from tests.support.watching import recorded
 from visualhfsm._base import languages as _languages
 from visualhfsm._base.html_file import STATIC, html_file
@@ -140,9 +140,8 @@ KNOWN: Final = [
 
 
 @pytest.fixture
-def running(tmp_path: Path) -> Iterator[Editor]:
-    with robot_and_editor(tmp_path / "walk.xml") as (_, running):
-        yield running
+def document() -> str:
+    return DOCUMENT
 
 
 TRIALS: Final = {
@@ -221,8 +220,8 @@ RECORDING: Final = re.compile(r"(recordings/)?walk-[\d-]+(\.\w+)?")
 
 
 @pytest.mark.usefixtures("made_up_server")
-def test_no_word_of_english_is_left_in_a_view(browser: Browser, running: Editor) -> None:
-    with editor_page(browser, running, language="es") as shown:
+def test_no_word_of_english_is_left_in_a_view(browser: Browser, followed: Editor) -> None:
+    with editor_page(browser, followed, language="es") as shown:
         shown.page.route("**/languages/es.json", made_up)
         shown.page.reload()
         left: dict[str, list[str]] = {}
@@ -234,8 +233,8 @@ def test_no_word_of_english_is_left_in_a_view(browser: Browser, running: Editor)
 
 
 @pytest.mark.usefixtures("made_up_server")
-def test_no_word_of_english_is_left_in_a_recording(browser: Browser, running: Editor) -> None:
-    with editor_page(browser, running, language="es") as shown:
+def test_no_word_of_english_is_left_in_a_recording(browser: Browser, followed: Editor) -> None:
+    with editor_page(browser, followed, language="es") as shown:
         shown.page.route("**/languages/es.json", made_up)
         shown.page.reload()
         left: dict[str, list[str]] = {}
@@ -249,11 +248,9 @@ def test_no_word_of_english_is_left_in_a_recording(browser: Browser, running: Ed
 
 
 def test_no_word_of_english_is_left_before_a_document_is_open_and_in_an_error(
-    browser: Browser, tmp_path: Path
+    browser: Browser, running: Editor
 ) -> None:
-    root = tmp_path / "project"  # beside it are the journals: other tests leave some that can be recovered
-    root.mkdir()
-    with editor(root) as running, editor_page(browser, running, language="es") as shown:
+    with editor_page(browser, running, language="es") as shown:
         shown.page.route("**/languages/es.json", made_up)
         shown.page.reload()
         shown.page.locator(".cards").wait_for()
@@ -264,8 +261,8 @@ def test_no_word_of_english_is_left_before_a_document_is_open_and_in_an_error(
         shown.mishaps.clear()
 
 
-def test_the_page_speaks_the_language_of_the_browser(browser: Browser, running: Editor) -> None:
-    with editor_page(browser, running, language="es-MX") as shown:
+def test_the_page_speaks_the_language_of_the_browser(browser: Browser, followed: Editor) -> None:
+    with editor_page(browser, followed, language="es-MX") as shown:
         expect(shown.page.locator("html")).to_have_attribute("lang", "es")
         expect(shown.page.get_by_role("button", name="Sin problemas")).to_be_visible()
         expect(shown.page.get_by_text("2 estados, 3 transiciones")).to_be_visible()
@@ -275,9 +272,9 @@ def test_the_page_speaks_the_language_of_the_browser(browser: Browser, running: 
 
 
 def test_what_a_component_and_the_robot_say_is_in_the_language_of_the_page(
-    browser: Browser, running: Editor
+    browser: Browser, followed: Editor
 ) -> None:
-    with editor_page(browser, running, language="es") as shown:
+    with editor_page(browser, followed, language="es") as shown:
         page = shown.page
         page.locator("hfsm-canvas .state").first.click()
         shown.press("F5")
@@ -292,9 +289,9 @@ def test_what_a_component_and_the_robot_say_is_in_the_language_of_the_page(
 
 
 def test_a_browser_of_another_language_gets_english_and_loads_no_texts(
-    browser: Browser, running: Editor
+    browser: Browser, followed: Editor
 ) -> None:
-    with editor_page(browser, running, language="de-DE") as shown:
+    with editor_page(browser, followed, language="de-DE") as shown:
         expect(shown.page.locator("html")).to_have_attribute("lang", "en")
         expect(shown.button("No problems")).to_be_visible()
         loaded: list[str] = shown.page.evaluate(
@@ -304,8 +301,8 @@ def test_a_browser_of_another_language_gets_english_and_loads_no_texts(
         assert not [name for name in loaded if "/languages/" in name]
 
 
-def test_the_language_is_changed_and_what_was_typed_is_kept(browser: Browser, running: Editor) -> None:
-    with editor_page(browser, running, cached=False) as shown:
+def test_the_language_is_changed_and_what_was_typed_is_kept(browser: Browser, followed: Editor) -> None:
+    with editor_page(browser, followed, cached=False) as shown:
         shown.state("wait").click()
         shown.edit_code()
         shown.press("Control+End")
@@ -326,9 +323,9 @@ def test_the_language_is_changed_and_what_was_typed_is_kept(browser: Browser, ru
 
 
 def test_the_language_does_not_change_while_typed_text_waits_for_the_server(
-    browser: Browser, running: Editor
+    browser: Browser, followed: Editor
 ) -> None:
-    with editor_page(browser, running, cached=False) as shown:
+    with editor_page(browser, followed, cached=False) as shown:
         shown.state("wait").click()
         shown.edit_code()
         shown.connections.cut()

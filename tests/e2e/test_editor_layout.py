@@ -11,8 +11,9 @@ import pytest
 from playwright.sync_api import Browser, expect
 
 from tests.support.browser import Box, EditorPage, editor_page
-from tests.support.editor import DOCUMENT, editor
-from tests.support.monitor import comes_true, monitor_page, robot_and_editor, run
+from tests.support.editor import DOCUMENT, Editor, editor
+from tests.support.monitor import DOCUMENT as RUNNING
+from tests.support.monitor import comes_true, monitor_page, run
 from tests.support.soak import cases
 from tests.support.waiting import until
 
@@ -84,10 +85,11 @@ CUT = "each => each.scrollWidth > each.clientWidth"
 
 
 @pytest.fixture(scope="class")
-def robot(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterator[EditorPage]:
+def walking(browser: Browser, robot_editor: Editor, shared_root: Path) -> Iterator[EditorPage]:
     """A component that runs on a robot, which is shown, too; it ends before the other tests."""
-    path = tmp_path_factory.mktemp("layout") / "walk.xml"
-    with robot_and_editor(path) as (_, running), monitor_page(browser, running) as shown:
+    path = shared_root / "walk.xml"
+    path.write_text(RUNNING)
+    with robot_editor.opened(path), monitor_page(browser, robot_editor) as shown:
         run(shown)
         shown.button("See the robot").click()
         comes_true(shown, "() => document.querySelector('hfsm-robot-view')?.drawing?.body")
@@ -95,12 +97,12 @@ def robot(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Iterato
 
 
 @pytest.fixture
-def live(robot: EditorPage) -> EditorPage:
+def live(walking: EditorPage) -> EditorPage:
     """The same, without panels."""
-    robot.page.evaluate("document.querySelector('hfsm-app').showSide('')")
-    robot.page.evaluate("document.querySelector('hfsm-app').showBottom('')")
-    robot.page.evaluate("document.querySelector('hfsm-app').tree = ''")
-    return robot
+    walking.page.evaluate("document.querySelector('hfsm-app').showSide('')")
+    walking.page.evaluate("document.querySelector('hfsm-app').showBottom('')")
+    walking.page.evaluate("document.querySelector('hfsm-app').tree = ''")
+    return walking
 
 
 @pytest.fixture(scope="module")
@@ -315,30 +317,25 @@ def test_a_layout_is_as_it_was_left(shown: EditorPage) -> None:
     page.evaluate("localStorage.clear()")
 
 
+@pytest.fixture
+def document() -> str:
+    return RUNNING
+
+
 @contextlib.contextmanager
-def on_a_phone(browser: Browser, path: Path, locale: str = "en") -> Iterator[EditorPage]:
-    """Show an editor with a robot and a document on a phone."""
-    with (
-        robot_and_editor(path) as (_, running),
-        contextlib.closing(
-            browser.new_context(
-                viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True, locale=locale
-            )
-        ) as context,
-    ):
-        yield EditorPage(context.new_page(), running)
+def on_a_phone(browser: Browser, running: Editor, locale: str = "en") -> Iterator[EditorPage]:
+    """Show an editor on a phone."""
+    phone = browser.new_context(
+        viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True, locale=locale
+    )
+    with contextlib.closing(phone) as context:
+        shown = EditorPage(context.new_page(), running)
+        expect(shown.page.locator("hfsm-canvas .state")).to_have_count(2)
+        yield shown
 
 
-def test_a_finger_has_the_whole_robot_and_no_buttons_on_it(browser: Browser, tmp_path: Path) -> None:
-    with on_a_phone(browser, tmp_path / "walk.xml") as shown:
-        shown.expect_states("wait", "go")
-        comes_true(shown, "() => document.querySelector('hfsm-robot-view')?.drawing?.body")
-        expect(shown.page.locator(".dock .stage canvas")).to_be_visible()
-        expect(shown.page.locator(".dock .view-tools")).to_be_hidden()
-
-
-def test_a_finger_reads_how_a_run_is_on_a_phone_in_spanish(browser: Browser, tmp_path: Path) -> None:
-    with on_a_phone(browser, tmp_path / "dance.xml", "es") as shown:
+def test_a_finger_reads_how_a_run_is_on_a_phone_in_spanish(browser: Browser, followed: Editor) -> None:
+    with on_a_phone(browser, followed, "es") as shown:
         status, row = shown.page.locator(".live-status"), shown.page.locator(".second-row")
         expect(row.locator("li")).to_have_css("clip-path", "inset(50%)")  # the tab has the name
         for key, words in (("F5", "En marcha"), ("F8", "En pausa")):
@@ -348,11 +345,15 @@ def test_a_finger_reads_how_a_run_is_on_a_phone_in_spanish(browser: Browser, tmp
             assert not row.evaluate(CUT)
 
 
-def test_a_phone_gives_half_of_the_room_to_the_panel_below(browser: Browser, tmp_path: Path) -> None:
-    with on_a_phone(browser, tmp_path / "walk.xml") as shown:
-        shown.expect_states("wait", "go")
-        run(shown)
+def test_a_phone_shows_the_whole_robot_and_gives_half_of_the_room_to_the_panel_below(
+    browser: Browser, followed: Editor
+) -> None:
+    with on_a_phone(browser, followed) as shown:
         page = shown.page
+        comes_true(shown, "() => document.querySelector('hfsm-robot-view')?.drawing?.body")
+        expect(page.locator(".dock .stage canvas")).to_be_visible()
+        expect(page.locator(".dock .view-tools")).to_be_hidden()  # a finger has no buttons on it
+        run(shown)
         content = page.locator(".bottom > .content")
         page.evaluate("document.querySelector('hfsm-app').showBottom('hfsm-problems')")
         ready = page.get_by_role("button", name="Is it ready?")
@@ -370,17 +371,8 @@ def test_a_phone_gives_half_of_the_room_to_the_panel_below(browser: Browser, tmp
         expect(page.locator(".drawing > .banner")).to_be_visible()
 
 
-def test_a_finger_meets_large_targets_and_names_that_can_be_read(browser: Browser, tmp_path: Path) -> None:
-    path = tmp_path / "walk.xml"
-    path.write_text(DOCUMENT)
-    with (
-        editor(tmp_path, path) as running,
-        contextlib.closing(
-            browser.new_context(viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
-        ) as context,
-    ):
-        shown = EditorPage(context.new_page(), running)
-        shown.expect_states("wait", "go")
+def test_a_finger_meets_large_targets_and_names_that_can_be_read(browser: Browser, opened: Editor) -> None:
+    with on_a_phone(browser, opened) as shown:
         page = shown.page
         page.evaluate("document.querySelector('hfsm-canvas').viewport.zoom(0.5)")
         assert page.evaluate(SMALL_NAMES) == []

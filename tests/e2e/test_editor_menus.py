@@ -160,22 +160,3 @@ def test_the_newest_errors_are_shown_until_they_are_dismissed_and_the_others_cou
     expect(errors).to_have_count(0)
     expect(shown.button("Dismiss all")).to_have_count(0)
     shown.spent = True  # its clock is not the usual one any more
-
-
-def test_a_stop_that_is_not_confirmed_says_so_until_it_is(shown: EditorPage) -> None:
-    shown.page.evaluate(
-        """async () => {
-            const entry = document.querySelector("script[src$='/app.js']").src;
-            const {store} = await import(entry.replace("shell/app.js", "data/store.js"));
-            store.request = () => new Promise((answer) => Object.assign(window, {answer}));
-        }"""
-    )
-    shown.page.clock.install()
-    shown.spent = True  # its clock is not the usual one any more
-    shown.button("STOP the robot and all that runs").click()
-    shown.page.clock.fast_forward("00:04")
-    late = shown.page.get_by_role("alert").filter(has_text="STOP is not confirmed yet, and repeated")
-    expect(late).to_be_visible()
-    shown.page.evaluate("answer({stopped: ['Head'], failed: {}})")
-    expect(shown.page.get_by_role("status").filter(has_text="The robot stands still.")).to_be_visible()
-    expect(late).to_have_count(0)

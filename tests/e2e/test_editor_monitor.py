@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import re
-from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, WebSocketRoute, expect
+from playwright.sync_api import Browser, expect
 
 from hfsm_runtime.recording_file.reader import RecordingFile
 from tests.support.browser import EditorPage, new_context, shared_address
 from tests.support.editor import Editor
 from tests.support.monitor import (
+    DOCUMENT,
     comes_true,
     expect_breakpoint,
     expect_current,
     follow,
     monitor_page,
-    robot_and_editor,
     run,
     run_again,
     started_elsewhere,
@@ -41,25 +39,13 @@ COVERED = """() => {
 
 
 @pytest.fixture
-def path(root: Path) -> Path:
-    return root / "walk.xml"
+def document() -> str:
+    return DOCUMENT
 
 
 @pytest.fixture
-def served(path: Path) -> Iterator[tuple[ServedRobot, Editor]]:
-    with robot_and_editor(path) as served:
-        yield served
-
-
-@pytest.fixture
-def robot(served: tuple[ServedRobot, Editor]) -> ServedRobot:
-    return served[0]
-
-
-@pytest.fixture
-def shown(browser: Browser, served: tuple[ServedRobot, Editor]) -> Iterator[EditorPage]:
-    with monitor_page(browser, served[1]) as shown:
-        yield shown
+def shown(live_page: EditorPage) -> EditorPage:
+    return live_page
 
 
 def notice(shown: EditorPage, text: str | re.Pattern[str]) -> None:
@@ -102,79 +88,7 @@ def toggle_breakpoint(shown: EditorPage, state: str) -> None:
     shown.press("b")
 
 
-def cut_at_the_answer(shown: EditorPage, op: str) -> None:
-    """Lose the connection in place of the next answer to a kind of request."""
-    asked: set[int] = set()
-
-    def cut(route: WebSocketRoute) -> None:
-        server = route.connect_to_server()
-
-        def forward(message: str | bytes) -> None:
-            request = json.loads(message)
-            if request["op"] == op:
-                asked.add(request["id"])
-            server.send(message)
-
-        def pass_on(message: str | bytes) -> None:
-            if json.loads(message).get("re") in asked:
-                asked.clear()
-                route.close()
-            else:
-                route.send(message)
-
-        route.on_message(forward)
-        server.on_message(pass_on)
-
-    shown.page.route_web_socket("**/ws", cut)
-    shown.page.reload()
-    shown.state("wait").wait_for()
-    shown.spent = True  # its connections pass through the test
-
-
-def hold_structures(shown: EditorPage) -> Callable[[], None]:
-    """Hold back the automata of what runs; return a function that lets those that came, and all others, arrive."""
-    held: list[str] | None = []
-    routes: list[WebSocketRoute] = []
-
-    def pass_on(text: str | bytes) -> None:
-        message = json.loads(text)
-        structure = (
-            (message.get("ok") or {}).get("structure") if isinstance(message.get("ok"), dict) else None
-        )
-        if held is not None and message.get("push") == "structure":
-            held.append(json.dumps(message))
-        elif held is not None and structure:
-            push = {"push": "structure", "component": "walk", "value": structure}
-            held.append(json.dumps(push))
-            routes[-1].send(json.dumps(message | {"ok": message["ok"] | {"structure": None}}))
-        else:
-            routes[-1].send(text)
-
-    def hold(route: WebSocketRoute) -> None:
-        routes.append(route)
-        route.connect_to_server().on_message(pass_on)
-
-    def let_go() -> None:
-        nonlocal held
-        came, held = held or [], None
-        for each in came:
-            routes[-1].send(each)
-
-    shown.page.route_web_socket("**/ws", hold)
-    shown.page.reload()
-    shown.state("wait").wait_for()
-    shown.spent = True  # its connections pass through the test
-    return let_go
-
-
 # ------------------------------------------------------------------------------------------------ canvas
-
-
-def test_a_run_whose_answer_is_lost_with_the_connection_is_watched(shown: EditorPage) -> None:
-    cut_at_the_answer(shown, "start")
-    run(shown)
-    notice(shown, "The connection was lost before the answer came.")
-    expect_current(shown, "wait")
 
 
 def test_a_run_is_shown_on_the_canvas_in_the_tree_and_in_the_output(shown: EditorPage) -> None:
@@ -242,13 +156,19 @@ def test_a_run_is_shown_on_the_canvas_in_the_tree_and_in_the_output(shown: Edito
     expect(output).to_have_text("Running")
     shown.press("F8")
     expect(output).to_have_text("Paused")
+    expect(status(shown)).to_have_attribute("title", "Paused\nThe robot and its world go on.")
     shown.press("F8")
     expect(output).to_have_text("Running")
 
 
-def test_from_far_away_the_name_of_an_active_state_stands_on_its_color(shown: EditorPage) -> None:
+def test_a_run_leaves_the_drawing_in_its_place_and_its_state_can_be_read_from_far_away(
+    shown: EditorPage,
+) -> None:
+    place = shown.middle_of("wait")
     run(shown)
     expect_current(shown, "wait")
+    expect(shown.page.locator("main > hfsm-monitor-timeline")).to_be_visible()
+    shown.expect_at("wait", place)
     shown.page.evaluate("document.querySelector('hfsm-canvas').viewport.zoom(0.3)")
     name, body = (shown.state("wait").locator(part) for part in (".name", ".body"))
     expect(name).to_have_css("stroke", body.evaluate("body => getComputedStyle(body).fill"))
@@ -257,37 +177,17 @@ def test_from_far_away_the_name_of_an_active_state_stands_on_its_color(shown: Ed
     assert 2 < width / 2 * scale < 4  # pixels around its letters
 
 
-def test_a_run_that_writes_nothing_leaves_the_drawing_in_its_place(shown: EditorPage) -> None:
-    place = shown.middle_of("wait")
-    run(shown)
-    expect(shown.page.locator("main > hfsm-monitor-timeline")).to_be_visible()
-    shown.expect_at("wait", place)
-
-
 def test_output_that_was_opened_before_a_run_stays_open_while_it_is_empty(
-    browser: Browser, served: tuple[ServedRobot, Editor]
+    browser: Browser, followed: Editor
 ) -> None:
     output = "**/panels/output.js"
-    with monitor_page(browser, served[1], cached=False, holds=output) as shown:
+    with monitor_page(browser, followed, cached=False, holds=output) as shown:
         asked = shown.held(output, lambda: shown.press("Alt+o"))
         run(shown)
         asked.continue_()
         panel = shown.page.locator("hfsm-output")
         expect(panel.locator(".list-tools > span").first).to_have_text("Running")
         expect(panel.locator(".line")).to_have_count(0)
-
-
-def test_the_strip_has_no_lane_for_an_automaton_that_was_not_active(shown: EditorPage) -> None:
-    lanes = shown.page.locator("main > hfsm-monitor-timeline").get_by_role("list", name="Automata")
-    shown.state("go").locator(".body").click()
-    shown.press("Alt+F5")
-    expect_current(shown, "go")
-    expect(lanes.get_by_role("listitem")).to_have_count(1)
-    shown.press("Shift+F5")
-    expect(status(shown)).to_contain_text("Ended")
-    run(shown)
-    expect_current(shown, "wait")
-    expect(lanes.get_by_role("listitem")).to_have_count(2)
 
 
 def test_a_run_is_shown_beside_its_own_document_and_started_from_a_state(
@@ -327,6 +227,8 @@ def test_a_run_is_shown_beside_its_own_document_and_started_from_a_state(
     shown.press("Alt+F5")
     expect_current(shown, "go")
     expect(shown.page.locator("hfsm-canvas .transition.fired")).to_have_count(0)
+    lanes = shown.page.locator("main > hfsm-monitor-timeline").get_by_role("list", name="Automata")
+    expect(lanes.get_by_role("listitem")).to_have_count(1)  # not the one below `wait`, which was not active
 
 
 # ------------------------------------------------------------------------------------------------ steering
@@ -396,32 +298,6 @@ def test_breakpoints_pause_before_the_start_in_other_documents_and_after_a_resta
     force_late(shown)
     expect_current(shown, "go")
     expect(status(shown)).to_have_text("Running")
-
-
-def test_a_breakpoint_holds_that_is_set_before_the_automata_of_a_run_are_known(shown: EditorPage) -> None:
-    let_go = hold_structures(shown)
-    toggle_breakpoint(shown, "wait")
-    expect_breakpoint(shown, "wait")
-    shown.press("F5")
-    expect(status(shown)).to_have_text("At a breakpoint")
-    toggle_breakpoint(shown, "wait")
-    expect(shown.state("wait")).not_to_have_attribute("aria-label", re.compile("breakpoint"))
-    toggle_breakpoint(shown, "go")
-    expect_breakpoint(shown, "go")
-    let_go()
-    only_go = """async () => {
-      const entry = document.querySelector('script[src$="/app.js"]').src;
-      const {monitor} = await import(entry.replace('shell/app.js', 'run/monitor.js'));
-      return monitor.breakpoints.all.map(({state}) => state).join() === "2";
-    }"""
-    comes_true(shown, only_go)
-    expect_breakpoint(shown, "go")
-    expect(shown.state("wait")).not_to_have_attribute("aria-label", re.compile("breakpoint"))
-    shown.press("F8")
-    expect(status(shown)).to_have_text("Running")
-    force_late(shown)
-    expect(status(shown)).to_have_text("At a breakpoint")
-    expect_breakpoint(shown, "go", "paused at this breakpoint")
 
 
 def test_a_key_that_steers_nothing_now_says_why(shown: EditorPage, robot: ServedRobot, path: Path) -> None:
@@ -664,45 +540,26 @@ def test_a_run_is_looked_back_at_recorded_and_played_on_the_document_that_it_had
     )
 
 
-def test_who_looks_on_follows_what_runs(shown: EditorPage, browser: Browser) -> None:
-    page = shown.page
-    address = shared_address(shown)
-    with new_context(browser) as context:
-        early, late = context.new_page(), context.new_page()
-        early.goto(address)
-        expect(early.get_by_text("You look on")).to_be_visible()
-        run(shown)
-        expect(early.locator(".live-status")).to_have_text("Running")
-        late.goto(address)
-        expect(late.locator(".live-status")).to_have_text("Running")
-        shown.press("Control+k")
-        page.keyboard.type("Share to look")
-        shown.press("Enter")
-        page.get_by_role("button", name="Withdraw it").click()
-        expect(early.get_by_role("alert")).to_contain_text("The owner has withdrawn this address")
-        expect(early.locator("hfsm-tools")).to_be_hidden()
-
-
-def test_all_but_the_window_that_stops_a_run_say_who_stopped_it(
-    shown: EditorPage, served: tuple[ServedRobot, Editor], browser: Browser
+def test_who_looks_on_follows_what_runs_and_all_but_the_window_that_stops_it_say_who_did(
+    shown: EditorPage, followed: Editor, browser: Browser
 ) -> None:
     address = shared_address(shown)
     with contextlib.ExitStack() as opened:
-        other = opened.enter_context(monitor_page(browser, served[1]))
-        viewer, phone = [
-            EditorPage(
-                opened.enter_context(contextlib.closing(new_context(browser, language))).new_page(),
-                served[1],
-                address,
-            )
-            for language in (None, "es")
-        ]
+
+        def viewer_in(language: str | None) -> EditorPage:
+            context = opened.enter_context(contextlib.closing(new_context(browser, language)))
+            viewer = EditorPage(context.new_page(), followed, address)
+            viewer.page.locator("hfsm-canvas .state").first.wait_for()
+            return viewer
+
+        other = opened.enter_context(monitor_page(browser, followed))
+        viewer = viewer_in(None)
+        expect(viewer.page.get_by_text("You look on")).to_be_visible()
+        run(shown)
+        phone = viewer_in("es")  # who comes late follows, too
         phone.resize(390, 844)
 
-        def run_everywhere() -> None:
-            for each in (viewer, phone):
-                each.page.locator("hfsm-canvas .state").first.wait_for()
-            run(shown)
+        def expect_running() -> None:
             follow(other, "walk")
             expect(status(viewer)).to_have_text("Running")
             expect(status(phone)).to_have_text("En marcha")
@@ -711,11 +568,12 @@ def test_all_but_the_window_that_stops_a_run_say_who_stopped_it(
             for each, end in zip((shown, other, viewer, phone), ends, strict=True):
                 expect(status(each)).to_have_text(end)
 
-        run_everywhere()
+        expect_running()
         shown.button("Stop").click()
         elsewhere = "Ended: stopped in another window"
         expect_ends("Ended: stopped", elsewhere, elsewhere, "Terminado: detenido en otra ventana")
-        run_everywhere()
+        run(shown)
+        expect_running()
         phone.button("STOP: parar el robot y todo lo que se ejecuta").click()
         by_a_viewer = "Ended: stopped by a viewer"
         expect_ends(*[by_a_viewer] * 3, "Terminado: parado con STOP")

@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser, expect
 
 from tests.support.browser import EditorPage
 from tests.support.editor import Editor
-from tests.support.monitor import monitor_page, robot_and_editor, run, status
+from tests.support.monitor import DOCUMENT, monitor_page, run, status
 from tests.support.robot_server import eventually
 
 
 @pytest.fixture
-def running(root: Path) -> Iterator[Editor]:
-    with robot_and_editor(root / "walk.xml") as (_, running):
-        yield running
+def document() -> str:
+    return DOCUMENT
 
 
 def choose(shown: EditorPage, tab: str) -> None:
@@ -72,8 +69,8 @@ def differ(shown: EditorPage, one: str, other: str, what: str) -> None:
     assert found[0] != found[1], f"{one} and {other}: {found}"
 
 
-def test_each_tab_shows_its_values_and_loads_its_library(browser: Browser, running: Editor) -> None:
-    with monitor_page(browser, running, cached=False) as shown:
+def test_each_tab_shows_its_values_and_loads_its_library(browser: Browser, followed: Editor) -> None:
+    with monitor_page(browser, followed, cached=False) as shown:
         page = shown.page
         run(shown)
         shown.press("Alt+l")
@@ -133,9 +130,9 @@ def test_each_tab_shows_its_values_and_loads_its_library(browser: Browser, runni
 
 
 def test_what_comes_and_goes_with_a_run_is_accessible_and_seen_in_forced_colors(
-    browser: Browser, running: Editor
+    browser: Browser, followed: Editor
 ) -> None:
-    with monitor_page(browser, running) as shown:
+    with monitor_page(browser, followed) as shown:
         page = shown.page
         speed = page.get_by_label("speed", exact=True)
         shown.button("Other ways to run").click()

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import shutil
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, expect
+from playwright.sync_api import Browser, Locator, expect
 
-from tests.support.browser import Box, EditorPage, new_context, open_alone, saved, shared_address
-from tests.support.processes import REPOSITORY
+from tests.support.browser import Box, EditorPage, new_context, saved, shared_address
 
 NOTHING_COVERED = """() => {
     const boxes = (words) => [...document.querySelectorAll(words)].map((each) => each.getBoundingClientRect());
@@ -21,27 +18,32 @@ NOTHING_COVERED = """() => {
 
 
 @pytest.fixture
-def path(shared_root: Path, request: pytest.FixtureRequest) -> Path:
-    """A copy of a behavior that no other test changes."""
-    path = shared_root / str(request.node.name) / "dance_and_follow.xml"
-    path.parent.mkdir()
-    for name in ("dance_and_follow", "dance", "follow_ball"):
-        shutil.copy(REPOSITORY / "behaviors" / f"{name}.xml", path.parent)
-    return path
+def path(behaviors: Path) -> Path:
+    return behaviors / "dance_and_follow.xml"
 
 
-@pytest.fixture
-def shown(opened: EditorPage, path: Path) -> Iterator[EditorPage]:
-    """The page with that behavior alone."""
-    with open_alone(opened, path):
-        yield opened
+def write(shown: EditorPage, text: str) -> Locator:
+    """Draw a note with keys and write its text, as fast as this, before its field is there; return the field."""
+    shown.press("n", "Enter")
+    shown.type(text)
+    field = shown.page.get_by_role("textbox", name="Text of the note")
+    expect(field).to_have_value(text)
+    return field
+
+
+def frame(shown: EditorPage, state: str, title: str) -> Locator:
+    """Put a frame around a state."""
+    shown.page.mouse.click(*shown.middle_of(state))
+    shown.press("Control+Shift+g")
+    shown.type(title)
+    expect(shown.page.get_by_role("textbox", name="Title of the frame")).to_have_value(title)
+    shown.press("Enter")
+    return shown.page.get_by_role("button", name=f"Frame {title}")
 
 
 def test_a_note_is_written_with_keys_alone_and_found_again(shown: EditorPage, path: Path) -> None:
     page = shown.page
-    shown.press("n", "Enter")
-    page.keyboard.type("Why it waits\nfor a while")  # as fast as this, before the field is there
-    expect(page.get_by_role("textbox", name="Text of the note")).to_have_value("Why it waits\nfor a while")
+    write(shown, "Why it waits\nfor a while")
     shown.press("Escape")
     note = page.get_by_role("button", name="Note: Why it waits for a while")
     expect(note).to_have_attribute("aria-pressed", "true")
@@ -84,11 +86,7 @@ def test_what_is_placed_with_keys_covers_nothing(shown: EditorPage) -> None:
 
 
 def test_undo_in_a_note_ends_where_its_text_began(shown: EditorPage) -> None:
-    page = shown.page
-    shown.press("n", "Enter")
-    page.keyboard.type("why")
-    field = page.get_by_role("textbox", name="Text of the note")
-    expect(field).to_have_value("why")
+    field = write(shown, "why")
     shown.press(*["Control+z"] * 5)
     expect(field).to_have_value("")
     expect(field).to_be_focused()
@@ -122,24 +120,15 @@ def test_a_note_grows_while_it_is_written_and_keeps_its_own_height_in_the_docume
     assert (written.width, written.height) == (220.0, 96.0)
 
 
-def test_shift_enter_opens_the_panel_of_a_note(shown: EditorPage) -> None:
-    shown.press("n", "Enter")
-    shown.page.keyboard.type("why")
-    expect(shown.page.get_by_role("textbox", name="Text of the note")).to_have_value("why")
+def test_a_note_has_text_to_edit_in_the_panel_and_no_code(shown: EditorPage) -> None:
+    write(shown, "why")
     shown.press("Escape")
     expect(shown.page.get_by_role("button", name="Note: why")).to_be_focused()
     shown.press("Shift+Enter")
     panel = shown.page.get_by_role("region", name="Panel beside the canvas")
     expect(panel.get_by_role("textbox", name="Text of the note")).to_be_focused()
-
-
-def test_a_note_has_text_to_edit_and_no_code(shown: EditorPage) -> None:
-    shown.press("n", "Enter")
-    shown.page.keyboard.type("why")
-    expect(shown.page.get_by_role("textbox", name="Text of the note")).to_have_value("why")
-    shown.press("Escape")
+    shown.button("Close the panel").click()
     shown.choose_in("Edit", "Edit text")
-    panel = shown.page.get_by_role("region", name="Panel beside the canvas")
     expect(panel.get_by_role("textbox", name="Text of the note")).to_be_focused()
     shown.page.mouse.click(*shown.middle_of("followBall"))
     shown.choose_in("Edit", "Edit code")
@@ -147,10 +136,7 @@ def test_a_note_has_text_to_edit_and_no_code(shown: EditorPage) -> None:
 
 
 def test_the_lines_of_a_note_are_read_as_they_are_written(shown: EditorPage) -> None:
-    shown.press("n", "Enter")
-    shown.page.keyboard.type("It dances when it has followed the ball")
-    field = shown.page.get_by_role("textbox", name="Text of the note")
-    expect(field).to_have_value("It dances when it has followed the ball")
+    write(shown, "It dances when it has followed the ball")
     shown.press("Escape")
     expect(shown.page.locator(".note tspan")).not_to_have_count(1)
     assert shown.violations("hfsm-canvas") == []
@@ -202,14 +188,9 @@ def test_a_title_stays_legible_from_far_away_and_covers_no_state(shown: EditorPa
 def test_a_frame_moves_its_states_and_nothing_else(shown: EditorPage) -> None:
     page = shown.page
     inside, outside = shown.middle_of("followBall"), shown.middle_of("dance")
-    page.mouse.click(*inside)
-    shown.press("Control+Shift+g")
-    page.keyboard.type("begin")
-    expect(page.get_by_role("textbox", name="Title of the frame")).to_have_value("begin")
-    shown.press("Enter")
-    frame = page.get_by_role("button", name="Frame begin")
-    expect(frame).to_have_attribute("aria-pressed", "true")
-    box = frame.locator(".bar").bounding_box()
+    drawn = frame(shown, "followBall", "begin")
+    expect(drawn).to_have_attribute("aria-pressed", "true")
+    box = drawn.locator(".bar").bounding_box()
     assert box is not None
     start = box["x"] + 30, box["y"] + 12
     shown.drag(start, (start[0] + 40, start[1] + 60))
@@ -217,21 +198,14 @@ def test_a_frame_moves_its_states_and_nothing_else(shown: EditorPage) -> None:
     shown.expect_at("followBall", (inside[0] + 40, inside[1] + 60))
     shown.expect_at("dance", outside)
     shown.press("Delete")
-    expect(frame).to_have_count(0)
+    expect(drawn).to_have_count(0)
     shown.expect_states("followBall", "dance")
 
 
 def test_a_frame_stays_around_its_states_when_they_are_arranged(shown: EditorPage, path: Path) -> None:
     page = shown.page
-    page.mouse.click(*shown.middle_of("followBall"))
-    shown.press("Control+Shift+g")
-    page.keyboard.type("begin")
-    expect(page.get_by_role("textbox", name="Title of the frame")).to_have_value("begin")
-    shown.press("Enter")
-    expect(page.get_by_role("button", name="Frame begin")).to_be_focused()
-    shown.press("n", "Enter")
-    page.keyboard.type("why")
-    expect(page.get_by_role("textbox", name="Text of the note")).to_have_value("why")
+    expect(frame(shown, "followBall", "begin")).to_be_focused()
+    write(shown, "why")
     shown.press("Escape")
     expect(page.get_by_role("button", name="Note: why")).to_be_focused()
     shown.press("Control+k")
@@ -240,11 +214,11 @@ def test_a_frame_stays_around_its_states_when_they_are_arranged(shown: EditorPag
     expect(page.locator(".last-step")).to_have_text("Arrange")
     document = saved(shown, path)
     assert document.root is not None
-    frame, note = document.root.annotations
+    framed, note = document.root.annotations
     inside = {
         state.name
         for state in document.root.states
-        if 0 < state.x - frame.x < frame.width and 0 < state.y - frame.y < frame.height
+        if 0 < state.x - framed.x < framed.width and 0 < state.y - framed.y < framed.height
     }
     assert inside == {"followBall"}
     for state in document.root.states:
@@ -253,7 +227,6 @@ def test_a_frame_stays_around_its_states_when_they_are_arranged(shown: EditorPag
 
 
 def test_who_looks_on_sees_changes_and_makes_none(shown: EditorPage, browser: Browser) -> None:
-    page = shown.page
     address = shared_address(shown)
     with new_context(browser) as context:
         viewer = context.new_page()
@@ -264,9 +237,7 @@ def test_who_looks_on_sees_changes_and_makes_none(shown: EditorPage, browser: Br
         viewer.locator("hfsm-canvas [data-key=s1]").click()
         viewer.keyboard.press("Delete")
         viewer.keyboard.press("n")
-        shown.press("n", "Enter")
-        page.keyboard.type("live")
-        expect(page.get_by_role("textbox", name="Text of the note")).to_have_value("live")
+        write(shown, "live")
         shown.press("Escape")
         expect(viewer.get_by_role("button", name="Note: live")).to_be_visible()
         expect(viewer.locator("hfsm-canvas .state")).to_have_count(2)

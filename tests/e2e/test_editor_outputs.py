@@ -11,12 +11,10 @@ import pytest
 from playwright.sync_api import Browser, Locator, expect
 
 from tests.support.browser import EditorPage, editor_page, saved
-from tests.support.editor import editor
-from tests.support.limits import CALL_LIMIT, RUN_LIMIT
-from tests.support.monitor import expect_current, patient_parts, status
+from tests.support.editor import Editor
+from tests.support.limits import RUN_LIMIT
+from tests.support.monitor import expect_current, status
 from tests.support.panels import add, edit
-from tests.support.processes import free_endpoint
-from zenoh_ice import Settings
 
 STARTED = RUN_LIMIT * 1000
 DOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>
@@ -57,19 +55,15 @@ MARK_AGAIN = """async (code) => {
 
 
 @pytest.fixture
-def path(tmp_path: Path) -> Path:
-    file = tmp_path / "ball.xml"
-    file.write_text(DOCUMENT)
-    return file
+def path(root: Path) -> Path:
+    path = root / "ball.xml"
+    path.write_text(DOCUMENT)
+    return path
 
 
 @pytest.fixture
-def shown(browser: Browser, tmp_path: Path, path: Path) -> Iterator[EditorPage]:
-    settings = Settings(realm="test-outputs", connect=(free_endpoint(),), clock="wall", timeout=CALL_LIMIT)
-    with (
-        editor(tmp_path, path, make_parts=patient_parts(settings)) as running,
-        editor_page(browser, running) as shown,
-    ):
+def shown(browser: Browser, robotless_editor: Editor, path: Path) -> Iterator[EditorPage]:
+    with robotless_editor.opened(path), editor_page(browser, robotless_editor) as shown:
         yield shown
 
 
@@ -171,11 +165,12 @@ def test_a_variable_of_the_automaton_above_is_handed_up_by_a_click(shown: Editor
     # The bubble below a mouse that rests stays while another mark comes, and while the same marks are found again.
     open_now = hand_up.element_handle()
     with shown.editor.window() as other:
+        (tab,) = other.documents
         command = {"command": "setText", "place": {"kind": "state", "automaton": 2, "id": 1, "part": "code"}}
-        other.ask("do", tab=1, command={**command, "text": "turns = 1\nself.nothing()"})
+        other.ask("do", tab=tab, command={**command, "text": "turns = 1\nself.nothing()"})
         code.locator(".cm-lintRange", has_text="nothing").wait_for()
         assert open_now.is_visible()
-        other.ask("do", tab=1, command={**command, "text": "turns = 1\npass"})
+        other.ask("do", tab=tab, command={**command, "text": "turns = 1\npass"})
         expect(code.locator(".cm-lintRange")).to_have_text(["turns"])
     expect(shown.page.locator(".cm-lint-marker")).to_have_count(1)
     marked = code.locator(".cm-lintRange").element_handle()

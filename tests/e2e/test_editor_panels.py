@@ -34,10 +34,8 @@ RING: Final = """each => {
 
 
 @pytest.fixture
-def path(root: Path) -> Path:
-    path = root / "walk.xml"
-    path.write_text(DOCUMENT)
-    return path
+def document() -> str:
+    return DOCUMENT
 
 
 CUT_HINTS = """panel => [...panel.querySelectorAll("input[placeholder]")].filter((each) => {
@@ -66,9 +64,9 @@ def until_selected(shown: EditorPage, option: Locator) -> None:
 # ------------------------------------------------------------------------------------------------ code
 
 
-def test_nothing_of_codemirror_is_loaded_before_the_first_code(browser: Browser, running: Editor) -> None:
+def test_nothing_of_codemirror_is_loaded_before_the_first_code(browser: Browser, opened: Editor) -> None:
     loaded: list[str] = []
-    with editor_page(browser, running, cached=False) as shown:
+    with editor_page(browser, opened, cached=False) as shown:
         shown.page.on("request", lambda request: loaded.append(request.url))
         shown.state("wait").wait_for()
         assert not [url for url in loaded if "codemirror" in url]
@@ -77,50 +75,48 @@ def test_nothing_of_codemirror_is_loaded_before_the_first_code(browser: Browser,
 
 
 @pytest.mark.parametrize("merge_within", [FOREVER])
-def test_code_is_typed_in_named_steps(shown: EditorPage, path: Path) -> None:
-    code = edit(shown, "wait")
+def test_code_is_typed_in_named_steps(own: EditorPage, path: Path) -> None:
+    code = edit(own, "wait")
 
     # A burst of typing is one step.
     for word in ("\nspeed = 1", "\nspeed = 2", "\nspeed = 3"):
-        shown.insert(word)
-        shown.page.wait_for_function(
+        own.insert(word)
+        own.page.wait_for_function(
             "() => document.querySelector('hfsm-status').textContent.includes('Edit the code')"
         )
-    assert undo_names(shown) == ["Edit the code of “wait”"]
-    shown.press("Control+z")
+    assert undo_names(own) == ["Edit the code of “wait”"]
+    own.press("Control+z")
     expect(code).to_have_text("count += 1")
-    shown.press("Control+Shift+Z")
+    own.press("Control+Shift+Z")
     expect(code).to_contain_text("speed = 3")
-    shown.press("Control+z")
+    own.press("Control+z")
     expect(code).to_have_text("count += 1")
 
     # What is typed over colored code replaces it. The page fails when the browser reports a style that the policy
     # refuses.
-    shown.type(" if 3 else 'text'")
-    shown.press("Shift+Home")
-    shown.type("x")
+    own.type(" if 3 else 'text'")
+    own.press("Shift+Home")
+    own.type("x")
     expect(code).to_have_text("x")
-    shown.press("Control+a")
-    shown.type("(")  # brackets go around what is selected
+    own.press("Control+a")
+    own.type("(")  # brackets go around what is selected
     expect(code).to_have_text("(x)")
 
-    shown.press("Control+a")
-    shown.type("count += 1\nif count > 3:\nself.log.info('many')")
-    document = saved(shown, path)
+    own.press("Control+a")
+    own.type("count += 1\nif count > 3:\nself.log.info('many')")
+    document = saved(own, path)
     assert document.automata[0].states[0].code.text == "count += 1\nif count > 3:\n    self.log.info('many')"
 
 
 @pytest.fixture
-def fresh(browser: Browser, running: Editor) -> Iterator[EditorPage]:
+def fresh(browser: Browser, opened: Editor) -> Iterator[EditorPage]:
     """A window without a cache, so that all that it loads is seen."""
-    with editor_page(browser, running, cached=False) as shown:
+    with editor_page(browser, opened, cached=False) as shown:
         shown.state("wait").wait_for()
         yield shown
 
 
-def test_keys_lead_into_the_code_and_what_is_typed_stays_there(
-    fresh: EditorPage, running: Editor, path: Path
-) -> None:
+def test_keys_lead_into_the_code_and_what_is_typed_stays_there(fresh: EditorPage, path: Path) -> None:
     shown = fresh
     # What is typed before the panel is there is typed into it.
     shown.state("wait").locator(".body").click()
@@ -154,10 +150,9 @@ def test_keys_lead_into_the_code_and_what_is_typed_stays_there(
     # The cursor stays where it is when the code changes elsewhere.
     edit(shown, "wait")
     shown.press("Home", "Control+ArrowRight")
-    with running.window() as other:
-        command = {"command": "setText", "place": {"kind": "state", "automaton": 1, "id": 1, "part": "code"}}
-        other.ask("do", tab=1, command={**command, "text": f"first = 1\n{text}"})
-        expect(code).to_contain_text("first = 1")
+    place = {"kind": "state", "automaton": 1, "id": 1, "part": "code"}
+    shown.editor.do({"command": "setText", "place": place, "text": f"first = 1\n{text}"})
+    expect(code).to_contain_text("first = 1")
     shown.type("s")
     expect(lines).to_have_text(["first = 1", "sti = 1", "count += 10", "lasts = 1"])
 
@@ -322,10 +317,8 @@ def test_a_problem_a_huge_paste_and_a_lost_connection_are_met_while_typing(
     assert saved(shown, path).automata[0].states[0].code.text == text
 
 
-def test_two_windows_type_into_the_same_code_at_once(
-    browser: Browser, shown: EditorPage, running: Editor, path: Path
-) -> None:
-    with editor_page(browser, running) as other:
+def test_two_windows_type_into_the_same_code_at_once(browser: Browser, shown: EditorPage, path: Path) -> None:
+    with editor_page(browser, shown.editor) as other:
         for window in (shown, other):
             edit(window, "wait")
         shown.press("Control+Home")
@@ -338,64 +331,98 @@ def test_two_windows_type_into_the_same_code_at_once(
         assert saved(shown, path).automata[0].states[0].code.text == code
 
 
-def test_completion_knows_the_document_and_the_interfaces(browser: Browser, path: Path) -> None:
-    path.write_text(DOCUMENT.replace("</VisualHFSM>", CAMERA + "</VisualHFSM>"))
-    with (
-        editor(path.parent, path, make_parts=lambda _: parts(code_help=CodeHelp(RUN_LIMIT))) as running,
-        editor_page(browser, running) as shown,
-    ):
+class Graph(NoPart):
+    """A graph of ROS, and a realm in which a robot serves its head and a camera."""
+
+    async def identities(self) -> object:
+        return {"Head": ["::nao::PoseHead"], "Camera": ["::nao::Camera"]}
+
+    async def ros_graph(self) -> object:
+        twist, scan = "geometry_msgs/msg/Twist", "sensor_msgs/msg/LaserScan"
+        return {
+            "topics": {"/base/cmd_vel": [twist], "/scan": [scan]},
+            "services": {"/stop": ["std_srvs/srv/Trigger"]},
+            "actions": {},
+            "types": {"msg": [twist, scan], "srv": ["std_srvs/srv/Trigger"], "action": []},
+        }
+
+
+@pytest.fixture(scope="module")
+def helpful(shared_root: Path) -> Iterator[Editor]:
+    """An editor that knows the interfaces, a robot and a graph: it reads for seconds what code imports."""
+    known = parts(code_help=CodeHelp(RUN_LIMIT), followers=Graph())
+    with editor(shared_root, make_parts=lambda _: known) as helpful:
+        yield helpful
+
+
+@pytest.fixture
+def declared() -> str:
+    """What the document declares of interfaces."""
+    return ""
+
+
+@pytest.fixture
+def helped(browser: Browser, helpful: Editor, path: Path, declared: str) -> Iterator[EditorPage]:
+    """The page of that editor, in which code is completed."""
+    path.write_text(DOCUMENT.replace("</VisualHFSM>", declared + "</VisualHFSM>"))
+    with helpful.opened(path), editor_page(browser, helpful) as shown:
         shown.state("wait").wait_for()
-        code = edit(shown, "wait")
-        options = shown.page.locator(".cm-tooltip").get_by_role("option")
-        info = shown.page.locator(".cm-completionInfo")
-        signature = shown.page.locator(".cm-tooltip.cm-help")
-        shown.insert("\nself.eye.getImageDat")
-        options.first.wait_for(timeout=RUN_LIMIT * 1000)  # the first answer reads all that the code imports
-        expect(options).to_have_count(1)
-        info.wait_for()
-        expect(info).to_contain_text("newest image")
-        options.first.click()
-        expect(code).to_contain_text("self.eye.getImageData")
-        shown.type("(")
-        signature.wait_for()
-        expect(signature).to_contain_text("getImageData(format")
-        assert Box.of(signature).y > Box.of(code.locator(".cm-activeLine")).y  # no tab above is covered
-        assert Box.of(signature).y + Box.of(signature).height <= sum(Box.of(code)[1::2])
-        shown.press("Escape")
-        shown.insert(")\ncou")
-        options.first.wait_for()
-        expect(options.first).to_have_text(re.compile("^count"))
-        shown.press("Escape")
-        shown.insert("\n''.")
-        options.first.wait_for()
-        expect(options.first).to_have_text(re.compile("^capitalize"))
-        until_selected(shown, options.nth(1))
-        for _ in range(4):
-            shown.press("PageDown")  # to options whose documentation did not come along
-        info.wait_for()
-        expect(info).to_contain_text("Return")
-        shown.press("Enter")
-        expect(code).to_contain_text(re.compile(r"''\.\w"))
+        yield shown
 
-        # A word that nothing else begins with is not offered once it is there.
-        shown.press("Control+a", "Delete")
-        shown.type("brea")
-        options.filter(has_text="breakpoint").wait_for()
-        expect(options).to_have_count(2)
-        shown.type("k")
-        expect(options.first).to_have_text(re.compile("^break"))
-        shown.type("point")
-        expect(options).to_have_count(0)
 
-        # On a phone the options are all that there is room for.
-        shown.press("Escape")
-        shown.resize(390, 844)
-        code.click()
-        shown.press("Control+End")
-        shown.insert("\nself.eye.")
-        options.first.wait_for()
-        info.wait_for(state="attached")
-        expect(info).to_be_hidden()
+@pytest.mark.parametrize("declared", [CAMERA], ids=["a camera"])
+def test_completion_knows_the_document_and_the_interfaces(helped: EditorPage) -> None:
+    code = edit(helped, "wait")
+    options = helped.page.locator(".cm-tooltip").get_by_role("option")
+    info = helped.page.locator(".cm-completionInfo")
+    signature = helped.page.locator(".cm-tooltip.cm-help")
+    helped.insert("\nself.eye.getImageDat")
+    options.first.wait_for(timeout=RUN_LIMIT * 1000)  # the first answer reads all that the code imports
+    expect(options).to_have_count(1)
+    info.wait_for()
+    expect(info).to_contain_text("newest image")
+    options.first.click()
+    expect(code).to_contain_text("self.eye.getImageData")
+    helped.type("(")
+    signature.wait_for()
+    expect(signature).to_contain_text("getImageData(format")
+    assert Box.of(signature).y > Box.of(code.locator(".cm-activeLine")).y  # no tab above is covered
+    assert Box.of(signature).y + Box.of(signature).height <= sum(Box.of(code)[1::2])
+    helped.press("Escape")
+    helped.insert(")\ncou")
+    options.first.wait_for()
+    expect(options.first).to_have_text(re.compile("^count"))
+    helped.press("Escape")
+    helped.insert("\n''.")
+    options.first.wait_for()
+    expect(options.first).to_have_text(re.compile("^capitalize"))
+    until_selected(helped, options.nth(1))
+    for _ in range(4):
+        helped.press("PageDown")  # to options whose documentation did not come along
+    info.wait_for()
+    expect(info).to_contain_text("Return")
+    helped.press("Enter")
+    expect(code).to_contain_text(re.compile(r"''\.\w"))
+
+    # A word that nothing else begins with is not offered once it is there.
+    helped.press("Control+a", "Delete")
+    helped.type("brea")
+    options.filter(has_text="breakpoint").wait_for()
+    expect(options).to_have_count(2)
+    helped.type("k")
+    expect(options.first).to_have_text(re.compile("^break"))
+    helped.type("point")
+    expect(options).to_have_count(0)
+
+    # On a phone the options are all that there is room for.
+    helped.press("Escape")
+    helped.resize(390, 844)
+    code.click()
+    helped.press("Control+End")
+    helped.insert("\nself.eye.")
+    options.first.wait_for()
+    info.wait_for(state="attached")
+    expect(info).to_be_hidden()
 
 
 # --------------------------------------------------------------------------------- states and transitions
@@ -551,41 +578,20 @@ def test_interfaces_parameters_properties_and_variables_are_edited(shown: Editor
     assert panel_violations(shown) == []
 
 
-class Graph(NoPart):
-    """A graph of ROS, and a realm in which a robot serves its head and a camera."""
-
-    async def identities(self) -> object:
-        return {"Head": ["::nao::PoseHead"], "Camera": ["::nao::Camera"]}
-
-    async def ros_graph(self) -> object:
-        twist, scan = "geometry_msgs/msg/Twist", "sensor_msgs/msg/LaserScan"
-        return {
-            "topics": {"/base/cmd_vel": [twist], "/scan": [scan]},
-            "services": {"/stop": ["std_srvs/srv/Trigger"]},
-            "actions": {},
-            "types": {"msg": [twist, scan], "srv": ["std_srvs/srv/Trigger"], "action": []},
-        }
-
-
 def test_what_the_robot_has_is_offered_to_code_and_declared_by_choosing_it(
-    browser: Browser, path: Path
+    helped: EditorPage, path: Path
 ) -> None:
-    known = parts(code_help=CodeHelp(RUN_LIMIT), followers=Graph())
-    with (
-        editor(path.parent, path, make_parts=lambda _: known) as running,
-        editor_page(browser, running) as shown,
-    ):
-        code = edit(shown, "wait")
-        shown.insert("\nself.Came")
-        option = shown.page.locator(".cm-tooltip").get_by_role("option")
-        option.wait_for(timeout=RUN_LIMIT * 1000)
-        expect(option).to_have_text("Cameradeclare Camera")
-        option.click()
-        expect(code).to_contain_text("self.Camera")
-        document = saved(shown, path)
-        assert [(each.name, each.type) for each in document.interfaces] == [("Camera", "Camera")]
-        shown.insert(".getCameraDescr")
-        expect(option).to_have_text(re.compile("^getCameraDescription"))
+    code = edit(helped, "wait")
+    helped.insert("\nself.Came")
+    option = helped.page.locator(".cm-tooltip").get_by_role("option")
+    option.wait_for(timeout=RUN_LIMIT * 1000)
+    expect(option).to_have_text("Cameradeclare Camera")
+    option.click()
+    expect(code).to_contain_text("self.Camera")
+    document = saved(helped, path)
+    assert [(each.name, each.type) for each in document.interfaces] == [("Camera", "Camera")]
+    helped.insert(".getCameraDescr")
+    expect(option).to_have_text(re.compile("^getCameraDescription"))
 
 
 def test_what_the_robot_and_the_graph_of_ros_have_is_declared_by_a_click(

@@ -12,7 +12,7 @@ import pytest
 from playwright.sync_api import Browser, expect
 
 from tests.support.browser import EditorPage, editor_page
-from tests.support.editor import Editor, NoCodeHelp, editor, parts
+from tests.support.editor import NoCodeHelp, editor, parts
 from tests.support.limits import CALL_LIMIT, FOREVER, PAGE_LIMIT, RUN_LIMIT
 from tests.support.panels import DOCUMENT, edit, panel_violations, undo_names
 from tests.support.processes import free_endpoint
@@ -22,13 +22,11 @@ from zenoh_ice import Settings
 
 
 @pytest.fixture
-def path(root: Path) -> Path:
-    path = root / "walk.xml"
-    path.write_text(DOCUMENT)
-    return path
+def document() -> str:
+    return DOCUMENT
 
 
-def test_problems_lead_to_their_lines(shown: EditorPage, running: Editor) -> None:
+def test_problems_lead_to_their_lines(shown: EditorPage) -> None:
     shown.press("Control+m")
     rows = shown.page.get_by_role("list", name="Problems").locator("button.row")
     warning = rows.filter(has_text="color")
@@ -40,13 +38,8 @@ def test_problems_lead_to_their_lines(shown: EditorPage, running: Editor) -> Non
     expect(warning).to_have_count(1)
 
     code = "first = 1\nsecond = 2\nif count\nthird = 3"
-    with running.window() as other:
-        command = {
-            "command": "setText",
-            "place": {"kind": "state", "automaton": 2, "id": 1, "part": "exit"},
-            "text": code,
-        }
-        other.ask("do", tab=1, command=command)
+    place = {"kind": "state", "automaton": 2, "id": 1, "part": "exit"}
+    shown.editor.do({"command": "setText", "place": place, "text": code})
     problem = shown.page.get_by_role("button", name=re.compile("not valid Python"))
     expect(problem).to_contain_text("wait › look › exit code › line 3")
     expect(shown.page.get_by_role("button", name="1 Error", exact=True)).to_have_attribute(
@@ -68,25 +61,15 @@ def test_problems_lead_to_their_lines(shown: EditorPage, running: Editor) -> Non
     expect(field).to_be_focused()
 
 
-def test_problems_are_counted_beyond_the_list_and_say_what_they_assume(
-    shown: EditorPage, running: Editor
-) -> None:
+def test_problems_are_counted_beyond_the_list_and_say_what_they_assume(shown: EditorPage) -> None:
     nobody = "\n".join(f"self.log.info(nobody{number})" for number in range(1010))
-    with running.window() as other:
-        command = {
-            "command": "setText",
-            "place": {"kind": "transition", "automaton": 1, "id": 1, "part": "trigger"},
-        }
-        other.ask("do", tab=1, command={**command, "text": "False"})
-        code = {
-            "command": "setText",
-            "place": {"kind": "state", "automaton": 2, "id": 1, "part": "code"},
-            "text": nobody,
-        }
-        other.ask("do", tab=1, command=code)
-        other.ask(
-            "do", tab=1, command={"command": "addState", "automaton": 2, "name": "last", "x": 300, "y": 150}
-        )
+    trigger = {"kind": "transition", "automaton": 1, "id": 1, "part": "trigger"}
+    code = {"kind": "state", "automaton": 2, "id": 1, "part": "code"}
+    shown.editor.do(
+        {"command": "setText", "place": trigger, "text": "False"},
+        {"command": "setText", "place": code, "text": nobody},
+        {"command": "addState", "automaton": 2, "name": "last", "x": 300, "y": 150},
+    )
     shown.press("Control+m")
     counts = shown.page.get_by_role("group", name="Shown problems")  # to name all 1,000 buttons takes seconds
     expect(counts.get_by_role("button", name="1013 Warnings", exact=True)).to_be_visible()
@@ -129,6 +112,7 @@ def test_search_finds_names_and_all_code_and_replaces_in_one_step(shown: EditorP
     shown.insert("Count = count\ncounts = count")
     search.fill("count")
     shown.page.get_by_role("checkbox", name="Whole word, same case").check()
+    shown.spent = True  # the panel keeps what was searched
     shown.page.get_by_role("textbox", name="Replace by").fill("n")
     expect(rows).to_have_count(5)
     shown.page.get_by_role("button", name="Replace in walk › go › code:2").click()
@@ -205,75 +189,70 @@ def test_enter_in_the_search_shows_hit_after_hit_and_the_focus_stays(shown: Edit
 
 @pytest.mark.parametrize("merge_within", [FOREVER])
 def test_undo_steps_lead_back_and_panels_that_were_hidden_show_what_changed_meanwhile(
-    shown: EditorPage, running: Editor
+    own: EditorPage,
 ) -> None:
     # A click on an undo step goes back to that point.
-    edit(shown, "wait")
-    shown.insert("\nspeed = 1")
+    edit(own, "wait")
+    own.insert("\nspeed = 1")
     # Not `check`, which looks at once: what was typed comes first, and draws the box once more as it was.
     for step in ("End in “wait”", "Do not end in “wait”"):
-        shown.page.get_by_role("checkbox", name="Final").click()
-        expect(shown.page.locator("hfsm-status .last-step")).to_have_text(step)
-    shown.press("Alt+h")
-    rows = shown.page.get_by_role("list", name="Steps, the latest first").locator("button.row")
+        own.page.get_by_role("checkbox", name="Final").click()
+        expect(own.page.locator("hfsm-status .last-step")).to_have_text(step)
+    own.press("Alt+h")
+    rows = own.page.get_by_role("list", name="Steps, the latest first").locator("button.row")
     expect(rows.locator(".message")).to_have_text(
         ["Do not end in “wait”", "End in “wait”", "Edit the code of “wait”", "As it was opened"]
     )
     rows.nth(2).click()
     expect(rows.nth(2)).to_contain_text("now")
-    assert undo_names(shown) == ["Edit the code of “wait”"]
+    assert undo_names(own) == ["Edit the code of “wait”"]
     rows.nth(0).click()
     expect(rows.nth(0)).to_contain_text("now")
-    assert len(undo_names(shown)) == 3
+    assert len(undo_names(own)) == 3
     rows.nth(3).click()
-    expect(shown.page.get_by_role("textbox", name="Code of the state wait")).to_have_text("count += 1")
-    below = shown.page.get_by_role("region", name="Panel below the canvas")
-    beside = shown.page.get_by_role("region", name="Panel beside the canvas")
+    expect(own.page.get_by_role("textbox", name="Code of the state wait")).to_have_text("count += 1")
+    below = own.page.get_by_role("region", name="Panel below the canvas")
+    beside = own.page.get_by_role("region", name="Panel beside the canvas")
     for panel in (below, beside):
         panel.get_by_role("button", name="Close the panel").click()
 
     # Every panel that was hidden shows what changed meanwhile.
-    page = shown.page
-    shown.press("Control+m")
+    page = own.page
+    own.press("Control+m")
     expect(below).to_contain_text("1 Warning")
-    shown.press("Alt+h")
+    own.press("Alt+h")
     expect(below).to_contain_text("As it was opened")
-    shown.press("Control+f")
+    own.press("Control+f")
     expect(page.get_by_role("searchbox")).to_be_focused()
-    shown.insert("novelty")
+    own.insert("novelty")
     expect(below).to_contain_text("No matches for “novelty”.")
-    shown.press("Alt+t")
+    own.press("Alt+t")
     expect(page.get_by_label("Period")).to_have_value("100 ms")
-    edit(shown, "wait")
+    edit(own, "wait")
     for panel in (below, beside):
         panel.get_by_role("button", name="Close the panel").click()
 
-    with running.window() as other:
-        for command in (
-            {
-                "command": "setText",
-                "place": {"kind": "state", "automaton": 1, "id": 1, "part": "code"},
-                "text": "if novelty",
-            },
-            {"command": "setPeriod", "automaton": 1, "period": "50"},
-        ):
-            other.ask("do", tab=1, command=command)
-    shown.press("Control+m")
+    place = {"kind": "state", "automaton": 1, "id": 1, "part": "code"}
+    own.editor.do(
+        {"command": "setText", "place": place, "text": "if novelty"},
+        {"command": "setPeriod", "automaton": 1, "period": "50"},
+    )
+    own.press("Control+m")
     expect(page.get_by_role("list", name="Problems")).to_contain_text("not valid Python")
-    shown.press("Alt+h")
+    own.press("Alt+h")
     steps = page.get_by_role("list", name="Steps, the latest first").locator("button.row .message")
     expect(steps).to_have_text(["Set the period to 50 ms", "Edit the code of “wait”", "As it was opened"])
-    shown.press("Control+f")
+    own.press("Control+f")
     expect(page.get_by_role("list", name="Found").locator("button.row")).to_have_count(1)
-    shown.state("wait").click()
-    shown.press("Shift+Enter")
+    own.state("wait").click()
+    own.press("Shift+Enter")
     expect(page.get_by_role("textbox", name="Code of the state wait")).to_have_text("if novelty")
-    shown.press("Alt+t")
+    own.press("Alt+t")
     expect(page.get_by_label("Period")).to_have_value("50 ms")
 
 
 @contextmanager
-def opened(
+def helped(
     browser: Browser,
     path: Path,
     code: str,
@@ -287,9 +266,9 @@ def opened(
     with (
         editor(
             path.parent,
-            path,
             make_parts=lambda publish: parts(code_help, StartedComponents(publish, settings)),
         ) as running,
+        running.opened(path),
         editor_page(browser, running) as shown,
     ):
         shown.state("wait").wait_for()
@@ -319,7 +298,7 @@ def test_what_is_typed_before_an_answer_is_completed_too(
     browser: Browser, path: Path, monkeypatch: pytest.MonkeyPatch, known: tuple[str, ...]
 ) -> None:
     slow_help = SlowHelp(*known)
-    with opened(browser, path, "pass", monkeypatch, slow_help) as shown:
+    with helped(browser, path, "pass", monkeypatch, slow_help) as shown:
         edit(shown, "wait")
         shown.press("Control+a")
         shown.type("f")
@@ -333,7 +312,7 @@ def test_what_is_typed_before_an_answer_is_completed_too(
 def test_a_run_closes_what_is_offered_to_type(
     browser: Browser, path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    with opened(browser, path, "pass", monkeypatch, CodeHelp(RUN_LIMIT)) as shown:
+    with helped(browser, path, "pass", monkeypatch, CodeHelp(RUN_LIMIT)) as shown:
         code = edit(shown, "wait")
         shown.press("Control+a")
         shown.type("print('ran'); set")
@@ -352,7 +331,7 @@ def test_a_process_that_ends_at_once_leads_to_the_line_that_ended_it(
     browser: Browser, path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     code = "count += 1\nif count &gt; 2:\n    __import__('os')._exit(3)"
-    with opened(browser, path, code, monkeypatch) as shown:
+    with helped(browser, path, code, monkeypatch) as shown:
         shown.press("Control+m", "F5")
         end = shown.page.locator(".live-bar").filter(has_text="Ended: os._exit(3) in wait")
         expect(end).to_be_visible()
@@ -367,7 +346,7 @@ def test_a_traceback_leads_to_the_line_of_the_document(
     browser: Browser, path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     code = "count += 1\nif count &gt; 2:\n    missing()"
-    with opened(browser, path, code, monkeypatch) as shown:
+    with helped(browser, path, code, monkeypatch) as shown:
         shown.press("F5")
         log = shown.page.get_by_role("log", name="Output of the behavior")
         expect(log).to_contain_text("NameError: name 'missing' is not defined")

@@ -8,27 +8,19 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, expect
 
-from naoserver.fake import FakeRobot
 from tests.support.browser import EditorPage, editor_page
-from tests.support.editor import editor
-from tests.support.limits import CALL_LIMIT
-from tests.support.monitor import patient_parts
-from tests.support.robot_server import served
+from tests.support.editor import Editor
+from tests.support.robot_server import ServedRobot
 from tests.support.screen_reader import Reader
-from zenoh_ice import Settings
 
 
 @pytest.fixture
-def shown(browser: Browser, root: Path) -> Iterator[EditorPage]:
+def shown(browser: Browser, robot_editor: Editor, robot: ServedRobot, root: Path) -> Iterator[EditorPage]:
     """The start page of an editor, beside a robot."""
-    with served(FakeRobot()) as robot:
-        settings = Settings(realm=robot.realm, connect=(robot.endpoint,), clock="wall", timeout=CALL_LIMIT)
-        with (
-            editor(root, make_parts=patient_parts(settings)) as running,
-            editor_page(browser, running) as shown,
-        ):
-            shown.page.get_by_role("heading", name="Draw what your robot does").wait_for()
-            yield shown
+    with robot_editor.opened(), editor_page(browser, robot_editor) as shown:
+        shown.page.get_by_role("heading", name="Draw what your robot does").wait_for()
+        yield shown
+    robot.assembly.gate.reset()
 
 
 def draw(reader: Reader) -> None:

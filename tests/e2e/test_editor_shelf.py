@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, Locator, expect
+from playwright.sync_api import Locator, expect
 
 from codegen.hfsm.document import Document
-from tests.support.browser import EditorPage, editor_page, open_alone, saved
-from tests.support.editor import DOCUMENT, editor
+from tests.support.browser import EditorPage, saved
 from tests.support.processes import REPOSITORY
 from tests.support.soak import cases
 
@@ -47,32 +45,6 @@ SERVED = """async ([names, postures]) => {
     store.dispatchEvent(new CustomEvent("robot", {detail: {}}));
 }"""
 """Let the page see a robot that serves some things."""
-
-
-@pytest.fixture
-def path(shared_root: Path, request: pytest.FixtureRequest) -> Path:
-    """A document that no other test changes."""
-    path = shared_root / str(request.node.name) / "walk.xml"
-    path.parent.mkdir()
-    path.write_text(DOCUMENT, "utf-8")
-    return path
-
-
-@pytest.fixture
-def shown(opened: EditorPage, path: Path) -> Iterator[EditorPage]:
-    """The page with that document alone."""
-    with open_alone(opened, path):
-        yield opened
-
-
-@pytest.fixture
-def own(browser: Browser, root: Path) -> Iterator[EditorPage]:
-    """The page of a test that changes the shelf, or more of the page than its document."""
-    path = root / "walk.xml"
-    path.write_text(DOCUMENT, "utf-8")
-    with editor(root, path) as running, editor_page(browser, running) as own:
-        own.state("wait").wait_for()
-        yield own
 
 
 def search(shown: EditorPage) -> Locator:

@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import contextlib
 import re
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, expect
+from playwright.sync_api import Browser, Locator, expect
 
 from tests.support.browser import EditorPage, editor_page
-from tests.support.editor import Editor, editor
-from tests.support.limits import CALL_LIMIT, RUN_LIMIT
-from tests.support.monitor import expect_current, patient_parts, status
-from tests.support.processes import free_endpoint
+from tests.support.editor import Editor
+from tests.support.limits import RUN_LIMIT
+from tests.support.monitor import expect_current, status
 from tests.support.waiting_trials import PLAN, WAITS
 from visualhfsm.trials import plan_of, run_trial
-from zenoh_ice import Settings
 
 ENDED = RUN_LIMIT * 1000
 BRANCHES = """if self.waited == 0:
@@ -40,48 +37,62 @@ NOTED = """() => {
 PASSED, MISSED, FAILED = "Tests passed this line", "No test passed this line", "A test failed here"
 
 
+LINES = WAITS.replace("self.waited += 0.5", BRANCHES)
+
+
 @pytest.fixture
-def path(tmp_path: Path) -> Path:
-    folder = tmp_path / "documents"
-    folder.mkdir()
-    (folder / "waits.xml").write_text(WAITS)
-    return folder / "waits.xml"
+def unmeasured(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Tests in a process that is not measured already, by the tests of this project."""
+    monkeypatch.delenv("COVERAGE_PROCESS_CONFIG", raising=False)
 
 
-@contextlib.contextmanager
-def editor_in(browser: Browser, path: Path, *, realm: str) -> Iterator[EditorPage]:
-    """Show a document in a separate editor, without a robot."""
-    settings = Settings(realm=realm, connect=(free_endpoint(),), clock="wall", timeout=CALL_LIMIT)
-    parts = patient_parts(settings, folder=path.parent)
-    with (
-        editor(path.parent, path, make_parts=parts) as running,
-        editor_page(browser, running) as shown,
-    ):
+@pytest.fixture
+def document() -> str:
+    """The document that is open, which waits a while; other tests say another one."""
+    return WAITS
+
+
+@pytest.fixture
+def path(root: Path, document: str) -> Path:
+    path = root / "waits.xml"
+    path.write_text(document)
+    return path
+
+
+@pytest.fixture
+def shown(browser: Browser, robotless_editor: Editor, path: Path) -> Iterator[EditorPage]:
+    with robotless_editor.opened(path), editor_page(browser, robotless_editor) as shown:
+        shown.page.locator("hfsm-canvas .state").first.wait_for()
         yield shown
 
 
-@pytest.fixture
-def edited(path: Path) -> Iterator[Editor]:
-    settings = Settings(realm="test-trials", connect=(free_endpoint(),), clock="wall", timeout=CALL_LIMIT)
-    with editor(path.parent, path, make_parts=patient_parts(settings)) as running:
-        yield running
+def below(shown: EditorPage) -> Locator:
+    return shown.page.get_by_role("region", name="Panel below the canvas")
 
 
-def open_panel(shown: EditorPage) -> None:
+def open_panel(shown: EditorPage) -> Locator:
+    """Show the panel of trials."""
     shown.state("done").wait_for()
     shown.press("Alt+y")
     shown.page.get_by_role("spinbutton", name="Trials").wait_for(timeout=ENDED)
+    return below(shown)
+
+
+def open_tests(shown: EditorPage) -> Locator:
+    """Show the panel of tests."""
+    shown.page.locator("hfsm-canvas .state").first.wait_for()
+    shown.press("Alt+x")
+    return below(shown)
 
 
 def test_trials_fill_the_panel_and_a_failed_one_is_looked_back_at(
-    browser: Browser, edited: Editor, path: Path
+    shown: EditorPage, browser: Browser, path: Path
 ) -> None:
     path.with_name("waits.trials.toml").write_text(PLAN)
-    with editor_page(browser, edited) as shown, editor_page(browser, edited) as other:
+    with editor_page(browser, shown.editor) as other:
         page = shown.page
-        open_panel(shown)
+        panel = open_panel(shown)
         open_panel(other)
-        panel = page.get_by_role("region", name="Panel below the canvas")
         expect(panel).to_contain_text("By the plan waits.trials.toml")
         expect(panel).to_contain_text("reaches done within 1 s")
         panel.get_by_role("button", name="Run", exact=True).click()
@@ -110,201 +121,154 @@ def test_trials_fill_the_panel_and_a_failed_one_is_looked_back_at(
         shown.expect_states("waiting")
 
 
-def test_the_first_trials_are_one_click(browser: Browser, edited: Editor) -> None:
-    with editor_page(browser, edited) as shown:
-        open_panel(shown)
-        panel = shown.page.get_by_role("region", name="Panel below the canvas")
-        panel.get_by_label("Within").fill("0.5")
-        panel.get_by_label("Robot").select_option("none")
-        panel.get_by_role("button", name="Run 10 trials").click()
-        expect(panel).to_contain_text("10 of 10 trials succeed", timeout=ENDED)
-        expect(panel).to_contain_text("The 10 trials are equal: they say as much as one.")
-        expect(panel.get_by_role("region", name="Each of them").locator("details")).to_have_count(1)
-        expect(panel).not_to_contain_text("The worst trials")
-        expect(panel.get_by_role("button", name="Run 10 trials")).to_have_count(0)
+def test_the_first_trials_are_one_click_and_the_form_says_what_they_ran_with(shown: EditorPage) -> None:
+    panel = open_panel(shown)
+    reach, robot = panel.get_by_label("Reach"), panel.get_by_label("Robot")
+    reach.select_option("done")
+    robot.select_option("none")
+    panel.get_by_role("button", name="Run 10 trials").click()
+    panel.get_by_role("button", name="Run 10 more").wait_for(timeout=ENDED)
+    expect(panel).to_contain_text("10 of 10 trials succeed")
+    expect(panel).to_contain_text("The 10 trials are equal: they say as much as one.")
+    expect(panel.get_by_role("region", name="Each of them").locator("details")).to_have_count(1)
+    expect(panel).not_to_contain_text("The worst trials")
+    expect(panel.get_by_role("button", name="Run 10 trials")).to_have_count(0)
+    expect(reach).to_have_value("done")
+    expect(robot).to_have_value("none")
 
 
-def test_the_form_says_what_the_first_trials_ran_with(browser: Browser, edited: Editor) -> None:
-    with editor_page(browser, edited) as shown:
-        open_panel(shown)
-        panel = shown.page.get_by_role("region", name="Panel below the canvas")
-        reach, robot = panel.get_by_label("Reach"), panel.get_by_label("Robot")
-        reach.select_option("done")
-        robot.select_option("none")
-        panel.get_by_role("button", name="Run 10 trials").click()
-        panel.get_by_role("button", name="Run 10 more").wait_for(timeout=ENDED)
-        expect(panel).to_contain_text("10 of 10 trials succeed")
-        expect(reach).to_have_value("done")
-        expect(robot).to_have_value("none")
+def test_trials_run_on_the_chosen_robot_and_their_recording_names_it(shown: EditorPage) -> None:
+    shown.page.evaluate("localStorage.setItem('visualhfsm.body', 'T1')")
+    panel = open_panel(shown)
+    panel.get_by_role("spinbutton", name="Trials").fill("2")
+    panel.get_by_label("Within").fill("0.5")
+    panel.get_by_label("Robot").select_option("fake")
+    panel.get_by_role("button", name="Run", exact=True).click()
+    expect(panel).to_contain_text("2 of 2 trials succeed", timeout=ENDED)
+    expect(panel.locator(".trials-setup dl")).to_have_text("body T1")
+    panel.get_by_role("button", name="look back").first.click()
+    expect(shown.page.locator(".banner.recorded")).to_be_visible(timeout=ENDED)
+    shown.show_robot()
+    picture = shown.page.get_by_role("combobox", name="Picture of the robot").locator("option:checked")
+    expect(picture).to_have_text("Booster T1 in 3D", timeout=ENDED)
 
 
-def test_trials_run_on_the_chosen_robot_and_their_recording_names_it(
-    browser: Browser, edited: Editor
-) -> None:
-    with editor_page(browser, edited) as shown:
-        shown.page.evaluate("localStorage.setItem('visualhfsm.body', 'T1')")
-        open_panel(shown)
-        panel = shown.page.get_by_role("region", name="Panel below the canvas")
-        panel.get_by_label("Within").fill("0.5")
-        panel.get_by_label("Robot").select_option("fake")
-        panel.get_by_role("button", name="Run 10 trials").click()
-        expect(panel).to_contain_text("10 of 10 trials succeed", timeout=ENDED)
-        expect(panel.locator(".trials-setup dl")).to_have_text("body T1")
-        panel.get_by_role("button", name="look back").first.click()
-        expect(shown.page.locator(".banner.recorded")).to_be_visible(timeout=ENDED)
-        shown.show_robot()
-        picture = shown.page.get_by_role("combobox", name="Picture of the robot").locator("option:checked")
-        expect(picture).to_have_text("Booster T1 in 3D", timeout=ENDED)
+def test_without_a_plan_one_chooses_what_counts(shown: EditorPage) -> None:
+    panel = open_panel(shown)
+    panel.get_by_role("spinbutton", name="Trials").fill("2")
+    panel.get_by_label("Reach").select_option("done")
+    panel.get_by_label("Within").fill("0.5")
+    panel.get_by_label("Robot").select_option("none")
+    panel.get_by_role("button", name="Run", exact=True).click()
+    expect(panel).to_contain_text("0 of 2 trials succeed", timeout=ENDED)  # it takes 0.7 s
+    panel.get_by_label("Within").fill("2")
+    panel.get_by_role("button", name="Run from the start").click()
+    expect(panel).to_contain_text("2 of 2 trials succeed", timeout=ENDED)
+    panel.get_by_label("Reach").select_option("waiting")
+    panel.get_by_role("button", name="Run from the start").click()
+    expect(panel).to_contain_text(
+        "Success is true from the start in 2 of 2: that says nothing.", timeout=ENDED
+    )
+    assert shown.violations(".bottom") == []
 
 
-def test_without_a_plan_one_chooses_what_counts(browser: Browser, edited: Editor) -> None:
-    with editor_page(browser, edited) as shown:
-        open_panel(shown)
-        panel = shown.page.get_by_role("region", name="Panel below the canvas")
-        panel.get_by_role("spinbutton", name="Trials").fill("5")
-        panel.get_by_label("Reach").select_option("done")
-        panel.get_by_label("Within").fill("0.5")
-        panel.get_by_label("Robot").select_option("none")
-        panel.get_by_role("button", name="Run", exact=True).click()
-        expect(panel).to_contain_text("0 of 5 trials succeed", timeout=ENDED)  # it takes 0.7 s
-        panel.get_by_label("Within").fill("2")
-        panel.get_by_role("button", name="Run from the start").click()
-        expect(panel).to_contain_text("5 of 5 trials succeed", timeout=ENDED)
-        panel.get_by_label("Reach").select_option("waiting")
-        panel.get_by_role("button", name="Run from the start").click()
-        expect(panel).to_contain_text(
-            "Success is true from the start in 5 of 5: that says nothing.", timeout=ENDED
-        )
-        assert shown.violations(".bottom") == []
-
-
-def test_it_stops_and_says_what_is_wrong(browser: Browser, edited: Editor, path: Path) -> None:
+def test_it_stops_and_says_what_is_wrong(shown: EditorPage, path: Path) -> None:
     path.with_name("waits.trials.toml").write_text(PLAN.replace("limit = 1", "limit = 0"))
-    with editor_page(browser, edited) as shown:
-        shown.state("done").wait_for()
-        shown.press("Alt+y")
-        panel = shown.page.get_by_role("region", name="Panel below the canvas")
-        expect(panel.get_by_role("alert")).to_contain_text("waits.trials.toml:3", timeout=ENDED)
-        path.with_name("waits.trials.toml").write_text(PLAN)
-        shown.page.evaluate("window.dispatchEvent(new Event('focus'))")
-        panel.get_by_role("spinbutton", name="Trials").fill("100000", timeout=ENDED)
-        panel.get_by_role("button", name="Run", exact=True).click()
-        expect(panel).to_contain_text("are still to come", timeout=ENDED)
-        panel.get_by_role("button", name="Stop").click()
-        panel.get_by_role("button", name="Go on").wait_for(timeout=ENDED)
+    shown.press("Alt+y")
+    panel = below(shown)
+    expect(panel.get_by_role("alert")).to_contain_text("waits.trials.toml:3", timeout=ENDED)
+    path.with_name("waits.trials.toml").write_text(PLAN)
+    shown.page.evaluate("window.dispatchEvent(new Event('focus'))")
+    panel.get_by_role("spinbutton", name="Trials").fill("100000", timeout=ENDED)
+    panel.get_by_role("button", name="Run", exact=True).click()
+    expect(panel).to_contain_text("are still to come", timeout=ENDED)
+    panel.get_by_role("button", name="Stop").click()
+    panel.get_by_role("button", name="Go on").wait_for(timeout=ENDED)
 
 
-def test_tests_run_beside_the_document_and_mark_what_they_pass(
-    browser: Browser, path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.delenv("COVERAGE_PROCESS_CONFIG", raising=False)  # else their process is measured already
+@pytest.mark.usefixtures("unmeasured")
+def test_tests_run_beside_the_document_and_mark_what_they_pass(shown: EditorPage, path: Path) -> None:
     path.with_name("test_waits.py").write_text(
         'def test_it_waits(behavior):\n    behavior("waits.xml").advance(0.1)\n\n\n'
         'def test_it_is_done_at_once(behavior):\n    behavior("waits.xml").run_until("done", limit=0.2)\n'
     )
-    with editor_in(browser, path, realm="test-tests") as shown:
-        page = shown.page
-        shown.state("done").wait_for()
-        shown.press("Alt+x")
-        panel = page.get_by_role("region", name="Panel below the canvas")
-        expect(panel).to_contain_text("2 tests, not run yet")
-        panel.get_by_role("button", name="Run all tests").click()
-        expect(panel).to_contain_text("1 passed, 1 failed", timeout=ENDED)
-        expect(panel).to_contain_text(
-            "the state done was not reached within 0.2 s: at 0.200 s the behavior is in waiting"
-        )
-        expect(panel).to_contain_text("1 of 2 states, 0 of 1 transitions, 3 of 3 lines passed")
-        state_ = page.locator("hfsm-canvas .state").first
-        expect(state_).to_have_attribute("aria-label", re.compile("by tests, a test failed here"))
-        assert shown.violations(".bottom") == []
-        panel.get_by_label("On canvas and code").uncheck()
-        expect(state_).not_to_have_attribute("aria-label", re.compile("tests"))
-        path.write_text(WAITS.replace("+= 0.5", "+= 5"))  # by another program: the page follows
-        expect(panel).to_contain_text("The document has changed since these tests ran")
-        panel.get_by_role("button", name="Run it is done at once").click()
-        expect(panel).to_contain_text("2 passed", timeout=ENDED)
+    panel = open_tests(shown)
+    expect(panel).to_contain_text("2 tests, not run yet")
+    panel.get_by_role("button", name="Run all tests").click()
+    expect(panel).to_contain_text("1 passed, 1 failed", timeout=ENDED)
+    expect(panel).to_contain_text("done was not reached")
+    expect(panel).to_contain_text("1 of 2 states, 0 of 1 transitions, 3 of 3 lines passed")
+    first = shown.page.locator("hfsm-canvas .state").first
+    expect(first).to_have_attribute("aria-label", re.compile("by tests, a test failed here"))
+    assert shown.violations(".bottom") == []
+    panel.get_by_label("On canvas and code").uncheck()
+    expect(first).not_to_have_attribute("aria-label", re.compile("tests"))
+    path.write_text(WAITS.replace("+= 0.5", "+= 5"))  # by another program: the page follows
+    expect(panel).to_contain_text("The document has changed since these tests ran")
+    panel.get_by_role("button", name="Run it is done at once").click()
+    expect(panel).to_contain_text("2 passed", timeout=ENDED)
 
 
-def test_an_open_panel_shows_files_of_tests_that_come_and_go(browser: Browser, path: Path) -> None:
-    with editor_in(browser, path, realm="test-tests-watched") as shown:
-        shown.state("done").wait_for()
-        shown.press("Alt+x")
-        panel = shown.page.get_by_role("region", name="Panel below the canvas")
-        expect(panel).to_contain_text("No test names waits.xml yet")
-        file = path.with_name("test_waits.py")
-        file.write_text('def test_it_waits(behavior):\n    behavior("waits.xml").advance(0.1)\n')
-        expect(panel).to_contain_text("1 test, not run yet")
-        expect(panel).to_contain_text("it waits")
-        file.unlink()
-        expect(panel).to_contain_text("No test names waits.xml yet")
+def test_an_open_panel_shows_files_of_tests_that_come_and_go(shown: EditorPage, path: Path) -> None:
+    panel = open_tests(shown)
+    expect(panel).to_contain_text("No test names waits.xml yet")
+    file = path.with_name("test_waits.py")
+    file.write_text('def test_it_waits(behavior):\n    behavior("waits.xml").advance(0.1)\n')
+    expect(panel).to_contain_text("1 test, not run yet")
+    expect(panel).to_contain_text("it waits")
+    file.unlink()
+    expect(panel).to_contain_text("No test names waits.xml yet")
 
 
-def test_lines_that_tests_passed_are_marked_beside_the_code(
-    browser: Browser, path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.delenv("COVERAGE_PROCESS_CONFIG", raising=False)  # else their process is measured already
-    path.write_text(WAITS.replace("self.waited += 0.5", BRANCHES))
+@pytest.mark.usefixtures("unmeasured")
+@pytest.mark.parametrize("document", [LINES], ids=["with branches"])
+def test_lines_that_tests_passed_are_marked_beside_the_code(shown: EditorPage, path: Path) -> None:
+    page = shown.page
     path.with_name("test_waits.py").write_text(
         'def test_it_waits(behavior):\n    behavior("waits.xml").advance(0.1)\n\n\n'
         'def test_it_breaks(behavior):\n    behavior("waits.xml", parameters={"patience": 0}).advance(1)\n'
     )
-    with editor_in(browser, path, realm="test-lines") as shown:
-        page = shown.page
-        shown.state("done").wait_for()
-        shown.press("Alt+x")
-        panel = page.get_by_role("region", name="Panel below the canvas")
-        panel.get_by_role("button", name="Run all tests").click()
-        expect(panel).to_contain_text("1 passed, 1 failed", timeout=ENDED)
-        gaps = panel.get_by_role("list", name="Not passed yet")
-        expect(gaps.get_by_role("button")).to_have_text(
-            [
-                re.compile("waiting 3 of 5 lines passed; a test failed in its code"),
-                re.compile("done never entered"),
-                re.compile(
-                    "enough never fired: its condition was evaluated [0-9]+ times, and was never true"
-                ),
-            ]
-        )
-        gaps.get_by_role("button", name=re.compile("waiting")).click()
-        code = page.get_by_role("textbox", name="Code of the state waiting")
-        expect(code).to_be_focused()
-        expect(page.locator(".cm-activeLine")).to_contain_text("1 / self.patience")
-        marks = page.locator(".cm-tested")
-        expect(marks).to_have_count(5)
-        assert [each.get_attribute("title") for each in marks.all()] == [
-            PASSED,
-            PASSED,
-            PASSED,
-            MISSED,
-            FAILED,
+    panel = open_tests(shown)
+    panel.get_by_role("button", name="Run all tests").click()
+    expect(panel).to_contain_text("1 passed, 1 failed", timeout=ENDED)
+    gaps = panel.get_by_role("list", name="Not passed yet")
+    expect(gaps.get_by_role("button")).to_have_text(
+        [
+            re.compile("waiting 3 of 5 lines passed; a test failed in its code"),
+            re.compile("done never entered"),
+            re.compile("enough never fired: its condition was evaluated [0-9]+ times, and was never true"),
         ]
-        expect(code).to_have_attribute(
-            "aria-description", re.compile("3 of 5 lines, not line 4, and failed in line 5")
-        )
-        assert shown.violations(".bottom") == []
-        shown.press("End")
-        page.keyboard.insert_text("  # once")  # one step to undo, however slow the machine
-        expect(marks).to_have_count(0)  # they are about another text
-        expect(code).not_to_have_attribute("aria-description", re.compile("lines"))
-        shown.press("Control+z")
-        expect(marks).to_have_count(5)
-        shown.press("x", "Backspace")  # before the server has heard of it
-        expect(marks).to_have_count(5)
-        panel.get_by_label("On canvas and code").uncheck()
-        expect(marks).to_have_count(0)
+    )
+    gaps.get_by_role("button", name=re.compile("waiting")).click()
+    code = page.get_by_role("textbox", name="Code of the state waiting")
+    expect(code).to_be_focused()
+    expect(page.locator(".cm-activeLine")).to_contain_text("1 / self.patience")
+    marks = page.locator(".cm-tested")
+    expect(marks).to_have_count(5)
+    said = [each.get_attribute("title") for each in marks.all()]
+    assert said == [PASSED, PASSED, PASSED, MISSED, FAILED]
+    lines = "3 of 5 lines, not line 4, and failed in line 5"
+    expect(code).to_have_attribute("aria-description", re.compile(lines))
+    assert shown.violations(".bottom") == []
+    shown.press("End")
+    page.keyboard.insert_text("  # once")  # one step to undo, however slow the machine
+    expect(marks).to_have_count(0)  # they are about another text
+    expect(code).not_to_have_attribute("aria-description", re.compile("lines"))
+    shown.press("Control+z")
+    expect(marks).to_have_count(5)
+    shown.press("x", "Backspace")  # before the server has heard of it
+    expect(marks).to_have_count(5)
+    panel.get_by_label("On canvas and code").uncheck()
+    expect(marks).to_have_count(0)
 
 
-def test_a_run_becomes_a_test_that_passes(browser: Browser, path: Path) -> None:
-    with editor_in(browser, path, realm="test-run-test") as shown:
-        page = shown.page
-        shown.state("done").wait_for()
-        shown.press("Alt+Shift+t")
-        expect_current(shown, "done")
-        shown.press("Alt+x")
-        page.get_by_role("button", name="Record the run as a test").click()
-        panel = page.get_by_role("region", name="Panel below the canvas")
-        expect(panel).to_contain_text("1 passed", timeout=ENDED)
-        assert 'b.run_until("done"' in path.with_name("test_waits_run.py").read_text()
+def test_a_run_becomes_a_test_that_passes(shown: EditorPage, path: Path) -> None:
+    shown.press("Alt+Shift+t")
+    expect_current(shown, "done")
+    panel = open_tests(shown)
+    panel.get_by_role("button", name="Record the run as a test").click()
+    expect(panel).to_contain_text("1 passed", timeout=ENDED)
+    assert 'b.run_until("done"' in path.with_name("test_waits_run.py").read_text()
 
 
 STEERED = """<VisualHFSM><SubAutomata id="1" idFather="0">
@@ -318,92 +282,78 @@ STEERED = """<VisualHFSM><SubAutomata id="1" idFather="0">
 <variables>where = ("nowhere", "")</variables></SubAutomata></VisualHFSM>"""
 
 
-def test_what_was_forced_and_set_by_hand_is_in_the_test_of_a_run(browser: Browser, path: Path) -> None:
-    path.write_text(STEERED)
-    with editor_in(browser, path, realm="test-steered-run") as shown:
-        page = shown.page
-        shown.state("look").wait_for()
-        shown.press("Alt+Shift+t")
-        expect_current(shown, "look")
-        shown.button("give up").click()
-        expect_current(shown, "lost")
-        page.get_by_role("tab", name="Variables").click()
-        page.get_by_role("textbox", name="where", exact=True).fill("""("here", 'it is "it"')""")
-        shown.press("Enter")
-        expect_current(shown, "found")
-        shown.press("F8")
-        expect(status(shown)).to_have_text("Paused")
-        shown.press("Control+F10")  # a cycle by hand, which is not in the test
-        shown.press("Shift+F5")
-        expect(status(shown)).to_have_text(re.compile(r"^\s*Ended"))
-        shown.press("Alt+x")
-        page.get_by_role("button", name="Record the run as a test").click()
-        panel = page.get_by_role("region", name="Panel below the canvas")
-        expect(
-            page.locator(".notice").filter(
-                has_text="test_waits_does_what_it_did. Its first lines say what it leaves out."
-            )
-        ).to_be_visible()
-        expect(panel).to_contain_text("1 passed", timeout=ENDED)
-        text = path.with_name("test_waits_run.py").read_text()
-        assert "b.force(1, 4)" in text
-        assert """b.set(1, where=["here", "it is \\"it\\""])""" in text
-        assert "# Not in the test: a cycle that was run by hand at " in text
+@pytest.mark.parametrize("document", [STEERED], ids=["steered"])
+def test_what_was_forced_and_set_by_hand_is_in_the_test_of_a_run(shown: EditorPage, path: Path) -> None:
+    page = shown.page
+    shown.press("Alt+Shift+t")
+    expect_current(shown, "look")
+    shown.button("give up").click()
+    expect_current(shown, "lost")
+    page.get_by_role("tab", name="Variables").click()
+    page.get_by_role("textbox", name="where", exact=True).fill("""("here", 'it is "it"')""")
+    shown.press("Enter")
+    expect_current(shown, "found")
+    shown.press("F8")
+    expect(status(shown)).to_have_text("Paused")
+    shown.press("Control+F10")  # a cycle by hand, which is not in the test
+    shown.press("Shift+F5")
+    expect(status(shown)).to_have_text(re.compile(r"^\s*Ended"))
+    panel = open_tests(shown)
+    panel.get_by_role("button", name="Record the run as a test").click()
+    notice = page.locator(".notice").filter(has_text="test_waits_does_what_it_did")
+    expect(notice).to_contain_text("Its first lines say what it leaves out.")
+    expect(panel).to_contain_text("1 passed", timeout=ENDED)
+    text = path.with_name("test_waits_run.py").read_text()
+    assert "b.force(1, 4)" in text
+    assert """b.set(1, where=["here", "it is \\"it\\""])""" in text
+    assert "# Not in the test: a cycle that was run by hand at " in text
 
 
-def test_a_recording_becomes_a_test_of_the_document_as_it_is(browser: Browser, path: Path) -> None:
+def test_a_recording_becomes_a_test_of_the_document_as_it_is(shown: EditorPage, path: Path) -> None:
     plan = path.with_name("waits.trials.toml")
     plan.write_text(PLAN.replace("limit = 1", "limit = 3"))
     recorded = run_trial(plan_of(plan), 3, path.with_name("third.mcap"))
     assert recorded.success
-    with editor_in(browser, path, realm="test-recording-test") as shown:
-        page = shown.page
-        shown.state("done").wait_for()
-        shown.press("Alt+r")
-        page.get_by_role("option", name="third.mcap").dblclick()
-        expect(page.get_by_role("tab", name="third.mcap")).to_have_attribute("aria-selected", "true")
-        shown.press("Alt+x")
-        panel = page.get_by_role("region", name="Panel below the canvas")
-        make = panel.get_by_role("button", name="Make this recording a test")
-        expect(make).to_be_enabled()
-        assert shown.violations(".bottom") == []
-        make.click()
-        expect(panel).to_contain_text("1 passed", timeout=ENDED)
-        expect(page.get_by_role("tab", name="waits", exact=True)).to_have_attribute("aria-selected", "true")
-        text = path.with_name("test_waits_run.py").read_text()
-        assert f'parameters={{"patience": {recorded.values["parameters.patience"]}}}' in text
-        assert 'b.run_until("done"' in text
+    page = shown.page
+    shown.press("Alt+r")
+    page.get_by_role("option", name="third.mcap").dblclick()
+    expect(page.get_by_role("tab", name="third.mcap")).to_have_attribute("aria-selected", "true")
+    panel = open_tests(shown)
+    make = panel.get_by_role("button", name="Make this recording a test")
+    expect(make).to_be_enabled()
+    assert shown.violations(".bottom") == []
+    make.click()
+    expect(panel).to_contain_text("1 passed", timeout=ENDED)
+    expect(page.get_by_role("tab", name="waits", exact=True)).to_have_attribute("aria-selected", "true")
+    text = path.with_name("test_waits_run.py").read_text()
+    assert f'parameters={{"patience": {recorded.values["parameters.patience"]}}}' in text
+    assert 'b.run_until("done"' in text
 
 
 IMPORTING = """<VisualHFSM><SubAutomata id="1" idFather="0"><state id="1" initial="true"><posx>100</posx><posy>100</posy>
 <name>top</name><idSubautomataSon>2</idSubautomataSon></state></SubAutomata>
-<SubAutomata id="2" idFather="1"><import>waits.xml</import></SubAutomata></VisualHFSM>"""
+<SubAutomata id="2" idFather="1"><import>parts/waits.xml</import></SubAutomata></VisualHFSM>"""
 
 
-def test_lines_that_tests_passed_are_marked_beside_imported_code(
-    browser: Browser, path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.delenv("COVERAGE_PROCESS_CONFIG", raising=False)  # else their process is measured already
-    path.write_text(WAITS.replace("self.waited += 0.5", BRANCHES))
-    top = path.with_name("top.xml")
-    top.write_text(IMPORTING)
+@pytest.mark.usefixtures("unmeasured")
+@pytest.mark.parametrize("document", [IMPORTING], ids=["importing"])
+def test_lines_that_tests_passed_are_marked_beside_imported_code(shown: EditorPage, path: Path) -> None:
+    page = shown.page
+    imported = path.parent / "parts" / "waits.xml"
+    imported.parent.mkdir()
+    imported.write_text(LINES)
     path.with_name("test_top.py").write_text(
-        'def test_it_waits(behavior):\n    behavior("top.xml").advance(0.1)\n'
+        'def test_it_waits(behavior):\n    behavior("waits.xml").advance(0.1)\n'
     )
-    with editor_in(browser, top, realm="test-imported-lines") as shown:
-        page = shown.page
-        shown.state("top").wait_for()
-        shown.press("Alt+x")
-        panel = page.get_by_role("region", name="Panel below the canvas")
-        panel.get_by_role("button", name="Run all tests").click()
-        expect(panel).to_contain_text("1 passed", timeout=ENDED)
-        panel.get_by_role("list", name="Not passed yet").get_by_role(
-            "button", name=re.compile("waiting")
-        ).click()
-        code = page.get_by_role("textbox", name="Code of the state waiting")
-        expect(code).to_be_focused()
-        expect(code).to_have_attribute("aria-readonly", "true")
-        expect(page.locator(".cm-tested.missed")).to_have_count(1)
-        expect(page.locator(".cm-tested.passed")).to_have_count(4)
-        path.write_text(WAITS)  # other code
-        expect(page.locator(".cm-tested")).to_have_count(0)
+    panel = open_tests(shown)
+    panel.get_by_role("button", name="Run all tests").click()
+    expect(panel).to_contain_text("1 passed", timeout=ENDED)
+    gaps = panel.get_by_role("list", name="Not passed yet")
+    gaps.get_by_role("button", name=re.compile("waiting")).click()
+    code = page.get_by_role("textbox", name="Code of the state waiting")
+    expect(code).to_be_focused()
+    expect(code).to_have_attribute("aria-readonly", "true")
+    expect(page.locator(".cm-tested.missed")).to_have_count(1)
+    expect(page.locator(".cm-tested.passed")).to_have_count(4)
+    imported.write_text(WAITS)  # other code
+    expect(page.locator(".cm-tested")).to_have_count(0)

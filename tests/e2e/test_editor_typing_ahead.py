@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser, Locator, expect
@@ -11,6 +10,7 @@ from playwright.sync_api import Browser, Locator, expect
 from tests.support.browser import EditorPage, editor_page
 from tests.support.editor import Editor
 from tests.support.panels import DOCUMENT
+from tests.support.soak import cases
 
 EDITOR = "**/code/editor.js"
 """What code fields load, the largest module of the page."""
@@ -22,16 +22,14 @@ UNHURRIED = """() => {
 
 
 @pytest.fixture
-def path(root: Path) -> Path:
-    path = root / "walk.xml"
-    path.write_text(DOCUMENT)
-    return path
+def document() -> str:
+    return DOCUMENT
 
 
 @pytest.fixture
-def shown(browser: Browser, running: Editor) -> Iterator[EditorPage]:
+def shown(browser: Browser, opened: Editor) -> Iterator[EditorPage]:
     """A window without a cache, so that a test can hold back what it loads."""
-    with editor_page(browser, running, cached=False) as shown:
+    with editor_page(browser, opened, cached=False) as shown:
         shown.state("wait").wait_for()
         yield shown
 
@@ -46,14 +44,22 @@ def said(shown: EditorPage, text: str) -> Locator:
 
 @pytest.mark.parametrize(
     "ask",
-    [
-        lambda shown: shown.press("Shift+Enter"),
-        lambda shown: shown.press("Enter"),
-        lambda shown: shown.state("go").locator(".body").dblclick(),
-        lambda shown: shown.page.get_by_role("treeitem", name="go").press("Enter"),
-        lambda shown: (shown.press("Shift+Enter"), shown.page.locator("hfsm-code-field pre").click()),
-    ],
-    ids=["Shift+Enter", "Enter", "double click", "tree", "click on code that loads"],
+    cases(
+        [
+            pytest.param(lambda shown: shown.press("Shift+Enter"), id="Shift+Enter"),
+            pytest.param(
+                lambda shown: (shown.press("Shift+Enter"), shown.page.locator("hfsm-code-field pre").click()),
+                id="click on code that loads",
+            ),
+        ],
+        [
+            pytest.param(lambda shown: shown.press("Enter"), id="Enter"),
+            pytest.param(lambda shown: shown.state("go").locator(".body").dblclick(), id="double click"),
+            pytest.param(
+                lambda shown: shown.page.get_by_role("treeitem", name="go").press("Enter"), id="tree"
+            ),
+        ],
+    ),
 )
 def test_select_all_and_delete_act_in_the_code_that_a_key_or_a_click_opens(
     shown: EditorPage, ask: Callable[[EditorPage], None]
@@ -149,8 +155,8 @@ def test_that_it_takes_long_is_said_until_it_is_loaded(shown: EditorPage) -> Non
     expect(said(shown, "This takes long to load.")).to_have_count(0)
 
 
-def test_on_tabs_and_radios_keys_wait_for_the_code_that_they_open(browser: Browser, running: Editor) -> None:
-    with editor_page(browser, running, cached=False, holds=EDITOR) as shown:
+def test_on_tabs_and_radios_keys_wait_for_the_code_that_they_open(browser: Browser, opened: Editor) -> None:
+    with editor_page(browser, opened, cached=False, holds=EDITOR) as shown:
         shown.state("wait").wait_for()
         page = shown.page
         code = page.get_by_role("tablist", name="Panels").get_by_role("tab", name="Code")

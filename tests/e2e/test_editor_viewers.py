@@ -10,7 +10,6 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from tests.support.browser import EditorPage, new_context, shared_address
-from tests.support.editor import Editor
 from tests.support.soak import cases
 
 
@@ -81,11 +80,9 @@ def test_a_page_that_looks_on_shows_only_what_its_viewer_can_use(viewer: Page) -
 
 
 @pytest.mark.parametrize("width", cases([390], [1440]))
-def test_axe_finds_nothing_on_the_page_of_viewers(
-    browser: Browser, running: Editor, shown: EditorPage, width: int
-) -> None:
+def test_axe_finds_nothing_on_the_page_of_viewers(browser: Browser, shown: EditorPage, width: int) -> None:
     with contextlib.closing(new_context(browser)) as context:
-        viewer = EditorPage(context.new_page(), running, shared_address(shown))
+        viewer = EditorPage(context.new_page(), shown.editor, shared_address(shown))
         viewer.resize(width, 844)
         viewer.page.emulate_media(reduced_motion="reduce")
         expect(viewer.page.get_by_text("Read only")).to_be_visible()

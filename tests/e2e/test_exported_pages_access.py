@@ -60,8 +60,10 @@ def test_the_page_of_a_drawing_is_accessible_whatever_is_selected(page: Page, tm
     assert page.evaluate(FOUND) == []
 
 
-def trials_in(folder: Path) -> Path:
-    """Write the page of forty trials, whose times and places vary."""
+@pytest.fixture(scope="module")
+def trials(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The page of forty trials, whose times and places vary."""
+    folder = tmp_path_factory.mktemp("trials")
     file = folder / "walk.outcomes.jsonl"
     with Record(file, Header("walk.xml", "", {})) as record:
         for number in range(1, 41):
@@ -85,13 +87,13 @@ def trials_in(folder: Path) -> Path:
     return path
 
 
-def test_the_page_of_trials_is_accessible(page: Page, tmp_path: Path) -> None:
-    check(page, trials_in(tmp_path))
+def test_the_page_of_trials_is_accessible(page: Page, trials: Path) -> None:
+    check(page, trials)
 
 
-def test_the_page_of_trials_fits_a_phone(page: Page, tmp_path: Path) -> None:
+def test_the_page_of_trials_fits_a_phone(page: Page, trials: Path) -> None:
     page.set_viewport_size({"width": 390, "height": 800})
-    page.goto(trials_in(tmp_path).as_uri())
+    page.goto(trials.as_uri())
     page.get_by_role("heading", level=1).wait_for()
     assert page.evaluate(TOO_WIDE) == []
 
@@ -106,8 +108,8 @@ COUNTS_BESIDE_BARS = """(each) => {
 """Where the highest count and 0 stand beside the bars, and how high the first bar is."""
 
 
-def test_bars_of_trials_have_counts(page: Page, tmp_path: Path) -> None:
-    page.goto(trials_in(tmp_path).as_uri())
+def test_bars_of_trials_have_counts(page: Page, trials: Path) -> None:
+    page.goto(trials.as_uri())
     counts = page.get_by_role("region", name="Numbers").locator(".histogram").first
     expect(counts).to_contain_text("Trials")
     labels = counts.locator(".counts span").all_inner_texts()
@@ -115,8 +117,8 @@ def test_bars_of_trials_have_counts(page: Page, tmp_path: Path) -> None:
     assert counts.evaluate(COUNTS_BESIDE_BARS) == pytest.approx([0.0, 1.0, 5 / 6], abs=0.02)
 
 
-def test_chance_is_named_where_trials_were_added_and_parts_are_small(page: Page, tmp_path: Path) -> None:
-    page.goto(trials_in(tmp_path).as_uri())
+def test_chance_is_named_where_trials_were_added_and_parts_are_small(page: Page, trials: Path) -> None:
+    page.goto(trials.as_uri())
     expect(page.get_by_role("region", name="Success", exact=True)).to_contain_text(
         "Trials were added after a look (20, 40): the interval is that of a single look."
     )
@@ -125,9 +127,9 @@ def test_chance_is_named_where_trials_were_added_and_parts_are_small(page: Page,
     )
 
 
-def test_trials_are_printed_to_their_end_in_dark_ink(page: Page, tmp_path: Path) -> None:
+def test_trials_are_printed_to_their_end_in_dark_ink(page: Page, trials: Path) -> None:
     page.emulate_media(color_scheme="dark")
-    page.goto(trials_in(tmp_path).as_uri())
+    page.goto(trials.as_uri())
     page.get_by_role("heading", level=1).wait_for()
     page.emulate_media(media="print", color_scheme="dark")
     hidden = "() => [...document.querySelectorAll('html, body, .trials-page, main')].map((each) => getComputedStyle(each).overflowY)"

@@ -29,7 +29,7 @@ from visualhfsm.trials._view import view_of
 
 pytestmark = pytest.mark.slow
 
-SERIES: Final = repeated(test=12, soak=500)
+SERIES: Final = repeated(test=4, soak=500)
 COUNTS: Final = (1, 2, 3, 4, 5, 6, 9, 19, 20, 21, 40)
 NO_NUMBER: Final = re.compile(r"\b(nan|inf|infinity|undefined|null)\b|∞", re.IGNORECASE)
 

@@ -53,7 +53,7 @@ test("a breakpoint that could not be set does not keep the next from being set",
   assert.deepEqual(sent, [[2]]);
 });
 
-test("what is set between the start of a component and its first automata is set once they are known", async () => {
+test("what is set or removed between the start of a component and its first automata is so once they are known", async () => {
   const monitor = new Monitor();
   const {breakpoints, sent} = monitor;
   store.documents.set(0, {automata: new Map([[1, {states: [1, 2, 3].map((id) => ({id}))}]])});
@@ -61,6 +61,7 @@ test("what is set between the start of a component and its first automata is set
   await breakpoints.set(0, 1, "state", 1, "");
   planned.takeLate(0); // it is started with this one
   await breakpoints.set(0, 1, "state", 2, "");
+  await breakpoints.set(0, 1, "state", 1, undefined); // it does not halt there any more
   monitor.isKnown = true;
   monitor.steers = false;
   breakpoints.catchUp(); // its window may not steer it yet
@@ -71,6 +72,7 @@ test("what is set between the start of a component and its first automata is set
   await breakpoints.set(0, 1, "state", 4, "");
   assert.deepEqual(sent, [
     [1, 2],
-    [1, 2, 4],
+    [2],
+    [2, 4],
   ]);
 });

@@ -46,6 +46,7 @@ __all__ = [
     "editor_page",
     "load_axe",
     "open_alone",
+    "pages_in_turn",
     "saved",
     "shared_address",
 ]
@@ -142,6 +143,18 @@ def chromium() -> Iterator[Browser]:
 
 # Drawing the robot beside the drawing takes time; a test that looks at it shows it.
 FOLD_ROBOT: Final = "localStorage['visualhfsm.robotFolded'] ??= 'yes'"
+
+
+AS_AT_FIRST: Final = f"""async () => {{
+    const app = document.querySelector("hfsm-app");
+    for (const each of document.querySelectorAll("dialog[open]")) each.close();
+    app.showSide("");
+    app.showBottom("");
+    for (const name of ["--left", "--side", "--bottom"]) document.documentElement.style.removeProperty(name);
+    localStorage.clear();
+    {FOLD_ROBOT};
+}}"""
+"""Closes what a test may leave open when its documents are closed, and forgets what the page remembers."""
 
 
 KEEP_CONNECTIONS: Final = """
@@ -556,22 +569,44 @@ def forget(page: Page, origin: str) -> None:
 
 
 @contextlib.contextmanager
-def open_alone(shown: EditorPage, path: Path) -> Iterator[None]:
-    """Open a document in a window that shows none; afterwards close it, other documents, panels and notices."""
+def pages_in_turn(browser: Browser, editor: Editor) -> Iterator[Callable[[], EditorPage]]:
+    """Yield a function that returns the page of tests that run one after the other; a spent one is replaced."""
+    with contextlib.ExitStack() as opened:
+        newest: list[EditorPage] = []
+
+        def page() -> EditorPage:
+            if not newest or newest[-1].spent:
+                opened.close()
+                newest[:] = [opened.enter_context(editor_page(browser, editor))]
+            return newest[-1]
+
+        yield page
+
+
+@contextlib.contextmanager
+def open_alone(shown: EditorPage, *paths: Path) -> Iterator[None]:
+    """Open documents in a window that shows none, and show the last one, or the start page without any.
+
+    Afterwards the window is left as it was found: without documents, panels, notices and memory.
+    """
     page = shown.page
-    with shown.editor.window() as other:  # not open during the test, where it would read nothing
-        other.ask("open", path=str(path))
-    page.get_by_role("tab", name=path.stem).click()
-    page.locator("hfsm-canvas .state").first.wait_for()
-    yield
-    with shown.editor.window() as other:
-        for tab in [each["tab"] for each in other.workspace["tabs"]]:
-            other.ask("close", tab=tab, discard=True)
+    with shown.editor.opened(*paths):
+        for path in paths[-1:]:
+            page.get_by_role("tab", name=path.stem).last.click()
+            page.locator("hfsm-canvas .state").first.wait_for()
+        yield
+        spent, shown.spent = shown.spent, True  # unless all of the following succeeds
+    assert not shown.mishaps, shown.mishaps
+    if spent:
+        return
     page.get_by_role("heading", name="Draw what your robot does").wait_for()
-    page.evaluate("document.querySelector('hfsm-app').showSide('')")
-    page.evaluate("document.querySelector('hfsm-app').showBottom('')")
+    page.evaluate(AS_AT_FIRST)
     shown.dismiss(page.locator(".notice"))
+    page.unroute_all()
+    page.context.clear_permissions()
+    page.mouse.move(0, 0)
     shown.resize(1280, 800)
+    shown.spent = False
 
 
 def shared_address(shown: EditorPage) -> str:

@@ -259,6 +259,24 @@ class Editor:
             window.hello = window.ask("hello", language=language)
             yield window
 
+    @contextlib.contextmanager
+    def opened(self, *paths: Path) -> Iterator[None]:
+        """Open documents; afterwards close all that are open, and end what runs of them."""
+        with self.window() as window:  # not open meanwhile, where it would read nothing
+            for path in paths:
+                window.ask("open", path=str(path))
+        yield
+        with self.window() as window:
+            for tab in [each["tab"] for each in window.workspace["tabs"]]:
+                window.ask("close", tab=tab, discard=True)
+
+    def do(self, *commands: dict[str, Any]) -> None:
+        """Change the only open document, as another window does."""
+        with self.window() as window:
+            (tab,) = window.documents
+            for command in commands:
+                window.ask("do", tab=tab, command=command)
+
 
 class Window:
     """The page's end of a websocket; it keeps what it receives, like the page."""

@@ -17,7 +17,7 @@ from naoserver.robot import Robot
 from tests.support.browser import EditorPage, editor_page
 from tests.support.editor import Editor, editor
 from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT, MOVE_LIMIT, START_LIMIT
-from tests.support.processes import ComponentProcess
+from tests.support.processes import ComponentProcess, free_endpoint
 from tests.support.robot_server import ServedRobot, served
 from visualhfsm._document.generate import generate_component
 from visualhfsm._editor.parts import MakeParts, make_parts
@@ -87,10 +87,29 @@ def robot_and_editor(
 ) -> Iterator[tuple[ServedRobot, Editor]]:
     """Serve a robot, by default a fake one, and the editor of a document in its realm."""
     path.write_text(document)
-    with served(nao or FakeRobot()) as robot:
-        settings = Settings(realm=robot.realm, connect=(robot.endpoint,), clock="wall", timeout=CALL_LIMIT)
-        with editor(path.parent, path, make_parts=patient_parts(settings, limits=limits)) as running:
-            yield robot, running
+    with (
+        served(nao or FakeRobot()) as robot,
+        editor_beside(robot, path.parent, path, limits=limits) as running,
+    ):
+        yield robot, running
+
+
+@contextlib.contextmanager
+def editor_beside(
+    robot: ServedRobot, root: Path, *files: Path, limits: PartLimits = PATIENT
+) -> Iterator[Editor]:
+    """Serve an editor in the realm of a robot."""
+    settings = Settings(realm=robot.realm, connect=(robot.endpoint,), clock="wall", timeout=CALL_LIMIT)
+    with editor(root, *files, make_parts=patient_parts(settings, limits=limits)) as running:
+        yield running
+
+
+@contextlib.contextmanager
+def editor_without_robot(root: Path, *files: Path) -> Iterator[Editor]:
+    """Serve an editor that runs components and starts robots, in a realm without one."""
+    settings = Settings(realm="test-alone", connect=(free_endpoint(),), clock="wall", timeout=CALL_LIMIT)
+    with editor(root, *files, make_parts=patient_parts(settings, folder=root)) as running:
+        yield running
 
 
 @contextlib.contextmanager

@@ -7,12 +7,12 @@ from collections.abc import Callable, Iterator
 import pytest
 from playwright.sync_api import Browser
 
-from tests.e2e.conftest import browser, merge_within, path, root, running, shown
+from tests.e2e.conftest import browser, document, next_page, opened, path, root, running, shared_root, shown
 from tests.support.browser import chromium_on_demand
 from tests.support.editor import shared_checks
 from tests.support.expecting import awaited_elements
 
-__all__ = ["browser", "merge_within", "path", "root", "running", "shown"]
+__all__ = ["browser", "document", "next_page", "opened", "path", "root", "running", "shared_root", "shown"]
 
 
 @pytest.fixture(scope="module", autouse=True)

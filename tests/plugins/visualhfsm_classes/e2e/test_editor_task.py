@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -31,6 +32,14 @@ def path(root: Path) -> Path:
     return folder / "look.xml"
 
 
+@pytest.fixture
+def shown(browser: Browser, opened: Editor) -> Iterator[EditorPage]:
+    """A page that has just been loaded: the task opens by itself in it, and the focus has no place yet."""
+    with editor_page(browser, opened) as shown:
+        shown.state("left").wait_for()
+        yield shown
+
+
 def task(shown: EditorPage) -> Locator:
     return shown.page.get_by_role("article", name="Task")
 
@@ -50,8 +59,8 @@ def test_the_task_opens_once_by_itself_and_folds(shown: EditorPage) -> None:
     expect(task(shown)).to_be_focused()
 
 
-def test_the_task_is_in_the_language_of_the_page_on_a_phone_too(browser: Browser, running: Editor) -> None:
-    with editor_page(browser, running, width=390, height=844, language="es") as shown:
+def test_the_task_is_in_the_language_of_the_page_on_a_phone_too(browser: Browser, opened: Editor) -> None:
+    with editor_page(browser, opened, width=390, height=844, language="es") as shown:
         words = shown.page.get_by_role("article", name="Tarea")
         expect(words).to_contain_text("Que sea de tipo Tiempo, con 2000 milisegundos.")
         drawing = Box.of(shown.page.locator("hfsm-canvas"))
