@@ -19,7 +19,7 @@ from tests.support.reader import commands_of
 from visualhfsm.testing import MakeBehavior
 
 
-@pytest.mark.parametrize("body", ["T1", "G1", "Cart"])
+@pytest.mark.parametrize("body", ["H25", "T1", "G1", "Cart"])
 @pytest.mark.promise("a Booster T1, a Unitree G1, a cart")
 @pytest.mark.promise("run the same behaviors")
 def test_it_turns_its_camera_to_the_ball(behavior: MakeBehavior, body: str) -> None:

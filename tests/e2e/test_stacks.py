@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import os
 import signal
-import socket
-import subprocess
 from pathlib import Path
 
 import psutil
 import pytest
 
 from tests.support.limits import END_LIMIT, RUN_LIMIT, START_LIMIT
-from tests.support.processes import ComponentProcess, assert_gone, free_endpoint, module
-from tests.support.security import Keys
+from tests.support.processes import ComponentProcess, assert_gone, free_endpoint
 from tests.support.stacks import stack_in
 from tests.support.waiting import until
 
@@ -48,26 +44,3 @@ def test_a_killed_ball_is_back_while_the_robot_runs_on(tmp_path: Path) -> None:
         assert stack.wait(END_LIMIT) == 130
         assert_gone(running)
         assert "Traceback" not in stack.output
-
-
-def test_a_laboratory_starts_in_order_and_roles_hold(tmp_path: Path) -> None:
-    pytest.importorskip("mujoco")
-    keys = Keys(tmp_path / "keys").folder
-    environment = os.environ | {"VISUALHFSM_CONFIG": str(keys / "student.toml")}
-
-    def call(*words: str) -> subprocess.CompletedProcess[str]:
-        command = module("nao_tools", "call", *words)
-        return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=RUN_LIMIT)
-
-    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as systemd:
-        systemd.bind(f"{tmp_path}/systemd")
-        systemd.settimeout(RUN_LIMIT)
-        options = ("--machine", "simulation")
-        with stack_in(tmp_path, "lab", *options, NOTIFY_SOCKET=f"{tmp_path}/systemd") as stack:
-            stack.wait_for("simulator is ready after", RUN_LIMIT)
-            assert [systemd.recv(64) for _ in ("router", "simulator")] == [b"READY=1", b"READY=1"]
-            assert "router is ready after" in stack.output
-            assert call("Head.getPose").returncode == 0
-            refused = call("Head.setPose", "0.3", "0", "0.5")
-            assert refused.returncode == 1
-            assert "Head.setPose" in refused.stderr

@@ -47,15 +47,6 @@ def test_it_dances_and_stays_on_its_feet(behavior: MakeBehavior, body: str) -> N
     assert not b.robot.state.fallen
 
 
-@pytest.mark.parametrize("body", cases(["H25", "G1", "Cart"], ["H21", "T1"]))
-def test_it_turns_its_camera_to_the_ball(behavior: MakeBehavior, body: str) -> None:
-    b = behavior("behaviors/follow_ball.xml", robot="sim", body=body)
-    b.advance(6.0)
-    assert b.active == "follow"
-    assert off_the_middle(b, "follow_ball") < 2.0
-    assert not b.robot.state.fallen
-
-
 @pytest.mark.parametrize("body", cases(["H25", "T1", "Cart"], ["H21", "G1"]))
 def test_it_looks_everywhere_for_a_lost_ball_as_far_as_its_neck_reaches(
     behavior: MakeBehavior, body: str

@@ -49,23 +49,6 @@ def test_output_that_cannot_be_written_is_reported_in_one_line(
     assert "Traceback" not in done.stderr
 
 
-def test_a_package_goes_beside_its_files_and_can_be_imported(home: Path) -> None:
-    done = codegen("lamp.idl", "room.idl", cwd=home)
-    assert done.returncode == 0, done.stderr
-    assert set(files_in(home / "home")) == {"__init__.py", "lamp.py", "room.py", "py.typed", "schema.json"}
-    script = "from home import LampPrx, RoomPrx, Light; print(Light(1.5), RoomPrx.lightOf.__name__)"
-    ran = subprocess.run(
-        [sys.executable, "-c", script],
-        cwd=home,
-        env={**os.environ, "PYTHONPATH": f"{home}{os.pathsep}{ROOT}"},
-        capture_output=True,
-        text=True,
-        timeout=RUN_LIMIT,
-        check=False,
-    )
-    assert ran.stdout == "Light(power=1.5) lightOf\n", ran.stderr
-
-
 def test_an_included_file_is_generated_too_and_the_package_stays_complete(home: Path) -> None:
     (home / "fan.idl").write_text("module home { interface Fan { void spin(); }; };")
     assert codegen("room.idl", cwd=home).returncode == 0

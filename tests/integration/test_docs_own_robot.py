@@ -149,18 +149,6 @@ def test_the_lamp_of_a_urdf_does_what_the_page_says(folder: Path) -> None:
     }
 
 
-def test_a_model_alone_is_served_and_taken_for_what_the_page_says(folder: Path) -> None:
-    (said,) = [
-        command.output
-        for block in BLOCKS
-        for command in commands_of(block.text, block.language)
-        if command.text == "naoserver-sim --body rover.xml" and command.output
-    ]
-    lines = [re.escape(line).replace(re.escape("..."), ".*") for line in said.splitlines()]
-    with server(folder, "rover.xml", lines) as environment:
-        assert printed(folder, "drive.py", environment) == OUTPUTS["drive.py"]
-
-
 def test_what_is_guessed_is_written_with_its_reasons(folder: Path) -> None:
     command = module("naoserver_sim", "--body", "rover.xml", "--write-body", "guessed.toml")
     subprocess.run(

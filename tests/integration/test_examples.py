@@ -42,12 +42,6 @@ def run(environment: dict[str, str], directory: Path, *arguments: str) -> str:
     return result.stdout
 
 
-def test_turn_head(environment: dict[str, str], tmp_path: Path) -> None:
-    lines = run(environment, tmp_path, "turn_head").splitlines()
-    assert [line.split()[0] for line in lines] == ["at", "at", "at"]
-    assert [float(line.split()[1]) for line in lines] == pytest.approx([0.6, -0.6, 0.0], abs=0.03)
-
-
 def test_save_image(environment: dict[str, str], tmp_path: Path) -> None:
     assert run(environment, tmp_path, "save_image", "Camera", "out.ppm").startswith(
         "out.ppm: 320x240, taken at"

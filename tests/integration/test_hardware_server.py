@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import pty
 import runpy
@@ -10,15 +9,14 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import pytest
 
 from naoserver.hardware.sim_bus import SimBus
-from tests.support.limits import END_LIMIT, MOVE_LIMIT, RUN_LIMIT
+from tests.support.limits import END_LIMIT, RUN_LIMIT
 from tests.support.places import ROOT
 from tests.support.processes import STEADY, ComponentProcess, free_endpoint, module
-from tests.support.waiting import until
 
 SERVER: Final = str(ROOT / "visualhfsm/_commands/template_hardware/server.py")
 
@@ -54,10 +52,6 @@ def nao(environment: dict[str, str], *words: str) -> tuple[int, str]:
     return done.returncode, done.stdout + done.stderr
 
 
-def asked(environment: dict[str, str], operation: str) -> Any:
-    return json.loads(nao(environment, "call", operation)[1])
-
-
 @pytest.mark.slow
 def test_operators_see_that_no_command_reaches_a_robot_whose_cable_is_out(
     bus: SimBus, environment: dict[str, str]
@@ -75,22 +69,6 @@ def test_operators_see_that_no_command_reaches_a_robot_whose_cable_is_out(
         code, said = nao(client, "doctor")
         assert code == 1
         assert "no command reaches it" in said
-
-
-@pytest.mark.slow
-def test_it_holds_its_joints_at_the_start_and_lets_them_go_at_the_end(
-    bus: SimBus, environment: dict[str, str]
-) -> None:
-    endpoint = free_endpoint()
-    with serving(bus, endpoint, environment, "--start", "stiffen", "--end", "limp") as server:
-        server.wait_for("^ready")
-        client = {**environment, "VISUALHFSM_CONNECT": endpoint}
-        until(lambda: asked(client, "Body.getJointState")["stiffnesses"] == [1.0] * 4, MOVE_LIMIT)
-        server.process.terminate()
-        assert server.wait(END_LIMIT) == 143
-    with serving(bus, endpoint, environment) as server:
-        server.wait_for("^ready")
-        assert asked(client, "Body.getJointState")["stiffnesses"] == [0.0] * 4
 
 
 def test_a_bus_that_is_not_there_is_said_in_one_line(tmp_path: Path, environment: dict[str, str]) -> None:

@@ -68,15 +68,6 @@ def ready(endpoint: str, realm: str, *options: str) -> Iterator[Terminal]:
         os.close(main)
 
 
-def test_the_robot_is_stopped_with_a_reason_and_reset(robot: RobotClient) -> None:
-    safety = robot.proxy(SafetyPrx, "Safety")
-    with at(robot.endpoint, robot.realm):
-        assert "stopped: the robot refuses commands" in nao("stop", "stairs ahead").out
-        assert safety.getSafetyState().reason == "stairs ahead"
-        assert "reset: the robot accepts commands" in nao("stop", "--reset").out
-    assert not is_stopped(robot)
-
-
 def test_without_a_robot_it_says_so() -> None:
     outcome = nao("stop", "--connect", free_endpoint(), "--timeout", "0.1", "--seconds", "0.3")
     assert (outcome.code, "start a server there" in outcome.err) == (1, True)

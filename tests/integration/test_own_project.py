@@ -14,7 +14,6 @@ from pathlib import Path
 
 import pytest
 
-from codegen.command import app as codegen_app
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import read_document
 from naoserver.fake import FakeRobot
@@ -23,10 +22,8 @@ from tests.support.commands import run_here
 from tests.support.editing import find_problems
 from tests.support.editor import editor
 from tests.support.limits import EVENT_LIMIT, RUN_LIMIT, SHORT_RUN, START_LIMIT
-from tests.support.pages import DOCS, blocks_of
 from tests.support.processes import REPOSITORY, ComponentProcess, free_endpoint
 from tests.support.pushes import Pushes
-from tests.support.reader import commands_of
 from tests.support.robot_server import served
 from tests.support.soak import cases
 from visualhfsm._base.errors import VisualHfsmError
@@ -138,37 +135,6 @@ def test_files_of_a_person_are_never_overwritten(tmp_path: Path, name: str) -> N
         new(tmp_path)
     assert (tmp_path / name).read_text() == "mine"
     assert sorted(tmp_path.rglob("*")) == before
-
-
-def test_the_commands_of_its_readme_work(project: Path) -> None:
-    shown = [
-        command.text
-        for block in blocks_of((project / "README.md").read_text("utf-8"))
-        for command in commands_of(block.text, block.language)
-    ]
-    typed = {
-        command.text
-        for page in ("own-project.md", "version-control.md")
-        for block in blocks_of((DOCS / "how-to" / page).read_text("utf-8"))
-        for command in commands_of(block.text, block.language)
-    }
-    quick = {
-        "codegen interfaces/*.idl behaviors/*.xml": (codegen_app, 0),
-        "codegen --check interfaces/*.idl behaviors/*.xml": (codegen_app, 0),
-        "visualhfsm check behaviors": (app, 0),
-        "visualhfsm diff behaviors/blinker.xml": (app, 2),  # nothing has been committed
-    }
-    # Those that go on until Ctrl-C are typed by the tests of docs/, there with an end.
-    lasting = {"visualhfsm edit behaviors/blinker.xml", "nao stack ./stack.toml"}
-    assert lasting <= set(shown)
-    assert set(shown) - quick.keys() - lasting <= typed
-    for command, (program, code) in quick.items():
-        assert command in shown
-        name, *words = command.split()
-        files = [path for word in words for path in sorted(project.glob(word)) if not word.startswith("-")]
-        flags = [word for word in words if word.startswith("-") or word in ("check", "diff")]
-        done = run_here(program, name, *flags, *(file.relative_to(project) for file in files), cwd=project)
-        assert done.returncode == code, done.stderr
 
 
 def test_the_component_finds_its_interfaces_wherever_it_is_started(project: Path, tmp_path: Path) -> None:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import signal
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from typing import NamedTuple
 
-from interfaces.nao import HealthPrx, SafetyPrx, Teammate, TeamPrx
+from interfaces.nao import HealthPrx, Teammate, TeamPrx
 from naoserver.serving.medium import REPORT, StreamMedium
 from tests.support.limits import MOVE_LIMIT, START_LIMIT
 from tests.support.processes import ComponentProcess, free_endpoint, module
@@ -55,21 +54,6 @@ def holders(robots: list[Robot], costs: list[float]) -> list[str]:
 def until_holder(robots: list[Robot], costs: list[float], name: str) -> None:
     """Claim, as components do in each of their cycles, until one robot alone has the role."""
     until(lambda: holders(robots, costs) == [name], MOVE_LIMIT, step=0.05)
-
-
-def test_a_role_goes_over_when_its_robot_is_stopped_and_when_its_server_is_killed():
-    with team("nao", "nao2") as robots:
-        first, second = robots
-        first.team.reportBall(1.0, 2.0)
-        until(lambda: [m.ballX for m in second.team.getTeamState().mates] == [1.0], START_LIMIT)
-        until_holder(robots, [1.0, 2.0], "nao")
-        until(lambda: second.team.getRobotOf("striker") == "nao", MOVE_LIMIT)
-        SafetyPrx.checkedCast(first.communicator.stringToProxy("Safety")).emergencyStop("a test")
-        until_holder(robots, [1.0, 2.0], "nao2")
-        SafetyPrx.checkedCast(first.communicator.stringToProxy("Safety")).resetEmergencyStop()
-        until_holder(robots, [1.0, 2.0], "nao")
-        first.process.process.send_signal(signal.SIGKILL)
-        until_holder([second], [2.0], "nao2")
 
 
 def test_a_flood_of_strangers_hides_no_mate_and_delays_no_call():

@@ -64,16 +64,6 @@ def test_an_automaton_that_restarts_may_never_be_full(light: Document) -> None:
     assert result.verdict == "violated"
 
 
-def test_the_counterexample_is_the_one_shown(light: Document) -> None:
-    late = stated("eventually", "day/lamp/green", "2900", "late")
-    diagnostics = Diagnostics()
-    report_model(check_model(replace(light, properties=(late,)), PATH), diagnostics)
-    (found,) = diagnostics
-    message, *steps = SECTIONS["Verdicts"].blocks[-1].text.splitlines()
-    assert found.message == message
-    assert found.notes[0].message.splitlines()[1:] == steps
-
-
 def test_every_code_is_explained() -> None:
     codes = {code for code in Code if code[1] == "6"}
     assert set(re.findall(r"^\| ([EWN]6\d\d) \|", PAGE, re.M)) == codes

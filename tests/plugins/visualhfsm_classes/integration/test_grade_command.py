@@ -133,20 +133,9 @@ def marked(tmp_path_factory: pytest.TempPathFactory) -> Class:
     return Class(folder, number, grade(folder, "--language", "xx", contained=True))
 
 
-def test_a_class_gets_marks_reasons_and_pages(marked: Class) -> None:
-    assert len(marked.rows) == marked.handed_in
-    assert marked.points("ana", "ben") == ["10", "7"]
-    reason = "changes of side in 9 s: 1; asked: at least 3"  # of a language that the exercise has
-    did = "its states in the trial with the fewest points: `left` for 2 s, `right` for 7 s"
-    assert marked.rows["ben"]["reasons"] == f"{reason}; {did}"
-    page = (marked.marks / "ben.html").read_text("utf-8")
-    assert reason in page
-    assert "<iframe" in page
-    assert "ben.html" in (marked.marks / "index.html").read_text("utf-8")
-
-
 def test_a_folder_may_have_documents_that_one_imports(marked: Class) -> None:
     assert marked.points("kim") == ["10"]
+    assert len(marked.rows) == marked.handed_in
 
 
 def test_a_document_and_a_folder_of_one_name_have_pages_of_their_own(marked: Class) -> None:

@@ -80,16 +80,6 @@ def run(matches: Matches, match: Match) -> Played:
     return matches.run(match).require()
 
 
-def test_two_teams_that_stand_draw(tmp_path: Path, matches: Matches) -> None:
-    played = run(
-        matches, between(standing(tmp_path), standing(tmp_path, "other"), players=2, seconds=10, page=True)
-    )
-    found = played.result
-    assert [event.kind for event in found.events] == ["kick-off", "whistle", "end"]
-    assert (found.score, found.winner, found.lying, found.seconds) == ((0, 0), "", (), 10.0)
-    assert "match-page" in played.page
-
-
 def test_the_same_seed_gives_the_same_match_bit_by_bit(tmp_path: Path, matches: Matches) -> None:
     code = "self.Motors.setV(0.2)\nself.Motors.setW(random.uniform(-1, 1))"
     walks = written(tmp_path, "walks", code, proxy("Motors", "Motors"), libraries=("random",))

@@ -6,7 +6,6 @@ pytest.importorskip("qi", reason="a real robot needs libqi: pip install 'visualh
 
 from contextlib import closing
 
-from naoserver.bodies.nao import H25
 from naoserver.hardware.connection import CallFailed, CallTimeout, LinkLost
 from naoserver.naoqi._libqi_link import connect
 from naoserver.naoqi._link import NAME, RobotAddress
@@ -16,7 +15,6 @@ from tests.support.naoqi import call, connect_patiently
 from tests.support.processes import ComponentProcess, module
 from tests.support.robot_server import eventually
 
-YAW = H25.joint_names.index("HeadYaw")
 SUBSCRIBERS = "ALVideoDevice.getSubscribers"
 
 
@@ -40,13 +38,6 @@ def robot(address, link):
     with closing(NaoqiRobot(lambda _: connect_patiently(address))) as robot:
         robot.start()
         yield robot
-
-
-def test_joints_go_where_they_are_sent_and_the_robot_reports(robot, link):
-    robot.command_positions({"HeadYaw": 0.4, "LElbowRoll": -0.9}, {"HeadYaw": 4.0, "LElbowRoll": 3.0})
-    eventually(lambda: abs(robot.read().positions[YAW] - 0.4) < 0.01)
-    assert call(link, "ALMotion.getAngles", ["HeadYaw"], False) == [pytest.approx(0.4)]
-    assert robot.read().commands[YAW] == pytest.approx(0.4)
 
 
 def test_cameras_are_released_when_the_robot_is_closed(address, link):

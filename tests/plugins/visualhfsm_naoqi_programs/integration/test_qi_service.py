@@ -66,13 +66,6 @@ def angle(motion):
     return motion.getAngles("HeadYaw", True)[0]
 
 
-def test_the_head_turns_and_memory_reports_it(session, motion):
-    motion.setAngles("HeadYaw", 0.5, 1.0)
-    memory = session.service("ALMemory")
-    eventually_near(lambda: memory.getData(HEAD_YAW), 0.5, 0.01)
-    assert motion.getAngles(["HeadYaw"], False) == pytest.approx([0.5])
-
-
 def test_long_calls_keep_nobody_waiting(motion):
     motion.move(0.05, 0.0, 0.0)
     waiting = [motion.waitUntilMoveIsFinished(_async=True) for _ in range(40)]

@@ -315,17 +315,6 @@ def test_any_robot_is_shown_and_moves_by_the_names_of_its_joints_and_limbs(human
 # What ROS asks of it
 
 
-def test_a_velocity_drives_the_walk_and_silence_stops_it(humanoid: Robot) -> None:
-    motors = humanoid.nao.proxy(MotorsPrx, "Motors")
-    encoders = humanoid.nao.proxy(EncodersPrx, "Encoders")
-    start = encoders.getEncodersData().robotx
-    velocity = humanoid.publisher("geometry_msgs/msg/Twist", "/cmd_vel")
-    velocity.publish(linear={"x": 0.1, "y": 0.05}, angular={"z": 0.3})
-    eventually(lambda: (motors.getV(), motors.getL(), motors.getW()) == pytest.approx((0.1, 0.05, 0.3)))
-    eventually(lambda: (motors.getV(), motors.getL(), motors.getW()) == (0.0, 0.0, 0.0))
-    assert encoders.getEncodersData().robotx > start
-
-
 def test_a_stamped_velocity_drives_the_walk_in_the_robots_frame_only(shared: Robot) -> None:
     motors = shared.nao.proxy(MotorsPrx, "Motors")
     velocity = shared.publisher("geometry_msgs/msg/TwistStamped", "/cmd_vel")
