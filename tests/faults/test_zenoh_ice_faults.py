@@ -17,7 +17,7 @@ import zenoh
 
 from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx, Reading
-from tests.support.calculator_servant import CalculatorI, drains
+from tests.support.calculator_servant import CalculatorI
 from tests.support.carriers import is_used, over_both
 from tests.support.limited import HASTY, limited_pair
 from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT, FOREVER, LONGEST_CALL, RUN_LIMIT
@@ -25,7 +25,6 @@ from tests.support.processes import REPOSITORY, STEADY, ComponentProcess, free_e
 from tests.support.relay import Relay
 from tests.support.waiting import call_until_it_works, links, listened, until
 from zenoh_ice import (
-    AlreadyRegisteredException,
     Communicator,
     CommunicatorDestroyedException,
     ConfigurationException,
@@ -543,18 +542,6 @@ class TestEndpoints:
             calculator.count()
         assert sum(servant.counted for servant in servants) == 20
 
-    def test_identity_of_another_process_is_refused(
-        self, pair: Pair, make_communicator: MakeCommunicator
-    ) -> None:
-        pair.adapter.add(CalculatorI(), "Calculator")
-        CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
-        second = pair.client.createObjectAdapter("Second")
-        second.add(CalculatorI(), "Calculator")
-        with pytest.raises(AlreadyRegisteredException, match="'Calculator'"):
-            second.activate()
-        with pytest.raises(AlreadyRegisteredException):
-            pair.adapter.add(CalculatorI(), "Calculator")
-
 
 def run_script(script: str, *arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
@@ -768,26 +755,6 @@ def test_destroy_in_the_middle_of_everything(
         thread.join(EVENT_LIMIT)
         assert not thread.is_alive()
     assert not surprises
-
-
-def test_servants_that_never_return_hold_up_the_end_for_one_limit_together(
-    endpoint: str,
-    make_communicator: MakeCommunicator,
-    caplog: pytest.LogCaptureFixture,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    waited, pair = drains(monkeypatch), limited_pair(endpoint, make_communicator, Limits(drain=0.2))
-    servants = [CalculatorI() for _ in range(4)]
-    for number, servant in enumerate(servants):
-        pair.adapter.add(servant, f"Stuck{number}")
-        CalculatorPrx.checkedCast(pair.client.stringToProxy(f"Stuck{number}")).sleep.begin(FOREVER)
-        assert servant.entered.wait(EVENT_LIMIT)
-    pair.server.shutdown()
-    assert len(waited) == len(servants)
-    assert sum(waited) <= 0.2
-    assert "a call of Stuck0@nao still runs" in caplog.text
-    for servant in servants:
-        servant.leave.set()
 
 
 @pytest.mark.parametrize("timeout", [0.1, 0.5])

@@ -83,6 +83,9 @@ class TestIdentities:
         with pytest.raises(ObjectNotExistException):
             proxy.who()
         assert pair.adapter.removeAll(["Ball"]) == {}
+        pair.adapter.add(servant, "Ball")
+        assert GripperPrx.checkedCast(proxy).who() == "plain:Ball"
+        assert proxy.who() == "plain:Ball"
 
     def test_identity_is_served_once(self, pair: Pair, make_communicator: MakeCommunicator) -> None:
         pair.adapter.add(GripperI(), "Ball")
@@ -115,15 +118,15 @@ class TestIdentities:
         assert servant.moved == [1.0, 1.0]
 
     @over_both
-    def test_servant_may_call_itself_under_another_name(self, pair: Pair) -> None:
+    def test_servant_may_call_itself_under_any_name(self, pair: Pair) -> None:
         class Nested(GripperI):
             def text(self, size: int, current: Current) -> str:
-                return gripper(current.communicator, "Right").who()
+                return ", ".join(gripper(current.communicator, name).who() for name in ("Left", "Right"))
 
         servant = Nested("nested")
         for name in ("Left", "Right"):
             pair.adapter.add(servant, name)
-        assert gripper(pair.client, "Left").text(1) == "nested:Right"
+        assert gripper(pair.client, "Left").text(1) == "nested:Left, nested:Right"
 
 
 class TestCurrent:

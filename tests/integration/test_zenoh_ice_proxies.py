@@ -54,10 +54,7 @@ def remove(pair: Pair) -> None:
 class TestTexts:
     @pytest.mark.parametrize(
         "text",
-        [
-            "Head",
-            "Left.Arm_1-b@other",
-        ],
+        ["Head", "Left.Arm_1-b@other"],
     )
     def test_proxy_comes_back_from_its_text(self, pair: Pair, text: str) -> None:
         proxy = pair.client.stringToProxy(text)
@@ -67,6 +64,26 @@ class TestTexts:
     def test_endpoints_are_refused_with_a_hint(self, pair: Pair) -> None:
         with pytest.raises(ConfigurationException, match="endpoints are settings, such as --connect"):
             pair.client.stringToProxy("Head:default -p 9999")
+
+    def test_texts_of_nobody_are_refused(self, pair: Pair) -> None:
+        impossible = [
+            "",
+            "a/b",
+            "/a",
+            "a/",
+            "a -f x",
+            "a -x b",
+            "a -o",
+            "*",
+            "a@",
+            "@nao",
+            "a b",
+            "a@b@c",
+            "x" * 200,
+        ]
+        for text in impossible:
+            with pytest.raises(ConfigurationException):
+                pair.client.stringToProxy(text)
 
     def test_proxies_are_equal_when_they_call_alike(self, pair: Pair) -> None:
         proxy = pair.client.stringToProxy("Head")
