@@ -44,7 +44,7 @@ TESTS = {
     "no thread takes calls": "test_a_server_that_executes_no_calls_is_not_announced_until_it_does",
     "a blocked link": "test_a_call_that_may_not_take_so_long_is_given_up",
     "no shared memory": "test_without_memory_they_come_over_the_network",
-    "shared memory full": "test_answers_go_through_the_socket_while_it_is_full",
+    "shared memory full": "test_answers_go_through_the_socket_while_there_is_no_memory",
     "image read too late": "test_a_sample_whose_server_ended_before_it_was_read_is_skipped",
     "a client that takes no answers": "test_nobody_waits_for_those_who_read_late_and_they_get_all",
     "more local clients than half of the files that the server may open": "test_a_thousand_clients_leave_a_server_files_and_cost_no_threads",

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing, contextmanager
 from functools import partial
+from itertools import product
 
 import pytest
 import zenoh
@@ -18,11 +19,12 @@ import zenoh
 from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI
-from tests.support.carriers import is_used, over_both
+from tests.support.carriers import LOCAL, NETWORK, is_used, over_both, over_one
 from tests.support.limited import HASTY, limited_pair
 from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT, FOREVER, LONGEST_CALL, RUN_LIMIT
 from tests.support.processes import REPOSITORY, STEADY, ComponentProcess, free_endpoint, module
 from tests.support.relay import Relay
+from tests.support.soak import cases
 from tests.support.waiting import call_until_it_works, links, listened, until
 from zenoh_ice import (
     Communicator,
@@ -69,6 +71,8 @@ with initialize(clock="wall", connect=[sys.argv[1]]) as client:
     print("called by", calculator.who(), flush=True)
     os._exit(0)
 """
+
+ORDERS = ("both at once", "server first", "client first", "twice", "from a callback")
 
 MakeCommunicator = Callable[..., Communicator]
 
@@ -205,7 +209,7 @@ class TestServerKilled:
             assert calculator.getReading.wait(timeout=EVENT_LIMIT).value.count > 0
         subscription.close()
 
-    @over_both
+    @over_one
     def test_idempotent_call_is_sent_once_more_and_no_other(
         self, endpoint: str, make_communicator: MakeCommunicator
     ) -> None:
@@ -293,7 +297,7 @@ class TestServerFrozen:
             with pytest.raises((TimeoutException, ConnectionLostException)):
                 calculator.ice_invocationTimeout(1000).echo(data)
 
-    @over_both
+    @over_one
     def test_what_was_given_up_meanwhile_is_not_executed_when_it_goes_on(
         self, lasting: tuple[ComponentProcess, str], make_communicator: MakeCommunicator
     ) -> None:
@@ -381,7 +385,7 @@ class TestClients:
             assert is_used(carrier, process.process.pid)
             yield process, client_id
 
-    @over_both
+    @over_one
     def test_server_is_notified_of_a_killed_client(
         self, lasting: tuple[ComponentProcess, str], other: tuple[ComponentProcess, str]
     ) -> None:
@@ -419,7 +423,7 @@ class TestClients:
         until(lambda: who in lost)
         assert names[0].startswith("zenoh_ice")
 
-    @over_both
+    @over_one
     def test_a_client_that_ended_before_its_token_came_is_lost(
         self, by_environment: None, endpoint: str, make_communicator: MakeCommunicator
     ) -> None:
@@ -431,7 +435,7 @@ class TestClients:
             client_id = process.wait_for("^called by (.*)")[1].strip()
             until(lambda: lost == [client_id])
 
-    @over_both
+    @over_one
     def test_a_client_whose_call_is_executed_after_its_end_is_lost_again(
         self, by_environment: None, endpoint: str, make_communicator: MakeCommunicator
     ) -> None:
@@ -679,9 +683,12 @@ def test_a_session_that_cannot_end_in_time_does_not_fail_the_end(
     assert "close operation timed out" in caplog.text
 
 
-@over_both
 @pytest.mark.parametrize(
-    "order", ["both at once", "server first", "client first", "twice", "from a callback"]
+    ("carrier", "order"),
+    cases(
+        [(LOCAL, "both at once"), (NETWORK, "from a callback")],
+        (pytest.param(*each) for each in product((LOCAL, NETWORK), ORDERS)),
+    ),
 )
 def test_destroy_in_the_middle_of_everything(
     endpoint: str, make_communicator: MakeCommunicator, order: str

@@ -11,7 +11,7 @@ import pytest
 from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx, DivisionByZero
 from tests.support.calculator_servant import CalculatorI
-from tests.support.carriers import everywhere, is_used, over_both
+from tests.support.carriers import anywhere, is_used, over_both
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.waiting import until
 from zenoh_ice import Communicator, CommunicatorDestroyedException, TimeoutException
@@ -25,7 +25,7 @@ def calculator(carrier: str, caller: Communicator, servant: CalculatorI) -> Calc
     return proxy
 
 
-@everywhere
+@anywhere
 class TestWaiting:
     def test_results_come_in_any_order(self, calculator: CalculatorPrx) -> None:
         futures = [calculator.add.begin(float(number), 1.0) for number in range(40)]
@@ -116,7 +116,7 @@ class TestWaiting:
         assert reported == [3.0]
 
 
-@everywhere
+@anywhere
 class TestCancelling:
     def test_wait_ends_at_once(self, calculator: CalculatorPrx, servant: CalculatorI) -> None:
         future = calculator.sleep.begin(FOREVER)
@@ -156,7 +156,7 @@ class TestCancelling:
             future.result(CALL_LIMIT)
 
 
-@everywhere
+@anywhere
 class TestAsyncio:
     def test_calls_are_awaited(self, calculator: CalculatorPrx) -> None:
         async def calls() -> list[float]:
@@ -209,13 +209,13 @@ class TestTheEnd:
                 assert reported.acquire(timeout=EVENT_LIMIT)
         servant.leave.set()
 
-    @everywhere
+    @anywhere
     def test_call_that_nobody_waits_for_has_its_outcome(self, calculator: CalculatorPrx) -> None:
         future = calculator.add.begin(1.0, 2.0)
         until(future.done)
         assert future.result(0.0) == 3.0
 
-    @everywhere
+    @anywhere
     def test_calls_that_wait_cost_no_threads(self, calculator: CalculatorPrx, servant: CalculatorI) -> None:
         calculator.add(1.0, 2.0)
         before = threading.active_count()

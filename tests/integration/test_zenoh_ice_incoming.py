@@ -17,7 +17,7 @@ import zenoh
 
 from tests.conftest import Pair
 from tests.support.attachments import encode_call_attachment
-from tests.support.carriers import is_used, over_both
+from tests.support.carriers import is_used, over_both, over_one
 from tests.support.gripper import GripperI, GripperPrx
 from tests.support.limited import limited_pair
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
@@ -314,7 +314,7 @@ class TestServersThatFail:
                 gripper.close.begin(1.0).result(EVENT_LIMIT)
         assert "internal error" in caplog.text
 
-    @over_both
+    @over_one
     def test_error_while_a_call_is_executed_costs_the_servant_no_turn(
         self, pair: Pair, servant: GripperI, monkeypatch: pytest.MonkeyPatch
     ) -> None:

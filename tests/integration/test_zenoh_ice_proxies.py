@@ -6,7 +6,7 @@ import msgspec
 import pytest
 
 from tests.conftest import Pair
-from tests.support.carriers import over_both
+from tests.support.carriers import over_one
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.notebook import Notebook, NotebookPrx
 from tests.support.stranger import session_of
@@ -115,7 +115,7 @@ class TestUnansweredCalls:
         with pytest.raises(AccessDeniedException, match=r"Guarded\.about"):
             proxy.about()
 
-    @over_both
+    @over_one
     def test_call_that_nobody_explains_may_have_been_executed(self, pair: Pair) -> None:
         """The servant is only known by its token: it is unknown whether the call reached it."""
         key = servant_token(
@@ -145,7 +145,7 @@ class TestUnansweredCalls:
                 NotebookPrx.checkedCast(pair.client.stringToProxy("Old"))
         assert str(caught.value) == f"{reason}, this is {own}: install the same version on both sides"
 
-    @over_both
+    @over_one
     def test_call_whose_link_is_cut_is_lost(self, pair: Pair, remote: NotebookPrx) -> None:
         pair.server.destroy()
         with pytest.raises(ConnectionLostException):

@@ -12,7 +12,7 @@ import pytest
 from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx
 from tests.support.calculator_servant import CalculatorI
-from tests.support.carriers import is_used, over_both
+from tests.support.carriers import is_used, over_both, over_one
 from tests.support.limited import limited_pair
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.notebook import Notebook, NotebookPrx
@@ -99,7 +99,7 @@ def test_a_call_that_waits_does_not_overtake_those_begun_before_it(pair: Pair) -
         assert notebook.wait_for(41)[-1] == "last"
 
 
-@over_both
+@over_one
 def test_call_that_was_cancelled_before_it_was_sent_is_not(
     make_communicator: Callable[..., Communicator],
 ) -> None:
@@ -115,7 +115,7 @@ def test_call_that_was_cancelled_before_it_was_sent_is_not(
     assert wanted.result(EVENT_LIMIT) == 1
 
 
-@over_both
+@over_one
 def test_first_call_and_its_search_end_within_one_limit(
     make_communicator: Callable[..., Communicator],
 ) -> None:
