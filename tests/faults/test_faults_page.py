@@ -50,8 +50,8 @@ TESTS = {
     "more local clients than half of the files that the server may open": "test_a_thousand_clients_leave_a_server_files_and_cost_no_threads",
     "date jumps, samples": "test_a_sample_ages_whatever_becomes_of_the_date",
     "date jumps, calls": "test_calls_that_wait_are_executed_whatever_becomes_of_the_date",
-    "robot's time jumps": "test_a_jump_of_the_robots_time_wakes_sleepers",
-    "robot's clock silent": "test_the_robots_time_goes_on_while_nothing_is_heard_of_it",
+    "robot's time jumps": "test_it_goes_on_while_the_robot_is_away_and_follows_the_next_one",
+    "robot's clock silent": "test_it_goes_on_while_the_robot_is_away_and_follows_the_next_one",
 }
 """The test of what a row says, in tests/faults or tests/integration."""
 

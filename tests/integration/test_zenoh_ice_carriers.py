@@ -203,14 +203,24 @@ class TestOutOfReach:
         assert servant.moved == [1.0, 2.0, 3.0]
         assert over_network == ["nao/Gripper/move"] * 3
 
-    @pytest.mark.parametrize("place", ["1.0", "{pid}.9999", "999999999.5"], ids=["other", "file", "process"])
+    @pytest.mark.parametrize(
+        "place",
+        [
+            pytest.param("{space}.1.0", id="other"),
+            pytest.param("{space}.{pid}.9999", id="file"),
+            pytest.param("{space}.999999999.5", id="process"),
+            # As in a container with its own processes, or as another user or group.
+            pytest.param("0123456789abcdef.1.1", id="space"),
+        ],
+    )
     def test_the_network_carries_all(
         self, pair: Pair, over_network: list[str], monkeypatch: pytest.MonkeyPatch, place: str
     ) -> None:
         servant = GripperI()
-        with self.said(monkeypatch, f"{local_space()}.{place.format(pid=os.getpid())}"):
+        with self.said(monkeypatch, place.format(space=local_space(), pid=os.getpid())):
             pair.adapter.add(servant, "Gripper")
         self.call(pair, servant, over_network)
+        assert local_connections() == 0
 
     def test_the_socket_of_another_server_is_not_used(
         self,
@@ -227,16 +237,6 @@ class TestOutOfReach:
         with self.said(monkeypatch, other.getCommunicator().transport.local_address):
             pair.adapter.add(servant, "Gripper")
         self.call(pair, servant, over_network)
-
-    def test_a_socket_of_another_space_is_not_looked_for(
-        self, pair: Pair, over_network: list[str], monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        """As in a container with its own processes, or as another user or group."""
-        servant = GripperI()
-        with self.said(monkeypatch, "0123456789abcdef.1.1"):
-            pair.adapter.add(servant, "Gripper")
-        self.call(pair, servant, over_network)
-        assert local_connections() == 0
 
 
 def test_client_that_turned_the_sockets_off_calls_beside_one_that_did_not(

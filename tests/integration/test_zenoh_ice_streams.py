@@ -27,6 +27,7 @@ from zenoh_ice import (
     CommunicatorDestroyedException,
     ConfigurationException,
     MarshalException,
+    ObjectNotExistException,
     Sample,
     TimeoutException,
 )
@@ -426,6 +427,12 @@ def test_oversized_sample_is_reported(pair: Pair, calculator: CalculatorPrx, ser
                 session_of(pair.server).put("nao/Calculator/getReading", bytes((1 << 20) + 1))
             calculator.getReading.latest()
             time.sleep(0.005)
+
+
+def test_wait_on_an_absent_servant_says_so(pair: Pair) -> None:
+    absent = CalculatorPrx.uncheckedCast(pair.client.stringToProxy("Absent"))
+    with pytest.raises(ObjectNotExistException):
+        absent.getReading.wait(timeout=0.1)
 
 
 def _switches(thread: threading.Thread) -> int:
