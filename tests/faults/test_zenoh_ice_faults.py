@@ -24,6 +24,7 @@ from tests.support.limited import HASTY, limited_pair
 from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT, FOREVER, LONGEST_CALL, RUN_LIMIT
 from tests.support.processes import REPOSITORY, STEADY, ComponentProcess, free_endpoint, module
 from tests.support.relay import Relay
+from tests.support.serving import serve
 from tests.support.soak import cases
 from tests.support.waiting import call_until_it_works, links, listened, until
 from zenoh_ice import (
@@ -136,9 +137,7 @@ class TestNoServer:
             target=lambda: found.append(CalculatorPrx.checkedCast(client.stringToProxy("Calculator")))
         )
         looking.start()
-        adapter = make_communicator(listen=[endpoint]).createObjectAdapter("Late")
-        adapter.add(CalculatorI(), "Calculator")
-        adapter.activate()
+        serve(make_communicator(listen=[endpoint]), CalculatorI(), "Calculator")
         looking.join(EVENT_LIMIT)
         assert found[0].add(1.0, 2.0) == 3.0
 
@@ -246,9 +245,7 @@ class TestServerKilled:
             first.process.kill()
             until(lambda: "Calculator" not in second.identities())
             servant = CalculatorI()
-            adapter = second.createObjectAdapter("Second")
-            adapter.add(servant, "Calculator")
-            adapter.activate()
+            serve(second, servant, "Calculator")
             for thread in threads:
                 thread.join(CALL_LIMIT)
         assert outcomes["idempotent"] == 3.0
@@ -489,10 +486,7 @@ class TestClients:
         self, endpoint: str, server: ComponentProcess, make_communicator: MakeCommunicator
     ) -> None:
         behavior, monitor = (make_communicator(connect=[endpoint]) for _ in range(2))
-        adapter = behavior.createObjectAdapter("Behavior")
-        servant = CalculatorI()
-        adapter.add(servant, "Behavior")
-        adapter.activate()
+        servant = serve(behavior, CalculatorI(), "Behavior")
         proxy = CalculatorPrx.checkedCast(monitor.stringToProxy("Behavior"))
         assert proxy.add(1.0, 2.0) == 3.0
         until(lambda: behavior.client_id in links(monitor))
@@ -521,9 +515,7 @@ class TestEndpoints:
         self, endpoint: str, make_communicator: MakeCommunicator
     ) -> None:
         server = make_communicator(listen=[endpoint], connect=[endpoint], limits=HASTY)
-        adapter = server.createObjectAdapter("Own")
-        adapter.add(CalculatorI(), "Calculator")
-        adapter.activate()
+        serve(server, CalculatorI(), "Calculator")
         client = make_communicator(connect=[endpoint])
         assert CalculatorPrx.checkedCast(client.stringToProxy("Calculator")).add(1.0, 2.0) == 3.0
         with pytest.raises(ObjectNotExistException):
@@ -536,9 +528,7 @@ class TestEndpoints:
         endpoints = [free_endpoint(), free_endpoint()]
         servants = [CalculatorI(), CalculatorI()]
         for endpoint, servant in zip(endpoints, servants, strict=True):
-            adapter = make_communicator(listen=[endpoint]).createObjectAdapter("Twin")
-            adapter.add(servant, "Calculator")
-            adapter.activate()
+            serve(make_communicator(listen=[endpoint]), servant, "Calculator")
         client = make_communicator(connect=endpoints)
         calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
         until(lambda: len(links(client)) == 2)

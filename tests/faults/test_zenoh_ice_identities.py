@@ -13,17 +13,12 @@ from tests.support.calculator import NEWER_CALCULATOR, CalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI
 from tests.support.limits import EVENT_LIMIT
 from tests.support.processes import free_endpoint
+from tests.support.serving import serve
 from tests.support.waiting import listened, until
 from zenoh_ice import Communicator, Current, InterfaceMismatchException, Object, Publisher, generated
 from zenoh_ice.data.interface import Interface, Operation
 
 MakeCommunicator = Callable[..., Communicator]
-
-
-def serve(communicator: Communicator, servant: Object) -> None:
-    adapter = communicator.createObjectAdapter("Test")
-    adapter.add(servant, "Calculator")
-    adapter.activate()
 
 
 class TestTwoServers:
@@ -32,7 +27,7 @@ class TestTwoServers:
         """Two that serve a calculator, and do not know of each other."""
         first, second = (make_communicator(listen=[free_endpoint()]) for _ in range(2))
         for server in (first, second):
-            serve(server, CalculatorI())
+            serve(server, CalculatorI(), "Calculator")
         return first, second
 
     def test_those_that_meet_late_each_log_an_error_that_names_the_other(
@@ -140,7 +135,7 @@ def test_a_server_that_comes_back_with_another_version_is_refused_by_calls_and_s
 ) -> None:
     client = make_communicator(connect=[endpoint])
     first, older = make_communicator(listen=[endpoint]), CalculatorI()
-    serve(first, older)
+    serve(first, older, "Calculator")
     calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
     received: list[int] = []
     calculator.getReading.subscribe(lambda sample: received.append(sample.value.count))
@@ -151,7 +146,7 @@ def test_a_server_that_comes_back_with_another_version_is_refused_by_calls_and_s
     first.destroy()
 
     newer = NewerCalculatorI()
-    serve(make_communicator(listen=[endpoint]), newer)
+    serve(make_communicator(listen=[endpoint]), newer, "Calculator")
     until(lambda: client.identities() == ["Calculator"])
     with pytest.raises(InterfaceMismatchException, match="add"):
         calculator.add(1.5, 2.0)

@@ -12,6 +12,7 @@ import pytest
 from interfaces.nao import Clock, ClockReading
 from tests.support.limited import HASTY
 from tests.support.limits import EVENT_LIMIT
+from tests.support.serving import serve
 from tests.support.waiting import until
 from zenoh_ice import (
     CommunicatorDestroyedException,
@@ -50,9 +51,7 @@ def serving(servant: ClockI, endpoint: str) -> Iterator[None]:
             servant.getTimePublisher.publish(servant.reading())
 
     with initialize(listen=[endpoint], connect=[]) as communicator:
-        adapter = communicator.createObjectAdapter("Robot")
-        adapter.add(servant, "Clock")
-        adapter.activate()
+        serve(communicator, servant, "Clock")
         thread = threading.Thread(target=publish, daemon=True)
         thread.start()
         try:

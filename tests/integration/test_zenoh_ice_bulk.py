@@ -23,6 +23,7 @@ from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, START_LIMIT
 from tests.support.memory_files import lent_bytes, open_memory_files, shared_maps
 from tests.support.open_files import open_files
 from tests.support.processes import ComponentProcess, free_endpoint, module
+from tests.support.serving import serve
 from tests.support.soak import cases, repeated
 from tests.support.waiting import until
 from zenoh_ice import Communicator, Current, MarshalException, TimeoutException
@@ -151,10 +152,7 @@ class TestMemory:
         make_communicator: Callable[..., Communicator],
     ) -> None:
         server = make_communicator(listen=[endpoint], limits=Limits(last_reads=0.0))
-        adapter = server.createObjectAdapter("Test")
-        adapter.activate()
-        servant = ImageI()
-        adapter.add(servant, "Camera")
+        servant = serve(server, ImageI(), "Camera")
         lent = []
         for _ in range(repeated(2, soak=5)):
             with ComponentProcess(module("tests.support.bulk_client", endpoint, "0")) as client:
@@ -228,10 +226,7 @@ class TestMemory:
     ) -> None:
         before = shared_maps(), open_memory_files()
         server, client = make_communicator(listen=[endpoint]), make_communicator(connect=[endpoint])
-        adapter = server.createObjectAdapter("Test")
-        adapter.activate()
-        servant = ImageI()
-        adapter.add(servant, "Camera")
+        servant = serve(server, ImageI(), "Camera")
         proxy = camera(client)
         wait_for_memory(lambda: proxy.getImageData("GRAY8"))
         proxy.getImageData.latest()
@@ -265,9 +260,7 @@ def test_without_local_sockets_answers_are_the_same(
 ) -> None:
     before = shared_maps(), lent_bytes()
     server = make_communicator(listen=[endpoint], local_sockets=without != "servant")
-    adapter = server.createObjectAdapter("Test")
-    adapter.activate()
-    adapter.add(ImageI(), "Camera")
+    serve(server, ImageI(), "Camera")
     maps = shared_maps(), lent_bytes()
     if without == "another machine":
         monkeypatch.setattr(routes, "local_space", lambda: "0123456789abcdef")
@@ -296,9 +289,7 @@ def test_answers_go_through_the_socket_while_there_is_no_memory(
     before, content = lent_bytes(), bytes(size)
     monkeypatch.setattr(os, missing, refuse)
     server = make_communicator(listen=[endpoint])
-    adapter = server.createObjectAdapter("Test")
-    adapter.activate()
-    adapter.add(CalculatorI(), "Calculator")
+    serve(server, CalculatorI(), "Calculator")
     proxy = CalculatorPrx.checkedCast(make_communicator(connect=[endpoint]).stringToProxy("Calculator"))
     for _ in range(5):
         assert proxy.echo(content) == content

@@ -23,6 +23,7 @@ from tests.support.limited import limited_pair
 from tests.support.limits import EVENT_LIMIT, RUN_LIMIT, START_LIMIT
 from tests.support.memory_files import lent_bytes, shared_maps
 from tests.support.processes import ComponentProcess, module
+from tests.support.serving import serve
 from tests.support.soak import repeated
 from tests.support.stranger import session_of
 from tests.support.waiting import until
@@ -166,10 +167,7 @@ class TestWays:
         before = lent_bytes()
         monkeypatch.setattr(os, missing, refuse)
         server, client = make_communicator(listen=[endpoint]), make_communicator(connect=[endpoint])
-        adapter = server.createObjectAdapter("Test")
-        adapter.activate()
-        servant = ImageI()
-        adapter.add(servant, "Camera")
+        servant = serve(server, ImageI(), "Camera")
         images, numbers = Images(), Numbers(servant)
         with camera(client).getImageData.subscribe(images.take):
             numbers.publish_until(lambda: images.numbers)
@@ -499,10 +497,7 @@ class TestChanges:
         with ImageProviderPrx.uncheckedCast(proxy).getImageData.subscribe(take, queue=8):
             for run in range(1, 4):
                 server = make_communicator(listen=[endpoint])
-                adapter = server.createObjectAdapter("Test")
-                adapter.activate()
-                servant = ImageI()
-                adapter.add(servant, "Camera")
+                servant = serve(server, ImageI(), "Camera")
                 network, numbers = Network(server), Numbers(servant)
                 numbers.publish_until(partial(lambda run: len(runs) == run, run), START_LIMIT)
                 network.wait_until_unused(servant)

@@ -23,6 +23,7 @@ from tests.support.carriers import (
 )
 from tests.support.gripper import GripperI, GripperPrx
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
+from tests.support.serving import serve
 from tests.support.waiting import until
 from zenoh_ice import Communicator, ConnectionLostException, Current, TimeoutException
 from zenoh_ice.carriers._local.server import local_space
@@ -258,9 +259,7 @@ def test_server_without_a_socket_serves_over_the_network(
 ) -> None:
     server = make_communicator(listen=[endpoint], **off)
     assert server.transport.local_address == ""
-    adapter = server.createObjectAdapter("Test")
-    adapter.add(GripperI("plain"), "Gripper")
-    adapter.activate()
+    serve(server, GripperI("plain"), "Gripper")
     assert server.transport.local_address == ""
 
 

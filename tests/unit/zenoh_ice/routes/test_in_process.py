@@ -14,6 +14,7 @@ from tests.support.calculator import CALCULATOR, CalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER, LONGEST_CALL
 from tests.support.receivers import Taken, Taker
+from tests.support.serving import serve
 from tests.support.waiting import at_once
 from zenoh_ice import (
     Communicator,
@@ -137,9 +138,7 @@ def communicator() -> Communicator:
 
 
 def calculator(communicator: Communicator, servant: CalculatorI) -> CalculatorPrx:
-    adapter = communicator.createObjectAdapter("Test")
-    adapter.add(servant, "Calculator")
-    adapter.activate()
+    serve(communicator, servant, "Calculator")
     return CalculatorPrx.checkedCast(communicator.stringToProxy("Calculator"))
 
 
