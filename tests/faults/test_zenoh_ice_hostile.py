@@ -17,6 +17,7 @@ from tests.support.calculator_servant import CalculatorI
 from tests.support.gripper import GRIPPER, GripperI, GripperPrx
 from tests.support.hostile_bytes import HostileBytes, bombs
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
+from tests.support.soak import repeated
 from tests.support.stranger import Stranger, stranger
 from tests.support.waiting import until
 from tests.support.wire_doors import check_error
@@ -33,7 +34,7 @@ from zenoh_ice.threads.limits import Limits
 
 TARGET = Target("nao", "Calculator")
 PREFIX = TARGET.key("")
-INPUTS = 300
+INPUTS = repeated(150, soak=3000)
 
 PAYLOADS = [
     msgpack.packb({"a": 1.0, "b": 2.0}),

@@ -24,7 +24,7 @@ from tests.support.limits import EVENT_LIMIT, RUN_LIMIT, START_LIMIT
 from tests.support.memory_files import lent_bytes, shared_maps
 from tests.support.processes import ComponentProcess, module
 from tests.support.serving import serve
-from tests.support.soak import repeated
+from tests.support.soak import cases, repeated
 from tests.support.stranger import session_of
 from tests.support.waiting import until
 from zenoh_ice import Communicator, Sample
@@ -219,7 +219,7 @@ class TestReaders:
         slow.check()
         quick.check()
 
-    @pytest.mark.parametrize("queue", [1, 8, 9, 40])
+    @pytest.mark.parametrize("queue", cases([1, 9], [8, 40]))
     def test_as_many_wait_as_there_is_room_for(
         self, queue: int, pair: Pair, servant: ImageI, network: Network
     ) -> None:

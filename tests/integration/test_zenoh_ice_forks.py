@@ -18,6 +18,7 @@ from tests.support.calculator_servant import CalculatorI
 from tests.support.carriers import local_connections
 from tests.support.limits import EVENT_LIMIT, FOREVER, LONGEST_CALL, RUN_LIMIT
 from tests.support.serving import serve
+from tests.support.soak import cases
 from tests.support.waiting import until
 from zenoh_ice import Communicator, ConnectionLostException
 
@@ -147,7 +148,7 @@ def parent(
                 os.kill(child, signal.SIGKILL)
 
 
-@pytest.mark.parametrize("way", ["os", "fork", "spawn"])
+@pytest.mark.parametrize("way", cases(["fork"], ["os", "spawn"]))
 def test_the_end_of_a_parent_is_noticed_while_its_child_lives(
     endpoint: str, make_communicator: Callable[..., Communicator], tmp_path: Path, way: str
 ) -> None:
