@@ -56,10 +56,10 @@ def test_a_destroyed_adapter_leaves_nothing_behind(pair: Pair) -> None:
 
 
 class TestIdentities:
-    @pytest.mark.parametrize("identity", ["", "a/b", "/a", "a/", "=", "+a", "a b", "*", "x" * 129])
-    def test_impossible_identity_is_refused(self, pair: Pair, identity: str) -> None:
-        with pytest.raises(ConfigurationException):
-            pair.adapter.add(GripperI(), identity)
+    def test_impossible_identity_is_refused(self, pair: Pair) -> None:
+        for identity in ("", "a/b", "/a", "a/", "=", "+a", "a b", "*", "x" * 129):
+            with pytest.raises(ConfigurationException):
+                pair.adapter.add(GripperI(), identity)
 
     def test_servant_with_a_coroutine_is_refused(self, pair: Pair) -> None:
         class Later(GripperI):

@@ -316,7 +316,7 @@ def test_the_largest_arguments_and_results_arrive(
     calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
     wait_for_memory(lambda: calculator.echo(PIXELS))
     content = os.urandom(size)
-    for _ in range(repeated(2, soak=5)):
+    for _ in range(repeated(1, soak=5)):
         answer = calculator.echo(content) if waits else calculator.echo.begin(content).result(CALL_LIMIT)
         assert answer == content
 

@@ -67,26 +67,14 @@ class TestValues:
         assert is_used(carrier)
 
     @anywhere
-    def test_inherited_and_own_operations_are_served(self, calculator: ScientificPrx) -> None:
-        assert calculator.power(2.0, 10.0) == 1024.0
+    def test_values_of_each_kind_arrive(self, calculator: ScientificPrx) -> None:
+        assert calculator.power(2.0, 10.0) == 1024.0  # its own operation; the others are inherited
         assert CalculatorPrx.checkedCast(calculator).add(1.0, 1.0) == 2.0
-
-    @anywhere
-    def test_out_parameters_follow_the_return_value(self, calculator: ScientificPrx) -> None:
-        assert calculator.divide(7.0, 2.0) == (3.0, 1.0)
-
-    @anywhere
-    def test_out_parameters_of_a_void_operation_stand_alone(self, calculator: ScientificPrx) -> None:
-        assert calculator.split([1.0, 2.0, 3.0]) == ([1.0], [2.0, 3.0])
-
-    @anywhere
-    def test_not_a_number_and_infinity_pass(self, calculator: ScientificPrx) -> None:
         assert math.isnan(calculator.add(math.nan, 1.0))
         assert calculator.add(math.inf, 1.0) == math.inf
-
-    @anywhere
-    def test_recursive_values_arrive(self, calculator: ScientificPrx) -> None:
         assert calculator.total(Node(1, Node(2, Node(3, None)))) == 6
+        assert calculator.divide(7.0, 2.0) == (3.0, 1.0)  # out parameters follow the return value
+        assert calculator.split([1.0, 2.0, 3.0]) == ([1.0], [2.0, 3.0])  # or stand alone
 
     @everywhere
     def test_large_byte_sequences_arrive(self, calculator: ScientificPrx) -> None:
@@ -173,27 +161,24 @@ class TestExceptions:
         with pytest.raises(OperationNotExistException, match="'fly'"):
             calculator.ice_invoke(Operation("fly", arguments=_Nothing, result=_Nothing))
 
-    @anywhere
-    def test_wrong_type_is_refused_with_its_path(self, calculator: ScientificPrx) -> None:
-        with pytest.raises(MarshalException, match=r"Calculator\.add") as caught:
-            calculator.add("one", 2.0)  # type: ignore[arg-type]
-        assert caught.value.path == "$.a"
-
-    @anywhere
-    def test_nested_wrong_type_is_refused_with_its_path(self, calculator: ScientificPrx) -> None:
-        with pytest.raises(MarshalException) as caught:
-            calculator.total(Node(1, Node(1 << 40, None)))
-        assert caught.value.path == "$.head.next.value"
-
-    @anywhere
-    def test_value_that_cannot_travel_is_refused(self, calculator: ScientificPrx) -> None:
-        with pytest.raises(MarshalException, match="object"):
-            calculator.add(object(), 2.0)  # type: ignore[arg-type]
-
-    @anywhere
-    def test_oversized_request_is_refused(self, calculator: ScientificPrx) -> None:
-        with pytest.raises(MarshalException, match="bytes; at most"):
-            calculator.split([0.5] * 200_000)
+    @pytest.mark.parametrize(
+        ("operation", "argument", "message", "path"),
+        [
+            pytest.param("add", "one", r"Calculator\.add", "$.a", id="type"),
+            pytest.param(
+                "total", Node(1, Node(1 << 40, None)), r"Calculator\.total", "$.head.next.value", id="nested"
+            ),
+            pytest.param("add", object(), "object", "", id="what cannot travel"),
+            pytest.param("split", [0.5] * 200_000, "bytes; at most", "", id="size"),
+        ],
+    )
+    def test_wrong_arguments_are_refused(
+        self, calculator: ScientificPrx, operation: str, argument: object, message: str, path: str
+    ) -> None:
+        call = getattr(calculator, operation)
+        with pytest.raises(MarshalException, match=message) as caught:
+            call(argument, 2.0) if operation == "add" else call(argument)
+        assert not path or caught.value.path == path
         assert calculator.add(1.0, 1.0) == 2.0
 
     @over_one

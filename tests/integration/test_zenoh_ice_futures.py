@@ -31,12 +31,18 @@ class TestWaiting:
         futures = [calculator.add.begin(float(number), 1.0) for number in range(40)]
         assert [future.result() for future in reversed(futures)] == [40.0 - number for number in range(40)]
 
-    def test_result_can_be_asked_for_again(self, calculator: CalculatorPrx) -> None:
+    def test_known_outcome_stays(self, calculator: CalculatorPrx) -> None:
+        """It can be asked for again, is told to callbacks, and is not cancelled any more."""
         future = calculator.add.begin(1.0, 2.0)
-        assert future.result() == future.result(0.0) == 3.0
+        until(future.done)  # though nobody waits for it
+        assert future.result(0.0) == future.result() == 3.0
         assert future.exception() is None
-        assert future.done()
         assert not future.running()
+        reported: list[float] = []
+        future.add_done_callback(lambda done: reported.append(done.result()))
+        assert reported == [3.0]
+        assert not future.cancel()
+        assert future.result() == 3.0
 
     def test_short_wait_raises_and_a_longer_one_has_the_result(
         self, calculator: CalculatorPrx, servant: CalculatorI
@@ -108,13 +114,6 @@ class TestWaiting:
             future.result(limit)
         servant.leave.set()
 
-    def test_callback_is_called_for_an_outcome_that_is_known(self, calculator: CalculatorPrx) -> None:
-        future = calculator.add.begin(1.0, 2.0)
-        future.result()
-        reported: list[float] = []
-        future.add_done_callback(lambda done: reported.append(done.result()))
-        assert reported == [3.0]
-
 
 @anywhere
 class TestCancelling:
@@ -140,12 +139,6 @@ class TestCancelling:
         assert not wait([future], EVENT_LIMIT).not_done
         waiting.join(EVENT_LIMIT)
         servant.leave.set()
-
-    def test_known_outcome_cannot_be_cancelled(self, calculator: CalculatorPrx) -> None:
-        future = calculator.add.begin(1.0, 2.0)
-        assert future.result() == 3.0
-        assert not future.cancel()
-        assert future.result() == 3.0
 
     def test_call_that_has_not_been_sent_can_be_cancelled(self, caller: Communicator) -> None:
         """The servant is looked for first."""
@@ -208,12 +201,6 @@ class TestTheEnd:
             if watched:
                 assert reported.acquire(timeout=EVENT_LIMIT)
         servant.leave.set()
-
-    @anywhere
-    def test_call_that_nobody_waits_for_has_its_outcome(self, calculator: CalculatorPrx) -> None:
-        future = calculator.add.begin(1.0, 2.0)
-        until(future.done)
-        assert future.result(0.0) == 3.0
 
     @anywhere
     def test_calls_that_wait_cost_no_threads(self, calculator: CalculatorPrx, servant: CalculatorI) -> None:

@@ -491,31 +491,16 @@ def test_stream_may_be_followed_before_its_servant_is_there(pair: Pair) -> None:
     assert early.getReading.wait(timeout=EVENT_LIMIT).value.count == 1
 
 
-def test_destroy_ends_a_wait(pair: Pair, servant: CalculatorI) -> None:
-    calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
-    outcome: list[BaseException] = []
-
-    def wait() -> None:
-        try:
-            calculator.getReading.wait(timeout=FOREVER)
-        except CommunicatorDestroyedException as error:
-            outcome.append(error)
-
-    waiter = threading.Thread(target=wait)
-    waiter.start()
-    assert listened(servant.getReadingPublisher, EVENT_LIMIT)
-    pair.client.destroy()
-    waiter.join(EVENT_LIMIT)
-    assert len(outcome) == 1
-
-
-def test_destroy_ends_the_rest_between_the_samples_of_a_slow_loop(pair: Pair, servant: CalculatorI) -> None:
+@pytest.mark.parametrize("rests", [False, True], ids=["before a sample", "between those of a slow loop"])
+def test_destroy_ends_a_wait(pair: Pair, servant: CalculatorI, rests: bool) -> None:
     calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
     first = threading.Event()
     outcome: list[BaseException] = []
 
     def follow() -> None:
         try:
+            if not rests:
+                calculator.getReading.wait(timeout=FOREVER)
             for _ in calculator.getReading.samples(FOREVER, rate=0.001):
                 first.set()
         except CommunicatorDestroyedException as error:
@@ -524,8 +509,9 @@ def test_destroy_ends_the_rest_between_the_samples_of_a_slow_loop(pair: Pair, se
     follower = threading.Thread(target=follow)
     follower.start()
     assert listened(servant.getReadingPublisher, EVENT_LIMIT)
-    servant.getReadingPublisher.publish(Reading(1, []))
-    assert first.wait(EVENT_LIMIT)
+    if rests:
+        servant.getReadingPublisher.publish(Reading(1, []))
+        assert first.wait(EVENT_LIMIT)
     pair.client.destroy()
     follower.join(EVENT_LIMIT)
     assert len(outcome) == 1
