@@ -9,6 +9,7 @@ import msgspec
 import pytest
 
 from tests.support.gripper import GripperI
+from tests.support.hostile_bytes import bombs
 from tests.support.limits import EVENT_LIMIT
 from tests.support.waiting import until
 from zenoh_ice import (
@@ -24,6 +25,7 @@ from zenoh_ice.routes.in_process import InProcessTransport
 from zenoh_ice.threads.pool import Pool
 from zenoh_ice.transport import Receiver
 
+BOMBS = [pytest.param(bomb, id=f"bomb {number}") for number, bomb in enumerate(bombs())]
 NO_ARGUMENTS = b"\x80"
 MOVE = msgspec.msgpack.encode({"position": 1.0})
 
@@ -121,6 +123,7 @@ def answer(
         pytest.param(b"\x90", id="an array"),
         pytest.param(b"\x81\xa8position\xa2\xff\xfe", id="not UTF-8"),
         pytest.param(bytes((1 << 20) + 1), id="too large"),
+        *BOMBS,
     ],
 )
 def test_a_malformed_call_is_refused_and_the_next_one_executed(
@@ -133,7 +136,7 @@ def test_a_malformed_call_is_refused_and_the_next_one_executed(
     assert servant.moved == [1.0]
 
 
-@pytest.mark.parametrize("attachment", [b"\xc1", b"\x91\x01", b"\x91" * 400, b"x" * 4096])
+@pytest.mark.parametrize("attachment", [b"\xc1", b"\x91\x01", b"\x91" * 400, b"x" * 4096, *BOMBS])
 def test_a_call_with_a_malformed_attachment_is_refused(
     communicator: Communicator, servant: GripperI, attachment: bytes
 ) -> None:
