@@ -306,7 +306,7 @@ class TestBreaks:
     def test_of_sockets(self, pair: Pair, servant: Ordered) -> None:
         gripper = GripperPrx.checkedCast(pair.client.stringToProxy("Gripper"))
         gripper.move(0.0)
-        self.check(gripper, servant, cut_local_connections, repeated(100, 10_000))
+        self.check(gripper, servant, cut_local_connections, repeated(40, 10_000))
 
     def test_of_links_with_the_sockets_beside_them(self, pair: Pair, servant: Ordered) -> None:
         gripper = GripperPrx.checkedCast(pair.client.stringToProxy("Gripper"))
@@ -315,7 +315,7 @@ class TestBreaks:
         assert isinstance(transport, RoutedTransport)
         assert transport.routes is not None
         cut = partial(transport.routes.lost, pair.server.client_id)
-        self.check(gripper, servant, cut, repeated(100, 10_000))
+        self.check(gripper, servant, cut, repeated(40, 10_000))
 
     @pytest.mark.parametrize("carrier", [NETWORK])
     def test_of_links(self, pair: Pair, servant: Ordered, make_communicator: MakeCommunicator) -> None:
