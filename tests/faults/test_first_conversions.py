@@ -15,7 +15,7 @@ from tests.support.soak import repeated
 def test_threads_that_convert_any_type_first_at_once_keep_the_process() -> None:
     seeds = [random.randrange(1 << 30) for _ in range(repeated(1, 200))]
     done = subprocess.run(
-        [sys.executable, "-m", "tests.support.first_conversions", *map(str, seeds)],
+        [sys.executable, "-m", "tests.support.first_conversions", *map(str, [repeated(100, 10_000), *seeds])],
         capture_output=True,
         text=True,
     )

@@ -11,21 +11,23 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing, contextmanager
 from functools import partial
+from itertools import product
 
 import pytest
 import zenoh
 
 from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx, Reading
-from tests.support.calculator_servant import CalculatorI, drains
-from tests.support.carriers import is_used, over_both
+from tests.support.calculator_servant import CalculatorI
+from tests.support.carriers import LOCAL, NETWORK, is_used, over_both, over_one
 from tests.support.limited import HASTY, limited_pair
 from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT, FOREVER, LONGEST_CALL, RUN_LIMIT
 from tests.support.processes import REPOSITORY, STEADY, ComponentProcess, free_endpoint, module
 from tests.support.relay import Relay
+from tests.support.serving import serve
+from tests.support.soak import cases
 from tests.support.waiting import call_until_it_works, links, listened, until
 from zenoh_ice import (
-    AlreadyRegisteredException,
     Communicator,
     CommunicatorDestroyedException,
     ConfigurationException,
@@ -70,6 +72,8 @@ with initialize(clock="wall", connect=[sys.argv[1]]) as client:
     print("called by", calculator.who(), flush=True)
     os._exit(0)
 """
+
+ORDERS = ("both at once", "server first", "client first", "twice", "from a callback")
 
 MakeCommunicator = Callable[..., Communicator]
 
@@ -133,9 +137,7 @@ class TestNoServer:
             target=lambda: found.append(CalculatorPrx.checkedCast(client.stringToProxy("Calculator")))
         )
         looking.start()
-        adapter = make_communicator(listen=[endpoint]).createObjectAdapter("Late")
-        adapter.add(CalculatorI(), "Calculator")
-        adapter.activate()
+        serve(make_communicator(listen=[endpoint]), CalculatorI(), "Calculator")
         looking.join(EVENT_LIMIT)
         assert found[0].add(1.0, 2.0) == 3.0
 
@@ -206,7 +208,7 @@ class TestServerKilled:
             assert calculator.getReading.wait(timeout=EVENT_LIMIT).value.count > 0
         subscription.close()
 
-    @over_both
+    @over_one
     def test_idempotent_call_is_sent_once_more_and_no_other(
         self, endpoint: str, make_communicator: MakeCommunicator
     ) -> None:
@@ -243,9 +245,7 @@ class TestServerKilled:
             first.process.kill()
             until(lambda: "Calculator" not in second.identities())
             servant = CalculatorI()
-            adapter = second.createObjectAdapter("Second")
-            adapter.add(servant, "Calculator")
-            adapter.activate()
+            serve(second, servant, "Calculator")
             for thread in threads:
                 thread.join(CALL_LIMIT)
         assert outcomes["idempotent"] == 3.0
@@ -294,7 +294,7 @@ class TestServerFrozen:
             with pytest.raises((TimeoutException, ConnectionLostException)):
                 calculator.ice_invocationTimeout(1000).echo(data)
 
-    @over_both
+    @over_one
     def test_what_was_given_up_meanwhile_is_not_executed_when_it_goes_on(
         self, lasting: tuple[ComponentProcess, str], make_communicator: MakeCommunicator
     ) -> None:
@@ -382,7 +382,7 @@ class TestClients:
             assert is_used(carrier, process.process.pid)
             yield process, client_id
 
-    @over_both
+    @over_one
     def test_server_is_notified_of_a_killed_client(
         self, lasting: tuple[ComponentProcess, str], other: tuple[ComponentProcess, str]
     ) -> None:
@@ -420,7 +420,7 @@ class TestClients:
         until(lambda: who in lost)
         assert names[0].startswith("zenoh_ice")
 
-    @over_both
+    @over_one
     def test_a_client_that_ended_before_its_token_came_is_lost(
         self, by_environment: None, endpoint: str, make_communicator: MakeCommunicator
     ) -> None:
@@ -432,7 +432,7 @@ class TestClients:
             client_id = process.wait_for("^called by (.*)")[1].strip()
             until(lambda: lost == [client_id])
 
-    @over_both
+    @over_one
     def test_a_client_whose_call_is_executed_after_its_end_is_lost_again(
         self, by_environment: None, endpoint: str, make_communicator: MakeCommunicator
     ) -> None:
@@ -486,10 +486,7 @@ class TestClients:
         self, endpoint: str, server: ComponentProcess, make_communicator: MakeCommunicator
     ) -> None:
         behavior, monitor = (make_communicator(connect=[endpoint]) for _ in range(2))
-        adapter = behavior.createObjectAdapter("Behavior")
-        servant = CalculatorI()
-        adapter.add(servant, "Behavior")
-        adapter.activate()
+        servant = serve(behavior, CalculatorI(), "Behavior")
         proxy = CalculatorPrx.checkedCast(monitor.stringToProxy("Behavior"))
         assert proxy.add(1.0, 2.0) == 3.0
         until(lambda: behavior.client_id in links(monitor))
@@ -518,9 +515,7 @@ class TestEndpoints:
         self, endpoint: str, make_communicator: MakeCommunicator
     ) -> None:
         server = make_communicator(listen=[endpoint], connect=[endpoint], limits=HASTY)
-        adapter = server.createObjectAdapter("Own")
-        adapter.add(CalculatorI(), "Calculator")
-        adapter.activate()
+        serve(server, CalculatorI(), "Calculator")
         client = make_communicator(connect=[endpoint])
         assert CalculatorPrx.checkedCast(client.stringToProxy("Calculator")).add(1.0, 2.0) == 3.0
         with pytest.raises(ObjectNotExistException):
@@ -533,27 +528,13 @@ class TestEndpoints:
         endpoints = [free_endpoint(), free_endpoint()]
         servants = [CalculatorI(), CalculatorI()]
         for endpoint, servant in zip(endpoints, servants, strict=True):
-            adapter = make_communicator(listen=[endpoint]).createObjectAdapter("Twin")
-            adapter.add(servant, "Calculator")
-            adapter.activate()
+            serve(make_communicator(listen=[endpoint]), servant, "Calculator")
         client = make_communicator(connect=endpoints)
         calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
         until(lambda: len(links(client)) == 2)
         for _ in range(20):
             calculator.count()
         assert sum(servant.counted for servant in servants) == 20
-
-    def test_identity_of_another_process_is_refused(
-        self, pair: Pair, make_communicator: MakeCommunicator
-    ) -> None:
-        pair.adapter.add(CalculatorI(), "Calculator")
-        CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
-        second = pair.client.createObjectAdapter("Second")
-        second.add(CalculatorI(), "Calculator")
-        with pytest.raises(AlreadyRegisteredException, match="'Calculator'"):
-            second.activate()
-        with pytest.raises(AlreadyRegisteredException):
-            pair.adapter.add(CalculatorI(), "Calculator")
 
 
 def run_script(script: str, *arguments: str) -> subprocess.CompletedProcess[str]:
@@ -692,9 +673,12 @@ def test_a_session_that_cannot_end_in_time_does_not_fail_the_end(
     assert "close operation timed out" in caplog.text
 
 
-@over_both
 @pytest.mark.parametrize(
-    "order", ["both at once", "server first", "client first", "twice", "from a callback"]
+    ("carrier", "order"),
+    cases(
+        [(LOCAL, "both at once"), (NETWORK, "from a callback")],
+        (pytest.param(*each) for each in product((LOCAL, NETWORK), ORDERS)),
+    ),
 )
 def test_destroy_in_the_middle_of_everything(
     endpoint: str, make_communicator: MakeCommunicator, order: str
@@ -768,26 +752,6 @@ def test_destroy_in_the_middle_of_everything(
         thread.join(EVENT_LIMIT)
         assert not thread.is_alive()
     assert not surprises
-
-
-def test_servants_that_never_return_hold_up_the_end_for_one_limit_together(
-    endpoint: str,
-    make_communicator: MakeCommunicator,
-    caplog: pytest.LogCaptureFixture,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    waited, pair = drains(monkeypatch), limited_pair(endpoint, make_communicator, Limits(drain=0.2))
-    servants = [CalculatorI() for _ in range(4)]
-    for number, servant in enumerate(servants):
-        pair.adapter.add(servant, f"Stuck{number}")
-        CalculatorPrx.checkedCast(pair.client.stringToProxy(f"Stuck{number}")).sleep.begin(FOREVER)
-        assert servant.entered.wait(EVENT_LIMIT)
-    pair.server.shutdown()
-    assert len(waited) == len(servants)
-    assert sum(waited) <= 0.2
-    assert "a call of Stuck0@nao still runs" in caplog.text
-    for servant in servants:
-        servant.leave.set()
 
 
 @pytest.mark.parametrize("timeout", [0.1, 0.5])

@@ -9,22 +9,16 @@ from typing import ClassVar
 
 import pytest
 
-from tests.conftest import Pair
-from tests.support.calculator import NEWER_CALCULATOR, CalculatorPrx, NewerCalculatorPrx, Reading
+from tests.support.calculator import NEWER_CALCULATOR, CalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI
 from tests.support.limits import EVENT_LIMIT
 from tests.support.processes import free_endpoint
+from tests.support.serving import serve
 from tests.support.waiting import listened, until
 from zenoh_ice import Communicator, Current, InterfaceMismatchException, Object, Publisher, generated
 from zenoh_ice.data.interface import Interface, Operation
 
 MakeCommunicator = Callable[..., Communicator]
-
-
-def serve(communicator: Communicator, servant: Object) -> None:
-    adapter = communicator.createObjectAdapter("Test")
-    adapter.add(servant, "Calculator")
-    adapter.activate()
 
 
 class TestTwoServers:
@@ -33,7 +27,7 @@ class TestTwoServers:
         """Two that serve a calculator, and do not know of each other."""
         first, second = (make_communicator(listen=[free_endpoint()]) for _ in range(2))
         for server in (first, second):
-            serve(server, CalculatorI())
+            serve(server, CalculatorI(), "Calculator")
         return first, second
 
     def test_those_that_meet_late_each_log_an_error_that_names_the_other(
@@ -136,23 +130,12 @@ class NewerCalculatorI(Object):
         return self.ice_publisher(_get_reading)
 
 
-def test_another_version_is_refused(pair: Pair) -> None:
-    servant = CalculatorI()
-    pair.adapter.add(servant, "Calculator")
-    newer = NewerCalculatorPrx.uncheckedCast(pair.client.stringToProxy("Calculator"))
-    for refused in (lambda: newer.add(1.0, 2.0), lambda: NewerCalculatorPrx.checkedCast(newer)):
-        with pytest.raises(InterfaceMismatchException) as caught:
-            refused()
-        assert caught.value.expected == "c0ffee0000000003"
-        assert "the proxy has `::test::Calculator::add(int a" in caught.value.member
-
-
 def test_a_server_that_comes_back_with_another_version_is_refused_by_calls_and_streams(
     endpoint: str, make_communicator: MakeCommunicator, caplog: pytest.LogCaptureFixture
 ) -> None:
     client = make_communicator(connect=[endpoint])
     first, older = make_communicator(listen=[endpoint]), CalculatorI()
-    serve(first, older)
+    serve(first, older, "Calculator")
     calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
     received: list[int] = []
     calculator.getReading.subscribe(lambda sample: received.append(sample.value.count))
@@ -163,7 +146,7 @@ def test_a_server_that_comes_back_with_another_version_is_refused_by_calls_and_s
     first.destroy()
 
     newer = NewerCalculatorI()
-    serve(make_communicator(listen=[endpoint]), newer)
+    serve(make_communicator(listen=[endpoint]), newer, "Calculator")
     until(lambda: client.identities() == ["Calculator"])
     with pytest.raises(InterfaceMismatchException, match="add"):
         calculator.add(1.5, 2.0)

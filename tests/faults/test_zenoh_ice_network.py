@@ -16,6 +16,7 @@ from tests.support.calculator_servant import CalculatorI
 from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT, FOREVER, LONGEST_CALL
 from tests.support.processes import ComponentProcess, module
 from tests.support.relay import Relay
+from tests.support.serving import serve
 from tests.support.soak import cases
 from tests.support.waiting import call_until_it_works, links, listened, until
 from zenoh_ice import (
@@ -49,10 +50,7 @@ def line(
     """A line whose ends notice silence after the lease that the test is marked with."""
     lease = getattr(request, "param", CALL_LIMIT)
     server = make_communicator(listen=[endpoint], lease=lease)
-    adapter = server.createObjectAdapter("Test")
-    servant = CalculatorI()
-    adapter.add(servant, "Calculator")
-    adapter.activate()
+    servant = serve(server, CalculatorI(), "Calculator")
     with Relay(endpoint) as relay:
         # It listens on nothing: gossip would lead the server around the relay, as a local socket would.
         client = make_communicator(connect=[relay.endpoint], listen=[], lease=lease, local_sockets=False)
@@ -170,18 +168,11 @@ class TestRouter:
             process.wait_for("the router listens")
             yield process
 
-    def serve(self, communicator: Communicator) -> CalculatorI:
-        adapter = communicator.createObjectAdapter("Test")
-        servant = CalculatorI()
-        adapter.add(servant, "Calculator")
-        adapter.activate()
-        return servant
-
     def test_direct_links_outlive_the_router_that_made_them_known(
         self, endpoint: str, router: ComponentProcess, make_communicator: MakeCommunicator
     ) -> None:
         server = make_communicator(connect=[endpoint])
-        self.serve(server)
+        serve(server, CalculatorI(), "Calculator")
         client = make_communicator(connect=[endpoint])
         calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
         until(lambda: server.client_id in links(client))
@@ -203,7 +194,7 @@ class TestRouter:
             make_communicator(connect=[endpoint], mode="client", timeout=CALL_LIMIT, local_sockets=False)
             for _ in range(2)
         )
-        servant = self.serve(server)
+        servant = serve(server, CalculatorI(), "Calculator")
         calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
         pending = patient(calculator).sleep.begin(FOREVER)
         assert servant.entered.wait(EVENT_LIMIT)
@@ -221,9 +212,7 @@ def test_silent_connections_keep_no_new_client_out(
     endpoint: str, make_communicator: MakeCommunicator
 ) -> None:
     server = make_communicator(listen=[endpoint], lease=LONGEST_CALL)  # for as long it waits for each of them
-    adapter = server.createObjectAdapter("Test")
-    adapter.add(CalculatorI(), "Calculator")
-    adapter.activate()
+    serve(server, CalculatorI(), "Calculator")
     host, _, port = endpoint.partition("/")[2].rpartition(":")
     with ExitStack() as connections:
         silent = [

@@ -9,7 +9,7 @@ import psutil
 import pytest
 
 from tests.support.calculator import CalculatorPrx
-from tests.support.carriers import is_used, over_both
+from tests.support.carriers import is_used, over_one
 from tests.support.limits import CALL_LIMIT, FOREVER, LONGEST_CALL
 from tests.support.processes import ComponentProcess, module
 from zenoh_ice import BusyException, Communicator
@@ -21,7 +21,7 @@ WAITING = 64  # calls of a servant
 MEGABYTE = 1 << 20
 
 
-@over_both
+@over_one
 def test_too_many_calls_are_refused_and_take_no_memory(
     carrier: str, endpoint: str, make_communicator: MakeCommunicator
 ) -> None:

@@ -15,7 +15,7 @@ from interfaces.nao import JointsPrx, SafetyPrx
 from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI
-from tests.support.carriers import LOCAL, LOCAL_SOCKETS, is_used, over_both
+from tests.support.carriers import LOCAL, LOCAL_SOCKETS, is_used, over_one
 from tests.support.limited import limited_pair
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER, LONGEST_CALL
 from tests.support.processes import STEADY, ComponentProcess, module
@@ -26,7 +26,7 @@ from zenoh_ice.threads.limits import Limits
 
 MakeCommunicator = Callable[..., Communicator]
 
-pytestmark = over_both
+pytestmark = over_one
 
 ROOM = 4 << 20  # bytes that the process may still allocate: the stack of a thread has 8 MB
 TOGETHER = 20  # calls

@@ -15,7 +15,7 @@ from tests.support.carriers import everywhere
 from tests.support.limits import EVENT_LIMIT
 from tests.support.slice_compiler import imported
 from tests.support.waiting import listened
-from zenoh_ice import Communicator, InterfaceMismatchException, MarshalException
+from zenoh_ice import Communicator, MarshalException
 from zenoh_ice.data.reflection import describe_package
 
 SOURCE = Path(__file__).parents[1] / "data" / "slice_output" / "everything" / "everything.idl"
@@ -210,32 +210,6 @@ def test_a_class_that_the_client_does_not_know_is_refused(tmp_path: Path, pair: 
         shelter = ours.ShelterPrx.checkedCast(pair.client.stringToProxy("Shelter"))
         with pytest.raises(MarshalException, match="no class that fits is known as '::zoo::Puppy'"):
             shelter.adopt("Rex")
-
-
-def test_a_mismatch_names_the_member(tmp_path: Path, pair: Pair) -> None:
-    newer = (ZOO % "").replace("int tricks", "long tricks").replace("string name)", "string name, int age)")
-    with (
-        imported(tmp_path / "old", "zoo_before", {"zoo.idl": ZOO % ""}) as old,
-        imported(tmp_path / "new", "zoo_after", {"zoo.idl": newer}) as new,
-    ):
-        ours = __import__(f"{old.__name__}.zoo", fromlist=["Dog"])
-        theirs: Any = __import__(f"{new.__name__}.zoo", fromlist=["Dog"])
-
-        class ShelterI(theirs.Shelter):  # type: ignore[misc]
-            def adopt(self, name, age, current):
-                return None
-
-        pair.adapter.add(ShelterI(), "Shelter")
-        proxy = pair.client.stringToProxy("Shelter")
-        with pytest.raises(InterfaceMismatchException) as at_cast:
-            ours.ShelterPrx.checkedCast(proxy)
-        with pytest.raises(InterfaceMismatchException) as at_call:
-            ours.ShelterPrx.uncheckedCast(proxy).adopt("Rex")
-        assert at_cast.value.member == at_call.value.member
-        assert at_cast.value.member == (
-            "the proxy has `::zoo::Shelter::adopt(string name): ::zoo::Animal` where the servant has "
-            "`::zoo::Shelter::adopt(string name, int age): ::zoo::Animal`"
-        )
 
 
 def test_operations_can_have_names_that_python_keeps_for_itself(tmp_path: Path, pair: Pair) -> None:

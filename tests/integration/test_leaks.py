@@ -200,53 +200,44 @@ def errors(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, str]
     return run(tmp_path_factory.mktemp("leaking"), {**LEAKING, "clean": CLEAN, "locked": LOCKED})
 
 
-def test_everything_a_test_leaves_is_reported(errors: dict[str, dict[str, str]]) -> None:
-    reported = errors["everything"]
-    assert list(reported) == ["test_thread", "test_thread_of_a_thread", "test_process", "test_communicator"]
-    for name, kind in zip(
-        reported, ("thread 'idler'", "thread 'idler'", "process '", "Zenoh session "), strict=True
-    ):
-        assert re.fullmatch(
-            f"the test left behind the {kind}.* of test_everything.py::{name}", reported[name]
-        )
-    assert "the thread 'zenoh_ice nao-1' of" in reported["test_communicator"]
+REPORTED: dict[str, dict[str, list[str]]] = {
+    "everything": {
+        "test_thread": ["^the test left behind the thread 'idler'.* of {file}::test_thread$"],
+        "test_thread_of_a_thread": [
+            "^the test left behind the thread 'idler'.* of {file}::test_thread_of_a_thread$"
+        ],
+        "test_process": ["^the test left behind the process '.* of {file}::test_process$"],
+        "test_communicator": [
+            "^the test left behind the Zenoh session .* of {file}::test_communicator$",
+            "the thread 'zenoh_ice nao-1' of",
+        ],
+    },
+    # What older things start is reported when they have ended.
+    "older": {
+        "test_last": [
+            "the thread 'idler' of {file}::test_thread",
+            "the process '.*' of {file}::test_process",
+            "the Zenoh session .* of {file}::test_communicator",
+        ]
+    },
+    "beside": {
+        "test_process": [""],
+        "test_communicator": [""],
+        "test_last": ["test_beside.py left behind the thread 'idler' of {file}::test_thread"],
+    },
+    "fixtures": {"test_it": ["^{file} left behind the thread 'idler' of {file}::test_it$"]},
+    "clean": {},  # it ends with its test, or with what is older
+    "locked": {},  # the check does not wait for a session that Zenoh keeps locked
+}
+"""What the errors of which tests say, by the name of their file."""
 
 
-def test_what_ends_with_its_test_or_with_what_is_older_is_not_reported(
-    errors: dict[str, dict[str, str]],
-) -> None:
-    assert errors["clean"] == {}
-
-
-def test_the_check_does_not_wait_for_a_session_that_zenoh_keeps_locked(
-    errors: dict[str, dict[str, str]],
-) -> None:
-    assert errors["locked"] == {}
-
-
-def test_what_older_things_start_and_do_not_end_is_reported_when_they_have_ended(
-    errors: dict[str, dict[str, str]],
-) -> None:
-    reported = errors["older"]
-    assert reported.keys() == {"test_last"}
-    for kind, name in (
-        ("thread 'idler'", "thread"),
-        ("process '.*'", "process"),
-        ("Zenoh session .*", "communicator"),
-    ):
-        assert re.search(f"the {kind} of test_older.py::test_{name}", reported["test_last"])
-
-
-def test_what_a_test_leaves_is_reported_beside_older_things(errors: dict[str, dict[str, str]]) -> None:
-    reported = errors["beside"]
-    assert list(reported) == ["test_process", "test_communicator", "test_last"]
-    left = "test_beside.py left behind the thread 'idler' of test_beside.py::test_thread"
-    assert left in reported["test_last"]
-
-
-def test_what_shared_fixtures_leave_is_reported(errors: dict[str, dict[str, str]]) -> None:
-    left = "test_fixtures.py left behind the thread 'idler' of test_fixtures.py::test_it"
-    assert errors["fixtures"] == {"test_it": left}
+@pytest.mark.parametrize("name", REPORTED)
+def test_what_tests_leave_behind_is_reported(errors: dict[str, dict[str, str]], name: str) -> None:
+    assert list(errors[name]) == list(REPORTED[name])
+    for test, parts in REPORTED[name].items():
+        for part in parts:
+            assert re.search(part.format(file=f"test_{name}.py"), errors[name][test])
 
 
 def test_a_process_that_keeps_the_output_of_a_component_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:

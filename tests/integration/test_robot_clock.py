@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 
 import pytest
@@ -12,6 +12,8 @@ import pytest
 from interfaces.nao import Clock, ClockReading
 from tests.support.limited import HASTY
 from tests.support.limits import EVENT_LIMIT
+from tests.support.serving import serve
+from tests.support.waiting import until
 from zenoh_ice import (
     CommunicatorDestroyedException,
     ConnectFailedException,
@@ -49,9 +51,7 @@ def serving(servant: ClockI, endpoint: str) -> Iterator[None]:
             servant.getTimePublisher.publish(servant.reading())
 
     with initialize(listen=[endpoint], connect=[]) as communicator:
-        adapter = communicator.createObjectAdapter("Robot")
-        adapter.add(servant, "Clock")
-        adapter.activate()
+        serve(communicator, servant, "Clock")
         thread = threading.Thread(target=publish, daemon=True)
         thread.start()
         try:
@@ -59,13 +59,6 @@ def serving(servant: ClockI, endpoint: str) -> Iterator[None]:
         finally:
             ended.set()
             thread.join()
-
-
-def wait_until(condition: Callable[[], bool], limit: float = EVENT_LIMIT) -> None:
-    deadline = time.monotonic() + limit
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.005)
 
 
 @pytest.mark.parametrize("choice", ["auto", "sim"])
@@ -80,15 +73,15 @@ def test_a_component_goes_by_the_time_of_a_simulation(endpoint: str, choice: str
         clock.sleep(2.0)
         assert servant.reading().time >= before + 2.0
         servant.start, servant.rate, servant.began = 500.0, 20.0, time.monotonic()
-        wait_until(lambda: clock.rate == 20.0)
-        wait_until(lambda: abs(clock.now() - servant.reading().time) < 5.0)
+        until(lambda: clock.rate == 20.0)
+        until(lambda: abs(clock.now() - servant.reading().time) < 5.0)
 
 
 def test_auto_is_the_wall_beside_a_real_robot(endpoint: str) -> None:
     servant = ClockI(1.7e9, 1.0, simulated=False)
     with serving(servant, endpoint), initialize(connect=[endpoint], clock="auto") as communicator:
         assert isinstance(communicator.clock, WallClock)
-        wait_until(lambda: not servant.getTimePublisher.listening)  # nobody wants the robot's time
+        until(lambda: not servant.getTimePublisher.listening)  # nobody wants the robot's time
 
 
 def test_auto_is_the_wall_without_a_robot(endpoint: str) -> None:

@@ -18,6 +18,7 @@ from naoserver.serving.server import problem_of
 from tests.support.limits import FOREVER, START_LIMIT
 from tests.support.processes import ComponentProcess, module
 from tests.support.robot_server import eventually, served_to_client
+from tests.support.soak import cases
 from zenoh_ice.threads._starting import UserCodeThread
 
 MOST_THREADS = 32  # more than a pool has here
@@ -36,7 +37,7 @@ def systemd(folder: Path, watchdog: float) -> Iterator[socket.socket]:
 
 
 @pytest.mark.parametrize(
-    "command", [module("naoserver.fake"), module("nao_tools", "router")], ids=["server", "router"]
+    "command", cases([module("naoserver.fake")], [module("nao_tools", "router")]), ids=["server", "router"]
 )
 def test_a_process_that_serves_reports_that_it_works(
     command: list[str], endpoint: str, tmp_path: Path

@@ -11,7 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from tests.conftest import Pair
-from tests.support.carriers import everywhere, is_used, over_both
+from tests.support.carriers import anywhere, everywhere, is_used, over_one
 from tests.support.gripper import GripperI, GripperPrx
 from tests.support.limited import limited, limited_pair
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
@@ -56,10 +56,10 @@ def test_a_destroyed_adapter_leaves_nothing_behind(pair: Pair) -> None:
 
 
 class TestIdentities:
-    @pytest.mark.parametrize("identity", ["", "a/b", "/a", "a/", "=", "+a", "a b", "*", "x" * 129])
-    def test_impossible_identity_is_refused(self, pair: Pair, identity: str) -> None:
-        with pytest.raises(ConfigurationException):
-            pair.adapter.add(GripperI(), identity)
+    def test_impossible_identity_is_refused(self, pair: Pair) -> None:
+        for identity in ("", "a/b", "/a", "a/", "=", "+a", "a b", "*", "x" * 129):
+            with pytest.raises(ConfigurationException):
+                pair.adapter.add(GripperI(), identity)
 
     def test_servant_with_a_coroutine_is_refused(self, pair: Pair) -> None:
         class Later(GripperI):
@@ -71,7 +71,7 @@ class TestIdentities:
         assert pair.adapter.find("Ball") is None
         pair.adapter.add(GripperI(), "Ball")
 
-    @everywhere
+    @anywhere
     def test_what_was_added_is_found_and_removed(self, pair: Pair, caller: Communicator) -> None:
         servant = GripperI("plain")
         assert pair.adapter.add(servant, "Ball").ice_toString() == "Ball"
@@ -83,6 +83,9 @@ class TestIdentities:
         with pytest.raises(ObjectNotExistException):
             proxy.who()
         assert pair.adapter.removeAll(["Ball"]) == {}
+        pair.adapter.add(servant, "Ball")
+        assert GripperPrx.checkedCast(proxy).who() == "plain:Ball"
+        assert proxy.who() == "plain:Ball"
 
     def test_identity_is_served_once(self, pair: Pair, make_communicator: MakeCommunicator) -> None:
         pair.adapter.add(GripperI(), "Ball")
@@ -95,7 +98,7 @@ class TestIdentities:
             with pytest.raises(AlreadyRegisteredException, match="'Ball'"):
                 adapter.add(GripperI(), "Ball")
 
-    @over_both
+    @over_one
     def test_calls_of_one_servant_run_one_at_a_time_under_all_its_names(self, pair: Pair) -> None:
         servant = GripperI()
         servant.leave.clear()
@@ -114,16 +117,16 @@ class TestIdentities:
             thread.join(EVENT_LIMIT)
         assert servant.moved == [1.0, 1.0]
 
-    @over_both
-    def test_servant_may_call_itself_under_another_name(self, pair: Pair) -> None:
+    @over_one
+    def test_servant_may_call_itself_under_any_name(self, pair: Pair) -> None:
         class Nested(GripperI):
             def text(self, size: int, current: Current) -> str:
-                return gripper(current.communicator, "Right").who()
+                return ", ".join(gripper(current.communicator, name).who() for name in ("Left", "Right"))
 
         servant = Nested("nested")
         for name in ("Left", "Right"):
             pair.adapter.add(servant, name)
-        assert gripper(pair.client, "Left").text(1) == "nested:Right"
+        assert gripper(pair.client, "Left").text(1) == "nested:Left, nested:Right"
 
 
 class TestCurrent:
@@ -162,7 +165,7 @@ class TestLife:
             assert first.exception(EVENT_LIMIT) is None
         assert servant.moved == [1.0]
 
-    @over_both
+    @over_one
     def test_servant_that_removes_itself_hangs_nobody(self, pair: Pair) -> None:
         class Leaving(GripperI):
             def move(self, position: float, current: Current) -> None:
@@ -181,7 +184,7 @@ class TestLife:
         assert first.exception(EVENT_LIMIT) is None
         assert isinstance(second.exception(EVENT_LIMIT), ObjectNotExistException)
 
-    @everywhere
+    @anywhere
     def test_adapter_can_be_deactivated_and_activated_again(self, pair: Pair, caller: Communicator) -> None:
         pair.adapter.add(GripperI("own"), "Ball")
         proxy = gripper(caller, "Ball")
@@ -191,7 +194,7 @@ class TestLife:
         pair.adapter.activate()
         assert GripperPrx.checkedCast(proxy).who() == "own:Ball"
 
-    @over_both
+    @over_one
     def test_call_that_outlasts_the_withdrawal_is_answered(
         self, pair: Pair, caplog: pytest.LogCaptureFixture
     ) -> None:

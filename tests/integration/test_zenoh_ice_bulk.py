@@ -9,7 +9,6 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from functools import partial
 from threading import Semaphore
 
 import pytest
@@ -24,6 +23,7 @@ from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, START_LIMIT
 from tests.support.memory_files import lent_bytes, open_memory_files, shared_maps
 from tests.support.open_files import open_files
 from tests.support.processes import ComponentProcess, free_endpoint, module
+from tests.support.serving import serve
 from tests.support.soak import cases, repeated
 from tests.support.waiting import until
 from zenoh_ice import Communicator, Current, MarshalException, TimeoutException
@@ -60,10 +60,6 @@ def wait_for_memory(call: Callable[[], object]) -> None:
         return lent_bytes() > 0
 
     until(lends)
-
-
-def refuse(number: int, *_: object) -> int:
-    raise OSError(number, os.strerror(number))
 
 
 class TestMemory:
@@ -156,10 +152,7 @@ class TestMemory:
         make_communicator: Callable[..., Communicator],
     ) -> None:
         server = make_communicator(listen=[endpoint], limits=Limits(last_reads=0.0))
-        adapter = server.createObjectAdapter("Test")
-        adapter.activate()
-        servant = ImageI()
-        adapter.add(servant, "Camera")
+        servant = serve(server, ImageI(), "Camera")
         lent = []
         for _ in range(repeated(2, soak=5)):
             with ComponentProcess(module("tests.support.bulk_client", endpoint, "0")) as client:
@@ -233,10 +226,7 @@ class TestMemory:
     ) -> None:
         before = shared_maps(), open_memory_files()
         server, client = make_communicator(listen=[endpoint]), make_communicator(connect=[endpoint])
-        adapter = server.createObjectAdapter("Test")
-        adapter.activate()
-        servant = ImageI()
-        adapter.add(servant, "Camera")
+        servant = serve(server, ImageI(), "Camera")
         proxy = camera(client)
         wait_for_memory(lambda: proxy.getImageData("GRAY8"))
         proxy.getImageData.latest()
@@ -261,77 +251,51 @@ with initialize(clock="wall", connect=[sys.argv[1]]) as client:
 """
 
 
-class TestOverTheNetwork:
-    def test_a_client_without_local_sockets_gets_the_same(
-        self, pair: Pair, servant: ImageI, make_communicator: Callable[..., Communicator]
-    ) -> None:
-        before = shared_maps(), lent_bytes()
-        client = make_communicator(connect=[pair.endpoint], local_sockets=False)
-        assert [camera(client).getImageData("GRAY8") for _ in range(3)] == [image()] * 3
-        assert (shared_maps(), lent_bytes()) == before
-
-    def test_a_client_on_another_machine_gets_the_same(
-        self,
-        pair: Pair,
-        servant: ImageI,
-        make_communicator: Callable[..., Communicator],
-        monkeypatch: pytest.MonkeyPatch,
-    ) -> None:
-        before = shared_maps(), lent_bytes()
+@pytest.mark.parametrize("without", ["client", "servant", "another machine"])
+def test_without_local_sockets_answers_are_the_same(
+    without: str,
+    endpoint: str,
+    make_communicator: Callable[..., Communicator],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    before = shared_maps(), lent_bytes()
+    server = make_communicator(listen=[endpoint], local_sockets=without != "servant")
+    serve(server, ImageI(), "Camera")
+    maps = shared_maps(), lent_bytes()
+    if without == "another machine":
         monkeypatch.setattr(routes, "local_space", lambda: "0123456789abcdef")
-        client = make_communicator(connect=[pair.endpoint])
-        assert [camera(client).getImageData("GRAY8") for _ in range(3)] == [image()] * 3
-        assert (shared_maps(), lent_bytes()) == before
-
-    def test_a_servant_without_local_sockets_answers_the_same(
-        self, endpoint: str, make_communicator: Callable[..., Communicator]
-    ) -> None:
-        maps = shared_maps()
-        server = make_communicator(listen=[endpoint], local_sockets=False)
-        adapter = server.createObjectAdapter("Test")
-        adapter.activate()
-        adapter.add(ImageI(), "Camera")
-        proxy = camera(make_communicator(connect=[endpoint]))
-        assert [proxy.getImageData("GRAY8") for _ in range(3)] == [image()] * 3
-        assert shared_maps() == maps
+    proxy = camera(make_communicator(connect=[endpoint], local_sockets=without != "client"))
+    assert [proxy.getImageData("GRAY8") for _ in range(3)] == [image()] * 3
+    assert (shared_maps(), lent_bytes()) == maps
+    assert without != "servant" or maps == before
 
 
-class TestWithoutMemory:
-    """The machine has none to share, at first or from some moment on: answers go through the socket."""
+NO_MEMORY = {"memfd_create": (errno.ENOSYS, 5 * MEGABYTE), "posix_fallocate": (errno.ENOSPC, len(PIXELS))}
+"""What a machine refuses that has none, or whose memory is full; with the error, and the size of an answer then."""
 
-    @pytest.mark.parametrize("size", [100_000, 5 * MEGABYTE])
-    def test_answers_go_through_the_socket(
-        self,
-        size: int,
-        endpoint: str,
-        make_communicator: Callable[..., Communicator],
-        monkeypatch: pytest.MonkeyPatch,
-    ) -> None:
-        before = lent_bytes()
-        monkeypatch.setattr(os, "memfd_create", partial(refuse, errno.ENOSYS))
-        self.check(endpoint, make_communicator, bytes(size))
-        assert lent_bytes() == before
 
-    def test_answers_go_through_the_socket_while_it_is_full(
-        self, endpoint: str, make_communicator: Callable[..., Communicator], monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        before = lent_bytes()
-        monkeypatch.setattr(os, "posix_fallocate", partial(refuse, errno.ENOSPC))
-        self.check(endpoint, make_communicator, PIXELS)
-        assert lent_bytes() == before
+@pytest.mark.parametrize("missing", NO_MEMORY)
+def test_answers_go_through_the_socket_while_there_is_no_memory(
+    missing: str,
+    endpoint: str,
+    make_communicator: Callable[..., Communicator],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    reason, size = NO_MEMORY[missing]
 
-    @staticmethod
-    def check(endpoint: str, make_communicator: Callable[..., Communicator], content: bytes) -> None:
-        server = make_communicator(listen=[endpoint])
-        adapter = server.createObjectAdapter("Test")
-        adapter.activate()
-        adapter.add(CalculatorI(), "Calculator")
-        client = make_communicator(connect=[endpoint])
-        proxy = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
-        for _ in range(5):
-            assert proxy.echo(content) == content
-        calls = [proxy.echo.begin(content) for _ in range(5)]
-        assert all(call.result(CALL_LIMIT) == content for call in calls)
+    def refuse(*_: object) -> int:
+        raise OSError(reason, os.strerror(reason))
+
+    before, content = lent_bytes(), bytes(size)
+    monkeypatch.setattr(os, missing, refuse)
+    server = make_communicator(listen=[endpoint])
+    serve(server, CalculatorI(), "Calculator")
+    proxy = CalculatorPrx.checkedCast(make_communicator(connect=[endpoint]).stringToProxy("Calculator"))
+    for _ in range(5):
+        assert proxy.echo(content) == content
+    calls = [proxy.echo.begin(content) for _ in range(5)]
+    assert all(call.result(CALL_LIMIT) == content for call in calls)
+    assert lent_bytes() == before
 
 
 @pytest.fixture(scope="module")
@@ -352,7 +316,7 @@ def test_the_largest_arguments_and_results_arrive(
     calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
     wait_for_memory(lambda: calculator.echo(PIXELS))
     content = os.urandom(size)
-    for _ in range(repeated(2, soak=5)):
+    for _ in range(repeated(1, soak=5)):
         answer = calculator.echo(content) if waits else calculator.echo.begin(content).result(CALL_LIMIT)
         assert answer == content
 

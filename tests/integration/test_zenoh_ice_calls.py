@@ -5,15 +5,11 @@ from __future__ import annotations
 import logging
 import math
 import signal
-import sys
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, wait
-from contextlib import ExitStack
 
-import msgspec
 import pytest
-import zenoh
 
 from tests.conftest import Pair
 from tests.support.calculator import (
@@ -26,17 +22,13 @@ from tests.support.calculator import (
     UnrelatedPrx,
 )
 from tests.support.calculator_servant import CalculatorI, drains
-from tests.support.carriers import everywhere, is_used, over_both
-from tests.support.gripper import GripperI, GripperPrx
+from tests.support.carriers import anywhere, everywhere, is_used, over_both, over_one
 from tests.support.limited import HASTY, limited_pair
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
-from tests.support.stranger import session_of
 from tests.support.waiting import links, until
 from zenoh_ice import (
-    BusyException,
     Communicator,
     CommunicatorDestroyedException,
-    ConfigurationException,
     InterfaceMismatchException,
     MarshalException,
     ObjectNotExistException,
@@ -46,9 +38,7 @@ from zenoh_ice import (
     UnknownException,
 )
 from zenoh_ice.data.interface import Operation
-from zenoh_ice.data.keys import Target, client_token
 from zenoh_ice.data.values import Struct
-from zenoh_ice.data.wire import ERROR_ENCODING, decode_error
 from zenoh_ice.threads.limits import Limits
 
 
@@ -70,51 +60,46 @@ def remote(pair: Pair, servant: CalculatorI) -> ScientificPrx:
     return ScientificPrx.checkedCast(pair.client.stringToProxy("Calculator"))
 
 
-@everywhere
 class TestValues:
+    @everywhere
     def test_arguments_and_result_arrive(self, carrier: str, calculator: ScientificPrx) -> None:
         assert calculator.add(1.5, 2.0) == 3.5
         assert is_used(carrier)
 
-    def test_inherited_and_own_operations_are_served(self, calculator: ScientificPrx) -> None:
-        assert calculator.power(2.0, 10.0) == 1024.0
+    @anywhere
+    def test_values_of_each_kind_arrive(self, calculator: ScientificPrx) -> None:
+        assert calculator.power(2.0, 10.0) == 1024.0  # its own operation; the others are inherited
         assert CalculatorPrx.checkedCast(calculator).add(1.0, 1.0) == 2.0
-
-    def test_out_parameters_follow_the_return_value(self, calculator: ScientificPrx) -> None:
-        assert calculator.divide(7.0, 2.0) == (3.0, 1.0)
-
-    def test_out_parameters_of_a_void_operation_stand_alone(self, calculator: ScientificPrx) -> None:
-        assert calculator.split([1.0, 2.0, 3.0]) == ([1.0], [2.0, 3.0])
-
-    def test_not_a_number_and_infinity_pass(self, calculator: ScientificPrx) -> None:
         assert math.isnan(calculator.add(math.nan, 1.0))
         assert calculator.add(math.inf, 1.0) == math.inf
-
-    def test_recursive_values_arrive(self, calculator: ScientificPrx) -> None:
         assert calculator.total(Node(1, Node(2, Node(3, None)))) == 6
+        assert calculator.divide(7.0, 2.0) == (3.0, 1.0)  # out parameters follow the return value
+        assert calculator.split([1.0, 2.0, 3.0]) == ([1.0], [2.0, 3.0])  # or stand alone
 
+    @everywhere
     def test_large_byte_sequences_arrive(self, calculator: ScientificPrx) -> None:
         data = bytes(range(256)) * 16_000  # 4 MB
         assert calculator.echo(data) == data
 
+    @anywhere
     def test_arrays_of_numpy_travel_as_bytes_and_lists(self, calculator: ScientificPrx) -> None:
         numpy = pytest.importorskip("numpy")
         assert calculator.echo(numpy.arange(6, dtype=numpy.uint8).reshape(2, 3)) == bytes(range(6))
         assert calculator.split(numpy.array([1.0, 2.0])) == ([1.0], [2.0])
         assert calculator.add(numpy.float64(1.0), numpy.float32(2.0)) == 3.0
 
-    def test_future_has_the_result(self, calculator: ScientificPrx) -> None:
-        assert calculator.add.begin(1.0, 2.0).result(CALL_LIMIT) == 3.0
-
+    @anywhere
     def test_first_call_of_a_proxy_may_be_asynchronous(
         self, caller: Communicator, servant: CalculatorI
     ) -> None:
         proxy = CalculatorPrx.uncheckedCast(caller.stringToProxy("Calculator"))
         assert proxy.add.begin(1.0, 2.0).result(CALL_LIMIT) == 3.0
 
+    @everywhere
     def test_servant_knows_the_caller(self, calculator: ScientificPrx) -> None:
         assert calculator.who() == calculator.ice_getCommunicator().client_id
 
+    @anywhere
     def test_built_in_operations_answer(self, calculator: ScientificPrx) -> None:
         calculator.ice_ping()
         assert calculator.ice_id() == "::test::Scientific"
@@ -130,28 +115,18 @@ class TestExceptions:
             calculator.fail("declared")
         assert type(caught.value) is CalculatorError
 
-    @everywhere
+    @anywhere
     def test_exception_derived_from_a_declared_one_arrives_as_itself(self, calculator: ScientificPrx) -> None:
         with pytest.raises(DivisionByZero) as caught:
             calculator.divide(4.0, 0.0)
         assert (caught.value.what, caught.value.dividend) == ("the divisor is 0", 4.0)
 
-    def test_unknown_derived_exception_arrives_as_its_declared_base(self) -> None:
-        wire = {
-            "exception": "::test::Newer",
-            "bases": ["::test::CalculatorError"],
-            "members": {"what": "x", "y": 1},
-        }
-        error = decode_error(msgspec.msgpack.encode(wire), (CalculatorError,), "call")
-        assert type(error) is CalculatorError
-        assert error.what == "x"
-
-    @everywhere
+    @anywhere
     def test_undeclared_user_exception_is_unknown(self, calculator: ScientificPrx) -> None:
         with pytest.raises(UnknownException, match="::test::OtherError"):
             calculator.fail("undeclared")
 
-    @everywhere
+    @anywhere
     def test_other_exception_is_unknown_with_its_text_alone(
         self, calculator: ScientificPrx, caplog: pytest.LogCaptureFixture
     ) -> None:
@@ -160,7 +135,7 @@ class TestExceptions:
         assert str(caught.value) == "RuntimeError: the gripper is stuck"
         assert "Traceback" in caplog.text  # the server's log has what the client does not get
 
-    @everywhere
+    @anywhere
     @pytest.mark.parametrize(
         ("how", "reported"),
         [
@@ -178,12 +153,7 @@ class TestExceptions:
         assert str(caught.value) == reported
         assert calculator.add(1.0, 1.0) == 2.0
 
-    @everywhere
-    def test_future_has_the_exception(self, calculator: ScientificPrx) -> None:
-        with pytest.raises(DivisionByZero):
-            calculator.divide.begin(1.0, 0.0).result(EVENT_LIMIT)
-
-    @everywhere
+    @anywhere
     def test_missing_operation_is_named(self, calculator: ScientificPrx) -> None:
         class _Nothing(Struct):
             pass
@@ -191,30 +161,27 @@ class TestExceptions:
         with pytest.raises(OperationNotExistException, match="'fly'"):
             calculator.ice_invoke(Operation("fly", arguments=_Nothing, result=_Nothing))
 
-    @everywhere
-    def test_wrong_type_is_refused_with_its_path(self, calculator: ScientificPrx) -> None:
-        with pytest.raises(MarshalException, match=r"Calculator\.add") as caught:
-            calculator.add("one", 2.0)  # type: ignore[arg-type]
-        assert caught.value.path == "$.a"
-
-    @everywhere
-    def test_nested_wrong_type_is_refused_with_its_path(self, calculator: ScientificPrx) -> None:
-        with pytest.raises(MarshalException) as caught:
-            calculator.total(Node(1, Node(1 << 40, None)))
-        assert caught.value.path == "$.head.next.value"
-
-    @everywhere
-    def test_value_that_cannot_travel_is_refused(self, calculator: ScientificPrx) -> None:
-        with pytest.raises(MarshalException, match="object"):
-            calculator.add(object(), 2.0)  # type: ignore[arg-type]
-
-    @everywhere
-    def test_oversized_request_is_refused(self, calculator: ScientificPrx) -> None:
-        with pytest.raises(MarshalException, match="bytes; at most"):
-            calculator.split([0.5] * 200_000)
+    @pytest.mark.parametrize(
+        ("operation", "argument", "message", "path"),
+        [
+            pytest.param("add", "one", r"Calculator\.add", "$.a", id="type"),
+            pytest.param(
+                "total", Node(1, Node(1 << 40, None)), r"Calculator\.total", "$.head.next.value", id="nested"
+            ),
+            pytest.param("add", object(), "object", "", id="what cannot travel"),
+            pytest.param("split", [0.5] * 200_000, "bytes; at most", "", id="size"),
+        ],
+    )
+    def test_wrong_arguments_are_refused(
+        self, calculator: ScientificPrx, operation: str, argument: object, message: str, path: str
+    ) -> None:
+        call = getattr(calculator, operation)
+        with pytest.raises(MarshalException, match=message) as caught:
+            call(argument, 2.0) if operation == "add" else call(argument)
+        assert not path or caught.value.path == path
         assert calculator.add(1.0, 1.0) == 2.0
 
-    @over_both
+    @over_one
     def test_result_that_does_not_fit_is_reported(self, pair: Pair) -> None:
         class Careless(CalculatorI):
             def divide(self, a, b, current):
@@ -232,148 +199,20 @@ class TestExceptions:
         assert caught.value.path == "$.returnValue"
 
 
-class TestHostileTokens:
-    """What a peer that is not ours may say of itself."""
-
-    @pytest.mark.parametrize(
-        "token",
-        [
-            pytest.param("Odd\x1b[2J/::test::Calculator/c0ffee/c0ffee/1", id="identity"),
-            pytest.param("Odd/::test::Calc\x1b[2Julator/c0ffee/c0ffee/1", id="type id"),
-            pytest.param("Odd/::test" + "::x" * 200 + "/c0ffee/c0ffee/1", id="long type id"),
-            pytest.param("Odd/Calculator/c0ffee/c0ffee/1", id="no type id"),
-            pytest.param("Odd/::test::Calculator/c0\x1b[2Jffee/c0ffee/1", id="fingerprint"),
-            pytest.param("Odd/::test::Calculator/" + "0" * 65 + "/c0ffee/1", id="long fingerprint"),
-            pytest.param("Odd/::test::Calculator/c0ffee/SERVER/1", id="server"),
-            pytest.param("Odd/::test::Calculator/c0ffee/c0ffee/" + "1" * 16, id="time"),
-            pytest.param("a/Odd/::test::Calculator/c0ffee/c0ffee/1", id="category"),
-            pytest.param("Odd", id="too short"),
-        ],
-    )
-    def test_token_that_is_not_of_our_form_is_not_heard(self, pair: Pair, token: str) -> None:
-        with session_of(pair.server).liveliness().declare_token(f"@servant/nao/{token}"):
-            pair.adapter.add(CalculatorI(), "Calculator")  # its tokens come later
-            CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
-            assert pair.client.identities() == ["Calculator"]
-
-    def test_servant_of_too_many_interfaces_is_cut(self, pair: Pair) -> None:
-        with ExitStack() as tokens:
-            for number in range(200):
-                key = f"@servant/nao/Odd/::test::I{number}/c0ffee/c0ffee/1"
-                tokens.enter_context(session_of(pair.server).liveliness().declare_token(key))
-            pair.adapter.add(CalculatorI(), "Calculator")
-            CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
-            assert len(pair.client.presence.interfaces(Target("nao", "Odd"))) == 64
-
-    def test_client_of_an_impossible_id_is_not_lost(self, pair: Pair) -> None:
-        lost: list[str] = []
-        reported = threading.Event()
-
-        def callback(client: str) -> None:
-            lost.append(client)
-            if client == "c0ffee":
-                reported.set()
-
-        pair.server.onClientLost(callback)
-        pair.adapter.add(CalculatorI(), "Calculator")
-        CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
-        for client in ("\x1b[2J", "c0ffee"):
-            with session_of(pair.client).liveliness().declare_token(client_token("nao", client)):
-                session_of(pair.client).liveliness().get(client_token("nao", client))
-        assert reported.wait(EVENT_LIMIT)
-        assert lost == ["c0ffee"]
-
-
-class TestHostileRequests:
-    """What a peer that is not ours may send."""
-
-    @pytest.fixture
-    def session(self, pair: Pair, servant: CalculatorI) -> zenoh.Session:
-        CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
-        return session_of(pair.client)
-
-    def _ask(
-        self, session: zenoh.Session, operation: str, payload: bytes, attachment: bytes | None = None
-    ) -> Exception:
-        (reply,) = session.get(
-            f"nao/Calculator/{operation}", payload=payload, attachment=attachment, timeout=CALL_LIMIT
-        )
-        assert reply.err is not None
-        assert str(reply.err.encoding) == ERROR_ENCODING
-        return decode_error(reply.err.payload.to_bytes(), (), "call")
-
-    @pytest.mark.parametrize(
-        "payload",
-        [
-            pytest.param(b"", id="empty"),
-            pytest.param(b"\xc1", id="not MessagePack"),
-            pytest.param(b"\x82\xa1a", id="cut off"),
-            pytest.param(b"\x91" * 500_000, id="nested too deeply"),
-            pytest.param(b"\x83\xa1x" + b"\x91" * 500_000, id="unknown field nested too deeply"),
-            pytest.param(b"\x81\xa1a\xdd\xff\xff\xff\xff", id="announces 4 billion elements"),
-            pytest.param(b"\x90", id="an array"),
-            pytest.param(b"\x81\xa1a\xa2\xff\xfe", id="not UTF-8"),
-        ],
-    )
-    def test_malformed_payload_is_refused(self, session: zenoh.Session, pair: Pair, payload: bytes) -> None:
-        assert isinstance(self._ask(session, "add", payload), MarshalException)
-        assert CalculatorPrx.uncheckedCast(pair.client.stringToProxy("Calculator")).add(1.0, 1.0) == 2.0
-
-    def test_oversized_payload_is_refused_by_the_server(self, session: zenoh.Session) -> None:
-        error = self._ask(session, "add", bytes((1 << 20) + 1))
-        assert isinstance(error, MarshalException)
-        assert "1048577 bytes" in str(error)
-
-    @pytest.mark.parametrize("attachment", [b"\xc1", b"\x91\x01", b"\x91" * 400, b"x" * 4096])
-    def test_malformed_attachment_is_refused(self, session: zenoh.Session, attachment: bytes) -> None:
-        error = self._ask(session, "ice_ping", b"\x80", attachment)
-        assert isinstance(error, MarshalException)
-        assert "attachment" in str(error)
-
-    def test_private_methods_are_no_operations(self, session: zenoh.Session) -> None:
-        for name in ("__init__", "counted", "ice_publisher", "getReadingPublisher"):
-            assert isinstance(self._ask(session, name, b"\x80"), OperationNotExistException)
-
-    def test_call_addressed_to_many_is_refused(self, session: zenoh.Session, servant: CalculatorI) -> None:
-        (reply,) = session.get("nao/*/count", payload=b"\x80", timeout=CALL_LIMIT)
-        assert reply.err is not None
-        assert servant.counted == 0
-
-
 class TestPresence:
     def test_absent_servant_is_named_with_its_like(self, hasty: Communicator, servant: CalculatorI) -> None:
         until(hasty.identities)
         with pytest.raises(ObjectNotExistException, match=r"'Calculater'.*Calculator"):
             CalculatorPrx.checkedCast(hasty.stringToProxy("Calculater"))
 
-    def test_call_of_an_absent_servant_ends(self, hasty: Communicator) -> None:
-        with pytest.raises(ObjectNotExistException):
-            CalculatorPrx.uncheckedCast(hasty.stringToProxy("Calculator")).add(1.0, 2.0)
-
-    @over_both
-    def test_removed_servant_does_not_exist(self, pair: Pair, remote: ScientificPrx) -> None:
-        assert remote.add(1.0, 1.0) == 2.0
-        pair.adapter.removeAll(["Calculator"])
-        with pytest.raises(ObjectNotExistException):
-            remote.add(1.0, 1.0)
-
-    @over_both
-    def test_servant_added_again_is_found_by_the_old_proxy(
-        self, pair: Pair, remote: ScientificPrx, servant: CalculatorI
-    ) -> None:
-        remote.add(1.0, 1.0)
-        pair.adapter.removeAll(["Calculator"])
-        pair.adapter.add(servant, "Calculator")
-        assert CalculatorPrx.checkedCast(remote).add(1.0, 1.0) == 2.0
-        assert remote.add(1.0, 1.0) == 2.0
-
-    @pytest.mark.parametrize("named", [True, False])
-    def test_servants_that_are_busy_are_removed_together(
+    @pytest.mark.parametrize("how", ["named", "all", "shutdown"])
+    def test_servants_that_never_return_hold_up_their_removal_for_one_limit_together(
         self,
         endpoint: str,
         make_communicator: Callable[..., Communicator],
-        named: bool,
+        how: str,
         monkeypatch: pytest.MonkeyPatch,
+        caplog: pytest.LogCaptureFixture,
     ) -> None:
         waited, pair = drains(monkeypatch), limited_pair(endpoint, make_communicator, Limits(drain=0.2))
         names = [f"Busy{number}" for number in range(4)]
@@ -383,11 +222,15 @@ class TestPresence:
         for name, servant in servants.items():
             CalculatorPrx.checkedCast(pair.client.stringToProxy(name)).sleep.begin(FOREVER)
             assert servant.entered.wait(EVENT_LIMIT)
-        assert pair.adapter.removeAll([*names, "Absent"] if named else None) == servants
+        if how == "shutdown":
+            pair.server.shutdown()
+        else:
+            assert pair.adapter.removeAll([*names, "Absent"] if how == "named" else None) == servants
+            assert pair.adapter.find(names[0]) is None
+            assert pair.adapter.removeAll() == {}
         assert len(waited) == len(servants)
         assert sum(waited) <= 0.2
-        assert pair.adapter.find(names[0]) is None
-        assert pair.adapter.removeAll() == {}
+        assert "a call of Busy0@nao still runs" in caplog.text
         for servant in servants.values():
             servant.leave.set()
 
@@ -428,7 +271,7 @@ class TestPresence:
             assert "the proxy has `::test::Calculator::add(int a, double b): double` where" in error.member
             assert error.member in str(error)
 
-    @over_both
+    @over_one
     def test_realms_are_apart(self, pair: Pair, servant: CalculatorI, make_communicator) -> None:
         other = make_communicator(connect=[pair.endpoint], realm="other", limits=HASTY)
         until(lambda: links(other))
@@ -437,22 +280,6 @@ class TestPresence:
         until(lambda: other.identities("nao"))
         assert CalculatorPrx.checkedCast(other.stringToProxy("Calculator@nao")).add(1.0, 2.0) == 3.0
 
-    @pytest.mark.parametrize("text", ["Ball", "Left.Arm_1-b@field"])
-    def test_proxy_is_the_same_as_text(self, pair: Pair, text: str) -> None:
-        assert pair.client.stringToProxy(text).ice_toString() == text
-
-    def test_proxy_text_with_an_endpoint_gets_a_hint_where_it_belongs(self, pair: Pair) -> None:
-        with pytest.raises(ConfigurationException, match="endpoints are settings"):
-            pair.client.stringToProxy("Head:default -h localhost -p 9999")
-
-    @pytest.mark.parametrize(
-        "text",
-        ["", "a/b", "/a", "a/", "a -f x", "a -x b", "a -o", "*", "a@", "@nao", "a b", "a@b@c", "x" * 200],
-    )
-    def test_invalid_proxy_is_refused(self, pair: Pair, text: str) -> None:
-        with pytest.raises(ConfigurationException):
-            pair.client.stringToProxy(text)
-
 
 class TestTime:
     @everywhere
@@ -460,12 +287,6 @@ class TestTime:
         hurried = calculator.ice_invocationTimeout(200)
         with pytest.raises(TimeoutException, match=r"Calculator.sleep did not answer within 0\.2 s"):
             hurried.sleep(FOREVER)
-        servant.leave.set()
-
-    @everywhere
-    def test_future_ends_with_a_timeout(self, calculator: ScientificPrx, servant: CalculatorI) -> None:
-        with pytest.raises(TimeoutException):
-            calculator.ice_invocationTimeout(200).sleep.begin(FOREVER).result(EVENT_LIMIT)
         servant.leave.set()
 
     @over_both
@@ -480,42 +301,12 @@ class TestTime:
         busy.result(CALL_LIMIT)
         assert remote.count() == 1
 
-    @over_both
-    def test_slow_servant_delays_no_other(
-        self, pair: Pair, remote: ScientificPrx, servant: CalculatorI
-    ) -> None:
-        pair.adapter.add(CalculatorI(), "Quick")
-        busy = remote.sleep.begin(FOREVER)
-        assert servant.entered.wait(EVENT_LIMIT)
-        quick = CalculatorPrx.checkedCast(pair.client.stringToProxy("Quick"))
-        assert quick.add(1.0, 2.0) == 3.0
-        assert not busy.done()
-        servant.leave.set()
-        busy.result(CALL_LIMIT)
-
-    @over_both
+    @over_one
     def test_calls_of_a_servant_run_one_at_a_time(self, remote: ScientificPrx, servant: CalculatorI) -> None:
         wait([remote.sleep.begin(0.02) for _ in range(10)], EVENT_LIMIT)
         assert servant.most_running == 1
 
-    @over_both
-    def test_calls_in_flight_are_executed_in_their_order(self, pair: Pair) -> None:
-        """Threads of the pool execute them, in order."""
-        servant = GripperI()
-        pair.adapter.add(servant, "Gripper")
-        gripper = GripperPrx.checkedCast(pair.client.stringToProxy("Gripper"))
-        switch_interval = sys.getswitchinterval()
-        sys.setswitchinterval(1e-5)
-        try:
-            for burst in range(0, 2000, 50):
-                calls = [gripper.move.begin(float(number)) for number in range(burst, burst + 50)]
-                assert [call.result(CALL_LIMIT) for call in calls] == [None] * 50
-                gripper.who()
-        finally:
-            sys.setswitchinterval(switch_interval)
-        assert servant.moved == list(range(2000))
-
-    @over_both
+    @over_one
     def test_calls_of_a_concurrent_servant_overlap(self, pair: Pair) -> None:
         servant = CalculatorI()
         servant.ice_concurrent = True
@@ -526,33 +317,7 @@ class TestTime:
         servant.leave.set()
         wait(calls, EVENT_LIMIT)
 
-    @over_both
-    def test_overload_is_reported_and_not_executed(self, remote: ScientificPrx, servant: CalculatorI) -> None:
-        busy = remote.sleep.begin(FOREVER)
-        assert servant.entered.wait(EVENT_LIMIT)
-        calls = [remote.count.begin() for _ in range(80)]
-        for call in calls[64:]:
-            with pytest.raises(
-                BusyException, match="64 calls are already waiting; this one was not executed"
-            ):
-                call.result(CALL_LIMIT)
-        assert not any(call.done() for call in calls[:64])
-        servant.leave.set()
-        busy.result(CALL_LIMIT)
-        assert [call.result(CALL_LIMIT) for call in calls[:64]] == list(range(1, 65))
-
-    @over_both
-    def test_servant_may_call_itself(self, pair: Pair) -> None:
-        class Nested(CalculatorI):
-            def power(self, a, b, current):
-                own = CalculatorPrx.checkedCast(current.communicator.stringToProxy(current.identity))
-                return own.add(a, b)
-
-        pair.adapter.add(Nested(), "Nested")
-        proxy = ScientificPrx.checkedCast(pair.client.stringToProxy("Nested"))
-        assert proxy.power(1.0, 2.0) == 3.0
-
-    @over_both
+    @over_one
     def test_servants_that_call_each_other_do_not_use_up_the_threads(
         self, endpoint, make_communicator
     ) -> None:
@@ -574,7 +339,7 @@ class TestTime:
 
 
 class TestThreads:
-    @over_both
+    @over_one
     def test_user_code_runs_on_threads_of_the_communicator(self, pair: Pair, remote: ScientificPrx) -> None:
         names: list[str] = []
         done = threading.Event()
@@ -596,7 +361,7 @@ class TestThreads:
         assert names[0].startswith("zenoh_ice nao")
         assert names[1].startswith("zenoh_ice nao") or names[1] == "MainThread"  # if it was done already
 
-    @over_both
+    @over_one
     def test_call_inside_a_futures_callback_works(self, remote: ScientificPrx) -> None:
         results: list[float] = []
         done = threading.Event()
@@ -611,17 +376,6 @@ class TestThreads:
 
 
 class TestLife:
-    @over_both
-    def test_destroy_ends_a_call_that_waits(
-        self, pair: Pair, remote: ScientificPrx, servant: CalculatorI
-    ) -> None:
-        call = remote.sleep.begin(FOREVER)
-        assert servant.entered.wait(EVENT_LIMIT)
-        pair.client.destroy()
-        with pytest.raises(CommunicatorDestroyedException):
-            call.result(CALL_LIMIT)
-        servant.leave.set()
-
     @over_both
     def test_destroy_ends_a_call_that_waits_behind_another_while_no_thread_is_free(
         self, pair: Pair, servant: CalculatorI, make_communicator: Callable[..., Communicator]
@@ -658,7 +412,7 @@ class TestLife:
         with pytest.raises(CommunicatorDestroyedException):
             pair.client.createObjectAdapter("Late")
 
-    @over_both
+    @over_one
     def test_servant_may_destroy_its_communicator(self, pair: Pair) -> None:
         class Last(CalculatorI):
             def count(self, current):

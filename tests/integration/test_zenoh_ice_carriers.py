@@ -23,6 +23,7 @@ from tests.support.carriers import (
 )
 from tests.support.gripper import GripperI, GripperPrx
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
+from tests.support.serving import serve
 from tests.support.waiting import until
 from zenoh_ice import Communicator, ConnectionLostException, Current, TimeoutException
 from zenoh_ice.carriers._local.server import local_space
@@ -203,14 +204,24 @@ class TestOutOfReach:
         assert servant.moved == [1.0, 2.0, 3.0]
         assert over_network == ["nao/Gripper/move"] * 3
 
-    @pytest.mark.parametrize("place", ["1.0", "{pid}.9999", "999999999.5"], ids=["other", "file", "process"])
+    @pytest.mark.parametrize(
+        "place",
+        [
+            pytest.param("{space}.1.0", id="other"),
+            pytest.param("{space}.{pid}.9999", id="file"),
+            pytest.param("{space}.999999999.5", id="process"),
+            # As in a container with its own processes, or as another user or group.
+            pytest.param("0123456789abcdef.1.1", id="space"),
+        ],
+    )
     def test_the_network_carries_all(
         self, pair: Pair, over_network: list[str], monkeypatch: pytest.MonkeyPatch, place: str
     ) -> None:
         servant = GripperI()
-        with self.said(monkeypatch, f"{local_space()}.{place.format(pid=os.getpid())}"):
+        with self.said(monkeypatch, place.format(space=local_space(), pid=os.getpid())):
             pair.adapter.add(servant, "Gripper")
         self.call(pair, servant, over_network)
+        assert local_connections() == 0
 
     def test_the_socket_of_another_server_is_not_used(
         self,
@@ -227,16 +238,6 @@ class TestOutOfReach:
         with self.said(monkeypatch, other.getCommunicator().transport.local_address):
             pair.adapter.add(servant, "Gripper")
         self.call(pair, servant, over_network)
-
-    def test_a_socket_of_another_space_is_not_looked_for(
-        self, pair: Pair, over_network: list[str], monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        """As in a container with its own processes, or as another user or group."""
-        servant = GripperI()
-        with self.said(monkeypatch, "0123456789abcdef.1.1"):
-            pair.adapter.add(servant, "Gripper")
-        self.call(pair, servant, over_network)
-        assert local_connections() == 0
 
 
 def test_client_that_turned_the_sockets_off_calls_beside_one_that_did_not(
@@ -258,9 +259,7 @@ def test_server_without_a_socket_serves_over_the_network(
 ) -> None:
     server = make_communicator(listen=[endpoint], **off)
     assert server.transport.local_address == ""
-    adapter = server.createObjectAdapter("Test")
-    adapter.add(GripperI("plain"), "Gripper")
-    adapter.activate()
+    serve(server, GripperI("plain"), "Gripper")
     assert server.transport.local_address == ""
 
 

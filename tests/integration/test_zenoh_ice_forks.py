@@ -13,11 +13,12 @@ from pathlib import Path
 
 import pytest
 
-from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx
 from tests.support.calculator_servant import CalculatorI
 from tests.support.carriers import local_connections
 from tests.support.limits import EVENT_LIMIT, FOREVER, LONGEST_CALL, RUN_LIMIT
+from tests.support.serving import serve
+from tests.support.soak import cases
 from tests.support.waiting import until
 from zenoh_ice import Communicator, ConnectionLostException
 
@@ -117,10 +118,12 @@ def test_a_spawned_child_has_a_communicator_of_its_own(tmp_path) -> None:
 
 
 @contextmanager
-def parent(pair: Pair, script: Path, way: str) -> Iterator[tuple[subprocess.Popen[str], Callable[[], None]]]:
+def parent(
+    endpoint: str, script: Path, way: str
+) -> Iterator[tuple[subprocess.Popen[str], Callable[[], None]]]:
     """Run a process that called a servant and serves one; the function lets it have a child, which lives on."""
     script.write_text(PARENT)
-    command = [sys.executable, str(script), way, "Other", pair.endpoint]
+    command = [sys.executable, str(script), way, "Other", endpoint]
     environment = {**os.environ, "PYTHONPATH": str(Path.cwd()), "VISUALHFSM_LISTEN": "tcp/127.0.0.1:0"}
     children: list[int] = []
     with subprocess.Popen(
@@ -145,17 +148,15 @@ def parent(pair: Pair, script: Path, way: str) -> Iterator[tuple[subprocess.Pope
                 os.kill(child, signal.SIGKILL)
 
 
-@pytest.mark.parametrize("way", ["os", "fork", "spawn"])
+@pytest.mark.parametrize("way", cases(["fork"], ["os", "spawn"]))
 def test_the_end_of_a_parent_is_noticed_while_its_child_lives(
     endpoint: str, make_communicator: Callable[..., Communicator], tmp_path: Path, way: str
 ) -> None:
     server = make_communicator(listen=[endpoint], lease=LONGEST_CALL)
     client = make_communicator(connect=[endpoint], lease=LONGEST_CALL, timeout=LONGEST_CALL)
-    adapter = server.createObjectAdapter("Test")
-    adapter.add(CalculatorI(), "Other")
-    adapter.activate()
+    serve(server, CalculatorI(), "Other")
     before = local_connections()
-    with parent(Pair(endpoint, server, client, adapter), tmp_path / "parent.py", way) as (process, fork):
+    with parent(endpoint, tmp_path / "parent.py", way) as (process, fork):
         until(lambda: local_connections() > before)
         calculator = CalculatorPrx.checkedCast(client.stringToProxy("Calculator"))
         with ThreadPoolExecutor(1) as thread:

@@ -11,7 +11,7 @@ import pytest
 from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx, DivisionByZero
 from tests.support.calculator_servant import CalculatorI
-from tests.support.carriers import everywhere, is_used, over_both
+from tests.support.carriers import anywhere, is_used, over_both
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.waiting import until
 from zenoh_ice import Communicator, CommunicatorDestroyedException, TimeoutException
@@ -25,18 +25,24 @@ def calculator(carrier: str, caller: Communicator, servant: CalculatorI) -> Calc
     return proxy
 
 
-@everywhere
+@anywhere
 class TestWaiting:
     def test_results_come_in_any_order(self, calculator: CalculatorPrx) -> None:
         futures = [calculator.add.begin(float(number), 1.0) for number in range(40)]
         assert [future.result() for future in reversed(futures)] == [40.0 - number for number in range(40)]
 
-    def test_result_can_be_asked_for_again(self, calculator: CalculatorPrx) -> None:
+    def test_known_outcome_stays(self, calculator: CalculatorPrx) -> None:
+        """It can be asked for again, is told to callbacks, and is not cancelled any more."""
         future = calculator.add.begin(1.0, 2.0)
-        assert future.result() == future.result(0.0) == 3.0
+        until(future.done)  # though nobody waits for it
+        assert future.result(0.0) == future.result() == 3.0
         assert future.exception() is None
-        assert future.done()
         assert not future.running()
+        reported: list[float] = []
+        future.add_done_callback(lambda done: reported.append(done.result()))
+        assert reported == [3.0]
+        assert not future.cancel()
+        assert future.result() == 3.0
 
     def test_short_wait_raises_and_a_longer_one_has_the_result(
         self, calculator: CalculatorPrx, servant: CalculatorI
@@ -108,15 +114,8 @@ class TestWaiting:
             future.result(limit)
         servant.leave.set()
 
-    def test_callback_is_called_for_an_outcome_that_is_known(self, calculator: CalculatorPrx) -> None:
-        future = calculator.add.begin(1.0, 2.0)
-        future.result()
-        reported: list[float] = []
-        future.add_done_callback(lambda done: reported.append(done.result()))
-        assert reported == [3.0]
 
-
-@everywhere
+@anywhere
 class TestCancelling:
     def test_wait_ends_at_once(self, calculator: CalculatorPrx, servant: CalculatorI) -> None:
         future = calculator.sleep.begin(FOREVER)
@@ -141,12 +140,6 @@ class TestCancelling:
         waiting.join(EVENT_LIMIT)
         servant.leave.set()
 
-    def test_known_outcome_cannot_be_cancelled(self, calculator: CalculatorPrx) -> None:
-        future = calculator.add.begin(1.0, 2.0)
-        assert future.result() == 3.0
-        assert not future.cancel()
-        assert future.result() == 3.0
-
     def test_call_that_has_not_been_sent_can_be_cancelled(self, caller: Communicator) -> None:
         """The servant is looked for first."""
         proxy = CalculatorPrx.uncheckedCast(caller.stringToProxy("Late"))
@@ -156,7 +149,7 @@ class TestCancelling:
             future.result(CALL_LIMIT)
 
 
-@everywhere
+@anywhere
 class TestAsyncio:
     def test_calls_are_awaited(self, calculator: CalculatorPrx) -> None:
         async def calls() -> list[float]:
@@ -209,13 +202,7 @@ class TestTheEnd:
                 assert reported.acquire(timeout=EVENT_LIMIT)
         servant.leave.set()
 
-    @everywhere
-    def test_call_that_nobody_waits_for_has_its_outcome(self, calculator: CalculatorPrx) -> None:
-        future = calculator.add.begin(1.0, 2.0)
-        until(future.done)
-        assert future.result(0.0) == 3.0
-
-    @everywhere
+    @anywhere
     def test_calls_that_wait_cost_no_threads(self, calculator: CalculatorPrx, servant: CalculatorI) -> None:
         calculator.add(1.0, 2.0)
         before = threading.active_count()

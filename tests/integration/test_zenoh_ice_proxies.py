@@ -6,7 +6,7 @@ import msgspec
 import pytest
 
 from tests.conftest import Pair
-from tests.support.carriers import over_both
+from tests.support.carriers import over_one
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.notebook import Notebook, NotebookPrx
 from tests.support.stranger import session_of
@@ -54,10 +54,7 @@ def remove(pair: Pair) -> None:
 class TestTexts:
     @pytest.mark.parametrize(
         "text",
-        [
-            "Head",
-            "Left.Arm_1-b@other",
-        ],
+        ["Head", "Left.Arm_1-b@other"],
     )
     def test_proxy_comes_back_from_its_text(self, pair: Pair, text: str) -> None:
         proxy = pair.client.stringToProxy(text)
@@ -67,6 +64,26 @@ class TestTexts:
     def test_endpoints_are_refused_with_a_hint(self, pair: Pair) -> None:
         with pytest.raises(ConfigurationException, match="endpoints are settings, such as --connect"):
             pair.client.stringToProxy("Head:default -p 9999")
+
+    def test_texts_of_nobody_are_refused(self, pair: Pair) -> None:
+        impossible = [
+            "",
+            "a/b",
+            "/a",
+            "a/",
+            "a -f x",
+            "a -x b",
+            "a -o",
+            "*",
+            "a@",
+            "@nao",
+            "a b",
+            "a@b@c",
+            "x" * 200,
+        ]
+        for text in impossible:
+            with pytest.raises(ConfigurationException):
+                pair.client.stringToProxy(text)
 
     def test_proxies_are_equal_when_they_call_alike(self, pair: Pair) -> None:
         proxy = pair.client.stringToProxy("Head")
@@ -98,7 +115,7 @@ class TestUnansweredCalls:
         with pytest.raises(AccessDeniedException, match=r"Guarded\.about"):
             proxy.about()
 
-    @over_both
+    @over_one
     def test_call_that_nobody_explains_may_have_been_executed(self, pair: Pair) -> None:
         """The servant is only known by its token: it is unknown whether the call reached it."""
         key = servant_token(
@@ -128,7 +145,7 @@ class TestUnansweredCalls:
                 NotebookPrx.checkedCast(pair.client.stringToProxy("Old"))
         assert str(caught.value) == f"{reason}, this is {own}: install the same version on both sides"
 
-    @over_both
+    @over_one
     def test_call_whose_link_is_cut_is_lost(self, pair: Pair, remote: NotebookPrx) -> None:
         pair.server.destroy()
         with pytest.raises(ConnectionLostException):

@@ -12,11 +12,12 @@ import pytest
 from tests.conftest import Pair
 from tests.support.calculator import CalculatorPrx
 from tests.support.calculator_servant import CalculatorI
-from tests.support.carriers import is_used, over_both
+from tests.support.carriers import is_used, over_both, over_one
 from tests.support.limited import limited_pair
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.notebook import Notebook, NotebookPrx
 from tests.support.processes import free_endpoint
+from tests.support.serving import serve
 from tests.support.waiting import until
 from zenoh_ice import (
     Communicator,
@@ -41,9 +42,7 @@ def test_a_lost_link_is_warned_of_where_somebody_named_an_endpoint(
         target = Target("listening", "Notebook")
         listener.presence.watch(target.realm)
         tool = make_communicator(connect=[endpoint], realm=target.realm)
-        adapter = tool.createObjectAdapter("Notebook")
-        adapter.add(Notebook(), "Notebook")
-        adapter.activate()
+        serve(tool, Notebook(), "Notebook")
         until(lambda: target in listener.presence.present)
         tool.destroy()
         # Not that no link is left: where nobody named an endpoint, somebody's robot may be at the default one.
@@ -54,9 +53,7 @@ def test_a_lost_link_is_warned_of_where_somebody_named_an_endpoint(
 def test_calls_of_an_absent_servant_hold_up_no_others(make_communicator: Callable[..., Communicator]) -> None:
     """Many more calls than the pool has threads, each waiting for a server that does not appear."""
     communicator = make_communicator(connect=[free_endpoint()])
-    adapter = communicator.createObjectAdapter("Local")
-    adapter.add(Notebook("here"), "Local")
-    adapter.activate()
+    serve(communicator, Notebook("here"), "Local")
     absent = NotebookPrx.uncheckedCast(communicator.stringToProxy("Absent"))
     futures = [absent.ice_invocationTimeout(1000 * FOREVER).note.begin("lost") for _ in range(40)]
     assert NotebookPrx.uncheckedCast(communicator.stringToProxy("Local")).about()["servant"] == "here"
@@ -76,9 +73,7 @@ def test_calls_made_before_the_servant_came_arrive_in_their_order(
     futures = [proxy.note.begin(str(number)) for number in range(50)]
     server = make_communicator(listen=[endpoint], connect=[])
     notebook = Notebook()
-    adapter = server.createObjectAdapter("Late")
-    adapter.add(notebook, "Late")
-    adapter.activate()
+    serve(server, notebook, "Late")
     while len(futures) < 60:  # while the first are being sent
         futures.append(proxy.note.begin(str(len(futures))))
     assert [future.result(CALL_LIMIT) for future in futures] == [None] * len(futures)
@@ -99,7 +94,7 @@ def test_a_call_that_waits_does_not_overtake_those_begun_before_it(pair: Pair) -
         assert notebook.wait_for(41)[-1] == "last"
 
 
-@over_both
+@over_one
 def test_call_that_was_cancelled_before_it_was_sent_is_not(
     make_communicator: Callable[..., Communicator],
 ) -> None:
@@ -109,13 +104,11 @@ def test_call_that_was_cancelled_before_it_was_sent_is_not(
     given_up, wanted = proxy.count.begin(), proxy.count.begin()
     assert given_up.cancel()
     server = make_communicator(listen=[endpoint], connect=[])
-    adapter = server.createObjectAdapter("Late")
-    adapter.add(CalculatorI(), "Late")
-    adapter.activate()
+    serve(server, CalculatorI(), "Late")
     assert wanted.result(EVENT_LIMIT) == 1
 
 
-@over_both
+@over_one
 def test_first_call_and_its_search_end_within_one_limit(
     make_communicator: Callable[..., Communicator],
 ) -> None:
@@ -133,9 +126,7 @@ def test_first_call_and_its_search_end_within_one_limit(
     future = proxy.sleep.begin(FOREVER)
     threading.Event().wait(0.06 * limit)  # more than what is left out of account
     server = make_communicator(listen=[endpoint], connect=[])
-    adapter = server.createObjectAdapter("Late")
-    adapter.add(Slow(), "Late")
-    adapter.activate()
+    serve(server, Slow(), "Late")
     assert future.result(CALL_LIMIT) is None
     proxy.sleep(FOREVER)
     first, second = limits

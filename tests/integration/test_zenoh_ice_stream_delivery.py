@@ -66,12 +66,14 @@ def publish(servant: CalculatorI, *counts: int) -> None:
 
 
 class TestQueue:
-    def test_busy_callback_gets_the_newest_alone(
-        self, calculator: CalculatorPrx, servant: CalculatorI
+    @pytest.mark.parametrize("queue", [1, 10])
+    def test_busy_callback_gets_as_many_of_the_newest_as_its_queue_is_long(
+        self, calculator: CalculatorPrx, servant: CalculatorI, queue: int
     ) -> None:
         collector = Collector()
         collector.free.clear()
-        with calculator.getReading.subscribe(collector) as subscription:
+        options = {} if queue == 1 else {"queue": queue}
+        with calculator.getReading.subscribe(collector, **options) as subscription:
             assert listened(servant.getReadingPublisher, EVENT_LIMIT)
             publish(servant, 0)
             collector.wait_for(0)
@@ -80,26 +82,10 @@ class TestQueue:
             wait_until_latest_is(calculator, 99)
             collector.free.set()
             collector.wait_for(99)
-            assert collector.counts == [0, 99]
-            assert collector.samples[-1].lost == 98
-            assert subscription.lost == 98
-            assert subscription.received == 2
-
-    def test_queue_keeps_as_many_as_it_is_long(self, calculator: CalculatorPrx, servant: CalculatorI) -> None:
-        collector = Collector()
-        collector.free.clear()
-        with calculator.getReading.subscribe(collector, queue=10) as subscription:
-            assert listened(servant.getReadingPublisher, EVENT_LIMIT)
-            publish(servant, 0)
-            collector.wait_for(0)
-            calculator.getReading.latest()  # listens from now on
-            publish(servant, *range(1, 31))
-            wait_until_latest_is(calculator, 30)
-            collector.free.set()
-            collector.wait_for(30)
-            assert collector.counts == [0, *range(21, 31)]
-            assert [sample.lost for sample in collector.samples] == [0, 20, *[0] * 9]
-            assert subscription.lost == 20
+            assert collector.counts == [0, *range(100 - queue, 100)]
+            assert [sample.lost for sample in collector.samples] == [0, 99 - queue, *[0] * (queue - 1)]
+            assert subscription.lost == 99 - queue
+            assert subscription.received == queue + 1
 
     def test_a_new_stream_has_lost_nothing(
         self, pair: Pair, calculator: CalculatorPrx, servant: CalculatorI

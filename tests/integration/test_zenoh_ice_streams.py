@@ -95,6 +95,7 @@ def test_latest_is_the_newest_with_its_age_and_times(calculator: CalculatorPrx, 
     listen(calculator, servant)
     before = time.time()
     servant.getReadingPublisher.publish(Reading(1, []), time=12.5)
+    assert latest(calculator, 1).time == 12.5
     servant.getReadingPublisher.publish(Reading(2, [0.5]))
     sample = latest(calculator, 2)
     assert sample.value == Reading(2, [0.5])
@@ -105,23 +106,13 @@ def test_latest_is_the_newest_with_its_age_and_times(calculator: CalculatorPrx, 
     assert calculator.getReading.latest() is sample  # decoded once
 
 
-def test_robot_time_travels(calculator: CalculatorPrx, servant: CalculatorI) -> None:
-    listen(calculator, servant)
-    servant.getReadingPublisher.publish(Reading(1, []), time=12.5)
-    assert latest(calculator, 1).time == 12.5
-
-
-def test_wait_without_after_takes_what_is_there(calculator: CalculatorPrx, servant: CalculatorI) -> None:
+def test_wait_takes_what_is_there_and_after_a_sample_a_newer_one(
+    calculator: CalculatorPrx, servant: CalculatorI
+) -> None:
     listen(calculator, servant)
     servant.getReadingPublisher.publish(Reading(1, []))
-    sample = latest(calculator, 1)
-    assert calculator.getReading.wait(timeout=EVENT_LIMIT) is sample
-
-
-def test_wait_after_a_sample_takes_a_newer_one(calculator: CalculatorPrx, servant: CalculatorI) -> None:
-    listen(calculator, servant)
-    servant.getReadingPublisher.publish(Reading(1, []))
-    first = calculator.getReading.wait(timeout=EVENT_LIMIT)
+    first = latest(calculator, 1)
+    assert calculator.getReading.wait(timeout=EVENT_LIMIT) is first
     with pytest.raises(TimeoutException, match=r"no new sample of Calculator.getReading within 0.05 s"):
         calculator.getReading.wait(after=first, timeout=0.05)
     servant.getReadingPublisher.publish(Reading(2, []))
@@ -171,35 +162,6 @@ def test_samples_yields_the_newest_to_a_slow_reader(calculator: CalculatorPrx, s
     latest(calculator, 499)
     servant.getReadingPublisher.publish(Reading(500, []))
     assert next(samples).value.count >= 499
-
-
-def test_callback_runs_until_closed_and_survives_its_own_failure(
-    calculator: CalculatorPrx, servant: CalculatorI, caplog: pytest.LogCaptureFixture
-) -> None:
-    listen(calculator, servant)  # so that the stream goes on after the subscription
-    seen: list[int] = []
-    names: set[str] = set()
-    arrived = threading.Condition()
-
-    def callback(sample: Sample[Reading]) -> None:
-        with arrived:
-            seen.append(sample.value.count)
-            names.add(threading.current_thread().name)
-            arrived.notify_all()
-        if sample.value.count == 1:
-            raise RuntimeError("the callback's own fault")
-
-    with caplog.at_level(logging.ERROR, "zenoh_ice"), calculator.getReading.subscribe(callback):
-        assert listened(servant.getReadingPublisher, EVENT_LIMIT)
-        for count in (1, 2):
-            servant.getReadingPublisher.publish(Reading(count, []))
-            with arrived:
-                assert arrived.wait_for(partial(seen.__contains__, count), EVENT_LIMIT)
-    assert "the callback's own fault" in caplog.text
-    assert names == {"stream nao/Calculator/getReading"}
-    servant.getReadingPublisher.publish(Reading(3, []))
-    latest(calculator, 3)
-    assert 3 not in seen
 
 
 def test_callback_may_close_its_subscription_and_call(
@@ -361,18 +323,21 @@ def test_subscription_closes_at_once_when_no_sample_arrives(
         followed.close()
 
 
-def test_callback_is_called_again_whatever_it_raises_which_is_logged_once(
+def test_callback_is_called_until_closed_whatever_it_raises_which_is_logged_once(
     calculator: CalculatorPrx, servant: CalculatorI, caplog: pytest.LogCaptureFixture
 ) -> None:
+    listen(calculator, servant)  # so that the stream goes on after the subscription
     seen: list[int] = []
+    names: set[str] = set()
     arrived = threading.Condition()
 
     def callback(sample: Sample[Reading]) -> None:
         with arrived:
             seen.append(sample.value.count)
+            names.add(threading.current_thread().name)
             arrived.notify_all()
         if sample.value.count != 3:
-            raise SystemExit if sample.value.count < 5 else ValueError
+            raise SystemExit if sample.value.count < 5 else ValueError("the callback's own fault")
 
     with calculator.getReading.subscribe(callback):
         assert listened(servant.getReadingPublisher, EVENT_LIMIT)
@@ -382,6 +347,11 @@ def test_callback_is_called_again_whatever_it_raises_which_is_logged_once(
                 assert arrived.wait_for(partial(seen.__contains__, count), EVENT_LIMIT)
     raised = [each.exc_info[0] for each in caplog.records if each.exc_info]
     assert raised == [SystemExit, SystemExit, ValueError]  # at 1, 4 and 5: 3 worked
+    assert "the callback's own fault" in caplog.text
+    assert names == {"stream nao/Calculator/getReading"}
+    servant.getReadingPublisher.publish(Reading(6, []))
+    latest(calculator, 6)
+    assert 6 not in seen
 
 
 def test_publisher_may_be_had_before_the_servant_is_served(pair: Pair) -> None:
@@ -521,31 +491,16 @@ def test_stream_may_be_followed_before_its_servant_is_there(pair: Pair) -> None:
     assert early.getReading.wait(timeout=EVENT_LIMIT).value.count == 1
 
 
-def test_destroy_ends_a_wait(pair: Pair, servant: CalculatorI) -> None:
-    calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
-    outcome: list[BaseException] = []
-
-    def wait() -> None:
-        try:
-            calculator.getReading.wait(timeout=FOREVER)
-        except CommunicatorDestroyedException as error:
-            outcome.append(error)
-
-    waiter = threading.Thread(target=wait)
-    waiter.start()
-    assert listened(servant.getReadingPublisher, EVENT_LIMIT)
-    pair.client.destroy()
-    waiter.join(EVENT_LIMIT)
-    assert len(outcome) == 1
-
-
-def test_destroy_ends_the_rest_between_the_samples_of_a_slow_loop(pair: Pair, servant: CalculatorI) -> None:
+@pytest.mark.parametrize("rests", [False, True], ids=["before a sample", "between those of a slow loop"])
+def test_destroy_ends_a_wait(pair: Pair, servant: CalculatorI, rests: bool) -> None:
     calculator = CalculatorPrx.checkedCast(pair.client.stringToProxy("Calculator"))
     first = threading.Event()
     outcome: list[BaseException] = []
 
     def follow() -> None:
         try:
+            if not rests:
+                calculator.getReading.wait(timeout=FOREVER)
             for _ in calculator.getReading.samples(FOREVER, rate=0.001):
                 first.set()
         except CommunicatorDestroyedException as error:
@@ -554,8 +509,9 @@ def test_destroy_ends_the_rest_between_the_samples_of_a_slow_loop(pair: Pair, se
     follower = threading.Thread(target=follow)
     follower.start()
     assert listened(servant.getReadingPublisher, EVENT_LIMIT)
-    servant.getReadingPublisher.publish(Reading(1, []))
-    assert first.wait(EVENT_LIMIT)
+    if rests:
+        servant.getReadingPublisher.publish(Reading(1, []))
+        assert first.wait(EVENT_LIMIT)
     pair.client.destroy()
     follower.join(EVENT_LIMIT)
     assert len(outcome) == 1

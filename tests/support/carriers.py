@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 import pytest
 import zenoh
 
+from tests.support.soak import cases
 from tests.support.waiting import until
 from zenoh_ice import Communicator
 from zenoh_ice.data.keys import Target, parse_servant_token, servant_token
@@ -24,12 +25,14 @@ __all__ = [
     "LOCAL",
     "LOCAL_SOCKETS",
     "NETWORK",
+    "anywhere",
     "calls_over_network",
     "cut_local_connections",
     "everywhere",
     "is_used",
     "local_connections",
     "over_both",
+    "over_one",
     "two_servers",
 ]
 
@@ -45,6 +48,12 @@ over_both: Final = pytest.mark.parametrize("carrier", [LOCAL, NETWORK])
 
 everywhere: Final = pytest.mark.parametrize("carrier", [LOCAL, NETWORK, COLLOCATED])
 """Runs a test also with the communicator that serves as the caller."""
+
+over_one: Final = pytest.mark.parametrize("carrier", cases([LOCAL], [NETWORK]))
+"""Runs a test of what no carrier changes over one of both, and in soak over the other."""
+
+anywhere: Final = pytest.mark.parametrize("carrier", cases([LOCAL], [NETWORK, COLLOCATED]))
+"""Runs such a test in soak also with the communicator that serves as the caller."""
 
 _SEQPACKET: Final = "0005"
 _CONNECTED: Final = "03"

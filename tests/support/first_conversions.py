@@ -1,7 +1,8 @@
-"""Processes whose threads convert each type of the project for the first time at once: `first_conversions.py SEED...`.
+"""Processes whose threads convert types of the project for the first time at once: `first_conversions.py COUNT SEED...`.
 
-There is one for each seed: that of the order, which says what is known of the types before. It prints how many types
-there are, and ends with 1 after the seeds of the processes that did not survive.
+There is one for each seed: that of the order, which says what is known of the types before, and of which COUNT types
+there are. It prints how many types there are in all, and ends with 1 after the seeds of the processes that did not
+survive.
 """
 
 from __future__ import annotations
@@ -48,25 +49,25 @@ READS: Final = "get_class_annotations"
 """The function of msgspec that runs while a type is half known."""
 
 
-def main(seeds: list[int]) -> int:
+def main(count: int, *seeds: int) -> int:
     for package in filter(importlib.util.find_spec, PACKAGES):
         for module in pkgutil.walk_packages(importlib.import_module(package).__path__, f"{package}."):
             if not module.name.endswith("__main__") and ".template." not in module.name:
                 with suppress(ImportError):  # of a package that is not installed
                     importlib.import_module(module.name)
     types = list(dict.fromkeys(subclasses(msgspec.Struct)))
-    died = [seed for seed in seeds if not survives(types, seed)]
+    died = [seed for seed in seeds if not survives(types, min(count, len(types)), seed)]
     sys.stdout.write(f"{len(types)}\n{died}\n")
     return int(bool(died))
 
 
-def survives(types: list[type[Any]], seed: int) -> bool:
+def survives(types: list[type[Any]], count: int, seed: int) -> bool:
     """Whether a process survives that knows nothing of the types yet: a child of this one, which has no threads."""
     if child := os.fork():
         return os.waitpid(child, 0)[1] == 0
     status = 1
     try:
-        convert(random.Random(seed).sample(types, len(types)))
+        convert(random.Random(seed).sample(types, count))
         status = 0
     finally:
         os._exit(status)
@@ -105,4 +106,4 @@ def linger(frame: FrameType, event: str, argument: object) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main([int(each) for each in sys.argv[1:]]))
+    sys.exit(main(*map(int, sys.argv[1:])))

@@ -27,11 +27,12 @@ from zenoh_ice.carriers._local.messages import (
     receive_with_file,
 )
 from zenoh_ice.carriers._local.server import _bind, local_space
-from zenoh_ice.data.codec import Buffer, Pieces
+from zenoh_ice.data.codec import Pieces
 from zenoh_ice.data.keys import parse_servant_token
-from zenoh_ice.threads.pool import Job, Kind
-from zenoh_ice.transport import Ended, Reply
+from zenoh_ice.threads.pool import Kind
+from zenoh_ice.transport import Reply
 
+from .receivers import Taken, Taker
 from .stranger import session_of
 
 __all__ = [
@@ -49,7 +50,7 @@ SERVER: Final = "c0ffee"
 """The id of the session of a server of these tests."""
 
 
-class Echo:
+class Echo(Taker):
     """A receiver that answers every call with its payload, `big` with memory, and `wait` after `leave`."""
 
     def __init__(self) -> None:
@@ -58,30 +59,16 @@ class Echo:
         self.left: Final = threading.Semaphore(0)
         self.gone: Final[list[tuple[str, bool]]] = []
         """The operations that were called, and whether their callers had ended."""
-        self._kind: Final = Kind()
+        self.kind = Kind()
 
-    @property
-    def runs_here(self) -> bool:
-        """Return whether this thread runs a call of it: it never calls others."""
-        return False
-
-    def admit(
-        self,
-        name: str,
-        payload: Buffer | None,
-        attachment: Buffer | None,
-        reply: Reply,
-        *,
-        gone: bool = False,
-        ended: Ended | None = None,
-    ) -> Job:
-        self.gone.append((name, gone))
-        content = b"" if payload is None else bytes(payload)
-        if name == "big":
-            return self._kind, partial(reply, True, Pieces((b"", b""), (bytes(1 << 20),), (0,)))
-        if name == "wait":
-            return self._kind, partial(self._wait, content, reply)
-        return self._kind, partial(reply, True, content)
+    def take(self, call: Taken, reply: Reply) -> Callable[[], object]:
+        self.gone.append((call.name, call.gone))
+        content = call.payload or b""
+        if call.name == "big":
+            return partial(reply, True, Pieces((b"", b""), (bytes(1 << 20),), (0,)))
+        if call.name == "wait":
+            return partial(self._wait, content, reply)
+        return partial(reply, True, content)
 
     def _wait(self, content: bytes, reply: Reply) -> None:
         self.entered.set()

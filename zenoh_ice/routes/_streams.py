@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 import threading
+import time
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
 from typing import Any, Final
 
-from zenoh_ice.carriers._local.channels import LentSample, NotSent, SampleChannel
+from zenoh_ice.carriers._local.channels import RETRY_PAUSE, LentSample, NotSent, SampleChannel
 from zenoh_ice.carriers._local.listeners import Listeners, most_unread
 from zenoh_ice.carriers.zenoh._network import Network
 from zenoh_ice.carriers.zenoh._streams import NetworkOutlet, Sample, ThreadInlet, opened
@@ -48,7 +50,8 @@ class BulkInlet(ThreadInlet):
 
     It listens through a channel to the servant's only server if that is near and publishes the stream there,
     and otherwise over Zenoh. While it changes from one to the other it listens on both, and the reader
-    of the samples drops the second of two.
+    of the samples drops the second of two. After a vain attempt to have a channel, what comes over Zenoh has
+    it try again, some seconds later: the server may have been slow, or short of memory.
     """
 
     def __init__(
@@ -71,7 +74,7 @@ class BulkInlet(ThreadInlet):
         self._choosing: Final = threading.Lock()
         self._subscription: Registration | None = None
         self._channel: SampleChannel | None = None
-        self._confirmed = False  # whether samples come through the channel
+        self._again_at = math.inf  # when a sample over Zenoh has it try for a channel
         self._route.changed.add(self._choose_later)
         try:
             self._choose()
@@ -140,7 +143,7 @@ class BulkInlet(ThreadInlet):
         """Listen where the samples are."""
         if self._closed.is_set():
             return
-        before, self._channel, self._confirmed = self._channel, None, False
+        before, self._channel = self._channel, None
         channels = self._route.channels
         if channels is not None:
             with suppress(NotSent):
@@ -155,17 +158,25 @@ class BulkInlet(ThreadInlet):
             if self._closed.is_set() or self._channel is not channel:
                 return
             if not channel.ended:
-                self._confirmed = True
                 self._leave_network()
-            elif self._confirmed:  # its server may still be there
+            elif channel.has_samples:  # its server may still be there
                 self._enter()
             else:
                 self._channel = None
                 self._enter_network()
 
     def _enter_network(self) -> None:
+        self._again_at = time.monotonic() + RETRY_PAUSE
         if self._subscription is None:
-            self._subscription = self._network.subscribe(self._what, self.keep)
+            self._subscription = self._network.subscribe(self._what, self._keep_far)
+
+    def _keep_far(self, sample: Sample) -> None:
+        """Take a sample that came over Zenoh."""
+        self.keep(sample)
+        is_vain = self._channel is None and self._route.channels is not None
+        if is_vain and time.monotonic() >= self._again_at:
+            self._again_at = math.inf
+            self._choose_later()
 
     def _leave_network(self) -> None:
         if self._subscription is not None:

@@ -13,15 +13,16 @@ import pytest
 
 from tests.support.calculator import CALCULATOR
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
+from tests.support.receivers import Taken, Taker
 from tests.support.waiting import at_once, until
 from zenoh_ice import ConnectionLostException, Settings, SystemException, UnknownException
-from zenoh_ice.data.codec import LARGE, Buffer
+from zenoh_ice.data.codec import LARGE
 from zenoh_ice.data.keys import Target
 from zenoh_ice.data.wire import decode_attachment, decode_error, encode_error, encode_sample_attachment
 from zenoh_ice.routes._transport import RoutedTransport
 from zenoh_ice.routes.in_process import InProcessTransport
-from zenoh_ice.threads.pool import Job, Kind, Pool
-from zenoh_ice.transport import Arrived, Caller, Ended, Inlet, NoAnswer, Outcome, Reply, Transport
+from zenoh_ice.threads.pool import Pool
+from zenoh_ice.transport import Arrived, Caller, Inlet, NoAnswer, Outcome, Reply, Transport
 
 TARGET = Target("nao", "Calculator")
 ADD = CALCULATOR.all_operations["add"]
@@ -57,64 +58,30 @@ def ends(request: pytest.FixtureRequest, endpoint: str) -> Iterator[Ends]:
         assert pool.close(EVENT_LIMIT)
 
 
-@dataclass(frozen=True)
-class Call:
-    name: str
-    payload: bytes | None
-    attachment: bytes | None
-    thread: threading.Thread
-
-
 def echo(_: str, payload: bytes, reply: Reply) -> None:
     reply(True, payload)
 
 
 @dataclass
-class Servant:
+class Servant(Taker):
     """Takes calls, and does with each what a test wants."""
 
     act: Act = echo
-    calls: list[Call] = field(default_factory=list)
-    runs_here: bool = False
+    calls: list[Taken] = field(default_factory=list)
+    threads: list[threading.Thread] = field(default_factory=list)
+    fails: bool = False
+    """It admits no call any more."""
 
-    def admit(
-        self,
-        name: str,
-        payload: Buffer | None,
-        attachment: Buffer | None,
-        reply: Reply,
-        *,
-        gone: bool = False,
-        ended: Ended | None = None,
-    ) -> Job:
-        data = None if payload is None else bytes(payload)
-        about = None if attachment is None else bytes(attachment)
-
-        def execute() -> None:
-            self.calls.append(Call(name, data, about, threading.current_thread()))
-            self.act(name, data or b"", reply)
-
-        return Kind(), execute
-
-
-class Failing(Servant):
-    """Admits no call any more."""
-
-    fails = False
-
-    def admit(
-        self,
-        name: str,
-        payload: Buffer | None,
-        attachment: Buffer | None,
-        reply: Reply,
-        *,
-        gone: bool = False,
-        ended: Ended | None = None,
-    ) -> Job:
+    def take(self, call: Taken, reply: Reply) -> Callable[[], object]:
         if self.fails:
             raise RuntimeError("inside")
-        return super().admit(name, payload, attachment, reply)
+
+        def execute() -> None:
+            self.calls.append(call)
+            self.threads.append(threading.current_thread())
+            self.act(call.name, call.payload or b"", reply)
+
+        return execute
 
 
 def whole(outcome: Outcome) -> tuple[bool, bytes]:
@@ -143,6 +110,7 @@ def serve(ends: Ends, servant: Servant, target: Target = TARGET) -> Caller:
 
     until(reached)
     servant.calls.clear()
+    servant.threads.clear()
     servant.act = act
     return calls
 
@@ -163,7 +131,7 @@ class TestCalls:
         servant = Servant()
         calls = serve(ends, servant)
         calls.call(b"")
-        assert servant.calls[0].thread.name.startswith("server-")
+        assert servant.threads[0].name.startswith("server-")
 
     def test_an_error_is_distinguished_from_a_result(self, ends: Ends) -> None:
         error = encode_error(ConnectionLostException("why"))
@@ -193,7 +161,7 @@ class TestCalls:
     def test_a_servant_that_fails_inside_answers_all_the_same(
         self, ends: Ends, caplog: pytest.LogCaptureFixture
     ) -> None:
-        servant = Failing()
+        servant = Servant()
         calls = serve(ends, servant)
         servant.fails = True
         ok, payload = whole(calls.call(b""))

@@ -28,8 +28,10 @@ from zenoh_ice.threads._starting import start
 from zenoh_ice.threads.limits import LIMITS, Limits
 from zenoh_ice.transport import Arrived, NoAnswer, Outcome
 
+RETRY_PAUSE: Final = 5.0
+"""s after a vain attempt in which a server is called, and streams come, over the network."""
+
 _ADDRESS: Final = re.compile(r"([0-9a-f]{16})\.([0-9]{1,10})\.([0-9]{1,10})")
-_RETRY_PAUSE: Final = 5.0  # s after a vain attempt in which a server is called over the network
 _LARGEST_KEPT: Final = 1 << 20  # bytes of the last answer that an idle channel does not give back
 _MOST_IDLE: Final = 8  # channels kept for calls that wait
 _SENDING_LIMIT: Final = 1.0  # s that a server may take nothing of what concerns samples
@@ -159,7 +161,7 @@ class Channels:
                 made.close()
                 raise
         except (OSError, *DECODE_ERRORS) as error:
-            self._absent_until = time.monotonic() + _RETRY_PAUSE
+            self._absent_until = time.monotonic() + RETRY_PAUSE
             _logger.info("process %s of this machine is called over the network: %s", match[2], error)
             raise NotSent(str(error)) from None
         return made
@@ -275,6 +277,8 @@ class SampleChannel:
         self.view: Final = view
         self.ended = False
         """Its samples are no longer lent."""
+        self.has_samples = False
+        """Its server has said that samples come, or sent one, which may be faster."""
         self._all: Final = all_channels
         self._socket: Final = connection
         self._sending: Final = threading.Lock()  # also held while it is closed
@@ -304,8 +308,10 @@ class SampleChannel:
             while message := self._socket.recv(messages.LARGEST_MESSAGE):
                 match messages.decode_to_client(message):
                     case messages.Sample() as sample:
+                        self.has_samples = True
                         self._subscriber.keep(LentSample(self, sample))
                     case messages.Subscribed():
+                        self.has_samples = True
                         self._subscriber.confirm(self)
                     case _:
                         raise MarshalException("an answer to no call")

@@ -97,7 +97,7 @@ class Subscribe(msgspec.Struct, array_like=True, tag=SUBSCRIBE):
 
 
 class Subscribed(msgspec.Struct, array_like=True, tag=SUBSCRIBED):
-    """Samples will come; a channel that ends without this has none."""
+    """Samples will come, or have come before it; a channel that ends without either has none for now."""
 
 
 class Sample(msgspec.Struct, array_like=True, tag=SAMPLE):

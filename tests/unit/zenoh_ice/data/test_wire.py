@@ -41,6 +41,14 @@ def test_declared_base_admits_derived_exceptions() -> None:
     assert (error.what, error.dividend) == ("why", 2.0)
 
 
+def test_unknown_derived_exception_arrives_as_its_declared_base() -> None:
+    members = {"what": "x", "y": 1}
+    wire = {"exception": "::test::Newer", "bases": ["::test::CalculatorError"], "members": members}
+    error = decode_error(msgpack.packb(wire), (CalculatorError,), "call")
+    assert type(error) is CalculatorError
+    assert error.what == "x"
+
+
 def test_exception_that_is_not_declared_is_unknown() -> None:
     error = decode_error(encode_error(OtherError()), (CalculatorError,), "Calculator.add")
     assert isinstance(error, UnknownException)

@@ -12,6 +12,7 @@ import pytest
 from tests.support.calculator import CalculatorPrx, DivisionByZero, Reading
 from tests.support.calculator_servant import CalculatorI
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
+from tests.support.serving import serve
 from zenoh_ice import Communicator, MarshalException, ObjectNotExistException, Settings
 from zenoh_ice.data.exceptions import SystemException
 from zenoh_ice.data.interface import Operation
@@ -104,9 +105,7 @@ def test_a_wait_that_a_relay_gives_up_ends_at_once() -> None:
 def served() -> Iterator[tuple[CalculatorPrx, CalculatorI]]:
     with Communicator(Settings(clock="wall"), pool=Pool(2, "test"), transport=InProcessTransport) as here:
         servant = CalculatorI()
-        adapter = here.createObjectAdapter("Test")
-        adapter.add(servant, "Calculator")
-        adapter.activate()
+        serve(here, servant, "Calculator")
         yield CalculatorPrx.checkedCast(here.stringToProxy("Calculator")), servant
 
 

@@ -60,6 +60,13 @@ def test_a_flood_of_tokens_is_bounded_and_forgotten() -> None:
     assert presence.identities("nao") == ["Head"]
 
 
+def test_a_servant_of_too_many_interfaces_is_cut() -> None:
+    presence, transport = make_presence()
+    for number in range(200):
+        transport.announce(servant_token(HEAD, f"::nao::I{number}", "f", "abc", 1.0))
+    assert len(presence.interfaces(HEAD)) == 64
+
+
 def test_listeners_are_called_once_for_all_that_comes_before_they_are() -> None:
     jobs: list[Callable[[], object]] = []
     calls: list[str] = []

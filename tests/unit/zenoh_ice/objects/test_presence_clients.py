@@ -87,6 +87,17 @@ def test_clients_that_were_there_before_are_followed(
     assert lost == ["a"]
 
 
+def test_a_client_of_an_impossible_id_is_not_lost(
+    transport: InProcessTransport, watch: Watch, jobs: Jobs
+) -> None:
+    lost: list[str] = []
+    watch(lost.append)
+    for client in ("\x1b[2J", "c0ffee"):
+        transport.announce(client_token("nao", client)).close()
+    run(jobs)
+    assert lost == ["c0ffee"]
+
+
 def test_clients_of_another_realm_are_not_reported(
     transport: InProcessTransport, watch: Watch, jobs: Jobs
 ) -> None:

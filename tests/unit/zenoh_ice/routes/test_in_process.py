@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import threading
+from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,6 +13,8 @@ import pytest
 from tests.support.calculator import CALCULATOR, CalculatorPrx, Reading
 from tests.support.calculator_servant import CalculatorI
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER, LONGEST_CALL
+from tests.support.receivers import Taken, Taker
+from tests.support.serving import serve
 from tests.support.waiting import at_once
 from zenoh_ice import (
     Communicator,
@@ -21,41 +24,30 @@ from zenoh_ice import (
     Settings,
     TimeoutException,
 )
-from zenoh_ice.data.codec import LARGE, Buffer, Parted
+from zenoh_ice.data.codec import LARGE, Parted
 from zenoh_ice.data.keys import Target
 from zenoh_ice.routes.in_process import InProcessTransport
 from zenoh_ice.threads.limits import Limits
-from zenoh_ice.threads.pool import Job, Kind, Pool
-from zenoh_ice.transport import Ended, Reply
+from zenoh_ice.threads.pool import Pool
+from zenoh_ice.transport import Reply
 
 TARGET = Target("nao", "Calculator")
 ECHO = CALCULATOR.all_operations["echo"]
 
 
-class Servant:
+class Servant(Taker):
     """Answers with what it gets, or with something else, and notes the threads of its calls."""
-
-    runs_here = False
 
     def __init__(self, answer: Any = b"") -> None:
         self.threads: list[threading.Thread] = []
         self._answer = answer
 
-    def admit(
-        self,
-        name: str,
-        payload: Buffer | None,
-        attachment: Buffer | None,
-        reply: Reply,
-        *,
-        gone: bool = False,
-        ended: Ended | None = None,
-    ) -> Job:
+    def take(self, call: Taken, reply: Reply) -> Callable[[], object]:
         def execute() -> None:
             self.threads.append(threading.current_thread())
             reply(True, self._answer)
 
-        return Kind(), execute
+        return execute
 
 
 @pytest.fixture
@@ -146,9 +138,7 @@ def communicator() -> Communicator:
 
 
 def calculator(communicator: Communicator, servant: CalculatorI) -> CalculatorPrx:
-    adapter = communicator.createObjectAdapter("Test")
-    adapter.add(servant, "Calculator")
-    adapter.activate()
+    serve(communicator, servant, "Calculator")
     return CalculatorPrx.checkedCast(communicator.stringToProxy("Calculator"))
 
 

@@ -215,13 +215,14 @@ def test_a_change_of_rate_reaches_sleepers() -> None:
     assert clock.now() >= 30.0
 
 
-def test_a_restart_wakes_sleepers() -> None:
+@pytest.mark.parametrize("jump", [-10.0, 100.0], ids=["back", "ahead"])
+def test_a_jump_wakes_sleepers(jump: float) -> None:
     clock = RobotClock(1000.0, 1.0, simulated=True)
     event = threading.Event()
     sleepers = [asleep(lambda: clock.sleep(60.0)), asleep(lambda: clock.wait(event, 60.0))]
 
     def awake() -> bool:
-        clock.update(clock.now() - 10.0, 1.0, simulated=True)  # again, until both have begun to wait
+        clock.update(clock.now() + jump, 1.0, simulated=True)  # again, until both have begun to wait
         return all(outcome for _, outcome in sleepers)
 
     until(awake)

@@ -86,4 +86,7 @@ def test_without_memory_all_are_sent_to_the_network_and_stay_there(
     assert client.is_closed
     assert not listeners.add(Client())
     now += 10.0
-    assert listeners.add(Client())
+    later = Client()
+    assert listeners.add(later)
+    listeners.put(bytes(MEGABYTE), b"about")
+    assert later.is_closed  # at once: not for half a second of samples again
