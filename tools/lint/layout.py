@@ -24,6 +24,7 @@ TESTED_BY: Final = {
     "naoserver/soccer_field/_panorama.py": "unit/naoserver/soccer_field/test_localization.py",
     "naoserver/soccer_field/_picture.py": "unit/naoserver/soccer_field/test_localization.py",
     "visualhfsm/_monitor/recorder.py": "integration/test_live_recordings.py",
+    "visualhfsm/_monitor/steering.py": "doors/test_run_and_watch.py",
     "visualhfsm/testing/_coverage.py": "unit/visualhfsm/testing/test_plugin.py",
     "visualhfsm/testing/_results.py": "unit/visualhfsm/testing/test_plugin.py",
 }
