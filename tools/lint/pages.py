@@ -86,7 +86,9 @@ def _promises() -> Iterator[str]:
     rows = re.findall(r"^\| (?!promise|-)(.*?) \| (.*) \|$", page.read_text("utf-8"), re.M)
     if len(rows) <= 20:
         yield f"{page.relative_to(ROOT)}: its promises are not found any more"
-    code = "\n".join(file.read_text("utf-8") for file in TESTS.rglob("test_*.py"))
+    shipped = ROOT / "naoserver" / "conformance"
+    files = (file for folder in (TESTS, shipped) for file in folder.rglob("test_*.py"))
+    code = "\n".join(file.read_text("utf-8") for file in files)
     defined = set(re.findall(r"^\s*(?:def|class) (\w+)", code, re.M))
     for promise, tests in rows:
         named = re.findall(r"`(\w+)`", tests)
