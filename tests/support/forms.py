@@ -45,38 +45,30 @@ FUNCTIONS = """
 def coin(self):
     return random.random() < 0.5
 
-
 def often(self):
     return self.coin() or self.coin()
 
-
 def fixed(self):
     return math.hypot(3.0, 4.0) > 4
-
 
 def tick(self):
     self.ticks = getattr(self, "ticks", 0) + 1
     return self.ticks % 2 == 0
 
-
 def every_third(self, counts=[0]):
     counts[0] += 1
     return counts[0] % 3 == 0
-
 
 def take(self):
     if not hasattr(self, "left"):
         self.left = iter([True, False, False, True] * 99)
     return next(self.left)
 
-
 def emit(self, who, name):
     who.send(name)
 
-
 def shout(self):
     super().send("x")
-
 
 class Holder:
     def __init__(self, component):
@@ -84,7 +76,6 @@ class Holder:
 
     def notify(self):
         self.component.send("x")
-
 
 class Toggle:
     def __init__(self):
@@ -98,34 +89,26 @@ class Toggle:
     def value(self):
         return bool(self)
 
-
 WORDS = ("decoy", "x")
-
 
 def say(self, word="decoy", *more, late="decoy", **others):
     self.send(word)
     self.send(late)
 
-
 def second(self, number=0, word="decoy"):
     self.send(word)
-
 
 def pass_on(self, *words, **named):
     self.say(*words, **named)
 
-
 def rest(self, *words):
     self.send(words[0])
-
 
 def named(self, **words):
     self.send(words["word"])
 
-
 def only(self, word, /, **words):
     self.send(words["word"])
-
 
 def again(self, word="decoy", depth=2):
     if depth:
@@ -133,57 +116,45 @@ def again(self, word="decoy", depth=2):
     else:
         self.send(word)
 
-
 def wait(self, word="decoy"):
     yield
     self.send(word)
 
-
 def give(self, word="decoy"):
     return lambda: self.send(word)
-
 
 def all_of(*those):
     those[0].send("x")
 
-
 def alert(self, whom):
     whom.send("x")
-
 
 @property
 def belated(self):
     self.send("x")
 
-
 def set_goal(self, goal):
     self.send(goal)
 goal = property(None, set_goal)
-
 
 class Noisy:
     def __eq__(self, other):
         other.send("x")
         return True
 
-
 class Kind(type):
     def __instancecheck__(cls, one):
         one.send("x")
         return True
-
 class Anything(metaclass=Kind):
     pass
-
 
 def halt_all(*those):
     those[0].Head.stop()
 
-
 def _set_aim(self, aim):
     self.Head.stop()
 aim = property(None, _set_aim)
-
 
 class Grip:
     def __init__(self, head):
@@ -219,7 +190,6 @@ class Grip:
     def angle(self, angle):
         self.head.stop()
 
-
 def same(self, value):
     return value
 """
@@ -240,7 +210,7 @@ def _names(definition: str) -> set[str]:
     return set(re.findall(r"^(?:def |class )?(\w+)(?:\(|:| =)", definition, re.MULTILINE))
 
 
-_DEFINITIONS = FUNCTIONS.strip().split("\n\n\n")
+_DEFINITIONS = re.split(r"\n\n(?=\S)", FUNCTIONS.strip())
 
 SENDS_BY_ANY_NAME = [
     'self.send("x")',
