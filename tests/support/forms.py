@@ -7,14 +7,17 @@ can be run, and compare what is claimed of it.
 from __future__ import annotations
 
 import re
-from typing import NamedTuple
+from itertools import cycle, product
+from typing import Any, NamedTuple
+
+import pytest
 
 from codegen.hfsm.document import Interface, Library, Text
 
 __all__ = [
     "CHANGES", "COMMANDS", "COMMANDS_OF_TWO", "DRAWN_GUARDS", "HEADS", "HELPERS", "LEFT_BEHIND", "LIBRARIES", "MAY_CHANGE",
     "MAY_SEND", "SENDS", "SENDS_BY_ANY_NAME", "SENDS_BY_A_LIBRARY", "SENDS_NOTHING", "SPOKEN", "START", "STAYS", "VARIABLES",
-    "Form", "Spoken", "with_functions",
+    "Form", "Spoken", "assignments", "with_functions",
 ]  # fmt: skip
 
 
@@ -760,3 +763,50 @@ LEFT_BEHIND = [
     ('name = "Head"', "getattr(self, name).stop()"),
 ]
 """What code of one state leaves to that of another, which commands the head."""
+
+_PLACES = [
+    "{target} = {value}",
+    "first = {target} = {value}",
+    "for {target} in [{value}]: pass",
+    "for {target} in iter([{value}]): pass",
+    "for count, {target} in enumerate([{value}]): pass",
+    'for key, {target} in {{"key": {value}}}.items(): pass',
+    "for one, {target} in zip('a', [{value}]): pass",
+    "with contextlib.nullcontext({value}) as {target}: pass",
+    "with contextlib.nullcontext(1), contextlib.nullcontext({value}) as {target}: pass",
+    "try:\n    raise ValueError({value})\nexcept ValueError as error:\n    ({target}), = error.args",
+    "match {value}:\n    case {pattern}: pass",
+    "match [{value}, 1]:\n    case [{pattern}, *_]: pass",
+    'match {{"key": {value}}}:\n    case {{"key": {pattern}}}: pass',
+]
+"""Where a value is assigned; those with a pattern assign to no attribute."""
+_TARGETS = [
+    ("{}", "{}", "{}"),
+    ("(one, {},)", "[1, {}]", "[_, {}]"),
+    ("[{}, two, *rest,]", "[{}, 2, 7, 8]", "[{}, _, *_]"),
+    ("(one, [two, {}, three,],)", "[1, [2, {}, 3]]", "[_, [_, {}, _]]"),
+    ("[[{}, *rest,], one,]", "[[{}, 7, 8], 1]", "[[{}, *_], _]"),
+]
+"""What it is assigned to, a value that fits, and the same target as a pattern."""
+_VALUES = [
+    "{}",
+    "self.same({})",
+    "copy.copy({})",
+    "[{}][0]",
+    '{{"key": {}}}["key"]',
+    "next(itertools.chain([{}]))",
+]
+
+
+def assignments(value: str) -> tuple[list[Any], list[Any]]:
+    """Return names, some of which are attributes, with code that gives them a value: each place once, and others."""
+
+    def written(place: str, targets: tuple[str, str, str], way: str) -> Any:
+        target, given, pattern = targets
+        name = "n" if "{pattern}" in place or _PLACES.index(place) % 2 else "self.n"
+        filled = {"target": target.format(name), "pattern": pattern.format(name)}
+        return pytest.param(name, place.format(**filled, value=way.format(given.format(value))))
+
+    few = [*zip(_PLACES, cycle(_TARGETS), cycle(_VALUES), strict=False)]
+    others = [each for each in product(_PLACES, _TARGETS, _VALUES) if each not in few]
+    return [written(*each) for each in few], [written(*each) for each in others[::7]]

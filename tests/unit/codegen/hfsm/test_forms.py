@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from textwrap import indent
+from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -28,6 +29,7 @@ from tests.support.examples import examples
 from tests.support.forms import Form, Spoken
 from tests.support.gadgets import gadget
 from tests.support.model_documents import PATH, after, automaton, document, on, state, stated, when
+from tests.support.soak import cases
 
 
 def stating(form: Form, *guards: str, event: bool = False) -> Document:
@@ -332,107 +334,20 @@ def test_what_a_state_leaves_to_another_is_followed_or_undecided(
     assert report.conflicts or not report.complete
 
 
-class Binding(NamedTuple):
-    """A target, which binds a name to a value, and an expression that gives what fits the target."""
-
-    target: str
-    value: str
-    pattern: str
-    """The same target in `match`; empty where there is none."""
-
-
-def _within(inner: Binding, before: int, after: int, *, starred: bool, brackets: str) -> Binding:
-    """Return a binding within a sequence, between others, of which the last may take several values."""
-    others = [f"other{number}" for number in range(before + after)]
-    targets = [*others[:before], inner.target, *others[before:]]
-    values = [*map(str, range(before)), inner.value, *map(str, range(after))]
-    patterns = ["_"] * before + [inner.pattern] + ["_"] * after
-    if starred:
-        targets.append("*rest")
-        patterns.append("*_")
-        values += ["7", "8"]
-    return Binding(
-        f"{brackets[0]}{', '.join(targets)},{brackets[1]}",
-        f"[{', '.join(values)}]",
-        f"[{', '.join(patterns)}]" if inner.pattern else "",
-    )
-
-
-def bindings(name: str, value: str) -> st.SearchStrategy[Binding]:
-    """Draw a binding of a name, which may be an attribute, to a value."""
-    leaf = st.just(Binding(name, value, "" if "." in name else name))
-    return st.recursive(
-        leaf,
-        lambda inner: st.builds(
-            _within,
-            inner,
-            st.integers(0, 2),
-            st.integers(0, 2),
-            starred=st.booleans(),
-            brackets=st.sampled_from(["()", "[]"]),
-        ),
-        max_leaves=3,
-    )
-
-
-VALUES = [
-    "{}",
-    "self.same({})",
-    "copy.copy({})",
-    "[{}][0]",
-    '{{"key": {}}}["key"]',
-    "next(itertools.chain([{}]))",
-]
-PLACES = [
-    "{target} = {value}",
-    "first = {target} = {value}",
-    "for {target} in [{value}]: pass",
-    "for {target} in iter([{value}]): pass",
-    "for count, {target} in enumerate([{value}]): pass",
-    'for key, {target} in {{"key": {value}}}.items(): pass',
-    "for one, {target} in zip('a', [{value}]): pass",
-    "with contextlib.nullcontext({value}) as {target}: pass",
-    "with contextlib.nullcontext(1), contextlib.nullcontext({value}) as {target}: pass",
-    "match {value}:\n    case {pattern}: pass",
-    "match [{value}, 1]:\n    case [{pattern}, *_]: pass",
-    'match {{"key": {value}}}:\n    case {{"key": {pattern}}}: pass',
-    "try:\n    raise ValueError({value})\nexcept ValueError as error:\n    ({target}), = error.args",
-]
-
-
-@st.composite
-def assignments(draw: st.DrawFn, name: str, value: str) -> str:
-    """Draw code that gives a value to a name."""
-    binding = draw(bindings(name, value))
-    places = [place for place in PLACES if binding.pattern or "{pattern}" not in place]
-    given_value = draw(st.sampled_from(VALUES)).format(binding.value)
-    return draw(st.sampled_from(places)).format(
-        target=binding.target, value=given_value, pattern=binding.pattern
-    )
-
-
-NAMES = st.sampled_from(["n", "self.n"])
-
-
-@drawn(15)
-@given(data=st.data(), name=NAMES, known=st.booleans(), within=st.booleans())
+@pytest.mark.parametrize(("name", "code"), cases(*forms.assignments('"x"')))
+@pytest.mark.parametrize("where", ["code of the state", "a function"])
 def test_no_proof_denies_an_event_whose_name_was_assigned(
-    data: st.DataObject, name: str, known: bool, within: bool, *, tmp_path: Path
+    name: str, code: str, where: str, tmp_path: Path
 ) -> None:
-    code, functions = data.draw(assignments(name, '"x"')) + f"\nself.send({name})", ""
-    if within:
-        indented = code.replace("\n", "\n    ")
-        code, functions = "self.go()", f"def go(self):\n    {name} = 'none'\n    {indented}"
-    check_sends(Form(code, f"{name} = 'none'" if known else "", functions), tmp_path)
+    before, sent = f"{name} = 'none'", f"{code}\nself.send({name})"
+    function = "def go(self):\n" + indent(f"{before}\n{sent}", "    ")
+    inside = where == "a function"
+    check_sends(Form("self.go()", functions=function) if inside else Form(sent, before), tmp_path)
 
 
-@drawn(15)
-@given(data=st.data(), name=NAMES)
-def test_no_proof_rests_on_a_guard_whose_object_was_assigned(
-    data: st.DataObject, name: str, tmp_path: Path
-) -> None:
-    assigned = data.draw(assignments(name, "gadget"))
-    check_changes(Form(f"{name} > 0.5", f"{name} = 1\n{assigned}"), tmp_path)
+@pytest.mark.parametrize(("name", "code"), cases(*forms.assignments("gadget")))
+def test_no_proof_rests_on_a_guard_whose_object_was_assigned(name: str, code: str, tmp_path: Path) -> None:
+    check_changes(Form(f"{name} > 0.5", f"{name} = 1\n{code}"), tmp_path)
 
 
 @pytest.mark.parametrize("assigned", ['n, m = "y", 1', '[n, m] = ["y", 1]', 'for n, m in [("y", 1)]: pass'])
