@@ -17,7 +17,7 @@ from codegen.hfsm.document import Interface, Library, Text
 __all__ = [
     "CHANGES", "COMMANDS", "COMMANDS_OF_TWO", "DRAWN_GUARDS", "HEADS", "HELPERS", "LEFT_BEHIND", "LIBRARIES", "MAY_CHANGE",
     "MAY_SEND", "SENDS", "SENDS_BY_ANY_NAME", "SENDS_BY_A_LIBRARY", "SENDS_NOTHING", "SPOKEN", "START", "STAYS", "VARIABLES",
-    "Form", "Spoken", "assignments", "with_functions",
+    "Form", "Spoken", "assignments", "libraries_of", "with_functions",
 ]  # fmt: skip
 
 
@@ -42,6 +42,14 @@ LIBRARIES = tuple(
         *("tests.support.gadgets as gadgets", "from tests.support.gadgets import Gadget, Number, gadget"),
     )
 )  # fmt: skip
+
+
+def libraries_of(*texts: str) -> tuple[Library, ...]:
+    """Return the libraries that texts name."""
+    words = set(re.findall(r"\w+", "\n".join(texts)))
+    return tuple(each for each in LIBRARIES if words & set(re.findall(r"\w+", each.name.text)))
+
+
 HEADS = (Interface(name="Head", type="PoseHead"), Interface(name="Neck", type="PoseHead"))
 
 FUNCTIONS = """

@@ -6,11 +6,9 @@ they are there for: what is called impossible or proved never happens.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from textwrap import indent
-from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -32,26 +30,28 @@ from tests.support.model_documents import PATH, after, automaton, document, on, 
 from tests.support.soak import cases
 
 
-def stating(form: Form, *guards: str, event: bool = False) -> Document:
-    """Return a document with a state, which guards and an event leave to others, and properties of these."""
+def stating(form: Form, *guards: str, event: bool = False, within: tuple[str, ...] = ()) -> Document:
+    """Return a document with a state, which guards and an event leave to others, and properties of these.
+
+    They are that each is never reached, and that one of them is reached within each of some times.
+    """
     ways = [when(guard, 1, number + 1, id=number) for number, guard in enumerate(guards, 1)]
     if event:
         ways.append(on("x", 1, len(ways) + 2, id=len(ways) + 1))
     others = [state(number) for number in range(2, len(ways) + 2)]
     names = [each.name for each in others]
     texts = form.variables, form.code, *guards
+    functions = forms.with_functions(form.functions, *texts)
     root = automaton(
         1, [state(1, code=form.code), *others], ways,
-        functions=Text(forms.with_functions(form.functions, *texts)), variables=Text(form.variables),
+        functions=Text(functions), variables=Text(form.variables),
     )  # fmt: skip
-    libraries = (Library(name=Text(form.library)),) if form.library else forms.LIBRARIES
-    properties = [*(stated("never", name) for name in names), *left_to(names, ("100", "200", "500"))]
+    own = (Library(name=Text(form.library)),)
+    libraries = own if form.library else forms.libraries_of(functions, *texts)
+    properties = [stated("never", name) for name in names]
+    properties += [stated("eventually", " or ".join(names), each) for each in within]
     heads = forms.HEADS if any("Head" in text for text in texts) else ()
     return document(root, properties=properties, libraries=libraries, interfaces=heads)
-
-
-def left_to(names: Iterable[str], limits: Iterable[str]) -> list[Any]:
-    return [stated("eventually", " or ".join(names), within) for within in limits]
 
 
 def sending(form: Form) -> Document:
@@ -90,8 +90,8 @@ def check_sends(form: Form, folder: Path) -> Verdict:
 def check_may_change(form: Form) -> None:
     again = check_model(stating(form, form.text, form.text), PATH)
     assert again.transitions[1].reachability is not Reachability.IMPOSSIBLE
-    either = check_model(stating(form, form.text, f"not ({form.text})"), PATH)
-    assert all(each.verdict is not Verdict.HOLDS for each in either.properties if each.property.within.text)
+    either = check_model(stating(form, form.text, f"not ({form.text})", within=("500",)), PATH)
+    assert either.properties[-1].verdict is not Verdict.HOLDS
 
 
 def check_changes(form: Form, folder: Path) -> None:
@@ -146,7 +146,7 @@ def test_a_text_is_known_only_if_all_its_values_are(spoken: Spoken, tmp_path: Pa
     root = automaton(
         1, [state(1, code=code)], functions=Text(forms.with_functions("", code)), variables=Text(spoken.variables)
     )  # fmt: skip
-    doc = document(root, libraries=forms.LIBRARIES)
+    doc = document(root, libraries=forms.libraries_of(code, spoken.variables))
     known, sent = CodeEffects(analyze(doc, PATH)).of(root.states[0].code), sent_by(saved(doc, tmp_path))
     assert sent
     assert bool(known.any_event) == (spoken.events is None)
@@ -174,25 +174,19 @@ def test_no_proof_rests_on_a_guard_that_may_change(form: Form) -> None:
 
 @pytest.mark.parametrize("form", forms.STAYS)
 def test_plain_values_still_prove(form: Form) -> None:
-    doc = stating(form, form.text, f"not ({form.text})", "True")
+    doc = stating(form, form.text, f"not ({form.text})", "True", within=("100",))
     root = replace(doc.automata[0], inputs=(Parameter(name="goal", type=Text("float"), default=Text("1")),))
     speed = Parameter(name="speed", type=Text("float"), default=Text("1.0"))
     report = check_model(replace(doc, automata=(root,), parameters=(speed,)), PATH)
     assert report.transitions[2].reachability is Reachability.IMPOSSIBLE
     library_may_take_time = "gadget" in form.variables
-    in_the_first_cycles = stated("eventually", "s2 or s3 or s4", "100")
-    (result,) = (each for each in report.properties if each.property == in_the_first_cycles)
-    assert (result.verdict is Verdict.HOLDS) is not library_may_take_time
+    assert (report.properties[-1].verdict is Verdict.HOLDS) is not library_may_take_time
 
 
 @pytest.mark.parametrize("guard", ["self.coin()", "self.often()", "random.random() < 0.5", "self.take()"])
 def test_guards_that_draw_lots_make_no_proof_and_may_fail(guard: str) -> None:
-    (result,) = (
-        each
-        for each in check_model(stating(Form(guard), guard, f"not {guard}"), PATH).properties
-        if each.property.within.text == "200"
-    )
-    assert result.verdict is Verdict.VIOLATED
+    report = check_model(stating(Form(guard), guard, f"not {guard}", within=("200",)), PATH)
+    assert report.properties[-1].verdict is Verdict.VIOLATED
 
 
 @pytest.mark.parametrize(
@@ -200,7 +194,7 @@ def test_guards_that_draw_lots_make_no_proof_and_may_fail(guard: str) -> None:
     [Form("self.tick()"), Form("self.every_third()"), Form("toggle.value", "toggle = self.Toggle()")],
 )
 def test_guards_with_state_are_undecided_and_said(form: Form) -> None:
-    report = check_model(stating(form, form.text, f"not ({form.text})"), PATH)
+    report = check_model(stating(form, form.text, f"not ({form.text})", within=("500",)), PATH)
     assert report.properties[-1].verdict is Verdict.UNDECIDED
     report_model(report, diagnostics := Diagnostics())
     assert "N606" in {found.code for found in diagnostics}
@@ -215,10 +209,9 @@ def test_a_comparison_of_constants_has_one_truth() -> None:
 @pytest.mark.parametrize(("read", "is_proved"), [("value.pan", True), ("time", True), ("age", False)])
 def test_a_sample_grows_older_between_two_guards(read: str, is_proved: bool) -> None:
     guard = f"last.{read} > 0.5"
-    doc = stating(Form(guard, "last = self.Head.getPose.latest()"), guard, f"not {guard}")
-    proved = {each.verdict for each in check_model(doc, PATH).properties if each.property.within.text}
-    assert (proved == {Verdict.HOLDS}) is is_proved
-    assert is_proved or Verdict.HOLDS not in proved
+    form = Form(guard, "last = self.Head.getPose.latest()")
+    report = check_model(stating(form, guard, f"not {guard}", within=("100",)), PATH)
+    assert (report.properties[-1].verdict is Verdict.HOLDS) is is_proved
 
 
 def test_data_of_an_event_proves() -> None:
@@ -246,7 +239,7 @@ def test_no_verdict_is_wrong_for_code_with_aliases_and_state(
 ) -> None:
     words = "\n".join([*guards, code])
     variables = "\n".join(text for name, text in forms.VARIABLES.items() if name in words)
-    doc = stating(Form("", variables, code=code), *guards, event=event)
+    doc = stating(Form("", variables, code=code), *guards, event=event, within=("100", "200", "500"))
     report, diagnostics = checked(doc, tmp_path)
     for seed in range(3):
         assert_agrees(report, diagnostics, run(saved(doc, tmp_path), seed))
@@ -285,7 +278,7 @@ def siblings(
         automaton(2, states, ways, father=1, variables=Text(f"{variables}\n{first.variables}")),
         automaton(3, [state(1, code=second)], father=1, variables=Text(variables)),
         interfaces=forms.HEADS,
-        libraries=forms.LIBRARIES,
+        libraries=forms.libraries_of(functions, first.text, second),
     )
 
 
