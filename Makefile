@@ -105,7 +105,7 @@ lint: lint-quick lint-all ## Check format, style, types, import rules, generated
 
 lint-quick: $(VENV)/dev.stamp
 	@$(BIN)/ruff format --check --quiet . && $(BIN)/ruff check --quiet .
-	@$(BIN)/codegen --check interfaces/*.idl behaviors/*.xml tests/data/components/*.xml
+	@$(BIN)/codegen --check interfaces/*.idl behaviors/*.xml
 
 lint-all: lint-page lint-python
 
@@ -154,8 +154,8 @@ mutation: $(VENV)/mutation.stamp ## Break what must not be wrong, in one place a
 	@TEST_EXAMPLES=0.1 PATH="$(CURDIR)/$(BIN):$$PATH" nice -n 19 $(BIN)/mutmut run --max-children 1 $(MUTANTS)
 	@$(BIN)/mutmut results
 
-codegen: $(VENV)/dev.stamp ## Generate the Python of interfaces/ and behaviors/, and of the tests' documents, and the page's types
-	$(BIN)/codegen interfaces/*.idl behaviors/*.xml tests/data/components/*.xml
+codegen: $(VENV)/dev.stamp ## Generate the Python of interfaces/ and behaviors/, and the page's types
+	$(BIN)/codegen interfaces/*.idl behaviors/*.xml
 	$(BIN)/python -m tools.generators.protocol_types
 
 texts: $(VENV)/dev.stamp node tests/page/node_modules/.stamp ## Bring the catalogs of all languages up to date with the code; NEW=fr adds one

@@ -1,6 +1,7 @@
 """Every document of ours on every body: it runs, or an error of ours says what the robot lacks.
 
-In `make test` on the body that has most and the one that has least, and on all of them in `make soak`.
+In `make test` each document is run on one body, in turn on the one that has most and the one that has least, and in
+`make soak` on all of them.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ import re
 from contextlib import closing
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -32,7 +34,6 @@ DOCUMENTS = sorted(
 LONG_ENOUGH = repeated(3.0, 5.0)
 """Seconds in which a document calls all that it calls; score.xml and wave_a_hand.xml, later, have tests of their own."""
 MOST, ONE_CAMERA, LEAST = "H25", "T1", "Cart"
-OTHERS = [body for body in BODY_NAMES if body not in (MOST, LEAST)]
 
 
 WRONG_ON_EVERY_BODY = {
@@ -54,6 +55,19 @@ PUSH = {"H25": 60.0, "T1": 600.0, "G1": 600.0}
 SHELF = [document for document in DOCUMENTS if document.parent.name == "shelf"]
 MOVE = ["kick", "play_a_motion", "sit", "stand", "turn", "walk_to", "wave_a_hand"]
 """The ready states that a robot which lies may refuse."""
+
+
+def on_bodies(documents: list[Path], *few: str) -> list[Any]:
+    """Return documents with bodies: each with one of a few in turn, and all others for `make soak`."""
+    chosen = [(document, few[number % len(few)]) for number, document in enumerate(documents)]
+    every = [(document, body) for document in documents for body in BODY_NAMES]
+    parameters = {
+        (document, body): pytest.param(document, body, id=f"{document.relative_to(REPOSITORY)} on {body}")
+        for document, body in every
+    }
+    return cases(
+        [parameters[each] for each in chosen], [parameters[each] for each in every if each not in chosen]
+    )
 
 
 @cache
@@ -93,11 +107,8 @@ def run(b: Behavior) -> str:
     return ""
 
 
-@pytest.mark.parametrize("body", cases([MOST, LEAST], OTHERS))
 @pytest.mark.parametrize(
-    "document",
-    [document for document in DOCUMENTS if document not in SHELF],
-    ids=lambda path: str(path.relative_to(REPOSITORY)),
+    ("document", "body"), on_bodies([each for each in DOCUMENTS if each not in SHELF], MOST, LEAST)
 )
 def test_it_runs_or_says_what_the_robot_lacks(behavior: MakeBehavior, document: Path, body: str) -> None:
     name = str(document.relative_to(REPOSITORY))
@@ -111,10 +122,7 @@ def test_it_runs_or_says_what_the_robot_lacks(behavior: MakeBehavior, document: 
         assert message == "" or (lacks and names_a_lack(message, body)), message
 
 
-@pytest.mark.parametrize(
-    "body", cases([MOST, ONE_CAMERA, LEAST], [each for each in OTHERS if each != ONE_CAMERA])
-)
-@pytest.mark.parametrize("document", SHELF, ids=lambda path: path.stem)
+@pytest.mark.parametrize(("document", "body"), on_bodies(SHELF, MOST, ONE_CAMERA, LEAST))
 def test_a_ready_state_ends_with_what_the_robot_lacks(
     behavior: MakeBehavior, document: Path, body: str
 ) -> None:

@@ -160,16 +160,6 @@ def test_a_robot_that_starts_beside_another_program_is_waited_for() -> None:
     assert len(refused) == 1
 
 
-def test_a_library_that_is_not_installed_is_reported_in_one_line(tmp_path: Path, endpoint: str) -> None:
-    text = document(sub(1, 0, state(1, "a", initial=True)), libraries=("no_such_thing",))
-    with start(compile_to(tmp_path, text, "seer"), endpoint) as component:
-        assert component.wait(RUN_LIMIT) == 1
-        assert component.output.startswith(
-            "seer.py: error: seer.xml:9: the library no_such_thing is not installed: "
-        )
-        assert component.output.count("\n") == 1
-
-
 def test_a_document_of_a_foreign_name_can_be_watched(tmp_path: Path, endpoint: str) -> None:
     code = "print('sees', flush=True)"
     text = document(sub(1, 0, state(1, "a", code, initial=True)))

@@ -205,25 +205,6 @@ def test_a_component_that_stands_at_a_breakpoint_goes_on_from_there(pair: Pair, 
         assert count(proxy.getSnapshot()) == count(before) + 1000
 
 
-def test_what_is_gone_is_reported(pair: Pair, version: Version) -> None:
-    with running(pair, version) as (_, proxy):
-        in_b(proxy)
-        gone = document(
-            sub(
-                1, 0, state(1, "a", "", initial=True), state(7, "c"), transition(9, 1, 7, "1000", type="time")
-            )
-        )
-        version.write(gone)
-        reported = proxy.reload().notKept
-        assert reported == [
-            "no code of automaton 1 (walker) uses count any more",
-            "automaton 2 (b) is gone, which was in red",
-            "automaton 1 (walker) was in the state b, which is gone, and restarts in a",
-        ]
-        snapshot = first_snapshot(proxy, lambda snapshot: snapshot.generation == 1)
-        assert [automaton.state for automaton in snapshot.automata] == [1]
-
-
 @pytest.mark.parametrize(
     ("text", "reason"),
     [

@@ -95,6 +95,12 @@ class HeadI(PoseHead):
 
 
 @pytest.fixture
+def path(tmp_path: Path) -> Path:
+    """The recording of a test."""
+    return tmp_path / "run.mcap"
+
+
+@pytest.fixture
 def carrier() -> str:
     """By default a component and its robot are one process, so that a test waits for no other thread."""
     return COLLOCATED
@@ -141,6 +147,12 @@ def running(
             yield runtime, clock
         finally:
             runtime.stop()
+
+
+def pass_cycles(runtime: RecordedRuntime, number: int) -> None:
+    """Wait for more than a number of further cycles."""
+    cycles = runtime.tree.root.cycle.count
+    eventually(lambda: runtime.tree.root.cycle.count > cycles + number)
 
 
 def replayed(path: Path, make: Callable[[], Component], **options: Any) -> tuple[Replay, Comparison]:
@@ -192,6 +204,13 @@ class Watcher(Component, document="watcher.xml"):
         return self.head.getPose().pan > self.threshold
 
 
+class Stays(Watcher, document="watcher.xml"):
+    """One that stays in its first state."""
+
+    def decide(self) -> bool:
+        return False
+
+
 def record_watcher(kind: Callable[[], Component], world: World, path: Path, seconds: float = 3.0) -> None:
     with running(kind, world, path) as (runtime, clock):
         clock.sleep(seconds)
@@ -199,26 +218,24 @@ def record_watcher(kind: Callable[[], Component], world: World, path: Path, seco
 
 
 @everywhere
-def test_calls_come_back_with_what_they_brought(tmp_path: Path, world: World, carrier: str) -> None:
+def test_calls_come_back_with_what_they_brought(path: Path, world: World, carrier: str) -> None:
     class Calls(Watcher, document="watcher.xml"):
         def look(self, count: int) -> list[Any]:
             pose = self.head.setSpeed(0.1, float("nan"))
             return [pose, pose.pan, self.head.ice_getIdentity()]
 
-    record_watcher(Calls, world, tmp_path / "run.mcap")
+    record_watcher(Calls, world, path)
     assert is_used(carrier)
-    calls = [
-        record.message for record in Recording(tmp_path / "run.mcap") if isinstance(record.message, Result)
-    ]
+    calls = [record.message for record in Recording(path) if isinstance(record.message, Result)]
     assert [call.operation for call in calls] == world[1].executed
     assert {call.kind for call in calls} == {"call"}
-    comparison = identical(tmp_path / "run.mcap", Calls)
+    comparison = identical(path, Calls)
     assert comparison.cycles > 10
     assert len(comparison.replayed_steps) > 2
 
 
 @everywhere
-def test_exceptions_come_back_as_what_they_were(tmp_path: Path, world: World) -> None:
+def test_exceptions_come_back_as_what_they_were(path: Path, world: World) -> None:
     class Fails(Watcher, document="watcher.xml"):
         def look(self, count: int) -> list[Any]:
             found: list[Any] = []
@@ -236,12 +253,12 @@ def test_exceptions_come_back_as_what_they_were(tmp_path: Path, world: World) ->
                 self.head.getLimits()
             return found
 
-    record_watcher(Fails, world, tmp_path / "run.mcap")
-    identical(tmp_path / "run.mcap", Fails)
+    record_watcher(Fails, world, path)
+    identical(path, Fails)
 
 
 @everywhere
-def test_exit_code_that_fails_and_what_is_stopped_for_it_come_back(tmp_path: Path, world: World) -> None:
+def test_exit_code_that_fails_and_what_is_stopped_for_it_come_back(path: Path, world: World) -> None:
     class Leaves(Component, document="leaves.xml"):
         head = Proxy("Head", PoseHeadPrx)
 
@@ -260,8 +277,8 @@ def test_exit_code_that_fails_and_what_is_stopped_for_it_come_back(tmp_path: Pat
             self.head.getLimits()  # fails
             self.head.stop()
 
-    record_watcher(Leaves, world, tmp_path / "run.mcap")
-    assert identical(tmp_path / "run.mcap", Leaves).cycles > 10
+    record_watcher(Leaves, world, path)
+    assert identical(path, Leaves).cycles > 10
 
 
 class Hands(Component, document="hands.xml"):
@@ -306,15 +323,14 @@ class Hands(Component, document="hands.xml"):
         return Automaton(id=1, name="hands", period=0.05, states=states, transitions=ways)
 
 
-def test_outputs_are_handed_up_in_the_same_cycles(tmp_path: Path, world: World) -> None:
-    path = tmp_path / "run.mcap"
+def test_outputs_are_handed_up_in_the_same_cycles(path: Path, world: World) -> None:
     with running(Hands, world, path) as (runtime, clock):
         clock.sleep(4.0)
         eventually(lambda: runtime.tree.root.cycle.count > 30)
     assert identical(path, Hands).cycles > 30
 
 
-def test_clocks_sleeps_and_random_numbers_are_those_of_the_run(tmp_path: Path, world: World) -> None:
+def test_clocks_sleeps_and_random_numbers_are_those_of_the_run(path: Path, world: World) -> None:
     class Clocks(Watcher, document="watcher.xml"):
         def look(self, count: int) -> list[Any]:
             if count % 4 == 0:
@@ -326,12 +342,12 @@ def test_clocks_sleeps_and_random_numbers_are_those_of_the_run(tmp_path: Path, w
         def decide(self) -> bool:
             return random.random() > 0.5
 
-    record_watcher(Clocks, world, tmp_path / "run.mcap")
-    identical(tmp_path / "run.mcap", Clocks)
+    record_watcher(Clocks, world, path)
+    identical(path, Clocks)
     assert time.time is __import__("time").time
 
 
-def test_streams_bring_the_same_samples_with_the_same_ages(tmp_path: Path, world: World) -> None:
+def test_streams_bring_the_same_samples_with_the_same_ages(path: Path, world: World) -> None:
     class Streams(Watcher, document="watcher.xml"):
         last: Sample[HeadPose] | None = None
         identities: ClassVar[set[bool]] = set()
@@ -353,7 +369,6 @@ def test_streams_bring_the_same_samples_with_the_same_ages(tmp_path: Path, world
         def decide(self) -> bool:
             return self.last is not None and self.last.value.pan > 0.5
 
-    path = tmp_path / "run.mcap"
     publisher = world[1].getPosePublisher
     with running(Streams, world, path) as (_, clock):
         clock.sleep(0.1)
@@ -367,7 +382,7 @@ def test_streams_bring_the_same_samples_with_the_same_ages(tmp_path: Path, world
 
 
 @everywhere
-def test_asynchronous_results_arrive_in_the_same_cycle(tmp_path: Path, world: World, carrier: str) -> None:
+def test_asynchronous_results_arrive_in_the_same_cycle(path: Path, world: World, carrier: str) -> None:
     class Futures(Watcher, document="watcher.xml"):
         pending: Future[HeadPose] | None = None
         arrived = 0
@@ -387,12 +402,12 @@ def test_asynchronous_results_arrive_in_the_same_cycle(tmp_path: Path, world: Wo
         def note(self, _future: Future[HeadPose]) -> None:
             self.arrived += 1
 
-    record_watcher(Futures, world, tmp_path / "run.mcap")
+    record_watcher(Futures, world, path)
     assert is_used(carrier)
-    identical(tmp_path / "run.mcap", Futures)
+    identical(path, Futures)
 
 
-def test_callbacks_of_streams_are_called_with_the_same_samples(tmp_path: Path, world: World) -> None:
+def test_callbacks_of_streams_are_called_with_the_same_samples(path: Path, world: World) -> None:
     class Callbacks(Watcher, document="watcher.xml"):
         seen = 0.0
         subscribed = False
@@ -406,7 +421,6 @@ def test_callbacks_of_streams_are_called_with_the_same_samples(tmp_path: Path, w
         def note(self, sample: Sample[HeadPose]) -> None:
             self.seen += sample.value.pan + self.head.getPose().tilt
 
-    path = tmp_path / "run.mcap"
     publisher = world[1].getPosePublisher
     with running(Callbacks, world, path) as (_, clock):
         clock.sleep(0.1)
@@ -417,11 +431,10 @@ def test_callbacks_of_streams_are_called_with_the_same_samples(tmp_path: Path, w
     identical(path, Callbacks)
 
 
-def test_what_others_did_to_it_is_done_again(tmp_path: Path, world: World) -> None:
+def test_what_others_did_to_it_is_done_again(path: Path, world: World) -> None:
     class Steered(Watcher, document="watcher.xml"):
         threshold = 2.0  # never by itself
 
-    path = tmp_path / "run.mcap"
     with running(Steered, world, path) as (runtime, clock):
         clock.sleep(0.3)
         runtime.force(1, 1)
@@ -438,12 +451,11 @@ def test_what_others_did_to_it_is_done_again(tmp_path: Path, world: World) -> No
     assert [step.state for step in comparison.replayed_steps] == ["a", "b", "a"]
 
 
-def test_a_document_that_was_renamed_is_compared_under_one_name(tmp_path: Path, world: World) -> None:
+def test_a_document_that_was_renamed_is_compared_under_one_name(path: Path, world: World) -> None:
     class Renamed(Watcher, document="copy.xml"):
         def automaton(self) -> Automaton:
             return replace(super().automaton(), name="copy")
 
-    path = tmp_path / "run.mcap"
     with running(Watcher, world, path) as (runtime, _):
         eventually(lambda: runtime.tree.root.last_transition == 1)
     run, comparison = replayed(path, Renamed)
@@ -452,16 +464,14 @@ def test_a_document_that_was_renamed_is_compared_under_one_name(tmp_path: Path, 
     assert run.notes == ["the recording is of watcher.xml, and copy.xml is compared with it"]
 
 
-def test_a_run_that_began_elsewhere_is_replayed_from_there(tmp_path: Path, world: World) -> None:
-    path = tmp_path / "run.mcap"
+def test_a_run_that_began_elsewhere_is_replayed_from_there(path: Path, world: World) -> None:
     with running(Watcher, world, path, begin_at=(1, 2)) as (_, clock):
         clock.sleep(0.5)
     comparison = identical(path, Watcher)
     assert comparison.replayed_steps[0].state == "b"
 
 
-def test_a_breakpoint_stops_the_replay_where_it_stopped_the_run(tmp_path: Path, world: World) -> None:
-    path = tmp_path / "run.mcap"
+def test_a_breakpoint_stops_the_replay_where_it_stopped_the_run(path: Path, world: World) -> None:
     with running(Watcher, world, path) as (runtime, clock):
         breakpoints = Breakpoints(runtime)
         breakpoints.set([Breakpoint(1, 2, 0, "")])
@@ -523,8 +533,7 @@ def end_cycle(run: Actor, gate: Gate) -> None:
     eventually(lambda: run.cycle.count > cycles)
 
 
-def test_code_that_waits_goes_on_where_it_did_between_the_cycles_of_others(tmp_path: Path) -> None:
-    path = tmp_path / "run.mcap"
+def test_code_that_waits_goes_on_where_it_did_between_the_cycles_of_others(path: Path) -> None:
     gates = Gate(), Gate()
     ends: list[int] = []
     with initialize(connect=[], clock="wall", timeout=CALL_LIMIT) as communicator:
@@ -551,34 +560,28 @@ def test_code_that_waits_goes_on_where_it_did_between_the_cycles_of_others(tmp_p
 # Edited documents.
 
 
-def test_a_refused_command_pauses_the_replay_where_it_paused_the_run(tmp_path: Path, world: World) -> None:
+def test_a_refused_command_pauses_the_replay_where_it_paused_the_run(path: Path, world: World) -> None:
     class Commands(Watcher, document="watcher.xml"):
         def look(self, count: int) -> list[Any]:
             return [self.head.setSpeed(0.1, 0.0)]
 
-    def go_on_for_five_cycles(runtime: RecordedRuntime) -> None:
-        cycles = runtime.tree.root.cycle.count
-        eventually(lambda: runtime.tree.root.cycle.count > cycles + 5)
-
-    path = tmp_path / "run.mcap"
     with running(Commands, world, path, on_error="stop") as (runtime, _clock):
         for _ in range(3):
-            go_on_for_five_cycles(runtime)
+            pass_cycles(runtime, 5)
             world[1].stopped = True
             eventually(lambda: runtime.refusal is not None)
             world[1].stopped = False
             runtime.resume()
-        go_on_for_five_cycles(runtime)
+        pass_cycles(runtime, 5)
     assert identical(path, Commands).cycles > 20
 
 
 def test_an_edited_document_parts_in_the_cycle_in_which_it_decides_otherwise(
-    tmp_path: Path, world: World
+    path: Path, world: World
 ) -> None:
     class Edited(Watcher, document="watcher.xml"):
         threshold = 0.9
 
-    path = tmp_path / "run.mcap"
     record_watcher(Watcher, world, path)
     _, same = replayed(path, Watcher)
     fired = [step.time for step in same.recorded_steps if step.state == "b"]
@@ -599,7 +602,7 @@ def test_an_edited_document_parts_in_the_cycle_in_which_it_decides_otherwise(
     assert (found.recorded.state_after, found.replayed.state_after) == ("b", "a")
 
 
-def test_a_proof_that_is_wrong_in_the_replay_alone_is_a_divergence(tmp_path: Path, world: World) -> None:
+def test_a_proof_that_is_wrong_in_the_replay_alone_is_a_divergence(path: Path, world: World) -> None:
     class Asks(Watcher, document="watcher.xml"):
         def look(self, count: int) -> list[Any]:
             self.send("go")
@@ -608,7 +611,7 @@ def test_a_proof_that_is_wrong_in_the_replay_alone_is_a_divergence(tmp_path: Pat
     class Proved(Asks, document="watcher.xml"):
         _hfsm_proofs = (("event", "go"),)
 
-    path, also = tmp_path / "run.mcap", tmp_path / "also.mcap"
+    also = path.with_name("also.mcap")
     record_watcher(Asks, world, path, 0.5)
     _, comparison = replayed(path, Proved)
     (found,) = comparison.divergences
@@ -618,12 +621,11 @@ def test_a_proof_that_is_wrong_in_the_replay_alone_is_a_divergence(tmp_path: Pat
     identical(also, Proved)
 
 
-def test_values_that_nobody_had_asked_for_are_the_newest_before(tmp_path: Path, world: World) -> None:
+def test_values_that_nobody_had_asked_for_are_the_newest_before(path: Path, world: World) -> None:
     class Curious(Watcher, document="watcher.xml"):
         def look(self, count: int) -> list[Any]:
             return [self.head.getPose().pan]
 
-    path = tmp_path / "run.mcap"
     record_watcher(Watcher, world, path)
     run, comparison = replayed(path, Curious)
     assert comparison.divergences == []
@@ -631,22 +633,19 @@ def test_values_that_nobody_had_asked_for_are_the_newest_before(tmp_path: Path, 
     assert {found.what for found in comparison.differences} == {"values"}
 
 
-def test_what_was_never_recorded_is_an_error_of_the_edited_document(tmp_path: Path, world: World) -> None:
+def test_what_was_never_recorded_is_an_error_of_the_edited_document(path: Path, world: World) -> None:
     class Lost(Watcher, document="watcher.xml"):
         def look(self, count: int) -> list[Any]:
             return [self.head.setSpeed(0.0, 0.0)]
 
-    path = tmp_path / "run.mcap"
     record_watcher(Watcher, world, path, 0.5)
     _, comparison = replayed(path, Lost)
     (found,) = comparison.divergences
     assert "nobody had read self.head.setSpeed (call)" in found.replayed.errors[0]
 
 
-def test_cycles_that_the_recording_lacks_last_as_long_as_their_code_waits(
-    tmp_path: Path, world: World
-) -> None:
-    class Slow(Watcher, document="watcher.xml"):
+def test_cycles_that_the_recording_lacks_last_as_long_as_their_code_waits(path: Path, world: World) -> None:
+    class Slow(Stays, document="watcher.xml"):
         def automaton(self) -> Automaton:
             return replace(super().automaton(), period=0.2)
 
@@ -654,10 +653,6 @@ def test_cycles_that_the_recording_lacks_last_as_long_as_their_code_waits(
             self.sleep(0.3)
             return [count]
 
-        def decide(self) -> bool:
-            return False
-
-    path = tmp_path / "run.mcap"
     record_watcher(Watcher, world, path)
     run, comparison = replayed(path, Slow)
     assert comparison.cycles == math.ceil(Recording(path).duration / 0.4e9)  # every other slot is missed
@@ -665,12 +660,11 @@ def test_cycles_that_the_recording_lacks_last_as_long_as_their_code_waits(
 
 
 def test_an_edited_document_takes_over_at_a_moment_and_keeps_states_and_variables(
-    tmp_path: Path, world: World
+    path: Path, world: World
 ) -> None:
     class Patient(Watcher, document="watcher.xml"):
         threshold = 2.0
 
-    path = tmp_path / "run.mcap"
     record_watcher(Watcher, world, path, 6.0)
     run, comparison = replayed(path, Watcher, edited=Patient, since=3_000_000_000)
     before = [step for step in comparison.recorded_steps if step.time < 3.0]
@@ -684,13 +678,12 @@ def test_an_edited_document_takes_over_at_a_moment_and_keeps_states_and_variable
 
 
 def test_an_edited_document_does_not_take_over_from_a_component_that_has_ended(
-    tmp_path: Path, world: World
+    path: Path, world: World
 ) -> None:
     class Fails(Watcher, document="watcher.xml"):
         def look(self, count: int) -> list[Any]:
             return [1 // (3 - count)]
 
-    path = tmp_path / "run.mcap"
     with running(Fails, world, path, on_error="stop") as (runtime, clock):
         assert runtime.ended.wait(EVENT_LIMIT)
         clock.sleep(0.5)
@@ -702,14 +695,12 @@ def test_an_edited_document_does_not_take_over_from_a_component_that_has_ended(
     assert comparison.identical
 
 
-def test_a_gap_in_the_recording_is_reported_and_ends_the_replay(tmp_path: Path, world: World) -> None:
-    path = tmp_path / "run.mcap"
+def test_a_gap_in_the_recording_is_reported_and_ends_the_replay(path: Path, world: World) -> None:
     with running(Watcher, world, path) as (runtime, _):
         for size in (0, writer._MOST_BYTES - 1000, 0):
             if size:  # nothing else fits into the queue until it is written
                 runtime._recorder.put("/marks", Mark("top", 0.0, 0.0, ""), size)
-            cycles = runtime.tree.root.cycle.count
-            eventually(lambda cycles=cycles: runtime.tree.root.cycle.count > cycles + 10)  # type: ignore[misc]
+            pass_cycles(runtime, 10)
     run, comparison = replayed(path, Watcher)
     (note,) = run.notes
     gap = re.match(r"the recording has a gap at (\d+\.\d+) s", note)
@@ -718,8 +709,7 @@ def test_a_gap_in_the_recording_is_reported_and_ends_the_replay(tmp_path: Path, 
     assert max(step.time for step in comparison.replayed_steps) <= float(gap[1]) + 0.001
 
 
-def test_a_recording_of_more_automata_than_any_component_has_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "run.mcap"
+def test_a_recording_of_more_automata_than_any_component_has_is_refused(path: Path) -> None:
     recorded = writer.RecordingWriter(path, {"name": "many", "start": "0"}, {}, 0)
     recorded.put(writer.Entry("/actions", 0, Action("start")))
     for number in range(101):
@@ -755,8 +745,8 @@ def adapter(server: Communicator) -> ObjectAdapter:
     return made
 
 
-def test_a_servant_that_is_away_is_away_in_the_replay(tmp_path: Path) -> None:
-    class Patient(Watcher, document="watcher.xml"):
+def test_a_servant_that_is_away_is_away_in_the_replay(path: Path) -> None:
+    class Patient(Stays, document="watcher.xml"):
         def look(self, count: int) -> list[Any]:
             found: list[Any] = []
             for call in (self.head.getPose, self.head.stop, lambda: self.head.getPose.wait(timeout=0.01)):
@@ -766,26 +756,18 @@ def test_a_servant_that_is_away_is_away_in_the_replay(tmp_path: Path) -> None:
                     found.append([type(error).__name__, str(error)])
             return found
 
-        def decide(self) -> bool:
-            return False
-
-    path = tmp_path / "run.mcap"
     with initialize(connect=[], clock="wall") as communicator:
         head = HeadI()
         adapter = communicator.createObjectAdapter("Test")
         adapter.add(head, "Head")
         adapter.activate()
 
-        def three_cycles(runtime: RecordedRuntime) -> None:
-            cycles = runtime.tree.root.cycle.count
-            eventually(lambda: runtime.tree.root.cycle.count > cycles + 3)
-
         with running(Patient, (communicator, head), path) as (runtime, _):
-            three_cycles(runtime)
+            pass_cycles(runtime, 3)
             adapter.removeAll(["Head"])
-            three_cycles(runtime)
+            pass_cycles(runtime, 3)
             adapter.add(head, "Head")
-            three_cycles(runtime)
+            pass_cycles(runtime, 3)
     identical(path, Patient)
     seen = {record.message.error for record in Recording(path) if isinstance(record.message, Result)}
     assert {error.partition(": ")[0] for error in seen} >= {"", "ConnectionLostException"}
@@ -793,9 +775,9 @@ def test_a_servant_that_is_away_is_away_in_the_replay(tmp_path: Path) -> None:
 
 @everywhere
 def test_a_proxy_that_comes_in_a_value_leads_to_what_it_led_to(
-    tmp_path: Path, world: World, adapter: ObjectAdapter
+    path: Path, world: World, adapter: ObjectAdapter
 ) -> None:
-    class Finder(Watcher, document="watcher.xml"):
+    class Finder(Stays, document="watcher.xml"):
         directory = Proxy("Directory", DirectoryPrx)
 
         def look(self, count: int) -> list[Any]:
@@ -803,15 +785,12 @@ def test_a_proxy_that_comes_in_a_value_leads_to_what_it_led_to(
             assert found is not None
             return [found.getPose(), found.ice_toString()]
 
-        def decide(self) -> bool:
-            return False
-
     adapter.add(Directory(world[0].stringToProxy("Head")), "Directory")
-    record_watcher(Finder, world, tmp_path / "run.mcap", 1.0)
-    assert identical(tmp_path / "run.mcap", Finder).cycles > 5
+    record_watcher(Finder, world, path, 1.0)
+    assert identical(path, Finder).cycles > 5
 
 
-class Looks(Watcher, document="watcher.xml"):
+class Looks(Stays, document="watcher.xml"):
     """Looks at images."""
 
     camera = Proxy("Camera", ImageProviderPrx)
@@ -822,16 +801,13 @@ class Looks(Watcher, document="watcher.xml"):
         seen = sample and (sample.value.timeStamp.seconds, hash(bytes(sample.value.pixelData)))
         return [hash(bytes(image)), len(image), seen]
 
-    def decide(self) -> bool:
-        return False
-
 
 @everywhere
 @pytest.mark.parametrize("size", [500, 5000, 200_000])
 @pytest.mark.parametrize("with_images", [False, True])
 def test_images_come_back_where_they_are_recorded(
     *,
-    tmp_path: Path,
+    path: Path,
     world: World,
     adapter: ObjectAdapter,
     caplog: pytest.LogCaptureFixture,
@@ -840,7 +816,6 @@ def test_images_come_back_where_they_are_recorded(
 ) -> None:
     camera = ImageI()
     adapter.add(camera, "Camera")
-    path = tmp_path / "run.mcap"
     with running(Looks, world, path, with_images=with_images) as (runtime, clock):
         assert listened(camera.getImageDataPublisher, EVENT_LIMIT)
         for number in range(10):
@@ -856,80 +831,63 @@ def test_images_come_back_where_they_are_recorded(
             replayed(path, Looks)
 
 
-def test_loops_over_a_stream_see_the_same_samples(tmp_path: Path, world: World) -> None:
-    class Loops(Watcher, document="watcher.xml"):
-        last: Sample[HeadPose] | None = None
+class Loops(Stays, document="watcher.xml"):
+    """Looks at each sample of a stream."""
 
-        def look(self, count: int) -> list[Any]:
-            found: list[Any] = []
-            try:
-                self.last = self.head.getPose.wait(self.last, timeout=0.02)
-                for sample in self.head.getPose.samples(timeout=0.02):
-                    seen = [sample.value.pan, sample.sequence, sample.lost, sample.follows(self.last)]
-                    found.append(seen)
-            except TimeoutException as error:
-                found.append(str(error))
-            return found
+    last: Sample[HeadPose] | None = None
 
-        def decide(self) -> bool:
-            return False
-
-    path = tmp_path / "run.mcap"
-    publisher = world[1].getPosePublisher
-    with running(Loops, world, path) as (runtime, clock):
-        assert listened(publisher, EVENT_LIMIT)
-        chance = random.Random(1)
-        for _ in range(40):
-            publisher.publish(world[1].pose())
-            clock.sleep(chance.choice([0.02, 0.1, 0.3]))
-        eventually(lambda: runtime.tree.root.cycle.count > 10)
-    identical(path, Loops)
-    kinds = [record.message.kind for record in Recording(path) if isinstance(record.message, Result)]
-    assert kinds.count("wait") > 10
+    def look(self, count: int) -> list[Any]:
+        found: list[Any] = []
+        try:
+            self.last = self.head.getPose.wait(self.last, timeout=0.02)
+            for sample in self.head.getPose.samples(timeout=0.02):
+                seen = [sample.value.pan, sample.sequence, sample.lost, sample.follows(self.last)]
+                found.append(seen)
+        except TimeoutException as error:
+            found.append(str(error))
+        return found
 
 
-def test_a_loop_with_a_rate_lets_others_run_and_waits_for_nothing_in_the_replay(
-    tmp_path: Path, world: World
+class Paced(Stays, document="watcher.xml"):
+    """Looks at samples of a stream at a rate."""
+
+    def look(self, count: int) -> list[Any]:
+        found: list[Any] = []
+        try:
+            samples = self.head.getPose.samples(timeout=0.02, rate=50.0)
+            found.extend([sample.value.pan, sample.sequence] for sample in samples)
+        except TimeoutException as error:
+            found.append(str(error))
+        return found
+
+
+@pytest.mark.parametrize(
+    ("kind", "message", "waits"), [(Loops, Result, "wait"), (Paced, Reading, "clock.wait")]
+)
+def test_loops_over_a_stream_see_the_same_samples_and_wait_for_nothing_in_the_replay(
+    path: Path, world: World, kind: type[Watcher], message: type[Result | Reading], waits: str
 ) -> None:
-    class Paced(Watcher, document="watcher.xml"):
-        def look(self, count: int) -> list[Any]:
-            found: list[Any] = []
-            try:
-                samples = self.head.getPose.samples(timeout=0.02, rate=50.0)
-                found.extend([sample.value.pan, sample.sequence] for sample in samples)
-            except TimeoutException as error:
-                found.append(str(error))
-            return found
-
-        def decide(self) -> bool:
-            return False
-
-    path = tmp_path / "run.mcap"
     publisher = world[1].getPosePublisher
-    with running(Paced, world, path) as (runtime, clock):
+    with running(kind, world, path) as (runtime, clock):
         assert listened(publisher, EVENT_LIMIT)
         chance = random.Random(1)
         for _ in range(40):
             publisher.publish(world[1].pose())
             clock.sleep(chance.choice([0.02, 0.1, 0.3]))
         eventually(lambda: runtime.tree.root.cycle.count > 10)
-    identical(path, Paced)
-    kinds = [record.message.kind for record in Recording(path) if isinstance(record.message, Reading)]
-    assert "clock.wait" in kinds
+    identical(path, kind)
+    kinds = [record.message.kind for record in Recording(path) if isinstance(record.message, message)]
+    assert kinds.count(waits) > (10 if kind is Loops else 0)
 
 
-def test_a_stream_that_nobody_asked_for_is_let_go_of_in_the_replay_too(tmp_path: Path) -> None:
-    class Seldom(Watcher, document="watcher.xml"):
+def test_a_stream_that_nobody_asked_for_is_let_go_of_in_the_replay_too(path: Path) -> None:
+    class Seldom(Stays, document="watcher.xml"):
         def look(self, count: int) -> list[Any]:
             if count % 20 > 3:
                 return []
             sample = self.head.getPose.latest()
             return [sample and [sample.value.pan, sample.lost]]
 
-        def decide(self) -> bool:
-            return False
-
-    path = tmp_path / "run.mcap"
     with initialize(connect=[], clock="wall") as communicator:
         head = HeadI()
         adapter = communicator.createObjectAdapter("Test")
@@ -946,18 +904,14 @@ def test_a_stream_that_nobody_asked_for_is_let_go_of_in_the_replay_too(tmp_path:
     assert True in nothing[nothing.index(False) :]  # it was forgotten
 
 
-def test_a_sample_that_does_not_fit_does_not_fit_in_the_replay(tmp_path: Path, world: World) -> None:
-    class Bad(Watcher, document="watcher.xml"):
+def test_a_sample_that_does_not_fit_does_not_fit_in_the_replay(path: Path, world: World) -> None:
+    class Bad(Stays, document="watcher.xml"):
         def look(self, count: int) -> list[Any]:
             try:
                 return [self.head.getPose.latest()]
             except MarshalException as error:
                 return [str(error)]
 
-        def decide(self) -> bool:
-            return False
-
-    path = tmp_path / "run.mcap"
     operation = PoseHeadPrx.ice_interface.all_operations["getPose"]
     with running(Bad, world, path) as (runtime, _):
 
@@ -978,7 +932,7 @@ def test_a_sample_that_does_not_fit_does_not_fit_in_the_replay(tmp_path: Path, w
     assert sum(error.startswith("MarshalException") for error in seen) >= 10
 
 
-def test_automata_of_an_edited_document_look_at_one_stream(tmp_path: Path, world: World) -> None:
+def test_automata_of_an_edited_document_look_at_one_stream(path: Path, world: World) -> None:
     class Two(Component, document="two.xml"):
         head = Proxy("Head", PoseHeadPrx)
         more = False
@@ -1006,7 +960,6 @@ def test_automata_of_an_edited_document_look_at_one_stream(tmp_path: Path, world
     class Edited(Two, document="two.xml"):
         more = True
 
-    path = tmp_path / "run.mcap"
     with running(Two, world, path) as (runtime, clock):
         for _ in range(10):
             world[1].getPosePublisher.publish(world[1].pose())

@@ -231,6 +231,8 @@ def test_everything_that_steers_a_component_reaches_it(robot: ServedRobot, runni
         await opened.snapshot(lambda live: live.component.parameters == {"speed": "0.75"})
         with pytest.raises(VisualHfsmError, match="9"):
             await opened.do("forceTransition", automaton=9, transition=1)
+        with pytest.raises(VisualHfsmError, match="nothing"):
+            await opened.do("setVariable", automaton=1, name="nothing", value="1")
         await opened.do("forceTransition", automaton=2, transition=1)
         await opened.snapshot(lambda live: live.component.automata[1].state == 2)
 

@@ -26,7 +26,7 @@ from tests.support.soak import cases
 from tests.support.waiting import until
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._commands.app import app
-from zenoh_ice import UserException, WallClock
+from zenoh_ice import WallClock
 
 PARAMETERS = "<parameters><parameter><name>speed</name><type>float</type><default>0.3</default></parameter></parameters>"
 
@@ -213,18 +213,6 @@ def test_variables_and_parameters_are_set(shell: Shell) -> None:
     with pytest.raises(VisualHfsmError, match="no variable 'red'"):
         shell("set", "walker", "red=1", "--automaton", "follow")
     assert shell.result("set", "walker", "corner").exit_code == 2
-
-
-def test_an_event_is_sent(shell: Shell) -> None:
-    shell.call("sendEvent", "ball_lost", '{"color": "red"}')
-    until(lambda: shell.current() == "dance")
-
-
-def test_an_event_that_is_not_declared_is_refused_with_the_way_to_declare_it(shell: Shell) -> None:
-    with pytest.raises(
-        UserException, match=r"add <event><name>nap</name></event> to the <events> of walker.xml"
-    ):
-        shell.call("sendEvent", "nap", "")
 
 
 @pytest.mark.parametrize(

@@ -21,10 +21,6 @@ LONGEST_PAUSE = repeated(0.2, soak=2.0)  # s
 SECONDS = repeated(2.0, soak=6.0)
 """How long a run lasts in its own time."""
 TIMES = range(examples(1))
-in_soak = pytest.mark.soak(
-    "tests/integration/test_virtual_time_on_a_late_machine.py"
-    "::test_it_is_the_same_when_its_process_is_stopped_and_clocks_on_the_wall_jump"
-)
 
 
 @pytest.fixture(scope="module", params=cases(["H25"], ["G1"]))
@@ -66,7 +62,14 @@ def stopped_now_and_then(process: subprocess.Popen[str], numbers: random.Random)
     return process.stdout.read(), process.stderr.read()
 
 
-def check_it_is_the_same(body: str, undisturbed: str, number: int, *, stops: bool, jumps: bool) -> None:
+@pytest.mark.parametrize("number", TIMES)
+@pytest.mark.parametrize(
+    ("stops", "jumps"),
+    cases([pytest.param(True, True)], [pytest.param(True, False), pytest.param(False, True)]),
+)
+def test_it_is_the_same_when_its_process_is_stopped_and_when_clocks_on_the_wall_jump(
+    body: str, undisturbed: str, number: int, *, stops: bool, jumps: bool
+) -> None:
     with run(body, *([str(number)] if jumps else [])) as process:
         try:
             assert process.stdout is not None
@@ -78,24 +81,3 @@ def check_it_is_the_same(body: str, undisturbed: str, number: int, *, stops: boo
         finally:
             process.kill()
     assert output == undisturbed + "\n", errors
-
-
-@pytest.mark.parametrize("number", TIMES)
-def test_it_is_the_same_when_its_process_is_stopped_and_clocks_on_the_wall_jump(
-    body: str, undisturbed: str, number: int
-) -> None:
-    check_it_is_the_same(body, undisturbed, number, stops=True, jumps=True)
-
-
-@in_soak
-@pytest.mark.parametrize("number", TIMES)
-def test_it_is_the_same_when_its_process_is_stopped_now_and_then(
-    body: str, undisturbed: str, number: int
-) -> None:
-    check_it_is_the_same(body, undisturbed, number, stops=True, jumps=False)
-
-
-@in_soak
-@pytest.mark.parametrize("number", TIMES)
-def test_it_is_the_same_when_clocks_on_the_wall_jump(body: str, undisturbed: str, number: int) -> None:
-    check_it_is_the_same(body, undisturbed, number, stops=False, jumps=True)

@@ -10,7 +10,7 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm import compile_document
 from hfsm_runtime import Component
 
-__all__ = ["compile_to", "document", "load", "problems", "state", "sub", "transition"]
+__all__ = ["compile_to", "document", "generate", "load", "problems", "state", "sub", "transition"]
 
 
 def state(id: int, name: str, code: str = "", *, initial: bool = False, child: int = 0) -> str:

@@ -6,6 +6,7 @@ import sys
 import threading
 import time
 from contextlib import suppress
+from pathlib import Path
 
 import pytest
 
@@ -18,14 +19,12 @@ from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import Actor
 from interfaces.hfsm import ComponentStatus
 from tests.support.automata import after, automaton, component, finished, on, when
-from tests.support.documents import load
+from tests.support.documents import generate, load
 from tests.support.limits import EVENT_LIMIT, FOREVER
 from tests.support.places import DATA
 from tests.support.running import running
 from tests.support.waiting import until
 from zenoh_ice import WallClock
-
-COMPONENTS = DATA / "components"
 
 
 @pytest.mark.slow
@@ -350,8 +349,8 @@ def test_a_sleep_on_a_thread_of_the_users_own_lasts_until_the_component_ends() -
 
 
 @pytest.mark.slow
-def test_functions_of_a_document_may_be_called_like_those_of_every_component() -> None:
-    runtime = Runtime(load(COMPONENTS / "own_names.py"), WallClock())
+def test_functions_of_a_document_may_be_called_like_those_of_every_component(tmp_path: Path) -> None:
+    runtime = Runtime(load(generate(DATA / "components" / "own_names.xml", tmp_path)), WallClock())
     runtime.start()
     try:
         until(lambda: next(runtime.tree.root.paths()) == "rest")

@@ -15,13 +15,13 @@ from codegen.hfsm.loading import load_document
 from codegen.hfsm.source_map import SourceMap
 from codegen.source_rows import SourceRow
 from tests.support.documents import document, problems, state, sub, transition
-from tests.support.places import ROOT
+from tests.support.places import DATA, ROOT
 
 DOCUMENTS = sorted(
     path
     for folder in ("behaviors", "examples", "tests/data/components")
     for path in (ROOT / folder).rglob("*.xml")
-    if path.with_suffix(".py").exists()
+    if path.with_suffix(".py").exists() or path.parent == DATA / "components"
 )
 CHILD = document(
     sub(1, 0, state(1, "outer", "a = 1", initial=True, child=2), functions="def twice(self):\n    return 2"),

@@ -7,12 +7,14 @@ import tracemalloc
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from random import Random
 from struct import pack
 
 import pytest
 import zstandard
 from mcap.data_stream import RecordBuilder
 from mcap.records import Channel, Chunk, DataEnd, Footer, Header, Metadata, Schema
+from mcap.writer import Writer
 
 from hfsm_runtime._replay.script import Recording
 from hfsm_runtime.recording_file.messages import Image, Reading, Stamp
@@ -35,14 +37,14 @@ def image(size: int) -> bytes:
     )
 
 
-def bomb(path: Path, schema: str, data: bytes, chunks: int) -> Path:
-    """Write a recording whose chunks all unpack to the same messages."""
+def bomb(path: Path, schema: str, data: bytes, chunks: int, *, said: int | None = None) -> Path:
+    """Write a recording whose chunks all unpack to the same messages, and may say that these are smaller."""
     builder = RecordBuilder()
     Header("", "").write(builder)
     Metadata("visualhfsm.component", {"name": "bomb", "start": "0"}).write(builder)
     Schema(id=1, name=schema, encoding="jsonschema", data=b"{}").write(builder)
     Channel(id=1, topic="/x", message_encoding="json", schema_id=1, metadata={}).write(builder)
-    chunk = Chunk("zstd", zstandard.compress(data), 0, 0, 0, len(data))
+    chunk = Chunk("zstd", zstandard.compress(data), 0, 0, 0, len(data) if said is None else said)
     for _ in range(chunks):
         chunk.write(builder)
     DataEnd(0).write(builder)
@@ -114,6 +116,43 @@ def test_a_chunk_that_says_that_it_unpacks_to_too_much_is_not_unpacked(tmp_path:
         within(10),
         pytest.raises(RecordingError, match="a chunk unpacks to 68157440 bytes: at most 67108864"),
     ):
+        Recording(path)
+
+
+def test_a_chunk_that_unpacks_to_more_than_it_says_is_not_unpacked(tmp_path: Path) -> None:
+    path = bomb(tmp_path / "run.mcap", "visualhfsm.Gap", bytes(40 << 20), 1, said=100)
+    with within(20):
+        recorded = Recording(path)
+        assert recorded.truncated
+        assert list(recorded) == []
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"",
+        b"PK\x03\x04 something else",
+        b"no recording at all",
+        MAGIC,
+        MAGIC + b"\x01" + b"\xff" * 8,
+        MAGIC + b"\x06" + (1 << 62).to_bytes(8, "little") + b"x",
+        Random(1).randbytes(2000),
+    ],
+)
+def test_a_file_that_is_no_recording_is_refused(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "run.mcap"
+    path.write_bytes(content)
+    with pytest.raises(RecordingError, match="is not a recording of a component: not an MCAP file"):
+        Recording(path)
+
+
+def test_an_mcap_file_of_something_else_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        writer.finish()
+    with pytest.raises(RecordingError, match="is not a recording of a component"):
         Recording(path)
 
 
