@@ -15,6 +15,8 @@ from tests.support.present import present
 from visualhfsm.testing import Behavior, MakeBehavior
 from zenoh_ice.transport import Registration
 
+pytestmark = pytest.mark.slow
+
 DOCUMENT = "behaviors/team_score.xml"
 HAND_OVER = 1.5
 """Seconds until a robot does what a lost mate did: the team's second, and its own cycles."""

@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from codegen._idl import compile_interfaces
 from codegen.diagnostics import Diagnostics
 from codegen.files import apply, compare_with_disk
@@ -14,6 +16,7 @@ from tests.support.places import ROOT
 from tests.support.slice_compiler import AWKWARD, write_sources
 
 
+@pytest.mark.slow
 def test_awkward_names_pass_the_formatter(tmp_path: Path) -> None:
     paths = write_sources(tmp_path / "idl", AWKWARD)
     compilation = compile_interfaces(paths, [], tmp_path / "out", Diagnostics())

@@ -541,6 +541,7 @@ def test_the_runtime_does_what_the_reference_does(plan: Plan, outside: Outside) 
     assert in_order(Recorder(plan).run(outside)) == in_order(reference(plan, outside))
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(20), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(plans(), OUTSIDE, PAUSES)
 def test_cycles_that_pause_at_an_entry_and_go_on_do_the_same(

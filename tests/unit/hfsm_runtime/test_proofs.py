@@ -69,6 +69,7 @@ class Reports(Observer):
             self.found.set()
 
 
+@pytest.mark.slow
 @every_proof
 def test_a_proof_that_is_wrong_is_reported_on_threads(
     wrong: Wrong, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -179,6 +179,7 @@ def test_where_no_stop_can_be_kept_no_server_starts(tmp_path: Path, monkeypatch:
     assert "set XDG_STATE_HOME to a folder that can be written" in text
 
 
+@pytest.mark.slow
 def test_who_holds_a_port_is_reported() -> None:
     with socket.create_server(("127.0.0.1", 0)) as server:
         endpoint = f"tcp/127.0.0.1:{server.getsockname()[1]}"
@@ -215,6 +216,7 @@ def test_a_port_that_speaks_something_else_is_reported() -> None:
     assert "a server that hangs or another program holds it" in text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("error", ["RuntimeError", "SystemExit"])
 def test_what_plugins_find_is_reported_and_a_broken_one_leaves_the_others(error: str, tmp_path: Path) -> None:
     code = f"""

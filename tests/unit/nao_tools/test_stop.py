@@ -14,6 +14,7 @@ from tests.support.scripted_robot import STOPPED, ScriptedRobot, error, listenin
 from zenoh_ice import Settings
 
 
+@pytest.mark.slow
 def test_a_stop_goes_on_though_nobody_reads_what_it_says(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

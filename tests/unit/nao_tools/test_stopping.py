@@ -18,6 +18,8 @@ from tests.support.waiting import at_once, until
 from zenoh_ice import Settings
 from zenoh_ice.data.exceptions import EndpointInUseException
 
+pytestmark = pytest.mark.slow
+
 LIMITS = StopLimits(answer=CALL_LIMIT, state=CALL_LIMIT, standstill=FOREVER)
 
 

@@ -51,6 +51,7 @@ def test_port_that_the_system_picks_stays_so():
     assert own(second) == ["--realm", "nao2", "--listen", "tcp/127.0.0.1:0"]
 
 
+@pytest.mark.slow
 def test_all_end_when_one_does(tmp_path):
     up, ended = tmp_path / "up", tmp_path / "ended"
     stays = f"""

@@ -12,6 +12,7 @@ from naoserver_sim._description import describe
 from tests.support.arm import ARM, ARM_TOML
 
 
+@pytest.mark.sim
 def test_a_body_of_ones_own_is_described_by_the_text_that_its_file_is_to_have(tmp_path: Path) -> None:
     (tmp_path / "arm.urdf").write_text(ARM)
     (tmp_path / "draft").write_text(ARM_TOML)
@@ -21,6 +22,7 @@ def test_a_body_of_ones_own_is_described_by_the_text_that_its_file_is_to_have(tm
     assert {shape["link"] for shape in found["looks"]["shapes"]} == {"base", "upper", "hand"}
 
 
+@pytest.mark.sim
 def test_what_is_wrong_is_said_with_the_name_of_the_file(tmp_path: Path) -> None:
     (tmp_path / "arm.urdf").write_text(ARM)
     (tmp_path / "draft").write_text('model = "arm.urdf"\nmounted = 7\n')

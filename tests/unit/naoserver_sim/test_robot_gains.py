@@ -45,6 +45,7 @@ def as_it_is(rig, joints, kp=400.0, kd=8.0):
     return {joint: JointCommand(position=rig.place(joint), kp=kp, kd=kd) for joint in joints}
 
 
+@pytest.mark.sim
 def test_who_commands_all_of_the_legs_keeps_the_balance(rig):
     rig.live(0.1)
     robot, standing = rig.robot, as_it_is(rig, rig.robot.body.groups.legs)

@@ -28,6 +28,7 @@ def robot():
     robot.close()
 
 
+@pytest.mark.sim
 def test_what_describes_the_world_shows_their_boards(robot):
     kinds = [shape.kind for shape in robot.stage.shapes]
     assert sorted(kinds) == ["Box", "Box", "Plane"]

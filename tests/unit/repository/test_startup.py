@@ -13,6 +13,7 @@ from tests.support.places import ROOT
 LOADED = "import sys, {module}; print(sorted({{*sys.modules}} & {{*sys.argv[1:]}}))"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("module", "unneeded"),
     [

@@ -202,6 +202,7 @@ def test_what_a_state_promises_is_proved(name: str) -> None:
     check_properties(SHELF / f"{name}.xml", examples=repeated(10, 100))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("robot", ["fake", pytest.param("sim", marks=pytest.mark.sim)])
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_a_state_does_it_and_ends(

@@ -14,6 +14,8 @@ import pytest
 from tests.support.ports import Ports, free_port, server_ports
 from tests.support.processes import ComponentProcess
 
+pytestmark = pytest.mark.slow
+
 TAKE = """
 import signal, sys
 from pathlib import Path

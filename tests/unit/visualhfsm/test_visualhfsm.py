@@ -46,6 +46,7 @@ def test_an_unknown_name_is_an_attribute_error() -> None:
         getattr(visualhfsm, "Projekt")  # noqa: B009
 
 
+@pytest.mark.slow
 def test_the_beginning_of_a_command_loads_no_project() -> None:
     code = "import sys, visualhfsm; print([name for name in sys.modules if name.startswith('visualhfsm')])"
     done = subprocess.run(

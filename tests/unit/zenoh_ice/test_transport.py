@@ -24,6 +24,8 @@ from zenoh_ice.routes.in_process import InProcessTransport
 from zenoh_ice.threads.pool import Pool
 from zenoh_ice.transport import Arrived, Caller, Inlet, NoAnswer, Outcome, Reply, Transport
 
+pytestmark = pytest.mark.slow
+
 TARGET = Target("nao", "Calculator")
 ADD = CALCULATOR.all_operations["add"]
 ECHO = CALCULATOR.all_operations["echo"]

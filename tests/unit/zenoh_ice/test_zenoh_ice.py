@@ -28,6 +28,7 @@ def test_an_unknown_name_is_an_attribute_error() -> None:
         getattr(zenoh_ice, "Communicater")  # noqa: B009
 
 
+@pytest.mark.slow
 def test_the_beginning_of_a_command_loads_next_to_nothing() -> None:
     code = "import sys, zenoh_ice.application; print({'zenoh', 'msgspec', 'typer'} & sys.modules.keys())"
     done = subprocess.run(

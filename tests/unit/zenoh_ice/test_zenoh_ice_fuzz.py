@@ -14,11 +14,13 @@ def door(request: pytest.FixtureRequest) -> Door:
     return find_door(request.param)
 
 
+@pytest.mark.slow
 def test_what_is_sound_is_taken(door: Door) -> None:
     for sound in door.sound:
         assert door.take(sound)
 
 
+@pytest.mark.slow
 def test_hostile_input_is_taken_or_refused_with_a_reason(door: Door) -> None:
     hostile = HostileBytes(0)
     for _ in range(examples(400)):

@@ -170,6 +170,7 @@ def test_code_beside_it_may_be_imported(tmp_path: Path) -> None:
     judge(tmp_path, "from helper import x")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "document",
     [

@@ -252,6 +252,7 @@ def test_a_judge_that_returns_something_else_is_refused(folder: Path) -> None:
         grade(folder, waits(1300))
 
 
+@pytest.mark.slow
 def test_a_robot_that_cannot_be_made_is_no_fault_of_a_submission(folder: Path) -> None:
     plan = TRIALS.replace('robot = "fake"', 'robot = "sim"\nscene.body = "Nao"')
     (folder / "trials.toml").write_text(plan, "utf-8")

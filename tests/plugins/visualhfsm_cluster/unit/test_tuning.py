@@ -93,6 +93,7 @@ def test_it_finds_the_parameters_with_which_it_succeeds_soonest(
     assert 0 < tuning.given_up < 20
 
 
+@pytest.mark.slow
 def test_hopeless_settings_do_not_run_all_trials(plan: Plan, tmp_path: Path, pool: LocalPool) -> None:
     trials: list[int] = []
     tuning = Tuning(plan, settings=12)
@@ -172,6 +173,7 @@ def test_where_every_trial_fails_no_setting_is_best_and_it_says_why(
         Tuning(plan, settings=4).search(tmp_path / "file", pool)
 
 
+@pytest.mark.slow
 def test_another_number_may_be_the_cost(plan: Plan, tmp_path: Path, pool: LocalPool) -> None:
     found = Tuning(plan, settings=12, cost="cycles").search(tmp_path / "file", pool)
     assert found is not None

@@ -25,6 +25,7 @@ def test_each_robot_serves_its_makers_programs_in_a_domain_of_its_own():
     assert [UNITREE.apart["dds_domain"](7, number) for number in range(2)] == [7, 8]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("option", "why"),
     [

@@ -370,6 +370,7 @@ def test_whatever_happens_the_match_is_one(sights):
         seen = len(times)
 
 
+@pytest.mark.slow
 @settings(deadline=None)
 @given(SIGHTS)
 def test_every_penalized_robot_returns(sights):

@@ -89,6 +89,7 @@ def test_an_emergency_stop_holds_the_joints_and_it_goes_on_balancing():
         assert rig.robot.state().torso_tilt < UPRIGHT
 
 
+@pytest.mark.sim
 def test_limp_legs_are_not_corrected():
     with standing() as rig:
         rig.robot.balancer.command(Support.LEFT)

@@ -48,6 +48,7 @@ def test_a_path_is_relative_where_it_is_said_to_be(rig, effectors):
     assert place(rig, "RArm")[:3] == pytest.approx(shifted(start, 0, -0.03, 0.02)[:3], abs=0.002)
 
 
+@pytest.mark.slow
 def test_the_torso_sinks_over_its_feet(rig, effectors):
     feet = [place(rig, leg, ROBOT) for leg in ("LLeg", "RLeg")]
     start = place(rig, "Torso", ROBOT)

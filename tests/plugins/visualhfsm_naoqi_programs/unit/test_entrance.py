@@ -24,6 +24,7 @@ def test_robots_serve_at_different_ports():
     assert ENTRANCE.apart["qi"]("tcp://127.0.0.1:9559", 1) == "tcp://127.0.0.1:9560"
 
 
+@pytest.mark.slow
 def test_it_is_not_served_beside_roles(tmp_path):
     why = "--qi beside [security]: programs of NAOqi"
     secured = tmp_path / "robot.toml"

@@ -165,6 +165,7 @@ def test_a_robot_that_cannot_balance_still_moves_its_weight(rig):
     assert abs(away) < HALF_A_SOLE
 
 
+@pytest.mark.slow
 def test_a_stop_ends_the_way_to_balance_and_chooses_no_foot(simulated, body):
     call = simulated.begin(body.wbGoToBalance, "LLeg", 2.0)
     simulated.advance(0.5)

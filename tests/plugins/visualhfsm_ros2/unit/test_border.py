@@ -52,6 +52,7 @@ def test_nothing_private_of_the_core_is_imported() -> None:
     assert found == []
 
 
+@pytest.mark.slow
 def test_tests_of_the_core_import_nothing_of_ros() -> None:
     tests = modules("tests/unit", "tests/integration", "tests/faults", "tests/e2e")
     assert tests

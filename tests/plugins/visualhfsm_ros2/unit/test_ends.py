@@ -47,6 +47,7 @@ def test_fields_that_are_none_are_named() -> None:
         connected(fake()).ball.publish(color={"name": 3})
 
 
+@pytest.mark.slow
 def test_goals_need_no_limit_of_their_own() -> None:
     with two_nodes() as (robot, tool):
         ActionServer(

@@ -29,6 +29,7 @@ def test_names_and_types_are_found(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "geometry_msgs/msg/Twist" in found["types"]["msg"]
 
 
+@pytest.mark.slow
 def test_bad_domains_and_missing_packages_are_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ROS_DOMAIN_ID", "kitchen")
     with pytest.raises(VisualHfsmError, match="kitchen"):

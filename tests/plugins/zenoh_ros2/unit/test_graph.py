@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import pytest
+
 from tests.support.limits import EVENT_LIMIT
 from tests.support.ros_nodes import two_nodes
 from zenoh_ros2 import ActionServer, QoS
 
 
+@pytest.mark.slow
 def test_what_a_node_has_is_seen_and_goes_with_it() -> None:
     with two_nodes() as (robot, tool):
         graph = tool.graph
@@ -31,6 +34,7 @@ def test_what_a_node_has_is_seen_and_goes_with_it() -> None:
         assert graph.wait(lambda: graph.nodes() == ["/tool"], EVENT_LIMIT)
 
 
+@pytest.mark.slow
 def test_tokens_of_others_are_passed_over() -> None:
     with two_nodes() as (robot, tool):
         with robot.session.liveliness().declare_token(f"@ros2_lv/{robot.domain}/nonsense"):

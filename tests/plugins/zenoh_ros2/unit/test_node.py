@@ -12,6 +12,8 @@ from zenoh_ice import Settings
 from zenoh_ros2 import InvalidNameError, MessageError, Node, NodeClosedError, RosError
 from zenoh_ros2._limits import NodeLimits
 
+pytestmark = pytest.mark.slow
+
 TWIST = "geometry_msgs/msg/Twist"
 
 

@@ -257,6 +257,7 @@ def at(place: Place, raised: str) -> Any:
     return pytest.param(place, raised, id=f"{place.__name__} {raised}")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("place", "raised"),
     cases(

@@ -21,6 +21,7 @@ def announce(node: Node, kind: EntityKind, type_name: str, name: str, entity_id:
     return node.session.liveliness().declare_token(end.token())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "words"),
     [
@@ -51,6 +52,7 @@ def test_an_end_of_another_definition_is_named_once(
         del end, marked
 
 
+@pytest.mark.slow
 def test_a_node_that_hears_a_topic_by_one_of_two_subscriptions_is_not_named(
     caplog: pytest.LogCaptureFixture,
 ) -> None:

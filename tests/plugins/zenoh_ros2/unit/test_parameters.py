@@ -11,6 +11,8 @@ from tests.support.limits import CALL_LIMIT, EVENT_LIMIT
 from tests.support.ros_nodes import Inbox, matched, two_nodes
 from zenoh_ros2 import MessageError, Node, Parameters
 
+pytestmark = pytest.mark.slow
+
 
 def refuse_negative(value: float) -> None:
     if value < 0:

@@ -10,6 +10,7 @@ from tests.support.ros_nodes import Inbox, matched, two_nodes
 from zenoh_ros2 import RosoutHandler
 
 
+@pytest.mark.slow
 def test_records_are_published() -> None:
     with two_nodes(clock=lambda: 5_000_000_007) as (robot, tool):
         inbox = Inbox()
@@ -29,6 +30,7 @@ def test_records_are_published() -> None:
         assert log.file.endswith("test_rosout.py")
 
 
+@pytest.mark.slow
 def test_a_record_that_cannot_be_formatted_fails_no_code(monkeypatch: pytest.MonkeyPatch) -> None:
     with two_nodes() as (robot, _):
         handler = RosoutHandler(robot)

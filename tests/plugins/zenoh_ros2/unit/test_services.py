@@ -43,6 +43,7 @@ class Unanswered:
         return self.answer
 
 
+@pytest.mark.slow
 def test_a_service_is_called(nodes: Pair, name: str) -> None:
     client = serve(nodes, name, add)
     assert client.call(a=40, b=2, timeout=CALL_LIMIT).sum == 42
@@ -89,6 +90,7 @@ def test_calls_without_a_server_end(nodes: Pair) -> None:
         client.wait(0.05)
 
 
+@pytest.mark.slow
 def test_a_call_ends_when_its_limit_has_passed_and_when_the_node_closes() -> None:
     with two_nodes() as nodes:
         never = Unanswered()
@@ -102,6 +104,7 @@ def test_a_call_ends_when_its_limit_has_passed_and_when_the_node_closes() -> Non
         never.answer.cancel()
 
 
+@pytest.mark.slow
 def test_a_call_ends_with_its_server() -> None:
     with two_nodes() as nodes:
         never = Unanswered()

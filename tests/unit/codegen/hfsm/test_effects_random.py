@@ -13,6 +13,7 @@ IN_A_BLOCK = 250
 """Programs of a test; all blocks of a soak are 20,000."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("block", cases([0], range(1, 80)))
 def test_no_run_of_a_random_program_refutes_a_claim(block: int) -> None:
     claims = 0
@@ -26,6 +27,7 @@ def test_no_run_of_a_random_program_refutes_a_claim(block: int) -> None:
     assert claims > IN_A_BLOCK / 4
 
 
+@pytest.mark.slow
 def test_the_programs_do_what_refutes_who_does_not_read_their_code() -> None:
     programs = [program for seed in range(100) if (program := Program(Choices(seed=seed))).aim != "constant"]
     found = [refuted(program, checked=naive(program.document)) for program in programs]

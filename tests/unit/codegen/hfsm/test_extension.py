@@ -109,6 +109,7 @@ def test_nothing_of_the_extension_runs_when_it_is_found(tmp_path: Path) -> None:
     compile_to(tmp_path, TEXT, "follow_ball")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("as_module", [True, False])
 def test_the_component_is_run_with_its_extension(tmp_path: Path, as_module: bool) -> None:
     package = tmp_path / "behaviors_of_mine"
@@ -131,6 +132,7 @@ def test_the_component_is_run_with_its_extension(tmp_path: Path, as_module: bool
     assert "--stay-halted" in done.stdout
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "problem"),
     [

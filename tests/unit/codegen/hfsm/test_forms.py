@@ -228,6 +228,7 @@ def drawn(most: int) -> settings:
     return settings(max_examples=examples(most), deadline=None, suppress_health_check=slow)
 
 
+@pytest.mark.slow
 @drawn(6)
 @given(
     guards=st.lists(st.sampled_from(forms.DRAWN_GUARDS), min_size=1, max_size=4),

@@ -424,6 +424,7 @@ def test_proxies_of_one_name_from_two_packages_are_distinguished(
     }
 
 
+@pytest.mark.slow
 def test_a_missing_library_says_how_to_install_it(tmp_path: Path) -> None:
     file = compile_to(
         tmp_path, document(sub(1, 0, state(1, "a", initial=True)), libraries=("no_such_thing",))

@@ -6,6 +6,7 @@ import tempfile
 from itertools import count
 from pathlib import Path
 
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -120,6 +121,7 @@ def documents(draw: st.DrawFn) -> Document:
     return Document(automata=tuple(automata))
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(5), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(documents())
 def test_a_component_has_the_structure_of_its_document_and_runs(document: Document) -> None:

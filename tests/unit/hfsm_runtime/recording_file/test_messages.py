@@ -254,6 +254,7 @@ def test_a_file_that_was_cut_off_is_read_as_far_as_it_goes(tmp_path: Path, kept:
     assert times == list(range(len(times)))
 
 
+@pytest.mark.slow
 @given(place=st.integers(0, 10_000), byte=st.integers(0, 255))
 @settings(max_examples=examples(300))
 def test_a_byte_that_was_altered_is_no_error_of_ours(recorded_bytes: bytes, place: int, byte: int) -> None:

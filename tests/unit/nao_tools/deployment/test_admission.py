@@ -18,6 +18,8 @@ from tests.support.processes import free_endpoint
 from tests.support.waiting import until
 from zenoh_ice import EndpointInUseException
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def inner() -> Iterator[socket.socket]:

@@ -28,6 +28,7 @@ def keys(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return Keys(tmp_path_factory.mktemp("keys")).folder
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("stack", "machine"), PARTS, ids=[f"{stack.name}-{machine}" for stack, machine in PARTS]
 )

@@ -44,16 +44,19 @@ def verified(folder: Path, names: list[str]) -> list[str]:
     return [line for line in done.stderr.splitlines() if any(name in line for name in names)]
 
 
+@pytest.mark.slow
 def test_systemd_takes_the_units(units: dict[str, str], tmp_path: Path) -> None:
     assert sorted(units) == ["lab-alert@.service", "lab-ball.service", "lab-robot.service", "lab.target"]
     assert verified(tmp_path, sorted(units)) == []
 
 
+@pytest.mark.slow
 def test_systemd_finds_a_mistake(units: dict[str, str], tmp_path: Path) -> None:
     (tmp_path / "lab-robot.service").write_text(units["lab-robot.service"].replace("KillMode", "KilMode"))
     assert any("KilMode" in line for line in verified(tmp_path, sorted(units)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("machine", ["robot", "simulation", "operator"])
 def test_systemd_takes_the_units_of_the_laboratory(machine: str, tmp_path: Path) -> None:
     stack = load_stack(stack_path("lab")).on_machine(machine)

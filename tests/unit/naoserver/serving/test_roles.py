@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from interfaces.nao import RoleClaim
 from naoserver.serving._roles import Roles
 from tests.support.teams import Contest
@@ -25,6 +27,7 @@ def test_of_two_that_have_it_the_one_with_the_higher_cost_gives_it_up():
         assert roles.claim("striker", 1.0, "c", 0.1, [("a", RoleClaim("striker", cost, True))]) is keeps
 
 
+@pytest.mark.slow
 def test_one_robot_has_a_role_in_a_thousand_hand_overs_with_a_tenth_of_the_messages_lost():
     seen = Contest(["a", "b", "c", "d"], seed=1, loss=0.1).hand_over(1000)
     assert seen.twice > 0, "nothing was lost: this shows nothing"

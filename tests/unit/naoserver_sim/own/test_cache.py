@@ -195,6 +195,7 @@ def red_cone(tmp_path):
     return tmp_path / "a.dae"
 
 
+@pytest.mark.slow
 def test_a_mesh_is_converted_once(red_cone, monkeypatch):
     first = read_mesh(red_cone)
     monkeypatch.setattr(meshes, "_by_trimesh", lambda content, ending: pytest.fail("it is converted again"))

@@ -17,6 +17,8 @@ from naoserver_sim._own_body import read_own_body
 from tests.support.meshes import cone, write_stl
 from tests.support.models import FOLDER
 
+pytestmark = pytest.mark.sim
+
 MODEL = (FOLDER / "stump.urdf").read_text("utf-8")
 
 

@@ -288,6 +288,7 @@ def test_an_stl_may_be_written_in_capitals(tmp_path):
     assert corners(read_mesh(tmp_path / "a.stl")) == pytest.approx(TRIANGLES, abs=1e-6)
 
 
+@pytest.mark.sim
 @pytest.mark.parametrize(
     "changed",
     [

@@ -6,6 +6,8 @@ from naoserver.errors import RobotError
 from naoserver_sim._own.model_file import find_model
 from tests.support.meshes import cone, write_stl
 
+pytestmark = pytest.mark.sim
+
 LEG = '<body name="leg"><joint name="hip"/><geom name="shin" size="0.1"/><site name="sole"/></body>'
 ROBOT = f'<body name="trunk"><freejoint/><geom size="0.1"/>{LEG}</body>'
 BALL = '<body name="ball"><freejoint name="rolls"/><geom name="skin" size="0.1"/></body>'

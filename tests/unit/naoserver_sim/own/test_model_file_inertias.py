@@ -27,6 +27,7 @@ def moments(spec):
     return mj.body("arm").mass[0], sorted(mj.body("arm").inertia.tolist())
 
 
+@pytest.mark.sim
 @pytest.mark.parametrize("inertia", ["1 1 1", "0.1 1 1", "1 1 1.9", "0.4 0.5 0.6 0.1 0 0"])
 def test_what_bodies_can_have_stays(inertia):
     plain, kept = arm(inertia), arm(inertia)
@@ -34,6 +35,7 @@ def test_what_bodies_can_have_stays(inertia):
     assert moments(kept) == moments(plain)
 
 
+@pytest.mark.sim
 @pytest.mark.parametrize(
     ("inertia", "repaired"),
     [
@@ -65,6 +67,7 @@ def test_those_that_are_a_little_off_are_named_together():
     ]
 
 
+@pytest.mark.sim
 @pytest.mark.parametrize("inertia", ["0 1 1", "1 1 2", "0.1 0.9 1.00000001"])
 def test_rods_and_plates_need_no_word(inertia):
     spec = arm(inertia)
@@ -80,6 +83,7 @@ def test_the_user_says_whether_they_are_repaired():
         balanced(arm("0.1 0.2 1"), balance=False)
 
 
+@pytest.mark.sim
 @pytest.mark.parametrize(("inertia", "mass"), [("", ""), ("0 0 0", "0"), ("0 0 0", "1e-9")])
 def test_a_link_that_moves_without_mass_becomes_a_small_ball(inertia, mass):
     spec = arm(inertia, mass)
@@ -90,6 +94,7 @@ def test_a_link_that_moves_without_mass_becomes_a_small_ball(inertia, mass):
     assert 0.0 < least == pytest.approx(most)
 
 
+@pytest.mark.sim
 def test_a_link_with_mass_alone_becomes_a_ball_of_water():
     spec = arm("0 0 0", "2")
     balanced(spec)
@@ -98,6 +103,7 @@ def test_a_link_with_mass_alone_becomes_a_ball_of_water():
     assert found == pytest.approx([0.4 * 2.0 * 0.0782**2] * 3, rel=1e-2)
 
 
+@pytest.mark.sim
 @pytest.mark.parametrize(("inertia", "mass"), [("0 0 0", "0"), ("0 0 0", "1e-9"), ("", "")])
 def test_a_fixed_frame_has_no_mass(inertia, mass):
     spec = arm(inertia, mass, more="")
@@ -131,6 +137,7 @@ def test_a_mass_below_0_is_refused():
         balanced(arm(mass="-1"))
 
 
+@pytest.mark.sim
 def test_a_long_list_of_names_is_cut():
     bodies = "".join(f'<body name="b{number}"><joint/></body>' for number in range(9))
     spec = mujoco.MjSpec.from_string(

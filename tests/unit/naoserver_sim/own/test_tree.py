@@ -45,6 +45,7 @@ def test_lines_after_a_comment_that_only_mujoco_takes_are_right():
     assert parsed("<robot><!-- a --\n b\n -->\n<link/></robot>").children[0].line == 4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
@@ -85,6 +86,7 @@ def test_a_file_that_is_not_there_is_refused(tmp_path):
         read_tree(tmp_path / "r.urdf")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("value", ["nan-" * 100_000 + "x", "nan " * 100_000 + "x", "1 " * 1_000_000])
 def test_whether_a_value_is_a_number_is_found_in_one_pass(value):
     assert parsed(f'<link note="{value}"/>').get("note") == value

@@ -8,6 +8,8 @@ from naoserver_sim._own.model_file import find_model
 from naoserver_sim._own.urdf import Sensor
 from tests.support.robot_files import BOX, INERTIAL, joint, link, urdf
 
+pytestmark = pytest.mark.sim
+
 BASE, ARM, SHOULDER = link("base"), link("arm"), joint("shoulder", "base", "arm")
 
 

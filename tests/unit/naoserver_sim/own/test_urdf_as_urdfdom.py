@@ -13,6 +13,8 @@ from naoserver_sim.appearance import NO_COLOR, color_of
 from tests.support.meshes import cone, write_stl
 from tests.support.robot_files import BOX, INERTIAL, joint, link
 
+pytestmark = pytest.mark.sim
+
 BASE, ARM, SHOULDER = link("base"), link("arm"), joint("shoulder", "base", "arm")
 BLACK = '<material name="black"><color rgba="0 0 0 1"/></material>'
 WHITE = '<material name="white"><color rgba="1 1 1 1"/></material>'

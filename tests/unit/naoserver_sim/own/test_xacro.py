@@ -10,6 +10,8 @@ from naoserver_sim._own.tree import read_tree
 from naoserver_sim._own.xacro import expanded
 from tests.support.robot_files import joint, link, urdf
 
+pytestmark = pytest.mark.slow
+
 MACRO = (
     '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">\n'
     '  <xacro:macro name="arm" params="side sign">\n'

@@ -79,6 +79,7 @@ def called(call: ast.Call) -> str:
     return next((str(name) for each in ("attr", "id") if (name := getattr(call.func, each, ""))), "")
 
 
+@pytest.mark.slow
 def test_no_text_that_is_looked_up_is_put_together() -> None:
     names = {"Message", "because", "template", "EditError", "ChangedOutsideError", "OldFormatError"}
     paths = [
@@ -162,6 +163,7 @@ def test_what_is_read_at_run_time_is_made_from_the_catalog(domain: Domain, langu
     assert path.read_bytes() == domain.compile(catalog), "make texts"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("domain", "language"), ALL)
 def test_an_update_leaves_a_current_catalog_as_it_is(
     domain: Domain, language: str, extracted: Callable[[Domain], Catalog]

@@ -45,6 +45,7 @@ def test_it_goes_on_with_what_is_left_and_shows_all(tmp_path: Path, parts: dict[
     assert rows == [["| right", "1", "0"], ["| wrong", "0", "1"]]
 
 
+@pytest.mark.slow
 def test_a_part_that_takes_too_long_or_has_no_report_has_failed(tmp_path: Path) -> None:
     hangs = [sys.executable, "-c", "import time; time.sleep(600)"]
     soak = Soak({"hangs": hangs}, tmp_path / "kept", tmp_path / "soak.md", "c0ffee", limit=0.1)

@@ -6,6 +6,8 @@ import re
 import subprocess
 import tomllib
 
+import pytest
+
 from tests.support.limits import END_LIMIT
 from tests.support.places import ROOT
 
@@ -21,6 +23,7 @@ def test_the_version_is_that_of_the_newest_section_of_the_changelog_or_under_dev
         assert HEADINGS[0].partition(" - ")[0] == version
 
 
+@pytest.mark.slow
 def test_only_versions_with_a_tag_are_called_released() -> None:
     released = [heading.partition(" - ") for heading in HEADINGS if heading != "Unreleased"]
     assert all(re.fullmatch(r"\d{4}-\d\d-\d\d", date) for _, _, date in released)

@@ -14,6 +14,8 @@ from tests.support.limits import START_LIMIT
 from tests.support.waiting import until
 from visualhfsm._base.line_process import KilledError, LineProcess, NoAnswerError, TooSlowError
 
+pytestmark = pytest.mark.slow
+
 ANSWERS = """
 import os, time
 from visualhfsm._base.line_process import answer_lines

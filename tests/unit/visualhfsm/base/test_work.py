@@ -74,6 +74,7 @@ def role(command: Sequence[str]) -> str:
     return "two" if "/two/" in " ".join(command) else "one"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", [
     lambda pushes, folder: StartedComponents(pushes, limits=PartLimits(preparation=0.0)),
     lambda pushes, folder: StartedTests(pushes, folder),

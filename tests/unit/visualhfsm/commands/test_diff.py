@@ -109,6 +109,7 @@ def test_a_file_that_cannot_be_read_is_trouble(folder: Path, text: str | None, p
     assert diff("old.xml", "notes.txt", cwd=folder).returncode == 2
 
 
+@pytest.mark.slow
 def test_one_document_is_compared_with_the_one_of_the_last_commit(repository: Path) -> None:
     assert diff("old.xml", cwd=repository).returncode == 0
     (repository / "later.xml").rename(repository / "old.xml")
@@ -119,6 +120,7 @@ def test_one_document_is_compared_with_the_one_of_the_last_commit(repository: Pa
     assert "git has no version of other.xml in HEAD" in done.stderr
 
 
+@pytest.mark.slow
 def test_without_a_repository_it_says_so(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("GIT_CEILING_DIRECTORIES", str(folder.parent))
     done = diff("old.xml", cwd=folder)

@@ -63,6 +63,7 @@ def test_only_what_has_changed_is_read_again() -> None:
     assert all(one is other for one, other in zip(after.automata[1:], before.automata[1:], strict=True))
 
 
+@pytest.mark.slow
 def test_what_cannot_be_written_is_not_checked() -> None:
     checks = CheckProcess()
     try:

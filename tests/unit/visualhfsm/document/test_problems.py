@@ -64,6 +64,7 @@ def test_a_document_in_order_has_no_problems() -> None:
     assert find_problems(written(clean()), None) == []
 
 
+@pytest.mark.slow
 def test_problems_are_counted_whether_or_not_they_are_listed(tmp_path: Path) -> None:
     nobody = "\n".join(f"self.log.info(nobody{number})" for number in range(1005))
     states = [State(id=n, name=f"s{n}", initial=n == 1, code=Text(nobody)) for n in (1, 2)]
@@ -75,6 +76,7 @@ def test_problems_are_counted_whether_or_not_they_are_listed(tmp_path: Path) -> 
     assert found.counts == total
 
 
+@pytest.mark.slow
 def test_every_element_with_a_problem_is_listed(tmp_path: Path) -> None:
     nobody = "\n".join(f"self.log.info(nobody{number})" for number in range(10))
     states = tuple(State(id=n, name=f"s{n}", initial=n == 1, code=Text(nobody)) for n in range(1, 201))
@@ -98,6 +100,7 @@ def test_what_can_never_happen_has_its_assumptions() -> None:
     assert found.assumes.startswith("Proofs, and what is called impossible, hold as long as cycles begin")
 
 
+@pytest.mark.slow
 def test_code_is_marked_however_much_is_wrong_before_it(tmp_path: Path) -> None:
     nobody = "\n".join(f"self.log.info(nobody{number})" for number in range(1005))
     states = (State(id=1, name="a", initial=True, code=Text(nobody)), State(id=2, name="b", code=Text("x")))
@@ -240,6 +243,7 @@ def checkers() -> list[psutil.Process]:
     return found
 
 
+@pytest.mark.slow
 def test_a_revision_that_the_model_checker_did_not_look_at_has_a_warning(checks: CheckProcess) -> None:
     with ThreadPoolExecutor(1) as pool:
         future = pool.submit(checks.check, clean(), None)
@@ -281,6 +285,7 @@ def endless() -> Document:
     return Document(automata=(root, *below), properties=(goal,))
 
 
+@pytest.mark.slow
 def test_what_is_wrong_with_code_is_known_while_the_model_checker_searches(checks: CheckProcess) -> None:
     checks.check(clean(), None)
     known: list[Findings] = []
@@ -332,6 +337,7 @@ def test_closing_ends_a_check_that_is_running() -> None:
         process.check(clean(), None)
 
 
+@pytest.mark.slow
 def test_modules_beside_a_document_are_not_run(tmp_path: Path, monkeypatch) -> None:
     (tmp_path / "ast.py").write_text("raise SystemExit('run')")
     monkeypatch.chdir(tmp_path)

@@ -66,6 +66,7 @@ def test_a_runtime_directory_that_others_can_enter_or_that_is_missing_is_not_use
         page.close()
 
 
+@pytest.mark.slow
 def test_the_next_start_removes_what_a_killed_editor_left_behind_and_no_other(runtime: Path) -> None:
     killed = subprocess.run(
         [sys.executable, "-c", KILLED],

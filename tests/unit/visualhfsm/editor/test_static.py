@@ -13,6 +13,7 @@ from tests.support.places import ROOT
 PAGE = ROOT / "tests" / "page"
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("node") is None, reason="Node.js is not installed")
 def test_the_page_passes_its_unit_tests() -> None:
     done = subprocess.run(

@@ -33,6 +33,8 @@ from visualhfsm._monitor.realm.robot import RobotPresence
 from visualhfsm._monitor.stopping import StopReport
 from zenoh_ice import Settings
 
+pytestmark = pytest.mark.slow
+
 LIMITS: Final = PartLimits(refreshment=0.005, silence=FOREVER, component_end=0.05)
 
 

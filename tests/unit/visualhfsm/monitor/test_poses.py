@@ -6,12 +6,15 @@ import asyncio
 import json
 from typing import Any
 
+import pytest
+
 from visualhfsm._monitor.poses import PoseStream
 from visualhfsm._monitor.realm.description import nao
 from visualhfsm._monitor.realm.robot import RobotMonitor
 from zenoh_ice import initialize
 
 
+@pytest.mark.slow
 def test_without_a_robot_the_stream_begins_with_a_nao_the_balls_and_a_state_without_joints() -> None:
     async def first(count: int) -> list[dict[str, Any]]:
         with initialize(connect=[], listen=[], clock="wall") as communicator:

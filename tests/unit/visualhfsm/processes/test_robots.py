@@ -24,6 +24,8 @@ from visualhfsm._monitor.realm.robot import RobotPresence
 from visualhfsm._processes.robots import StartedRobot, World
 from zenoh_ice import Settings
 
+pytestmark = pytest.mark.slow
+
 SERVER = """
 import os, sys, time
 print("up", *sys.argv[1:], flush=True)

@@ -57,6 +57,7 @@ def test_a_change_says_what_is_new_and_is_undone(document: OpenDocument) -> None
     assert states(document) == before
 
 
+@pytest.mark.slow
 def test_of_several_commands_all_are_applied_or_none(document: OpenDocument) -> None:
     heard, before = heard_by(document), document.version
     good, bad = RenameState(automaton=1, state=1, name="one"), RenameState(automaton=1, state=99, name="x")

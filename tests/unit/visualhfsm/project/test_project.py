@@ -221,6 +221,7 @@ os.kill(os.getpid(), signal.SIGKILL)
 """
 
 
+@pytest.mark.slow
 def test_what_a_file_holds_is_not_offered_after_a_kill(root: Path) -> None:
     journals = root.with_name("journals")
     for name in ("reloaded", "typed", "crashed", "lost"):
@@ -311,6 +312,7 @@ def test_models_of_robots_are_told_from_documents(project: Project, root: Path) 
     }
 
 
+@pytest.mark.slow
 def test_a_document_without_a_file_finds_the_interfaces_of_the_folder(project: Project, root: Path) -> None:
     (root / "interfaces").mkdir()
     (root / "interfaces" / "lamp.idl").write_text("module home { interface Lamp { void on(); }; };")
@@ -322,6 +324,7 @@ def test_a_document_without_a_file_finds_the_interfaces_of_the_folder(project: P
     document.simulate(stubs={"Lamp": {"on": None}}).close()
 
 
+@pytest.mark.slow
 def test_a_project_loads_neither_the_page_nor_asyncio() -> None:
     code = (
         "import sys; from visualhfsm import Project, AddState; Project('.').close(); "

@@ -22,6 +22,8 @@ from tests.support.waiting import until
 from visualhfsm.simulation._dry_run import dry_run
 from zenoh_ice import initialize
 
+pytestmark = pytest.mark.slow
+
 
 class Looks(Component):
     """A component that turns its head, with other proxies: of the robot, and of what the robot has not."""

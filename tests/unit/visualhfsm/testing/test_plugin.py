@@ -232,6 +232,7 @@ OWN_CONTEXT = """
 """Runs each test in a context of its own, as pytest-asyncio and anyio do with a coroutine."""
 
 
+@pytest.mark.slow
 def test_a_test_may_run_in_a_context_of_its_own(
     lamp: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -241,6 +242,7 @@ def test_a_test_may_run_in_a_context_of_its_own(
     assert all(each["code"] for each in results_in(lamp))
 
 
+@pytest.mark.slow
 def test_each_result_is_written_once_also_by_workers(lamp: pytest.Pytester) -> None:
     (lamp.path / "test_unreadable.py").write_text("import nowhere", encoding="utf-8")
     (lamp.path / "test_end.py").write_text("def test_end(): __import__('os')._exit(1)", encoding="utf-8")

@@ -110,6 +110,7 @@ class TestAbstraction:
         b.advance(0.1)
         assert b.active == "closed"
 
+    @pytest.mark.slow
     def test_the_paths_of_real_and_abstract_runs_agree_for_the_same_guards(self) -> None:
         from visualhfsm.simulation._loading import load_component
 

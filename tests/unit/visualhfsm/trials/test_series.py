@@ -102,6 +102,7 @@ def test_a_series_that_counted_from_0_is_not_gone_on_with(path: Path, tmp_path: 
         Record(kept, header)
 
 
+@pytest.mark.slow
 def test_a_series_goes_on_where_it_was_broken_off(path: Path, tmp_path: Path, pool: LocalPool) -> None:
     series = Series(plan(path))
     computed_again: list[int] = []

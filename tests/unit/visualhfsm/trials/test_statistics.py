@@ -103,6 +103,7 @@ def test_an_interval_with_one_far_number_is_not_absurd(others: int) -> None:
     assert present(mean_of(numbers, (0.0, 12.0)).interval)[1] < 12.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("count", "most"), [(5, 200), (10, 20), (20, 0)])
 def test_no_interval_reaches_beyond_what_a_number_can_be(count: int, most: int) -> None:
     random = np.random.default_rng(6)

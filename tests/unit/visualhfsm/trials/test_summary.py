@@ -189,6 +189,7 @@ def test_a_table_that_cannot_be_written_is_named(summary: Summary, tmp_path: Pat
         write_table(tmp_path / "nowhere" / "walk.csv", summary)
 
 
+@pytest.mark.slow
 def test_two_series_are_compared_trial_by_trial(summary: Summary) -> None:
     better = [
         Outcome(
@@ -350,6 +351,7 @@ def test_the_page_is_one_file_without_a_network(tmp_path: Path) -> None:
     assert "<title>&lt;b&gt;</title>" in page
 
 
+@pytest.mark.slow
 def test_a_page_says_what_its_figures_are_of(tmp_path: Path) -> None:
     file = kept(tmp_path, 3)
     plan = Plan(document=str(tmp_path / "walk.xml"), seed=7)

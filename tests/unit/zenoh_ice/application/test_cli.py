@@ -16,6 +16,8 @@ import pytest
 from tests.support.limits import RUN_LIMIT
 from zenoh_ice.application.cli import report_ready
 
+pytestmark = pytest.mark.slow
+
 HEADER = """
 from zenoh_ice.application import begin_loading
 begin_loading()

@@ -37,6 +37,7 @@ def reports(systemd: socket.socket) -> list[bytes]:
         return found
 
 
+@pytest.mark.slow
 def test_a_command_that_works_reports_it_again_and_again(
     systemd: socket.socket, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -51,6 +52,7 @@ def test_a_command_that_works_reports_it_again_and_again(
     assert {"NOTIFY_SOCKET", "WATCHDOG_USEC"}.isdisjoint(os.environ), "its processes report nothing"
 
 
+@pytest.mark.slow
 def test_a_command_that_does_not_work_reports_nothing_and_says_why(
     systemd: socket.socket, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -63,6 +65,7 @@ def test_a_command_that_does_not_work_reports_nothing_and_says_why(
     assert reports(systemd) == [WORKS]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wanted", [None, "", "soon"])
 def test_without_a_watchdog_nothing_is_tried(
     wanted: str | None, systemd: socket.socket, monkeypatch: pytest.MonkeyPatch

@@ -177,6 +177,7 @@ def test_a_client_listens_nowhere() -> None:
     assert values["listen"]["endpoints"] == []
 
 
+@pytest.mark.slow
 def test_no_link_is_made_by_other_means_or_past_who_grants_access(keys: Path) -> None:
     values = session_config(load_settings(keys / "router.toml", environment={}))
     assert values["transport"]["link"]["protocols"] == ["tls"]
@@ -212,6 +213,7 @@ class TestExposure:
         assert "anyone on that network can see" in reported
         assert exposure(beyond.override(security={"roles": ROLES})) == []
 
+    @pytest.mark.slow
     def test_it_is_logged_before_a_session_listens(self, caplog: pytest.LogCaptureFixture) -> None:
         with (
             caplog.at_level(logging.WARNING, "zenoh_ice.carriers.zenoh.session"),

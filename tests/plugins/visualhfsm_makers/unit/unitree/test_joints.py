@@ -164,6 +164,7 @@ def test_a_stopped_robot_ignores_commands(rig):
     assert "ignored a low command" in "\n".join(rig.events)
 
 
+@pytest.mark.slow
 def test_random_commands_keep_every_joint_within_its_range(rig):
     draw = random.Random(55)
     for _ in range(300):

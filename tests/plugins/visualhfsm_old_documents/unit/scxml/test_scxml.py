@@ -26,6 +26,7 @@ def test_a_document_of_any_shape_comes_back_as_it_was(document: Document) -> Non
     assert violations(text) == []
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(6), deadline=None)
 @given(documents)
 def test_whatever_is_in_a_document_comes_back_as_it_was(document: Document) -> None:

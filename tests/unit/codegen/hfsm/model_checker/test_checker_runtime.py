@@ -29,6 +29,7 @@ def roll(document: Document, seed: int, seconds: float = 5.0) -> Player:
     return player
 
 
+@pytest.mark.slow
 @_settings
 @given(documents(), st.integers(0, 2**32))
 def test_nothing_that_runs_do_is_called_impossible(document: Document, seed: int) -> None:

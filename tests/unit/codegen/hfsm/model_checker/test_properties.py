@@ -43,6 +43,7 @@ def verdict(doc: Document, kind: str, expression: str, within: str = "", limit: 
     return str(result.verdict)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", BEHAVIORS, ids=lambda path: path.stem)
 def test_the_behaviors_raise_no_alarm(path: Path) -> None:
     doc, diagnostics = read(path), Diagnostics()

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import pytest
+
 from visualhfsm._monitor.realm.body import Others
 from zenoh_ice import initialize
 
 
+@pytest.mark.slow
 def test_names_that_are_no_realms_are_ignored_and_new_ones_without_end_are_not_followed() -> None:
     with initialize(connect=[], listen=[], clock="wall") as communicator:
         others = Others(communicator)

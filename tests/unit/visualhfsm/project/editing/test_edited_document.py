@@ -459,6 +459,7 @@ os.kill(os.getpid(), signal.SIGKILL)
 """
 
 
+@pytest.mark.slow
 def test_after_a_kill_only_what_differs_from_its_file_is_to_be_recovered(path: Path, tmp_path: Path) -> None:
     folder, journals = tmp_path / "root", tmp_path / "journals"
     folder.mkdir()
@@ -478,6 +479,7 @@ def test_after_a_kill_only_what_differs_from_its_file_is_to_be_recovered(path: P
         recovered.close(discard=True)
 
 
+@pytest.mark.slow
 def test_a_killed_process_loses_nothing(path: Path, tmp_path: Path) -> None:
     journals = tmp_path / "journals"
     process = subprocess.Popen(

@@ -188,6 +188,7 @@ class TestLimitsOfTheSystem:
         with pytest.raises(OSError, match="makes no memory files"):
             Arena()
 
+    @pytest.mark.slow
     def test_a_limit_of_the_size_of_files_is_one_of_memory(self) -> None:
         program = """
 import resource

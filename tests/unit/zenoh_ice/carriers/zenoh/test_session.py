@@ -35,6 +35,7 @@ def test_session_that_does_not_end_holds_nobody_up(caplog: pytest.LogCaptureFixt
     stuck.may_end.set()
 
 
+@pytest.mark.slow
 def test_opening_waits_for_links_to_all_endpoints_and_no_longer(monkeypatch: pytest.MonkeyPatch) -> None:
     """Gossip makes some of these links: Zenoh itself would go on waiting for the endpoint."""
     monkeypatch.setattr(module, "_DELAY", FOREVER * 1000)
