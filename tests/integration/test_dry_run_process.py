@@ -85,7 +85,10 @@ HANGS = "import select\nprint('second', flush=True)\nwhile True: select.select([
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("options", cases([("--seconds", "600")], [()]), ids=["for a time", "without end"])
+@pytest.mark.parametrize(
+    "options",
+    cases([pytest.param(("--seconds", "600"), id="for a time")], [pytest.param((), id="without end")]),
+)
 def test_code_that_hangs_keeps_neither_the_monitor_nor_a_signal_waiting(
     tmp_path: Path, endpoint: str, options: tuple[str, ...]
 ) -> None:

@@ -37,7 +37,11 @@ def systemd(folder: Path, watchdog: float) -> Iterator[socket.socket]:
 
 
 @pytest.mark.parametrize(
-    "command", cases([module("naoserver.fake")], [module("nao_tools", "router")]), ids=["server", "router"]
+    "command",
+    cases(
+        [pytest.param(module("naoserver.fake"), id="server")],
+        [pytest.param(module("nao_tools", "router"), id="router")],
+    ),
 )
 def test_a_process_that_serves_reports_that_it_works(
     command: list[str], endpoint: str, tmp_path: Path

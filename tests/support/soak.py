@@ -32,9 +32,11 @@ def repeated(test: T, soak: T) -> T:
 def cases(test: Iterable[Any], soak: Iterable[Any]) -> list[Any]:
     """Return the parameters of a test: those that always run, and those that only `make soak` adds.
 
-    Several values for several names are a `pytest.param`.
+    Several values for several names are a `pytest.param`. Where some always run, the others are only there in a soak:
+    pytest would make a test of each before it left it out.
     """
-    return [*test, *map(_soaked, soak)]
+    always = [*test]
+    return [*always, *map(_soaked, soak)] if SOAKS or not always else always
 
 
 def _soaked(value: Any) -> Any:

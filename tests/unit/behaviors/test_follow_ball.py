@@ -257,8 +257,10 @@ def sees(behavior: MakeBehavior, world: str, **balls: float) -> Behavior:
 @pytest.mark.gl
 @pytest.mark.parametrize(
     "world",
-    cases([BALL.format("Green") + BALL.format("Other")], [BALL.format("Green") + BOX.format(-0.4)]),
-    ids=["two balls", "a box beside it"],
+    cases(
+        [pytest.param(BALL.format("Green") + BALL.format("Other"), id="two balls")],
+        [pytest.param(BALL.format("Green") + BOX.format(-0.4), id="a box beside it")],
+    ),
 )
 def test_it_follows_one_ball_whatever_else_is_green(behavior: MakeBehavior, world: str) -> None:
     others = {"BallOther": -0.3} if "BallOther" in world else {}

@@ -11,6 +11,8 @@ from tests.support.camera_limits import PATIENT_CAMERAS
 from tests.support.limits import FOREVER
 from zenoh_ice import VirtualClock
 
+pytestmark = pytest.mark.sim
+
 
 def no_library(name):
     raise OSError(f"{name}: cannot open shared object file")
@@ -49,7 +51,6 @@ def test_rendering_that_is_switched_off(monkeypatch):
     assert "apt-get" not in str(caught.value)
 
 
-@pytest.mark.sim
 def test_a_context_on_which_nothing_can_be_set_up_is_freed(monkeypatch):
     freed = []
 
@@ -96,7 +97,6 @@ def test_an_image_takes_no_longer_than_its_limit_whatever_waits_before_it(monkey
             robot.capture("Camera", 320, 240)
 
 
-@pytest.mark.sim
 @pytest.mark.gl
 def test_virtual_time_waits_for_an_image_that_takes_too_long_for_real_time():
     limits = cameras.CameraLimits(frame=0.001)  # a place in the queue is there at once

@@ -14,6 +14,8 @@ from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
 from zenoh_ice import VirtualClock
 
+pytestmark = pytest.mark.sim
+
 OPTIONS = SafetyOptions()
 ROLL, PITCH = "Left_Shoulder_Roll", "Left_Shoulder_Pitch"
 
@@ -45,7 +47,6 @@ def as_it_is(rig, joints, kp=400.0, kd=8.0):
     return {joint: JointCommand(position=rig.place(joint), kp=kp, kd=kd) for joint in joints}
 
 
-@pytest.mark.sim
 def test_who_commands_all_of_the_legs_keeps_the_balance(rig):
     rig.live(0.1)
     robot, standing = rig.robot, as_it_is(rig, rig.robot.body.groups.legs)

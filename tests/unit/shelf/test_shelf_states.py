@@ -20,6 +20,8 @@ from visualhfsm._document.commands.transitions import AddTransition, SetTransiti
 from visualhfsm._document.commands.variables import TakeOutput
 from visualhfsm.testing import Behavior, MakeBehavior, check_properties
 
+pytestmark = pytest.mark.sim
+
 SHELF: Final = ROOT / "shelf"
 DEGREE: Final = math.radians(1.0)
 
@@ -286,7 +288,6 @@ def test_a_state_that_is_left_stops_what_it_began(
     assert b.calls()[-1].target == example.stop
 
 
-@pytest.mark.sim
 @pytest.mark.parametrize(("body", "name"), BODIES)
 def test_a_state_suits_other_robots(drawings: Project, behavior: MakeBehavior, body: str, name: str) -> None:
     arguments = ANYWHERE.get(name, EXAMPLES[name].arguments)

@@ -24,6 +24,8 @@ from visualhfsm_agent._desk import Desk
 from visualhfsm_agent._limits import AgentError
 from zenoh_ice import Settings, ZenohIceError
 
+pytestmark = pytest.mark.slow
+
 _CODE = "self.Head.setPose(0.5, 0.0, 0.5)"
 _DOCUMENT = """<VisualHFSM>
 <SubAutomata id="1" idFather="0">
@@ -157,7 +159,6 @@ def _unknown_limit(root: Path) -> None:
     (root / "agent.toml").write_text('realm = "x"\nanything = true\n')
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "trick",
     [
@@ -233,7 +234,6 @@ def test_a_document_that_is_not_ready_does_not_run(
     assert angles(robot) == before
 
 
-@pytest.mark.slow
 def test_a_document_that_hangs_does_not_run(root: Path, robot: ServedRobot) -> None:
     write(root, "while True: pass")
     with closing(desk_of(root, robot, patience=1.0)) as impatient:
@@ -262,7 +262,6 @@ def test_a_simulation_says_what_variables_raise(
     assert all(found["data"]["variables"][name].startswith(text) for name, text in variables.items())
 
 
-@pytest.mark.slow
 def test_a_stop_ends_the_behavior_of_a_robot_that_is_gone(root: Path) -> None:
     with ExitStack() as ends:
         with served(FakeRobot()) as robot:
@@ -332,7 +331,6 @@ def test_commands_that_are_none_change_nothing(
     assert (root / "look.xml").read_bytes() == before
 
 
-@pytest.mark.slow
 def test_only_one_of_racing_runs_begins(desk: Desk) -> None:
     assert desk.verdict("look.xml", seconds=0.5)["ready"]
     began: list[dict[str, Any]] = []
@@ -366,7 +364,6 @@ def asked_by(desk: Desk, root: Path) -> tuple[Approvals, Asked]:
     return page, asked
 
 
-@pytest.mark.slow
 def test_a_person_allows_each_run_in_the_page(desk: Desk, root: Path, robot: ServedRobot) -> None:
     allow(root, robot.realm, ask="true")
     assert desk.verdict("look.xml", seconds=0.5)["ready"]
@@ -383,7 +380,6 @@ def test_a_person_allows_each_run_in_the_page(desk: Desk, root: Path, robot: Ser
         desk.run("look.xml")
 
 
-@pytest.mark.slow
 def test_a_run_ends_after_the_time_that_a_person_allows_and_leaves_no_folder(
     desk: Desk, root: Path, robot: ServedRobot, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
@@ -400,7 +396,6 @@ def test_a_run_ends_after_the_time_that_a_person_allows_and_leaves_no_folder(
         until(lambda: not any(folder.iterdir()))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("limits", "code", "why"),
     [
@@ -437,7 +432,6 @@ def test_leave_for_one_document_is_none_for_another(desk: Desk, root: Path, robo
         desk.run("look.xml")
 
 
-@pytest.mark.slow
 def test_its_stop_stops_the_robot_until_a_person_lets_it_go_on(desk: Desk, robot: ServedRobot) -> None:
     assert desk.verdict("look.xml", seconds=0.5)["ready"]
     assert desk.run("look.xml")["runs"]

@@ -19,6 +19,8 @@ from visualhfsm.trials._runners import Work
 from visualhfsm.trials._series import LocalPool, Series
 from visualhfsm_cluster._tuning import Tuning
 
+pytestmark = pytest.mark.slow
+
 BEST = 0.3
 """Away from it, the document's state takes longer, in s, and does not end at all beyond 1."""
 SLOW = document(
@@ -81,7 +83,6 @@ class NoPool:
         pass
 
 
-@pytest.mark.slow
 def test_it_finds_the_parameters_with_which_it_succeeds_soonest(
     plan: Plan, tmp_path: Path, pool: LocalPool
 ) -> None:
@@ -93,7 +94,6 @@ def test_it_finds_the_parameters_with_which_it_succeeds_soonest(
     assert 0 < tuning.given_up < 20
 
 
-@pytest.mark.slow
 def test_hopeless_settings_do_not_run_all_trials(plan: Plan, tmp_path: Path, pool: LocalPool) -> None:
     trials: list[int] = []
     tuning = Tuning(plan, settings=12)
@@ -105,7 +105,6 @@ def test_hopeless_settings_do_not_run_all_trials(plan: Plan, tmp_path: Path, poo
     assert len(set(gains.values())) == 12
 
 
-@pytest.mark.slow
 def test_any_number_of_workers_finds_the_same(plan: Plan, tmp_path: Path, pool: LocalPool) -> None:
     with LocalPool(1) as one:
         first = Tuning(plan, settings=8).search(tmp_path / "one", one)
@@ -173,7 +172,6 @@ def test_where_every_trial_fails_no_setting_is_best_and_it_says_why(
         Tuning(plan, settings=4).search(tmp_path / "file", pool)
 
 
-@pytest.mark.slow
 def test_another_number_may_be_the_cost(plan: Plan, tmp_path: Path, pool: LocalPool) -> None:
     found = Tuning(plan, settings=12, cost="cycles").search(tmp_path / "file", pool)
     assert found is not None

@@ -17,6 +17,8 @@ from tests.support.qi_service import Rig
 from tests.support.soak import cases
 from zenoh_ice import VirtualClock
 
+pytestmark = pytest.mark.sim
+
 UPRIGHT = math.radians(30)
 
 
@@ -89,7 +91,6 @@ def test_an_emergency_stop_holds_the_joints_and_it_goes_on_balancing():
         assert rig.robot.state().torso_tilt < UPRIGHT
 
 
-@pytest.mark.sim
 def test_limp_legs_are_not_corrected():
     with standing() as rig:
         rig.robot.balancer.command(Support.LEFT)

@@ -17,6 +17,8 @@ from visualhfsm_naoqi_programs._clients import Client, running
 from visualhfsm_naoqi_programs._effectors import EffectorMotion
 from visualhfsm_naoqi_programs._whole_body import WholeBody
 
+pytestmark = pytest.mark.sim
+
 ROBOT = 2
 ALL_AXES = 63
 UPRIGHT = math.radians(30)

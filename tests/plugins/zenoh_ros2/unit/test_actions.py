@@ -27,6 +27,8 @@ from zenoh_ros2 import (
     Types,
 )
 
+pytestmark = pytest.mark.slow
+
 FIBONACCI = "example_interfaces/action/Fibonacci"
 
 
@@ -52,7 +54,6 @@ def serve(nodes: Pair, name: str, execute: Any, accept: Any = None) -> ActionCli
     return client
 
 
-@pytest.mark.slow
 def test_a_goal_succeeds(nodes: Pair, name: str) -> None:
     goal = serve(nodes, name, fibonacci).send(order=6, timeout=CALL_LIMIT)
     assert goal.result(CALL_LIMIT).sequence.tolist() == [0, 1, 1, 2, 3, 5]
@@ -188,7 +189,6 @@ def test_the_statuses_of_all_goals_are_published_for_late_joiners(nodes: Pair, n
     assert ended.wait(EVENT_LIMIT)
 
 
-@pytest.mark.slow
 def test_a_cancel_request_may_name_a_goal_and_a_time() -> None:
     times = iter(range(10_000_000_000, 10**12, 10_000_000_000))
     with two_nodes(clock=lambda: next(times)) as nodes:

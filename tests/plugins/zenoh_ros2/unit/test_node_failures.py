@@ -30,6 +30,8 @@ from zenoh_ros2 import (
     Status,
 )
 
+pytestmark = pytest.mark.slow
+
 ADD: Final = "example_interfaces/srv/AddTwoInts"
 FIBONACCI: Final = "example_interfaces/action/Fibonacci"
 INT: Final = "std_msgs/msg/Int64"
@@ -257,7 +259,6 @@ def at(place: Place, raised: str) -> Any:
     return pytest.param(place, raised, id=f"{place.__name__} {raised}")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("place", "raised"),
     cases(

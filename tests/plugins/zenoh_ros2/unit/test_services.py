@@ -14,6 +14,8 @@ from tests.support.ros_nodes import two_nodes
 from zenoh_ice.objects import callbacks
 from zenoh_ros2 import CallError, CallTimeoutError, Client, Node, NodeClosedError
 
+pytestmark = pytest.mark.slow
+
 ADD = "example_interfaces/srv/AddTwoInts"
 Pair = tuple[Node, Node]
 
@@ -43,7 +45,6 @@ class Unanswered:
         return self.answer
 
 
-@pytest.mark.slow
 def test_a_service_is_called(nodes: Pair, name: str) -> None:
     client = serve(nodes, name, add)
     assert client.call(a=40, b=2, timeout=CALL_LIMIT).sum == 42
@@ -90,7 +91,6 @@ def test_calls_without_a_server_end(nodes: Pair) -> None:
         client.wait(0.05)
 
 
-@pytest.mark.slow
 def test_a_call_ends_when_its_limit_has_passed_and_when_the_node_closes() -> None:
     with two_nodes() as nodes:
         never = Unanswered()
@@ -104,7 +104,6 @@ def test_a_call_ends_when_its_limit_has_passed_and_when_the_node_closes() -> Non
         never.answer.cancel()
 
 
-@pytest.mark.slow
 def test_a_call_ends_with_its_server() -> None:
     with two_nodes() as nodes:
         never = Unanswered()

@@ -16,11 +16,12 @@ from tests.support.ros_nodes import Inbox, matched, two_nodes
 from tests.support.waiting import until
 from zenoh_ros2 import LATCHED, CallTimeoutError, Node, NodeClosedError, QoS
 
+pytestmark = pytest.mark.slow
+
 TWIST = "geometry_msgs/msg/Twist"
 Pair = tuple[Node, Node]
 
 
-@pytest.mark.slow
 def test_a_message_arrives_by_fields_and_whole(nodes: Pair, name: str) -> None:
     robot, tool = nodes
     inbox = Inbox()
@@ -96,7 +97,6 @@ with two_nodes() as (robot, _):
 """
 
 
-@pytest.mark.slow
 def test_a_publisher_is_closed_while_others_ask_for_tokens() -> None:
     """Where that ends in a deadlock, no other thread of the process runs any more."""
     command = [sys.executable, "-c", CLOSED_WHILE_TOKENS_ARE_ASKED_FOR]
@@ -128,7 +128,6 @@ def test_a_slow_callback_loses_the_oldest(nodes: Pair, name: str) -> None:
     assert subscription.lost == 7
 
 
-@pytest.mark.slow
 def test_a_closed_subscription_calls_nobody(nodes: Pair, name: str) -> None:
     robot, tool = nodes
     held, go_on, seen = threading.Event(), threading.Event(), list[str]()
@@ -151,7 +150,6 @@ def test_a_closed_subscription_calls_nobody(nodes: Pair, name: str) -> None:
     assert seen == ["first"]
 
 
-@pytest.mark.slow
 def test_publishers_that_a_subscription_cannot_hear_are_warned_of(caplog: pytest.LogCaptureFixture) -> None:
     with two_nodes() as (robot, tool):
         plain, stamped = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
@@ -168,7 +166,6 @@ def test_publishers_that_a_subscription_cannot_hear_are_warned_of(caplog: pytest
     assert caplog.text.count("is not heard") == 2
 
 
-@pytest.mark.slow
 def test_a_publisher_is_closed_while_it_publishes() -> None:
     def publish() -> None:
         while True:

@@ -35,7 +35,10 @@ from tools.languages.texts import (
 )
 from visualhfsm._editor.assets import Assets
 
-pytestmark = pytest.mark.skipif(shutil.which("node") is None, reason="Node.js is not installed")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(shutil.which("node") is None, reason="Node.js is not installed"),
+]
 
 PLACEHOLDER = re.compile(r"{(\w[^{}]*)}")
 ALL = [
@@ -79,7 +82,6 @@ def called(call: ast.Call) -> str:
     return next((str(name) for each in ("attr", "id") if (name := getattr(call.func, each, ""))), "")
 
 
-@pytest.mark.slow
 def test_no_text_that_is_looked_up_is_put_together() -> None:
     names = {"Message", "because", "template", "EditError", "ChangedOutsideError", "OldFormatError"}
     paths = [
@@ -128,7 +130,6 @@ def test_a_sentence_whose_template_is_not_clear_is_refused(code: str, problem: s
         template_of(ast.parse(code, mode="eval").body, "go.py:3")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("domain", "language"), ALL)
 def test_a_catalog_has_the_texts_of_the_code_and_no_others(
     domain: Domain, language: str, extracted: Callable[[Domain], Catalog]
@@ -163,7 +164,6 @@ def test_what_is_read_at_run_time_is_made_from_the_catalog(domain: Domain, langu
     assert path.read_bytes() == domain.compile(catalog), "make texts"
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("domain", "language"), ALL)
 def test_an_update_leaves_a_current_catalog_as_it_is(
     domain: Domain, language: str, extracted: Callable[[Domain], Catalog]
@@ -195,7 +195,6 @@ def rules() -> dict[str, list[list[str]]]:
     return found
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("language", PLURALS)
 def test_the_plural_forms_are_those_of_browsers(language: str, rules: dict[str, list[list[str]]]) -> None:
     catalog = added(DOMAINS[0], language)
@@ -229,7 +228,6 @@ def test_a_catalog_that_is_damaged_is_named(tmp_path: Path) -> None:
         DOMAINS[0].catalog_of("es", tmp_path)
 
 
-@pytest.mark.slow
 def test_a_language_is_added_by_one_command_and_its_texts(tmp_path: Path, domains: list[Domain]) -> None:
     (tmp_path / "visualhfsm" / "_base" / "languages").mkdir(parents=True)
     static = tmp_path / "visualhfsm" / "_editor" / "static"

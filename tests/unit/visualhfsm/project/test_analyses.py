@@ -21,10 +21,11 @@ from visualhfsm import (
     VisualHfsmError,
 )
 
+pytestmark = pytest.mark.slow
+
 CODE = Place(kind="state", automaton=1, id=1, part="code")
 
 
-@pytest.mark.slow
 def test_problems_have_places_and_are_found_once_a_version(document: OpenDocument) -> None:
     heard: list[Any] = []
     document.subscribe(heard.append)
@@ -42,7 +43,6 @@ def test_problems_have_places_and_are_found_once_a_version(document: OpenDocumen
     assert len([each for each in heard if isinstance(each, Checked) and each.findings.complete]) == 3
 
 
-@pytest.mark.slow
 def test_properties_are_proved_or_have_a_counterexample(blinker: OpenDocument) -> None:
     assert blinker.prove() == []
     for name, kind, expression in (("lights", "eventually", "on"), ("dark", "never", "on")):

@@ -27,6 +27,8 @@ from visualhfsm import (
 )
 from visualhfsm.project._check_process import CheckProcess
 
+pytestmark = pytest.mark.slow
+
 CODE = Place(kind="state", automaton=1, id=1, part="code")
 
 
@@ -43,7 +45,6 @@ def states(document: OpenDocument) -> list[str]:
 # -- changes -----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
 def test_a_change_says_what_is_new_and_is_undone(document: OpenDocument) -> None:
     before = states(document)
     change = document.apply(AddState(automaton=1, x=0, y=0, name="new"))
@@ -57,7 +58,6 @@ def test_a_change_says_what_is_new_and_is_undone(document: OpenDocument) -> None
     assert states(document) == before
 
 
-@pytest.mark.slow
 def test_of_several_commands_all_are_applied_or_none(document: OpenDocument) -> None:
     heard, before = heard_by(document), document.version
     good, bad = RenameState(automaton=1, state=1, name="one"), RenameState(automaton=1, state=99, name="x")
@@ -195,7 +195,6 @@ def test_a_file_that_is_no_document_is_reported_until_it_is_one_again(
     assert [each.state for each in heard if hasattr(each, "state")] == ["changed", "deleted", "same"]
 
 
-@pytest.mark.slow
 def test_of_several_commands_that_are_too_large_together_none_is_applied(document: OpenDocument) -> None:
     before = document.version
     escaped = "#" + "<" * 1_000_000

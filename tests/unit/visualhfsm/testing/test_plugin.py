@@ -198,7 +198,10 @@ def test_the_workers_of_xdist_count_together(lamp: pytest.Pytester) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "more", cases([["-n2", "--dist=load"]], [[]]), ids=["workers of xdist", "one process"]
+    "more",
+    cases(
+        [pytest.param(["-n2", "--dist=load"], id="workers of xdist")], [pytest.param([], id="one process")]
+    ),
 )
 def test_lines_that_never_ran_are_reported_if_one_asks(
     lamp: pytest.Pytester, more: list[str], monkeypatch: pytest.MonkeyPatch

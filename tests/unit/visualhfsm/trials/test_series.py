@@ -21,6 +21,8 @@ from visualhfsm.trials._quantities import Quantity
 from visualhfsm.trials._series import LocalPool, Series
 from visualhfsm.trials._summary import Summary, summarize
 
+pytestmark = pytest.mark.slow
+
 WORKER = "visualhfsm.trials._worker"
 WAITS = document(
     sub(
@@ -82,7 +84,6 @@ def run(plan: Plan, pool: LocalPool) -> Summary:
     return summarize(file, plan.varying, plan.runs)
 
 
-@pytest.mark.slow
 def test_one_process_and_three_compute_the_same(path: Path, tmp_path: Path, pool: LocalPool) -> None:
     series = Series(plan(path))
     first = computed(series, tmp_path / "one", pool)
@@ -102,7 +103,6 @@ def test_a_series_that_counted_from_0_is_not_gone_on_with(path: Path, tmp_path: 
         Record(kept, header)
 
 
-@pytest.mark.slow
 def test_a_series_goes_on_where_it_was_broken_off(path: Path, tmp_path: Path, pool: LocalPool) -> None:
     series = Series(plan(path))
     computed_again: list[int] = []
@@ -136,7 +136,6 @@ def test_one_process_runs_trials_of_several_series_by_turns(
     assert {outcome.states for outcome in whole[1]} <= {"waiting", "over"}
 
 
-@pytest.mark.slow
 def test_a_killed_process_costs_its_trial_only_which_is_run_again(
     path: Path, tmp_path: Path, pool: LocalPool
 ) -> None:
@@ -174,7 +173,6 @@ def hanging(code: str, library: str = "os") -> str:
     return document(sub(1, 0, state(1, "only", code, initial=True)), libraries=(library,))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("kills", cases([1], soak=[0, 3]))
 def test_a_trial_that_hangs_fails_with_its_values_however_often_it_is_killed(
     path: Path, tmp_path: Path, pool: LocalPool, kills: int
@@ -194,7 +192,6 @@ def test_a_trial_that_hangs_fails_with_its_values_however_often_it_is_killed(
     assert [row.reason for row in rows] == ["took more than 0.3 s"]
 
 
-@pytest.mark.slow
 def test_a_trial_that_ends_its_process_fails(path: Path, pool: LocalPool) -> None:
     path.write_text(hanging("os._exit(3)"), encoding="utf-8")
     summary = run(Plan(document=str(path), robot="none", runs=1, limit=1.0), pool)
@@ -223,7 +220,6 @@ def test_a_plan_that_is_not_possible_ends_the_series_at_once(path: Path, pool: L
         run(plan(path), pool)
 
 
-@pytest.mark.slow
 def test_outcomes_are_kept_where_they_are_wanted(path: Path, tmp_path: Path) -> None:
     out = tmp_path / "kept.jsonl"
     ended: list[Outcome] = []
