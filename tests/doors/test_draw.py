@@ -118,6 +118,7 @@ def watch(shown: EditorPage) -> None:
     shown.show_robot()
     expect(shown.state("left").and_(active)).to_be_visible()
     picture(shown.page, "running", "tutorial", after=1000)
+    shown.button("Fold the robot's picture").click()  # drawing it takes more than all else
 
 
 def break_and_fix(shown: EditorPage) -> None:
