@@ -85,10 +85,11 @@ def served_to_programs(body: str, entrance: Any, domain: int) -> Iterator[FakeRo
 
 
 def check_that_the_walk_ends_with_its_program(robot: FakeRobot, begin: Callable[[], object]) -> None:
+    walker = present(robot.walker)
     program = begin()
-    assert robot.walker.commanded().forward > 0.0
+    assert walker.commanded().forward > 0.0
     del program
-    until(lambda: robot.walker.commanded().forward == 0.0)
+    until(lambda: walker.commanded().forward == 0.0)
 
 
 @pytest.mark.promise(

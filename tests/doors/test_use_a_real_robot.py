@@ -86,10 +86,8 @@ def test_who_holds_the_robot_moves_it_within_its_limits_and_everybody_stops_it(
     simulated: ServedRobot,
 ) -> None:
     with simulated.client() as mine, simulated.client() as other:
-        body, safety = (
-            proxy.checkedCast(mine.stringToProxy(name))
-            for proxy, name in ((JointsPrx, "Body"), (SafetyPrx, "Safety"))
-        )
+        body = JointsPrx.checkedCast(mine.stringToProxy("Body"))
+        safety = SafetyPrx.checkedCast(mine.stringToProxy("Safety"))
         motors = MotorsPrx.checkedCast(mine.stringToProxy("Motors"))
         safety.acquireLease("Ann", 60.0)
         with pytest.raises(CommandRefusedException, match="Ann"):

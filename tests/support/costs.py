@@ -108,7 +108,7 @@ class Costs:
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
         if TIER and self._files:  # pytest-xdist's workers see no reports
             loops = {file: cost.loops for file, cost in self._files.items()}
-            folder = Path(session.config.cache.mkdir("tiers"))  # type: ignore[union-attr]
+            folder = Path(session.config.cache.mkdir("tiers"))
             (folder / f"{TIER}.json").write_text(
                 json.dumps({"loops": loops, "failed": self._failed}), "utf-8"
             )

@@ -19,6 +19,7 @@ from naoserver.protocol.jobs import JobThreads
 from naoserver.serving.assembly import Assembly
 from tests.support.limits import CALL_LIMIT, EVENT_LIMIT, FOREVER
 from tests.support.naoqi import connected
+from tests.support.present import present
 from tests.support.processes import ComponentProcess, module
 from tests.support.resets import check_that_a_reset_starts_nothing
 from tests.support.robot_server import clock_at, eventually
@@ -172,5 +173,5 @@ def test_a_reset_starts_no_walk_of_a_program_that_commands_on(monkeypatch):
                     motion.move(0.1, 0.0, 0.0)
 
             check_that_a_reset_starts_nothing(
-                monkeypatch, assembly, command, lambda: robot.walker.commanded().forward > 0.0
+                monkeypatch, assembly, command, lambda: present(robot.walker).commanded().forward > 0.0
             )
