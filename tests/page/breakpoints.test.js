@@ -70,9 +70,5 @@ test("what is set or removed between the start of a component and its first auto
   breakpoints.catchUp();
   breakpoints.catchUp();
   await breakpoints.set(0, 1, "state", 4, "");
-  assert.deepEqual(sent, [
-    [1, 2],
-    [2],
-    [2, 4],
-  ]);
+  assert.deepEqual(sent, [[1, 2], [2], [2, 4]]);
 });
