@@ -28,7 +28,7 @@ LIMIT: Final = 45 * 60.0
 """The longest that a part may take, in s."""
 END_LIMIT: Final = 30.0
 """How long a part that is ended may take for it, in s, before it is killed."""
-FOLDERS: Final = {"unit": 2, "integration": 3, "plugins": 3, "faults": 2, "e2e": 2}
+FOLDERS: Final = {"doors": 1, "unit": 2, "integration": 3, "plugins": 3, "faults": 2, "e2e": 2}
 """The folders of tests/, and into how many parts their files are divided."""
 PYTHONS: Final = ("python3.12", "python3.13")
 """Besides the one that runs the other parts; those that are not installed are left out."""

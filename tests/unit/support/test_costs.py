@@ -59,7 +59,7 @@ def test_files_are_named_by_the_processor_time_of_their_tests(tmp_path: Path) ->
     processor, wall = next(map(float, row[:2]) for row in rows if row[3] == "test_a_waits.py")
     assert processor < 0.2 <= wall
     assert re.search(
-        r"^largest process \d+ MB of 700, since test_b_works.py::test_works\[4\]$", run.stdout, re.MULTILINE
+        r"^largest process \d+ MB of 600, since test_b_works.py::test_works\[4\]$", run.stdout, re.MULTILINE
     )
     assert re.search(
         r"^the processes of the tests grew most by \d{2,} MB in test_b_works.py, ", run.stdout, re.MULTILINE
