@@ -72,9 +72,9 @@ def shown(browser: Browser, root: Path) -> Iterator[EditorPage]:
         yield shown
 
 
-def test_the_third_experiment_is_drawn(shown: EditorPage, tmp_path: Path) -> None:
+def test_the_third_experiment_is_drawn(shown: EditorPage, root: Path) -> None:
     wanted = read(ROOT / "behaviors" / "dance_and_follow.xml")
-    path = tmp_path / "root" / "dance_and_follow.xml"
+    path = root / "dance_and_follow.xml"
     draw(shown, wanted, path)
     save(shown, path)
     assert content(read(path)) == content(wanted)
