@@ -44,7 +44,7 @@ help: ## List the targets
 demo: $(VENV)/demo.stamp system ## Watch the simulated Nao; SECONDS=60 ends by itself and writes demo/report.html
 	@$(BIN)/nao stack deploy/demo.toml $(if $(SECONDS),--seconds $(SECONDS)) || [ $$? -eq 130 ]
 
-check: $(VENV)/dev.stamp bubblewrap ## Format, lint, check types and run the quick unit tests: in less than a minute
+check: $(VENV)/dev.stamp bubblewrap ## Format, lint, check types and run the quick unit tests
 	@$(BIN)/ruff format --quiet . && $(BIN)/ruff check --quiet .
 	@$(MAKE) --no-print-directory --jobs=2 quick-tests types
 
