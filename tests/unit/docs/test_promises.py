@@ -31,5 +31,5 @@ def test_each_door_holds_what_the_readme_promises() -> None:
 def test_each_bullet_of_the_readme_has_a_door() -> None:
     bullets = re.findall(r"- (\*\*.+?) →", README.partition("## What it does")[2].partition("```")[0])
     held = [promise for each in promises().values() for promise in each]
-    assert len(bullets) == 9
+    assert len(bullets) > 5, "they are not found any more"
     assert [bullet for bullet in bullets if not any(promise in bullet for promise in held)] == []
