@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 
 import pytest
 
+from tests.support.limits import RUN_LIMIT
+from tests.support.places import ROOT
 from tests.support.processes import STEADY, ComponentProcess, free_endpoint, module
 from zenoh_ice import Communicator, initialize
 
@@ -29,6 +35,21 @@ class ServedRobot:
         """Open a session that calls it."""
         with initialize(connect=[self.endpoint], clock="wall") as communicator:
             yield communicator
+
+
+def printed(*command: str | Path, folder: Path, **environment: str) -> str:
+    """Return what a program of one's own prints, which has ended well."""
+    done = subprocess.run(
+        [sys.executable, *map(str, command)],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": f"{folder}{os.pathsep}{ROOT}", **environment},
+        capture_output=True,
+        text=True,
+        timeout=RUN_LIMIT,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
 
 
 @contextmanager

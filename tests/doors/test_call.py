@@ -3,33 +3,15 @@
 from __future__ import annotations
 
 import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
-from tests.doors.conftest import ServedRobot
+from tests.doors.conftest import ServedRobot, printed
 from tests.support.codegen_command import codegen, files_in
-from tests.support.limits import RUN_LIMIT
 from tests.support.pages import DOCS, blocks_of
 from tests.support.places import ROOT
 from tests.support.screenshots import FOLDER
-
-
-def printed(*command: str | Path, folder: Path, **environment: str) -> str:
-    """Return what a program of one's own prints, which has ended well."""
-    done = subprocess.run(
-        [sys.executable, *map(str, command)],
-        cwd=folder,
-        env={**os.environ, "PYTHONPATH": f"{folder}{os.pathsep}{ROOT}", **environment},
-        capture_output=True,
-        text=True,
-        timeout=RUN_LIMIT,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    return done.stdout
 
 
 @pytest.mark.promise("**Call the robot** from your own programs")

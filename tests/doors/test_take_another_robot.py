@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import math
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
-from tests.support.limits import RUN_LIMIT
+from tests.doors.conftest import printed
 from tests.support.pages import DOCS, blocks_of
 from tests.support.places import ROOT
 from tests.support.processes import ComponentProcess, free_endpoint, module
@@ -47,19 +44,9 @@ def test_a_model_alone_is_served_and_taken_for_what_the_page_says(tmp_path: Path
         if command.output
     }
     endpoint = free_endpoint()
-    environment = {"PYTHONPATH": str(ROOT), "VISUALHFSM_REALM": "own", "VISUALHFSM_CONNECT": endpoint}
     command = module("naoserver_sim", "--body", "rover.xml", "--realm", "own", "--listen", endpoint)
     with ComponentProcess(command, {"PYTHONPATH": str(ROOT)}, tmp_path) as process:
         for line in outputs["naoserver-sim --body rover.xml"].splitlines():
             process.wait_for(re.escape(line).replace(re.escape("..."), ".*"))
-        done = subprocess.run(
-            [sys.executable, "drive.py"],
-            cwd=tmp_path,
-            env={**os.environ, **environment},
-            capture_output=True,
-            text=True,
-            timeout=RUN_LIMIT,
-            check=False,
-        )
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.rstrip() == outputs["python drive.py"]
+        said = printed("drive.py", folder=tmp_path, VISUALHFSM_REALM="own", VISUALHFSM_CONNECT=endpoint)
+    assert said.rstrip() == outputs["python drive.py"]
