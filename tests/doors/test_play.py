@@ -10,11 +10,11 @@ import pytest
 
 from interfaces.jderobot import CommandRefusedException
 from interfaces.nao import GroundTruthPrx, JointsPrx, SafetyPrx
-from tests.integration.test_team import team, until_holder
 from tests.support.documents import document, state, sub
 from tests.support.limits import MOVE_LIMIT, START_LIMIT
 from tests.support.nao_command import nao
 from tests.support.processes import ComponentProcess, free_endpoint, module
+from tests.support.served_teams import team, until_holder
 from tests.support.waiting import until
 from visualhfsm_match._match import Plan
 from visualhfsm_match._rules import load_rules
