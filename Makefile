@@ -32,8 +32,8 @@ LATER := nice -n 12
 # NumPy's other threads wait for work at full speed when they start, in each of those processes.
 quick-tests quick full-units full-others coverage soak: export OPENBLAS_NUM_THREADS = 1
 # A worker takes neighboring tests, which share fixtures, and at the end those of others. There is one for each processor
-# (logical). Beside those that wait half of their time, for processes, browsers and robots, unit tests have half as many
-# (auto). All notice when they get no processor for seconds, so only linters give way.
+# (logical), and half as many more where they wait for processes, browsers and robots. Beside these, slow unit tests have
+# half as many (auto). All notice when they get no processor for seconds, so only linters give way.
 PYTEST := $(BIN)/python -m pytest -q --dist worksteal
 UNITS := $(wildcard tests/unit tests/plugins/*/unit)
 
@@ -65,7 +65,7 @@ full-units:
 	@TEST_TIER=$@ $(PYTEST) -n auto $(UNITS) -m "slow or sim" || [ $$? -eq 1 ]
 
 full-others:
-	@TEST_TIER=$@ $(PYTEST) -n logical --ignore-glob='*/unit' --ignore=tests/doors tests || [ $$? -eq 1 ]
+	@TEST_TIER=$@ $(PYTEST) -n $$((3 * $$(nproc) / 2)) --ignore-glob='*/unit' --ignore=tests/doors tests || [ $$? -eq 1 ]
 
 soak: $(VENV)/dev.stamp packages node-modules ## Repeat what only repetition finds; PARTS="a b" runs these parts alone
 	@$(BIN)/python tools/runs/soak.py $(PARTS)

@@ -767,29 +767,31 @@ def test_a_document_is_changed_until_its_component_is_reloaded(served: Editor) -
         assert not after("reload", component="robot")
 
 
-def test_only_who_follows_a_component_hears_of_it(served: Editor, parts: list[Parts]) -> None:
-    live = parts[0].followers
-    assert isinstance(live, FakeLive)
-    with served.window() as window, served.window() as other:
-        assert window.workspace["present"] == [{"component": "dance"}]
-        window.ask("follow", component="dance")
-        window.wait_for_push(
-            "snapshot", component="dance", value=msgspec.json.decode(msgspec.json.encode(MOMENT))
-        )
-        other.ask("listFiles")
-        assert not [push for push in other.pushes if push["push"] == "snapshot"]
-        other.ask("follow", component="dance")
-        window.ask("unfollow", component="dance")
-        assert live.attached
-        other.ask("unfollow", component="dance")
-        assert not live.attached
-        window.ask("follow", component="dance")
-        assert live.attached
-        with pytest.raises(Refused, match="does not run"):
-            window.ask("follow", component="chess")
-    with served.window() as later:
-        later.ask("listFiles")
-        eventually(lambda: not live.attached)  # the window is gone
+def test_only_who_follows_a_component_hears_of_it(root: Path, parts: list[Parts]) -> None:
+    limits = Limits(operation_seconds=FOREVER, return_seconds=0.1)
+    with serving(root, parts, limits) as served:
+        live = parts[0].followers
+        assert isinstance(live, FakeLive)
+        with served.window() as window, served.window() as other:
+            assert window.workspace["present"] == [{"component": "dance"}]
+            window.ask("follow", component="dance")
+            window.wait_for_push(
+                "snapshot", component="dance", value=msgspec.json.decode(msgspec.json.encode(MOMENT))
+            )
+            other.ask("listFiles")
+            assert not [push for push in other.pushes if push["push"] == "snapshot"]
+            other.ask("follow", component="dance")
+            window.ask("unfollow", component="dance")
+            assert live.attached
+            other.ask("unfollow", component="dance")
+            assert not live.attached
+            window.ask("follow", component="dance")
+            assert live.attached
+            with pytest.raises(Refused, match="does not run"):
+                window.ask("follow", component="chess")
+        with served.window() as later:
+            later.ask("listFiles")
+            eventually(lambda: not live.attached)  # the window is gone
 
 
 def test_a_run_is_recorded_into_a_new_file_below_the_root(served: Editor, root: Path) -> None:

@@ -133,8 +133,8 @@ def test_a_team_that_takes_all_the_time_loses(tmp_path: Path, matches: Matches) 
     # On a busy machine, too, each cycle ends long before it would take too much by itself.
     slow = written(tmp_path, "slow", "threading.Event().wait(1)", libraries=("threading",))
     match = between(standing(tmp_path), slow)
-    found = run(matches, replace(match, plan=msgspec.structs.replace(match.plan, patience=20.0))).result
-    assert found.reason == "theirs loses: it took most of 20 s"
+    found = run(matches, replace(match, plan=msgspec.structs.replace(match.plan, patience=6.0))).result
+    assert found.reason == "theirs loses: it took most of 6 s"
 
 
 HOSTILE = {
