@@ -87,6 +87,8 @@ class ComponentRun:
         """Why the component ended: 0 as it should, 1 by an error, or the code of `sys.exit` in user code."""
         self.refusal: Refusal | None = None
         """The refused command that pauses the component; None while it runs or is paused by a client."""
+        self.on_resumed: Callable[[], object] = lambda: None
+        """Called when a person lets the component go on after a pause, before it does."""
         self.speed = 0.0
         """Seconds of component time per wall second in a dry run, where it can be changed; otherwise 0."""
         self.joints: Callable[[], dict[str, float]] = dict
@@ -194,6 +196,8 @@ class ComponentRun:
 
     def resume(self, after: Refusal | None = None) -> None:
         """Resume after a pause, or only after the pause for one refused command."""
+        if after is None:
+            self.on_resumed()
         with self.action("resume"), self.tree.lock:
             if self.ended.is_set() or not (after is None or after is self.refusal):
                 return

@@ -113,6 +113,18 @@ def servers_present(component: Component, communicator: Communicator) -> bool:
     return True
 
 
+def safeties_of(component: Component) -> list[SafetyPrx]:
+    """Return `Safety` of each robot of another realm whose servants a component has proxies of."""
+    proxies = [vars(component).get(name) for name in proxies_of(component)]
+    found = {}
+    for proxy in proxies:
+        if isinstance(proxy, ObjectPrx):
+            communicator, realm = proxy.ice_getCommunicator(), proxy.ice_getRealm()
+            if realm != communicator.realm:
+                found[realm] = SafetyPrx.uncheckedCast(communicator.stringToProxy(f"{ROBOT}@{realm}"))
+    return [*found.values()]
+
+
 class Permission:
     """Find out from `Safety` whether the robot may be commanded: whether it was stopped, and may go on.
 
@@ -121,8 +133,13 @@ class Permission:
     since then, and have found no record of the stop.
     """
 
-    def __init__(self, safety: SafetyPrx, limit: float = _LEASE_LIMIT) -> None:
+    def __init__(
+        self, safety: SafetyPrx, component: Component | None = None, limit: float = _LEASE_LIMIT
+    ) -> None:
         self._safety = safety.ice_invocationTimeout(1000.0 * limit)
+        self._component = component
+        """Commands robots of other realms, too, perhaps."""
+        self._limit = limit
         self._known: tuple[str, int] | None = None
         """The session of the server, and how often it was stopped, when the component was last let go on."""
         self._stopped_by = ""  # the session of the server that was seen stopped
@@ -131,9 +148,13 @@ class Permission:
     def begin_again(self) -> None:
         """Forget the stop that was seen: a person has decided to go on."""
         self._stopped_by = self._told = ""
+        others = safeties_of(self._component) if self._component else []
+        for safety in (self._safety, *others):
+            with suppress(ZenohIceError):  # its next command says why
+                safety.ice_invocationTimeout(1000.0 * self._limit).resumeCommands()
         with suppress(ZenohIceError):
             state = self._safety.getSafetyState()
-            self._known = state.session, state.stops
+            self._known = state.session, state.stops - state.stopped  # one that lasts is not over yet
 
     def why_stopped(self) -> str:
         """Return why the robot is or was stopped since the component began, or was last let go on.

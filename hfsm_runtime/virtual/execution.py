@@ -89,6 +89,7 @@ class Execution(VirtualRun):
             _set_parameters(component, parameters or {})
             self.world.connect(component)
             safety = SafetyPrx.uncheckedCast(self.world.communicator.stringToProxy("Safety"))
+            permission = Permission(safety, component)
             with self._time_module.shown_to(component):
                 super().__init__(
                     component,
@@ -96,12 +97,13 @@ class Execution(VirtualRun):
                     on_error=on_error,
                     on_refused=on_refused,
                     on_end=self._stop_robot,
-                    commands_accepted=Permission(safety).is_given,
+                    commands_accepted=permission.is_given,
                     observers=[self._journal],
                     kept=self.world.kept,
                     starts=starts,
                     limits=limits,
                 )
+            self.on_resumed = permission.begin_again
             self._reloading = Reloading(self, self.world.connect)
         except BaseException:
             self.close()

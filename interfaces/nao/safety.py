@@ -37,7 +37,7 @@ class SafetyState(ice.Struct):
     """Wall seconds for which that is so."""
 
 
-class SafetyPrx(ice.ObjectPrx, id="::nao::Safety", fingerprint="f78530d389bacc3c"):
+class SafetyPrx(ice.ObjectPrx, id="::nao::Safety", fingerprint="e6a31947ffa86443"):
     """Guard the robot: an emergency stop that latches, and a lease that shuts other writers out."""
 
     @ice.operation(idempotent=True)
@@ -47,6 +47,10 @@ class SafetyPrx(ice.ObjectPrx, id="::nao::Safety", fingerprint="f78530d389bacc3c
     @ice.operation(optional=("resume",), idempotent=True)
     def resetEmergencyStop(self, resume: bool | None = None) -> None:
         """Accept commands again; with resume, paused behaviors may go on, too."""
+
+    @ice.operation(idempotent=True)
+    def resumeCommands(self) -> None:
+        """Accept the caller's commands again, which an emergency stop ended: a person lets it go on."""
 
     @ice.operation(throws=(CommandRefusedException, InvalidValueException))
     def acquireLease(self, holder: str, seconds: float) -> None:
@@ -76,6 +80,8 @@ class Safety(ice.Object, proxy=SafetyPrx):
     def emergencyStop(self, reason: str, current: ice.Current) -> None: ...
     @ice.abstractmethod
     def resetEmergencyStop(self, resume: bool | None, current: ice.Current) -> None: ...
+    @ice.abstractmethod
+    def resumeCommands(self, current: ice.Current) -> None: ...
     @ice.abstractmethod
     def acquireLease(self, holder: str, seconds: float, current: ice.Current) -> None: ...
     @ice.abstractmethod

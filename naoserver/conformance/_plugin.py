@@ -170,7 +170,7 @@ def rest(nao: RobotClient) -> Iterator[RobotClient]:
     )
     yield nao
     stop()
-    nao.proxy(SafetyPrx, "Safety").resetEmergencyStop()
+    nao.proxy(SafetyPrx, "Safety").resetEmergencyStop(True)
 
 
 @pytest.fixture(scope="session")

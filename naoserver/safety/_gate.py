@@ -12,11 +12,11 @@ from typing import Final
 
 from interfaces.nao import SafetyState, Severity
 from naoserver.errors import CommandRefused, InvalidCommand
+from naoserver.safety._commanders import Commanders
 from naoserver.safety._event_log import EventLog
-from naoserver.safety._insistent import SILENCE, Insistent
 from naoserver.safety.latch import Latch
 from zenoh_ice.application.kept_stop import KeptLease
-from zenoh_ice.data.text import sentence
+from zenoh_ice.data.text import printable, sentence
 
 _logger = logging.getLogger(__name__)
 
@@ -47,8 +47,8 @@ class Gate:
     Code that commands the robot calls `require` under the same lock under which it stops, so that no command
     follows an emergency stop. A stop is never refused.
 
-    A reset starts nothing: a client that commanded during the stop is refused until it was silent for a
-    second, or a person lets it go on.
+    A reset starts nothing: a client that commanded before or beside the stop is refused until a person lets
+    it go on.
 
     With a `latch`, which is open, stop and lease are as the former server left them, and are kept for the
     next one. With `resumes`, all that a stop paused or refused goes on after each reset, not only when a
@@ -70,7 +70,7 @@ class Gate:
         self._stopped_times = 0
         self._stops: list[Callable[[], None]] = []
         self._resets: list[Callable[[], None]] = []
-        self._insistent = Insistent()
+        self._commanders = Commanders()
         self._stop_reason: str | None = None
         self._lost: _Loss | None = None
         self._lease: _Lease | None = None
@@ -97,7 +97,7 @@ class Gate:
         holder, kind = "", "refused"
         with self._lock:
             stopped = self._stop_reason is not None
-            insists = not begun and self._insistent.insists(client, self.events.wall_time(), stopped=stopped)
+            ended = not begun and self._commanders.note(client, stopped=stopped)
             if self._lost is not None:
                 why = sentence(f"the robot is unreachable: {self._lost.why}")
                 what = sentence("wait until it is found again")
@@ -108,13 +108,10 @@ class Gate:
                 holder = lease.holder
                 why = sentence(f"the robot is held by {holder}")
                 what = sentence("wait until the lease is given back")
-            elif insists:
-                kind, what = "insists", sentence("or let them go on: nao stop --reset --resume")
-                clients = self._insistent.names()
-                why = sentence(
-                    f"commands of {clients} went on during the emergency stop, and are refused until they "
-                    f"pause for {SILENCE:g} s"
-                )
+            elif ended:
+                kind, name = "ended", printable(client, _LONGEST_HOLDER) or sentence("callers without a name")
+                why = sentence(f"the emergency stop ended the commands of {name}")
+                what = sentence("start its program anew, or let all go on: nao stop --reset --resume")
             else:
                 return
         self._report(Severity.Warning, sentence(f"refused a command: {why}"), kind)
@@ -132,6 +129,7 @@ class Gate:
             self._stop_reason = reason
             self._stopped_times += 1
             self._resumes = False
+            self._commanders.stop()
         failure = self._stop_all()
         # Not earlier: a log may block.
         self._report(Severity.Error, sentence(f"emergency stop: {reason}"), "stop")
@@ -156,10 +154,16 @@ class Gate:
             self._was_reset = True
             self._resumes = resume or self._resume_always
             if self._resumes:
-                self._insistent.let_go_on()
+                self._commanders.let_go_on()
         if was_stopped:
             self._keep()
             self._report(Severity.Info, sentence("the emergency stop was reset"), "reset")
+
+    def let_go_on(self, client: str) -> None:
+        """Accept the commands of a client again that a stop ended: after the reset a person lets it go on."""
+        with self._lock:
+            if self._stop_reason is None:
+                self._commanders.let_go_on(client)
 
     def lose(self, why: str) -> None:
         """Refuse every command until `find`, because no command reaches the robot."""

@@ -95,6 +95,9 @@ class SafetyI(Safety):
         self._gate.reset(resume=bool(resume))
         self.publish()
 
+    def resumeCommands(self, current: Current) -> None:
+        self._gate.let_go_on(current.client)
+
     def acquireLease(self, holder: str, seconds: float, current: Current) -> None:
         with refusals_raised():
             self._gate.acquire(current.client, holder, seconds)

@@ -168,7 +168,7 @@ class SceneI(nao.Scene):
     def pushRobot(self, force: nao.Vector3, seconds: float, current: Current) -> None:
         require_finite(seconds=seconds)
         with refusals_raised():
-            self._gate.require(current.client)
+            self._gate.require(current.client, begun=True)  # no motor turns by it, and no program repeats it
             self._stage.push(_finite(force), seconds)
 
     def pressSensor(self, name: str, seconds: float, current: Current) -> None:

@@ -169,7 +169,7 @@ def followed(robot_editor: Editor, robot: ServedRobot, path: Path) -> Iterator[E
     """The editor beside the robot with the document of a test, whose run ends with the test."""
     with robot_editor.opened(path):
         yield robot_editor
-    robot.assembly.gate.reset()
+    robot.assembly.gate.reset(resume=True)
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ import threading
 import pytest
 
 from interfaces.jderobot import CameraPrx, HardwareFailedException
-from interfaces.nao import ClockPrx, HealthPrx, JointsPrx, PoseHeadPrx
+from interfaces.nao import ClockPrx, HealthPrx, JointsPrx, PoseHeadPrx, SafetyPrx
 from naoserver.fake import FakeRobot
 from naoserver.fake.__main__ import app
 from naoserver.options import SafetyOptions, ServerOptions
@@ -33,6 +33,15 @@ with initialize(realm=realm, connect=[endpoint], clock="wall") as communicator:
         head.setSpeed(0.1, 0.0)
 """
 
+INSISTENT = DRIVER.replace(
+    "        head.setSpeed(0.1, 0.0)\n",
+    "        try:\n"
+    "            head.setSpeed(0.1, 0.0)\n"
+    "        except Exception as refusal:\n"
+    "            print(refusal, flush=True)\n",
+)
+"""Drives on whatever it is told."""
+
 WATCHER = """
 import sys, time
 from interfaces.jderobot import CameraPrx
@@ -45,8 +54,8 @@ with initialize(realm=realm, connect=[endpoint], clock="wall") as communicator:
 """
 
 
-def driver(nao, period=0.05):
-    return ComponentProcess([sys.executable, "-c", DRIVER, nao.realm, nao.endpoint, str(period)])
+def driver(nao, period=0.05, program=DRIVER):
+    return ComponentProcess([sys.executable, "-c", program, nao.realm, nao.endpoint, str(period)])
 
 
 def is_driven(pose):
@@ -104,6 +113,29 @@ def test_a_behavior_that_hangs_while_the_head_turns_leaves_it_standing(nao, carr
             assert nao.proxy(HealthPrx, "Health").getHealth().velocityTimeouts >= 1
         finally:
             behavior.process.send_signal(signal.SIGCONT)
+
+
+@pytest.mark.parametrize("carrier", cases([NETWORK], [LOCAL]))
+def test_a_reset_starts_nothing_of_a_program_that_was_held_until_its_link_broke(nao, carrier):
+    head, safety = nao.proxy(PoseHeadPrx, "Head"), nao.proxy(SafetyPrx, "Safety")
+    with driver(nao, program=INSISTENT) as behavior:
+        wait_for(head.getPose, is_driven)
+        assert is_used(carrier, behavior.process.pid)
+        safety.emergencyStop("enough")
+        behavior.wait_for("the robot is stopped: enough")
+        behavior.process.send_signal(signal.SIGSTOP)
+        try:
+            (client,) = nao.assembly.gate._commanders._ended
+            eventually(lambda: nao.assembly.gate.is_lost(client))
+            wait_for(head.getPose, stands)
+            safety.resetEmergencyStop()
+        finally:
+            behavior.process.send_signal(signal.SIGCONT)
+        behavior.wait_for("the emergency stop ended the commands")
+        sample = head.getPose.wait(timeout=EVENT_LIMIT)
+        for _ in range(25):
+            sample = head.getPose.wait(after=sample, timeout=EVENT_LIMIT)
+            assert stands(sample.value)
 
 
 @pytest.mark.parametrize("carrier", cases([NETWORK], [LOCAL]))

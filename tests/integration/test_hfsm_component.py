@@ -44,9 +44,13 @@ def serve(endpoint: str) -> AbstractContextManager[ServedRobot]:
     return served(FakeRobot(), realm="nao", endpoint=endpoint)
 
 
-def turning(tmp_path: Path, code: str = "self.head.setSpeed(0.2, 0.0)\nprint('turning', flush=True)") -> Path:
+def turning(
+    tmp_path: Path,
+    code: str = "self.head.setSpeed(0.2, 0.0)\nprint('turning', flush=True)",
+    config: str = HEAD,
+) -> Path:
     return compile_to(
-        tmp_path, document(sub(1, 0, state(1, "turn", code, initial=True)), config=HEAD), "turner"
+        tmp_path, document(sub(1, 0, state(1, "turn", code, initial=True)), config=config), "turner"
     )
 
 

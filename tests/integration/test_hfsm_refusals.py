@@ -13,7 +13,7 @@ from interfaces.hfsm import ComponentStatus, HfsmMonitorPrx
 from interfaces.nao import PoseHeadPrx, SafetyPrx
 from nao_tools._command import app as nao
 from naoserver.fake import FakeRobot
-from tests.integration.test_hfsm_component import start, turning
+from tests.integration.test_hfsm_component import HEAD, start, turning
 from tests.support.commands import run_here
 from tests.support.limits import START_LIMIT
 from tests.support.robot_server import eventually, served, served_to_client
@@ -152,3 +152,27 @@ def test_a_behavior_goes_on_after_the_reset_of_an_emergency_stop_when_a_person_l
         eventually(lambda: head.getPose().panSpeed > 0.03)
         assert monitor.getSnapshot().refusal == ""
         assert 1 <= component.output.count("pauses until") <= 2, "its command may be refused, too"
+
+
+def test_a_behavior_goes_on_with_a_robot_of_another_realm_when_a_person_lets_it(
+    tmp_path: Path, endpoint: str, beside: Communicator
+) -> None:
+    config = HEAD.replace(">Head<", ">Head@other<")
+    with served(FakeRobot(), realm="other") as other, initialize(connect=[endpoint, other.endpoint]) as seen:
+        head, safety = (
+            kind.uncheckedCast(seen.stringToProxy(f"{name}@other"))
+            for kind, name in ((PoseHeadPrx, "Head"), (SafetyPrx, "Safety"))
+        )
+        assert isinstance(head, PoseHeadPrx)
+        assert isinstance(safety, SafetyPrx)
+        with start(turning(tmp_path, config=config), endpoint, "--connect", other.endpoint) as component:
+            eventually(lambda: head.getPose().panSpeed > 0.03)
+            safety.emergencyStop("a hand in the way")
+            component.wait_for("the robot is stopped: a hand in the way.*pauses until")
+            safety.resetEmergencyStop()
+            events = other.assembly.events
+            eventually(lambda: any("ended the commands" in event.message for event in events.snapshot()[0]))
+            assert head.getPose().panSpeed == pytest.approx(0.0, abs=0.01)
+            monitor = HfsmMonitorPrx.checkedCast(beside.stringToProxy("Hfsm.turner"))
+            monitor.resume()
+            eventually(lambda: head.getPose().panSpeed > 0.03)

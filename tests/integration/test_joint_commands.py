@@ -41,16 +41,14 @@ def test_a_lease_and_an_emergency_stop_refuse_them(booster):
         body.setJointCommands(PULL)
 
 
-def test_a_reset_starts_nothing_of_a_client_that_commands_on(booster, monkeypatch):
+def test_a_reset_starts_nothing_of_a_client_that_commands_on(booster):
     body = booster.proxy(JointsPrx, "Body")
 
     def command():
         with suppress(CommandRefusedException):
             body.setJointCommands(PULL)
 
-    check_that_a_reset_starts_nothing(
-        monkeypatch, booster.assembly, command, lambda: not booster.is_free(JOINT)
-    )
+    check_that_a_reset_starts_nothing(booster.assembly, command, lambda: not booster.is_free(JOINT))
 
 
 def test_a_nao_refuses_them_with_the_reason(by_environment):

@@ -41,7 +41,6 @@ from interfaces.nao import (
 from naoserver.bodies import find_body
 from naoserver.fake import FakeRobot
 from naoserver.options import ServerOptions
-from naoserver.safety._insistent import SILENCE
 from naoserver.serving.assembly import Assembly
 from naoserver.serving.server import serve
 from tests.conftest import Pair
@@ -710,7 +709,6 @@ def test_the_page_shows_the_world_of_a_simulation_and_moves_things_in_it() -> No
         with pytest.raises(VisualHfsmError, match="STOP was pressed"):
             await change("pushRobot", **push)
         await opened.service.reset_robot()
-        await asyncio.sleep(SILENCE)  # the page commanded during the stop
         await change("pushRobot", **push)
         async for frame in states:
             if frame["torso"][2] < 0.2:

@@ -191,6 +191,7 @@ class Commands:
             "std_srvs/srv/Trigger", "~/emergency_stop", self._stop, urgent=True
         )
         node.create_service("std_srvs/srv/Trigger", "~/reset", self._reset, urgent=True)
+        node.create_service("std_srvs/srv/Trigger", "~/resume", self._resume, urgent=True)
         self._vigil: Final = Vigil()
         node.on_close(self._vigil, self._vigil.close)
         self._joint_motion: Final = JointMotion(self._body, self._names)
@@ -378,7 +379,10 @@ class Commands:
         return self._answer(lambda: self._safety.emergencyStop("emergency stop from ROS"), "stopped")
 
     def _reset(self, _request: object) -> dict[str, object]:
-        return self._answer(self._safety.resetEmergencyStop, "commands are accepted again")
+        return self._answer(self._safety.resetEmergencyStop, "programs that are started now may command")
+
+    def _resume(self, _request: object) -> dict[str, object]:
+        return self._answer(lambda: self._safety.resetEmergencyStop(True), "all that was stopped may go on")
 
     @staticmethod
     def _answer(act: Callable[[], None], done: str) -> dict[str, object]:

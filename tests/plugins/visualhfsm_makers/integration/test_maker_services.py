@@ -135,11 +135,11 @@ def test_a_stop_ends_what_a_program_commands_by_both_doors(maker):
 
 
 @both
-def test_a_reset_starts_no_walk_of_a_program_that_calls_on(monkeypatch, maker):
+def test_a_reset_starts_no_walk_of_a_program_that_calls_on(maker):
     with served(maker) as (robot, assembly):
         program = maker.program()
         check_that_a_reset_starts_nothing(
-            monkeypatch, assembly, lambda: maker.walk(program) and None, lambda: walks(robot)
+            assembly, lambda: maker.walk(program) and None, lambda: walks(robot)
         )
 
 
@@ -152,12 +152,12 @@ def test_a_reset_starts_no_walk_of_a_program_that_calls_on(monkeypatch, maker):
     ],
     ids=["T1", "G1", "arms of a G1"],
 )
-def test_a_reset_starts_no_joint_of_a_program_that_commands_on(monkeypatch, maker, topic, kind, command):
+def test_a_reset_starts_no_joint_of_a_program_that_commands_on(maker, topic, kind, command):
     with served(maker) as (robot, assembly):
         program, joint = maker.program(), robot.joints[maker.elbow].name
         if maker is T1:
             program.call(*booster.CUSTOM)
         door = program.writer(topic, kind)
         check_that_a_reset_starts_nothing(
-            monkeypatch, assembly, lambda: door.write(command), lambda: follows(assembly, joint)
+            assembly, lambda: door.write(command), lambda: follows(assembly, joint)
         )

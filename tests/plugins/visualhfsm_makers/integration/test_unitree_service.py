@@ -10,10 +10,8 @@ from itertools import islice, pairwise
 import psutil
 import pytest
 
-from naoserver.safety import _insistent
 from tests.plugins.visualhfsm_makers.integration.test_maker_services import G1, follows, served
 from tests.support.dds import free_domain
-from tests.support.limits import FOREVER
 from tests.support.processes import ComponentProcess, module
 from tests.support.soak import repeated
 from tests.support.waiting import until
@@ -92,8 +90,7 @@ def test_what_a_program_uses_in_vain_is_an_event():
         del made
 
 
-def test_a_program_is_the_same_at_each_door(monkeypatch):
-    monkeypatch.setattr(_insistent, "SILENCE", FOREVER)
+def test_a_program_is_the_same_at_each_door():
     with g1() as (_robot, assembly):
         program = Program(DOMAIN)
         low, command = program.writer("rt/lowcmd", _types.LowCmd), low_command(ELBOW, 0.5)

@@ -157,7 +157,7 @@ def test_a_stop_is_served_while_programs_flood_the_robot(session, motion, other)
     eventually(lambda: motion.killAll() is None and ended(calls))
 
 
-def test_a_reset_starts_no_walk_of_a_program_that_commands_on(monkeypatch):
+def test_a_reset_starts_no_walk_of_a_program_that_commands_on():
     clock = clock_at(1.0)
     with closing(FakeRobot(clock)) as robot, closing(Assembly(robot, ServerOptions(), clock)) as assembly:
         watchdog, *_ = assembly.jobs
@@ -173,5 +173,5 @@ def test_a_reset_starts_no_walk_of_a_program_that_commands_on(monkeypatch):
                     motion.move(0.1, 0.0, 0.0)
 
             check_that_a_reset_starts_nothing(
-                monkeypatch, assembly, command, lambda: present(robot.walker).commanded().forward > 0.0
+                assembly, command, lambda: present(robot.walker).commanded().forward > 0.0
             )

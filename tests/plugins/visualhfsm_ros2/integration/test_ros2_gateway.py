@@ -418,21 +418,24 @@ def test_the_emergency_stop_latches_until_its_reset(shared: Robot) -> None:
     assert (result.error_code, "emergency stop from ROS" in result.error_string) == (INVALID_GOAL, True)
     assert reset.call(timeout=CALL_LIMIT).success
     assert not safety.getSafetyState().stopped
-    safety.resetEmergencyStop(True)  # other tests command by the same gateway
+    resume = shared.ros.create_client("std_srvs/srv/Trigger", "/nao/resume")
+    resume.wait(EVENT_LIMIT)
+    assert resume.call(timeout=CALL_LIMIT).success
+    follow(shared, {"HeadYaw": 0.3}).result(MOVE_LIMIT)
+    assert position(shared, "HeadYaw") == pytest.approx(0.3, abs=0.01)
 
 
 def test_a_reset_starts_no_walk_of_a_node_that_publishes_on(
-    shared: Robot, robot: FakeRobot, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+    shared: Robot, robot: FakeRobot, caplog: pytest.LogCaptureFixture
 ) -> None:
     velocity, walker = shared.publisher("geometry_msgs/msg/Twist", "/cmd_vel"), robot.walker
     assert walker is not None
     check_that_a_reset_starts_nothing(
-        monkeypatch,
         shared.nao.assembly,
         lambda: velocity.publish(linear={"x": 0.1}),
         lambda: walker.commanded().forward > 0.0,
     )
-    assert "/cmd_vel: refused: commands of " in caplog.text
+    assert "/cmd_vel: refused: the emergency stop ended the commands of " in caplog.text
 
 
 def test_a_reset_starts_no_trajectory_that_waits(
@@ -457,6 +460,7 @@ def test_a_reset_starts_no_trajectory_that_waits(
     result = goal.result(MOVE_LIMIT)
     assert (result.error_code, result.error_string) == (INVALID_GOAL, "the robot was stopped before it began")
     assert position(shared, "HeadYaw") == pytest.approx(begin)
+    gate.reset(resume=True)  # other tests command by the same gateway
 
 
 @pytest.mark.parametrize(

@@ -92,7 +92,7 @@ def test_a_motion_that_is_refused_at_its_very_beginning_leaves_its_joints_free(r
         )
         with pytest.raises(CommandRefused):
             rig.begin("wave")
-    rig.assembly.gate.reset()
+    rig.assembly.gate.reset(resume=True)
     body.move({"RElbowRoll": 0.5}, {})
 
 

@@ -77,7 +77,7 @@ def test_whatever_stops_the_body_stops_it_on_the_way(assembly, servant, own, sto
     servant.go("Crouch", 1.0, "")
     stop(assembly)
     assert not own.now.moving
-    assembly.gate.reset()
+    assembly.gate.reset(resume=True)
     assembly.body.move({"HeadYaw": 0.5}, {})
 
 

@@ -115,7 +115,7 @@ def test_a_stop_between_the_check_of_a_command_and_its_claim_holds(rig, monkeypa
     def claimed_after_a_stop(*arguments):
         gate.stop("in between")
         if was_reset:
-            gate.reset()
+            gate.reset(resume=True)
         claim(*arguments)
 
     monkeypatch.setattr(rig.body.claims, "claim", claimed_after_a_stop)

@@ -434,6 +434,6 @@ def test_who_commands_on_beside_a_kept_stop_is_refused_after_its_reset(path: Pat
         with pytest.raises(CommandRefused, match="smoke"):
             gate.require("a")
         gate.reset()
-        with pytest.raises(CommandRefused, match="went on"):
+        with pytest.raises(CommandRefused, match="ended the commands of a"):
             gate.require("a")
         gate.require("b")
