@@ -314,3 +314,14 @@ def _plays(processes: list[psutil.Process]) -> bool:
     except psutil.NoSuchProcess:  # one that only prepared something has ended
         return False
     return len(commands) > 1 and any("visualhfsm_match._process" in each for each in commands)
+
+
+def test_a_tournament_that_is_there_is_replaced_on_request_alone(tmp_path: Path) -> None:
+    standing(tmp_path, "one"), standing(tmp_path, "two")
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "table.csv").write_text("mine", "utf-8")
+    done = CliRunner().invoke(play_all, [str(tmp_path), "--out", str(out), "--unsafe"])
+    assert isinstance(done.exception, MatchError)
+    assert "--again replaces it" in str(done.exception)
+    assert (out / "table.csv").read_text("utf-8") == "mine"
