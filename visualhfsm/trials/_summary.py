@@ -218,7 +218,7 @@ def write_table(path: Path, summary: Summary, *, again: bool = False) -> None:
         ]
         for row in summary.rows
     ]
-    table = [["number", "success", "reason", "states", *values, *numbers], *rows]
+    table: list[list[str | float]] = [["number", "success", "reason", "states", *values, *numbers], *rows]
     if not again and _was_changed(path, csv_text(table)):
         raise VisualHfsmError.because(
             "{path} was changed since it was written, and is kept: move it for a table of all trials",
