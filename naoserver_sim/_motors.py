@@ -89,6 +89,9 @@ class Motors:
     torque of its data sheet heats it to `heat.hot`, above which it gives less torque; without `heat`, motors
     stay as they are.
 
+    A limp motor gives no torque, but its gear holds the joint where it stuck, as far as its friction goes:
+    MuJoCo's own friction lets a load creep, so that a robot that rests in a crouch slowly falls.
+
     A motor follows a position with the gains of its gear, or a command that brings its own. It then gives no
     torque that would take its joint out of the command's range or beyond its speed: the torque decreases with
     the distance to the highest speed, as in a real motor, and this speed with that to the end of the range.
@@ -125,6 +128,7 @@ class Motors:
         self.temperatures: Array = np.full(mj.nu, AMBIENT)
         self.limp: NDArray[np.intp] = np.zeros(0, dtype=np.intp)
         """The limp motors."""
+        self._stuck = np.zeros(mj.nu, dtype=bool)  # those of them that follow no commands with gains
         self.follows: NDArray[np.bool_] = np.zeros(mj.nu, dtype=bool)
         """True for each motor that follows commands with gains."""
         self.following: NDArray[np.intp] = self.limp
@@ -137,6 +141,10 @@ class Motors:
         self._most = self._forces[:, 1].copy()
         joints = mj.actuator_trnid[:, 0]
         self._qpos, self._dofs = mj.jnt_qposadr[joints], mj.jnt_dofadr[joints]
+        self._frictions = whole.dof_frictionloss[share.dofs]
+        self._friction = self._frictions[self._dofs]
+        self._places = np.zeros(mj.nu)  # where limp gears stuck
+        self._yielding = self._friction / np.maximum(self._gains, 1e-9)  # how far from there they slip
         self._calm = _CALM * mj.dof_M0[self._dofs] / mj.opt.timestep
         self._wanted = self.stiffnesses.copy()
         self._rates = np.zeros(mj.nu)
@@ -160,6 +168,7 @@ class Motors:
         if not self.follows[motors].all():
             self.follows[motors] = True
             self._sort()
+            self._apply()
 
     def obey(self, motors: NDArray[np.intp]) -> None:
         """Let some motors follow their setpoints."""
@@ -182,9 +191,22 @@ class Motors:
             torques = np.minimum(np.maximum(loads + braking * (allowed - speeds), -most), most)
             self.ranges[motors, column] = torques
 
+    def stick(self, lengths: Array, out: Array) -> None:
+        """Fill `out` with where limp gears stuck, while the joints of all motors are at `lengths`."""
+        if self.limp.size:
+            places, most = self._places, self._yielding
+            np.clip(places, lengths - most, lengths + most, out=places)
+            np.copyto(out, places, where=self._stuck)
+
+    def torques(self, forces: Array) -> Array:
+        """Return the torques of the motors in N m: their forces without the friction of limp gears."""
+        return np.where(self._stuck, 0.0, forces)
+
     def _sort(self) -> None:
         self.following = np.flatnonzero(self.follows)
-        self.limp = np.flatnonzero(self.stiffnesses == 0.0)
+        limp = self.stiffnesses == 0.0
+        self._stuck = limp & ~self.follows
+        self.limp = np.flatnonzero(limp)
         self.loose = np.union1d(self.following, self.limp)
 
     def cool(self) -> None:
@@ -222,10 +244,13 @@ class Motors:
         if (heat := self._heat) is not None:
             cool = np.clip((heat.too_hot - self.temperatures) / (heat.too_hot - heat.hot), 0.0, 1.0)
         self._derated = bool((cool < 1.0).any())
-        obeying, stiffnesses = ~self.follows, self.stiffnesses[:, None]
-        self.gains[obeying, 0] = (self._gains * self.stiffnesses)[obeying]
-        self.biases[obeying, 1:3] = (self._biases * stiffnesses)[obeying]
-        self.ranges[:] = self._forces * stiffnesses * cool[:, None]
+        obeying, stuck = ~self.follows, self._stuck
+        strengths = np.where(stuck, 1.0, self.stiffnesses)
+        self.gains[obeying, 0] = (self._gains * strengths)[obeying]
+        self.biases[obeying, 1:3] = (self._biases * strengths[:, None])[obeying]
+        self.ranges[:] = self._forces * (self.stiffnesses * cool)[:, None]
+        self.ranges[stuck] = np.outer(self._friction[stuck], (-1.0, 1.0))
+        self._frictions[self._dofs] = np.where(stuck, 0.0, self._friction)
         self._most = self.ranges[:, 1].copy()
 
 

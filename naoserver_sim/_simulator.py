@@ -207,7 +207,7 @@ class Simulator:
         motors, setpoints = self.motors, self.setpoints
         while self._orders:
             self._orders.popleft()()
-        motors.tick(period, self._forces)
+        motors.tick(period, motors.torques(self._forces))
         if motors.loose.size:  # the setpoint of a motor that nothing holds follows its joint
             setpoints.place(motors.loose, self._lengths[motors.loose], self.commands)
         setpoints.tick(period, self.commands)
@@ -217,6 +217,7 @@ class Simulator:
             self.commands[motors.following] = motors.targets[motors.following]
         if self._gears is not None:
             self._gears.tick(self.commands, self._lengths, self._ctrl)
+        motors.stick(self._lengths, self._ctrl)
 
     def publish(self, time: float, qpos: Array, qvel: Array, *, again: bool = False) -> None:
         """Keep a state of everything, and of its motors: for `Physics`; `again`, instead of the newest."""
@@ -228,7 +229,7 @@ class Simulator:
                 qpos[self._share.qpos],
                 qvel[self._share.dofs],
                 self.setpoints.setpoints,
-                self._forces.copy(),
+                self.motors.torques(self._forces),
                 self.motors.stiffnesses,
                 self.motors.temperatures,
                 qpos,

@@ -106,9 +106,12 @@ def _dress(mj: mujoco.MjModel, robot: Placed, prefix: str) -> None:
 
 
 def _require_room(mj: mujoco.MjModel, data: mujoco.MjData, roots: Mapping[str, FreeIndex]) -> None:
-    """Raise RobotError when a robot overlaps another one or something that stands firm."""
+    """Raise RobotError when a robot overlaps another one or something that stands firm on the floor."""
     names = {index.body: name for name, index in roots.items()}
+    floor = mj.geom("floor").id
     for contact in data.contact:
+        if floor in (contact.geom1, contact.geom2):
+            continue  # heavy robots on small feet sink into it
         bodies = [int(mj.body_rootid[mj.geom_bodyid[geom]]) for geom in (contact.geom1, contact.geom2)]
         who = [name for body, name in names.items() if body in bodies]
         if contact.dist < _TOUCHING and who and bodies[0] != bodies[1]:

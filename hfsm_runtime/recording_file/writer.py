@@ -21,7 +21,7 @@ from .reader import LARGEST_MESSAGE
 _logger = logging.getLogger(__name__)
 
 _CHUNK: Final = 10
-"""Checks after which a chunk ends, so that a killed process loses at most a second."""
+"""Checks after which a chunk ends, so that a killed process loses at most a second; before, each ends one."""
 _CHUNK_SIZE: Final = 1 << 20
 _MOST_BYTES: Final = 128 << 20
 _CLOSE_LIMIT: Final = 10.0  # s
@@ -165,7 +165,7 @@ class RecordingWriter:
                     self._record_gap(self._latest)
                 self._drain()
                 rounds += 1
-                if rounds % _CHUNK == 0:
+                if rounds < _CHUNK or rounds % _CHUNK == 0:
                     self._writer.flush()  # type: ignore[no-untyped-call]
             self._writer.finish()  # type: ignore[no-untyped-call]
             self._file.close()

@@ -80,17 +80,27 @@ class VirtualNetwork:
 
         `polls` returns the newest value of streams that the servant does not publish, by operation.
         """
-        self._adapter.removeAll([identity])
-        self.polls[identity] = polls or {}
-        self._adapter.add(servant, identity)
+        name = self.name(self.communicator.target(identity))
+        self._adapter.removeAll([name])
+        self.polls[name] = polls or {}
+        self._adapter.add(servant, name)
 
     def servant(self, identity: str) -> Object | None:
         """Return the servant of an identity, or None."""
-        return self._adapter.find(identity)
+        return self._adapter.find(self.name(self.communicator.target(identity)))
+
+    def name(self, target: Target) -> str:
+        """Return the identity of a servant, with its realm if that is another one."""
+        return target.identity if target.realm == self.communicator.realm else str(target)
 
 
 class _VirtualCommunicator(Communicator):
-    """A communicator whose errors say how a missing servant can be provided."""
+    """A communicator that serves other realms, too, whose errors say how to provide a missing servant."""
+
+    def target(self, identity: str) -> Target:
+        """Return what a servant serves that a document names: `Head`, or `Head@otherrealm`."""
+        proxy = self.stringToProxy(identity)
+        return Target(proxy.ice_getRealm(), proxy.ice_getIdentity())
 
     def find(
         self, target: Target, type_id: str | None, timeout: float, *, since: float | None = None
@@ -146,14 +156,14 @@ class _LoggedCaller:
         self.timeout: Final = genuine.timeout
         self._network: Final = network
         self._genuine: Final = genuine
-        self._target: Final = target
         self._operation: Final = operation
-        self._what: Final = f"{target.identity}.{operation.name}"
+        self._name: Final = network.name(target)
+        self._what: Final = f"{self._name}.{operation.name}"
 
     def call(self, payload: bytes) -> Outcome:
         try:
-            if self._target.identity in self._network.offline:
-                raise ConnectionLostException(f"{self._target.identity} is offline: it was taken offline")
+            if self._name in self._network.offline:
+                raise ConnectionLostException(f"{self._name} is offline: it was taken offline")
             outcome = self._genuine.call(payload)
         except SystemException as error:
             self._note(payload, None, error)
@@ -218,7 +228,7 @@ class _PolledInlet:
         self._queue: Final = queue
         self._polls: Final = network.polls
         self._genuine: Final = genuine
-        self._identity: Final = target.identity
+        self._identity: Final = network.name(target)
         self._operation: Final = operation
         self._polled_at = -1.0
         self._failed = False

@@ -14,6 +14,7 @@ import msgspec
 from zenoh_ice.data import typed
 
 from ._limits import AgentError
+from ._lock import lock
 
 FOLDER: Final = ".visualhfsm-agent"
 _T = TypeVar("_T")
@@ -53,9 +54,17 @@ class Approvals:
     def __init__(self, root: Path) -> None:
         self._asked = folder_in(root) / "asked.json"
         self._answered = folder_in(root) / "answered.json"
+        self._lock = folder_in(root) / "approvals.lock"
 
     def require(self, digest: str, path: str, seconds: float) -> None:
-        """Return once for each leave of a person. Raises AgentError while there is none, and asks for it."""
+        """Return once for each leave of a person, to one agent of several.
+
+        Raises AgentError while there is none, and asks for it.
+        """
+        with lock(self._lock):
+            self._require(digest, path, seconds)
+
+    def _require(self, digest: str, path: str, seconds: float) -> None:
         asked = self._newest()
         answered = self._answer_to(asked)
         if asked and answered and digest == asked.digest:
@@ -65,7 +74,6 @@ class Approvals:
                 return
             raise AgentError.because("a person has refused this run")
         if asked is None or asked.digest != digest:
-            self._asked.parent.mkdir(exist_ok=True)
             _write(self._asked, Asked(digest, path, seconds, time.time()))
         raise AgentError.because(
             "a person must allow this run in the page of the editor: ask again after that"

@@ -26,6 +26,7 @@ from zenoh_ice.data import typed
 from . import _simulation
 from ._approval import Approvals, folder_in
 from ._limits import AgentError, read_limits
+from ._lock import lock
 from ._run import Prepared, Run
 from ._simulation import png_of
 
@@ -237,10 +238,11 @@ class Desk:
             prepared = Prepared(archive)
             try:
                 limits.require(self._settings.realm, prepared.identities, len(found.undecided))
-                if limits.ask:
-                    self._approvals.require(found.digest, path, limits.longest_run)
                 realm = self._realm()
-                self._run = Run(prepared, realm, limits, self._settings.environment())
+                with lock(folder_in(self._root) / "run.lock", 0.0) as held:
+                    if limits.ask:
+                        self._approvals.require(found.digest, path, limits.longest_run)
+                    self._run = Run(prepared, realm, limits, self._settings.environment(), held)
             except BaseException:
                 prepared.close()
                 raise
@@ -281,7 +283,11 @@ class Desk:
 
     def _open(self, path: str, *, make: bool = False) -> OpenDocument:
         """Return a document as its file is now. Raises AgentError for one that cannot be read any more."""
-        if make and not self._file(path).exists():
+        file = self._file(path)
+        if make and not file.exists():
+            if (gone := self._project.find(file)) is not None:
+                gone.close(discard=True)
+                self._steps.pop(file, None)
             return self._project.new()
         document = self._project.open(path)
         if document.refresh() != "same":

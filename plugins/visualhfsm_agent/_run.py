@@ -32,6 +32,7 @@ from ._limits import Limits
 _PERIOD: Final = 0.1  # s
 _GRACE: Final = 5.0
 """Seconds that a component may take beyond its time, and from each signal to the next."""
+_LONGEST: Final = "the longest run that a person allows"
 _MOST_LINES: Final = 200
 _LONGEST_LINE: Final = 500
 _P = TypeVar("_P", bound=ObjectPrx)
@@ -71,8 +72,14 @@ class Run:
     """A component that was started; it is stopped after the longest run, whatever it does."""
 
     def __init__(
-        self, prepared: Prepared, realm: Communicator, limits: Limits, environment: Mapping[str, str]
+        self,
+        prepared: Prepared,
+        realm: Communicator,
+        limits: Limits,
+        environment: Mapping[str, str],
+        held: int,
     ) -> None:
+        """Start it; it keeps a file open that holds the lock of the project, to its own end."""
         self.name: Final = prepared.component.stem
         self._prepared = prepared
         self._realm = realm
@@ -91,7 +98,7 @@ class Run:
             component.__name__,
             str(prepared.component),
             "--seconds",
-            f"{self._limit}",
+            f"{self._limit + _GRACE}",  # should this process stand still
         ]
         self._process = subprocess.Popen(
             [*tether_command(), *command],
@@ -101,6 +108,7 @@ class Run:
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             start_new_session=True,
+            pass_fds=[held],
         )
         parts = self._read, self._watch, self._end
         self._threads = [threading.Thread(target=each, daemon=True) for each in parts]
@@ -145,10 +153,10 @@ class Run:
         return {
             "runs": self.runs,
             "exit_code": self._process.poll(),
-            "stopped_by": self._stopped_by,
+            "stopped_by": self._ended_by(),
             "seconds": round(time.monotonic() - self._began, 1),
             "component_seconds": None if snapshot is None else round(snapshot.time, 3),
-            "status": "" if snapshot is None else snapshot.status.name.lower(),
+            "status": snapshot.status.name.lower() if snapshot is not None and self.runs else "",
             "limited_commands": max(0, limited),
             "moved_m": moved,
             "fallen": now.get("fallen"),
@@ -166,6 +174,15 @@ class Run:
                 "output": [*self._lines][-40:],
             },
         }
+
+    def _ended_by(self) -> str:
+        """Return who or what has ended it; empty while it runs."""
+        code = self._process.poll()
+        if code is None or self._stopped_by:
+            return self._stopped_by
+        if code == 0:
+            return "itself"
+        return f"signal {-code}" if code < 0 else "an error"
 
     def _read(self) -> None:
         assert self._process.stdout is not None
@@ -186,8 +203,8 @@ class Run:
 
     def _end(self) -> None:
         """Leave nothing behind after its end, which comes in time whatever it, or its monitor, answers."""
-        self.wait(self._limit + _GRACE)
-        self.stop("the longest run that a person allows")
+        self.wait(self._limit)
+        self.stop(_LONGEST)
 
     def _robot(self) -> dict[str, Any]:
         """Return what the robot says of itself, as far as it answers."""

@@ -5,11 +5,14 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Final, Self, TypeVar
+
+import msgspec
 
 from codegen.messages import Message
 from codegen.reasons import reason
@@ -24,9 +27,10 @@ from visualhfsm.plugins import (
 )
 from visualhfsm_classes._errors import ComputerFailed, GradingError
 from visualhfsm_classes._exercise import Exercise
+from visualhfsm_classes._folder import MarksFolder
 from visualhfsm_classes._marks import Marks
 from visualhfsm_classes._page import write_page
-from visualhfsm_classes._submissions import Submission
+from visualhfsm_classes._submissions import Submission, UnreadableSubmission, copy_submission
 from visualhfsm_classes._worker import GradingResult, Task
 
 if TYPE_CHECKING:
@@ -79,17 +83,20 @@ class Graders:
         )
 
     def write_pages(
-        self, rows: Sequence[tuple[Submission, Marks]], folder: Path, written: Callable[[], object]
+        self, rows: Sequence[tuple[Submission, Marks]], folder: MarksFolder, written: Callable[[], object]
     ) -> list[Message]:
         """Write the page of each submission into a folder; return why some cannot be written."""
 
         def write(submission: Submission, marks: Marks) -> Message | None:
-            page = folder / f"{submission.page}.html"
             try:
-                self._processes.write_page(self._exercise, self._task(submission), marks, page)
+                with TemporaryDirectory(prefix="visualhfsm-grade-") as made:
+                    page = Path(made) / f"{submission.page}.html"
+                    self._processes.write_page(self._exercise, self._task(submission), marks, page)
+                    for each in (page, page.with_suffix(".md")):
+                        folder.write(each.name, each.read_bytes())
             except GradingError:
                 raise
-            except VisualHfsmError as error:  # it costs this page alone
+            except (VisualHfsmError, OSError) as error:  # it costs this page alone
                 return reason(error)
             return None
 
@@ -143,7 +150,11 @@ class _Processes(TaskProcesses[GradingResult]):
         except _ProgramEnded as ended:
             self._require_computer(exercise, task)
             language = exercise.language(task.language)
-            return Marks.broken(exercise, task.name, language, f"{ended.what}: {ended.how}")
+            marks = Marks.broken(exercise, task.name, language, f"{ended.what}: {ended.how}")
+            with TemporaryDirectory(prefix="visualhfsm-grade-") as folder, suppress(UnreadableSubmission):
+                copied = copy_submission(task.submission, Path(folder), exercise.name)
+                return msgspec.structs.replace(marks, digest=copied.digest, handed_in=copied.written)
+            return marks
 
     def _require_computer(self, exercise: Exercise, task: Task) -> None:
         """Raise ComputerFailed if a document that does nothing ends the program that grades, too."""

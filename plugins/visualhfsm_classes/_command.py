@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from visualhfsm_classes._class import Graders
     from visualhfsm_classes._exercise import Exercise
+    from visualhfsm_classes._folder import MarksFolder
 
 _EPILOG: Final = examples(
     "grade look handed-in",
@@ -26,6 +27,8 @@ _EPILOG: Final = examples(
     "grade exercises/mine --check",
     notes="Exit codes: 0 done, 1 an error, or --check found something, 2 wrong usage, 130 Ctrl-C.",
 )
+
+_INDEX: Final = "index.html"
 
 app: Final = typer.Typer(add_completion=False)
 
@@ -63,6 +66,10 @@ def grade(
         bool,
         typer.Option("--check", help="Grade the exercise's own solution and mistakes, and compare."),
     ] = False,
+    again: Annotated[
+        bool,
+        typer.Option("--again", help="Ask whether to replace what you changed in marks written earlier."),
+    ] = False,
     unsafe: Annotated[
         bool,
         typer.Option("--unsafe", help="Run code of submissions as you, where nothing can contain it."),
@@ -71,7 +78,8 @@ def grade(
     """Grade the documents of a class in virtual time: a page for each, and a table for the teacher.
 
     The same documents get the same marks. Their code runs in a process that reaches neither files nor
-    network. A document that cannot be run has no points, with the reason.
+    network. A document that cannot be run has no points, with the reason. What you changed in marks that
+    were written earlier stays, and is named.
     """
     if (submissions is None) is not check:
         raise typer.BadParameter("give either SUBMISSIONS or --check", param_hint="SUBMISSIONS")
@@ -86,33 +94,43 @@ def grade(
     if submissions is None:
         _check(console, found, spoken, workers, unsafe=unsafe)
         return
-    from visualhfsm_classes._marks import write_table
-    from visualhfsm_classes._page import write_index
+    from visualhfsm_classes._folder import TABLE, MarksFolder
+    from visualhfsm_classes._marks import table_of
+    from visualhfsm_classes._page import index_page
     from visualhfsm_classes._submissions import find_submissions
     from visualhfsm_classes._terminal import show
 
     handed_in = find_submissions(submissions)
-    _make(out)
+    folder = MarksFolder(out, spoken)
+    if again:
+        _ask(folder, [_INDEX, *(f"{each.page}{kind}" for each in handed_in for kind in (".html", ".md"))])
     problems: list[Message] = []
     with _graders(console, found, spoken, workers, 2 * len(handed_in), unsafe=unsafe) as (graders, done):
         marks = graders.grade(handed_in, done)
         rows = list(zip(handed_in, marks, strict=False))
         if len(rows) == len(handed_in):  # no signal has come
-            write_table(out / "marks.csv", found, spoken, marks)  # first: a disk may be too full for pages
-            problems = graders.write_pages(rows, out, done)
+            pages = {marks.name: each.page for each, marks in rows}
+            # The table first: a disk may be too full for pages.
+            listed = folder.write_table(table_of(found, spoken, marks), pages)
+            problems = graders.write_pages(rows, folder, done)
     show(console, found, spoken, marks)
     try:
-        write_index(out / "index.html", found, spoken, rows)
+        folder.write(_INDEX, index_page(found, spoken, listed).encode())
     except VisualHfsmError as error:
         problems.append(reason(error))
+    if folder.kept:
+        console.print(
+            f"\nkept, because somebody changed it: {', '.join(sorted(folder.kept))}; --again asks about each",
+            style="yellow",
+            markup=False,
+            soft_wrap=True,
+        )
     for problem in problems:
         console.print(f"error: {problem}", style="red", markup=False, soft_wrap=True)
     if problems:
-        console.print(f"\nthe marks are in {out / 'marks.csv'}", soft_wrap=True)
+        console.print(f"\nthe marks are in {out / TABLE}", soft_wrap=True)
         raise typer.Exit(1)
-    console.print(
-        f"\n{out / 'index.html'} has a page for each, {out / 'marks.csv'} is the table", soft_wrap=True
-    )
+    console.print(f"\n{out / _INDEX} has a page for each, {out / TABLE} is the table", soft_wrap=True)
 
 
 def _check(console: Console, exercise: Exercise, language: str, workers: int | None, *, unsafe: bool) -> None:
@@ -157,8 +175,9 @@ def _graders(
         yield graders, lambda: progress.advance(bar)
 
 
-def _make(folder: Path) -> None:
-    from visualhfsm_classes._errors import GradingError
-
-    with GradingError.in_place_of(OSError, "{folder} cannot be made: {reason}", folder=str(folder)):
-        folder.mkdir(parents=True, exist_ok=True)
+def _ask(folder: MarksFolder, files: Sequence[str]) -> None:
+    """Ask about each thing that somebody changed whether it may be replaced; no answer means no."""
+    for item in folder.changed(files):
+        with suppress(typer.Abort):
+            if typer.confirm(f"{folder.path}: {item} was changed since it was written: replace it?"):
+                folder.replace(item)

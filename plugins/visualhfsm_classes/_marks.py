@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from msgspec import Struct
 
-from visualhfsm.plugins import write_csv
 from visualhfsm_classes._words import say
 
 if TYPE_CHECKING:
     from visualhfsm_classes._exercise import Exercise
 
 _DIGITS = 2
+NAME: Final = 0
+POINTS: Final = 1
+NOTE: Final = -1
+REASONS: Final = "reasons"
+"""Columns of the table."""
 
 
 class Earned(Struct, frozen=True):
@@ -43,6 +46,10 @@ class Marks(Struct, frozen=True, kw_only=True):
     worst_plan: str = ""
     worst_number: int = 0
     """The trial that lost the most points, from 1 on."""
+    digest: str = ""
+    """The first digits of the SHA-256 of its document; empty if none could be read."""
+    handed_in: str = ""
+    """When its document was written."""
 
     @property
     def points(self) -> float:
@@ -85,11 +92,20 @@ class Marks(Struct, frozen=True, kw_only=True):
         )
 
 
-def write_table(path: Path, exercise: Exercise, language: str, marks: Sequence[Marks]) -> None:
-    """Write a row for each submission as CSV: all points, those of each criterion, and why.
+class Listed(NamedTuple):
+    """A row of the table, as the page of the class shows it."""
 
-    Raises VisualHfsmError.
-    """
+    name: str
+    page: str
+    """The name of the page of this submission, without its suffix."""
+    points: str
+    reasons: str
+    note: str = ""
+    """Why these are no marks of a document of now, if they are not."""
+
+
+def table_of(exercise: Exercise, language: str, marks: Sequence[Marks]) -> list[list[str]]:
+    """Return a head, and a row for each submission: points, those of each criterion, why, and of what."""
     asks = [each.asks[exercise.language(language)] for each in exercise.criteria]
     rows = [
         [
@@ -98,7 +114,10 @@ def write_table(path: Path, exercise: Exercise, language: str, marks: Sequence[M
             f"{each.of:g}",
             *(f"{earned.points:g}" for earned in each.earned),
             each.summary,
+            each.digest,
+            each.handed_in,
+            "",
         ]
         for each in marks
     ]
-    write_csv(path, [["name", "points", "of", *asks, "reasons"], *rows])
+    return [["name", "points", "of", *asks, REASONS, "document", "handed in", "note"], *rows]

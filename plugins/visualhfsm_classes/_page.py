@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -13,8 +14,7 @@ from visualhfsm_classes._words import figure, say
 
 if TYPE_CHECKING:
     from visualhfsm_classes._exercise import Exercise
-    from visualhfsm_classes._marks import Earned, Marks
-    from visualhfsm_classes._submissions import Submission
+    from visualhfsm_classes._marks import Earned, Listed, Marks
 
 _STYLE: Final = Path(__file__).with_name("page.css")
 _POLICY: Final = (
@@ -36,22 +36,28 @@ def write_page(path: Path, exercise: Exercise, marks: Marks, recording: Path | N
     write_html(path.with_suffix(".md"), _markdown(marks))
 
 
-def write_index(
-    path: Path, exercise: Exercise, language: str, rows: Sequence[tuple[Submission, Marks]]
-) -> None:
-    """Write the page of the class: all submissions, each with a link to its page. Raises VisualHfsmError."""
+def index_page(exercise: Exercise, language: str, rows: Sequence[Listed]) -> str:
+    """Return the page of the class: all submissions, each with a link to its page."""
     language = exercise.language(language)
     title = exercise.title[language]
-    body = "\n".join(
-        f'<tr><td><a href="{html.escape(each.page)}.html">{html.escape(marks.name)}</a></td>'
-        f'<td class="points">{figure(language, marks.points)}</td>'
-        f"<td>{_bar(marks.points, marks.of)}</td><td>{_words(marks.summary)}</td></tr>"
-        for each, marks in rows
-    )
+    body = "\n".join(_listed(language, exercise.points, each) for each in rows)
     points = say(language, "points of", of=figure(language, exercise.points))
     head = f'<tr><td></td><th colspan="2">{points}</th><th>{say(language, "happened")}</th></tr>'
     table = f'<table class="class">{head}\n{body}</table>'
-    write_html(path, _page(language, title, f"<h1>{html.escape(title)}</h1>\n{table}"))
+    return _page(language, title, f"<h1>{html.escape(title)}</h1>\n{table}")
+
+
+def _listed(language: str, of: float, row: Listed) -> str:
+    name, points, shown = html.escape(row.name), html.escape(row.points), ""
+    if row.page:
+        name = f'<a href="{html.escape(row.page)}.html">{name}</a>'
+    with suppress(ValueError):  # it may be anything that a teacher wrote
+        points, shown = figure(language, float(row.points)), _bar(float(row.points), of)
+    note = f"<p><b>{_words(row.note)}</b></p>" if row.note else ""
+    return (
+        f'<tr><td>{name}</td><td class="points">{points}</td>'
+        f"<td>{shown}</td><td>{_words(row.reasons)}{note}</td></tr>"
+    )
 
 
 def _title(exercise: Exercise, marks: Marks) -> str:
@@ -86,6 +92,8 @@ def _marks(exercise: Exercise, marks: Marks) -> str:
         f"<h1>{html.escape(marks.name)}</h1>",
         f'<p class="total"><b>{figure(language, marks.points)}</b> {of} {_bar(marks.points, marks.of)}</p>',
     ]
+    if marks.digest:
+        parts.append(f"<p>{html.escape(_document(marks))}</p>")
     if marks.reason:
         parts.append(
             f'<p class="broken">{say(language, "broken")}:</p>\n<pre>{html.escape(marks.reason)}</pre>'
@@ -115,7 +123,12 @@ def _markdown(marks: Marks) -> str:
     head = row(*(say(language, each) for each in ("asks", "happened", "points")))
     table = [head, "|---|---|---|", *(row(each.asks, each.words, points(each)) for each in marks.earned)]
     errors = [f"```\n{each.replace('```', '')}\n```" for each in (marks.reason, marks.error) if each]
-    return "\n\n".join([f"**{points(marks)}**", *errors, "\n".join(table), ""])
+    document = [_document(marks)] * bool(marks.digest)
+    return "\n\n".join([f"**{points(marks)}**", *errors, "\n".join(table), *document, ""])
+
+
+def _document(marks: Marks) -> str:
+    return say(marks.language, "document", digest=marks.digest, time=marks.handed_in)
 
 
 def _row(language: str, earned: Earned, *, shown: bool) -> str:

@@ -9,7 +9,9 @@ import hashlib
 import os
 import re
 from collections import Counter
+from contextlib import suppress
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 from typing import Final
 
@@ -22,6 +24,8 @@ _LARGEST_DOCUMENT: Final = 12 << 20
 """Bytes of the largest document."""
 _MOST_FILES: Final = 50
 _LONGEST_NAME: Final = 100
+_DIGITS: Final = 12
+"""Of a digest, which a teacher may compare by eye."""
 _LEFT_OUT: Final = frozenset({"__MACOSX", "Thumbs.db", "desktop.ini"})
 """The files that systems put into folders and archives, besides names that begin with a dot."""
 
@@ -63,19 +67,34 @@ def find_submissions(folder: Path) -> list[Submission]:
     ]
 
 
-def copy_submission(path: Path, folder: Path, name: str) -> Path:
-    """Copy the documents of a submission into a folder; return the one to run, `NAME.xml`.
+@dataclass(frozen=True, slots=True)
+class Copied:
+    """What was copied of a submission."""
 
-    It is the only one, or has that name already. Raises UnreadableSubmission.
-    """
+    document: Path
+    """The one to run, `NAME.xml`: the only one, or the one that has that name already."""
+    digest: str
+    """The first digits of its SHA-256; of several documents that of all, with their names."""
+    written: str
+    """When the last of them was written, as ISO 8601."""
+
+
+def copy_submission(path: Path, folder: Path, name: str) -> Copied:
+    """Copy the documents of a submission into a folder. Raises UnreadableSubmission."""
     try:
         documents = _documents(path, name)
     except OSError as error:
         raise UnreadableSubmission(f"it cannot be read: {error.strerror}") from error
+    digest, written = hashlib.sha256(), 0.0
     for document in documents:
         target = f"{name}{_SUFFIX}" if document == documents[0] else document.name
-        (folder / target).write_bytes(_content(document))
-    return folder / f"{name}{_SUFFIX}"
+        content = _content(document)
+        (folder / target).write_bytes(content)
+        digest.update(content if len(documents) == 1 else os.fsencode(f"{target}\n") + content)
+        with suppress(OSError):  # it has just gone
+            written = max(written, document.stat().st_mtime)
+    when = datetime.fromtimestamp(written).astimezone().isoformat(" ", "seconds")
+    return Copied(folder / f"{name}{_SUFFIX}", digest.hexdigest()[:_DIGITS], when)
 
 
 def _documents(path: Path, name: str) -> list[Path]:

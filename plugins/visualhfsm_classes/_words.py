@@ -35,6 +35,9 @@ _WORDS: Final = {
     "all good": template("One of the trials, all of which went well"),
     "trial": template("trial {number} of {count}"),
     "trial of": template("{plan}: trial {number} of {count}"),
+    "document": template("Document {digest} of {time}"),
+    "gone": template("no document now: the marks are those of the last one"),
+    "by hand": template("changed by hand; the document {document} earns {points}"),
     "counts": template("What earns points"),
     "wrote": template("wrote {file}"),
     "next": template(

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import msgspec
+from msgspec.structs import replace
 
 from codegen.reasons import reason
 from visualhfsm import VisualHfsmError
@@ -72,17 +73,18 @@ class _Worker:
         documents = folder / "submission"
         documents.mkdir()
         try:
-            document = copy_submission(task.submission, documents, exercise.name)
+            copied = copy_submission(task.submission, documents, exercise.name)
         except UnreadableSubmission as error:
             language = exercise.language(task.language)
             return GradingResult(Marks.broken(exercise, task.name, language, str(error)))
-        grader = Grader(exercise, document, task.language, unsafe=task.unsafe)
+        grader = Grader(exercise, copied.document, task.language, unsafe=task.unsafe)
         if task.page is None or task.marks is None:
             try:
-                return GradingResult(grader.grade(task.name))
+                marks = grader.grade(task.name)
             except ComputerTooBusy as error:
                 language = exercise.language(task.language)
-                return GradingResult(Marks.broken(exercise, task.name, language, f"grade it again: {error}"))
+                marks = Marks.broken(exercise, task.name, language, f"grade it again: {error}")
+            return GradingResult(replace(marks, digest=copied.digest, handed_in=copied.written))
         recording = folder / "worst.mcap"
         try:
             grader.record(task.marks, recording)

@@ -138,6 +138,9 @@ def play_tournament(
     out: Annotated[
         Path, typer.Option(metavar="DIR", file_okay=False, help="Where table and matches are written.")
     ] = Path("tournament"),
+    again: Annotated[
+        bool, typer.Option("--again", help="Replace the tournament that is in DIR, with what you changed.")
+    ] = False,
 ) -> None:
     """Let everybody's document play against everybody's: a table, and the page of each match.
 
@@ -157,6 +160,11 @@ def play_tournament(
     found = sorted(folder.glob("*.xml"))
     if len(found) < 2:
         raise MatchError.because("{folder}: a tournament needs two documents", folder=str(folder))
+    if not again and (there := [*out.glob("*.html"), *out.glob("*.csv")]):
+        raise MatchError.because(
+            "{file} is there: --again replaces it and what is beside it, --out DIR keeps it",
+            file=str(min(there)),
+        )
     plan = _plan(players, minutes, seed, body, rules, noise=noise)
     if cluster is None:
         _require_sandbox(unsafe=unsafe)
@@ -165,9 +173,9 @@ def play_tournament(
     out.mkdir(parents=True, exist_ok=True)
     fixtures: dict[int, Match] = {}
     for pair in combinations(range(len(found)), 2):
-        for again in range(matches):
-            sides = pair if again % 2 == 0 else pair[::-1]
-            of = _between(plan, [documents[side] for side in sides], [teams[side] for side in sides], again)
+        for turn in range(matches):
+            sides = pair if turn % 2 == 0 else pair[::-1]
+            of = _between(plan, [documents[side] for side in sides], [teams[side] for side in sides], turn)
             number = len(fixtures) + 1
             fixtures[number] = Match(of, number, archive, page=True, unsafe=unsafe)
     console = Console()

@@ -58,9 +58,9 @@ class Result(msgspec.Struct, frozen=True, kw_only=True):
     teams: tuple[str, str]
     score: tuple[int, int]
     winner: str = ""
-    """The team that has won; empty in a draw."""
+    """The team that has won; empty in a draw, and if both have lost."""
     reason: str = ""
-    """Why the other team lost, if it was not by the score."""
+    """Why the other team, or both, lost, if it was not by the score."""
     events: tuple[Event, ...] = ()
     lying: tuple[str, ...] = ()
     """The robots that lie at the end."""
@@ -146,12 +146,16 @@ class _Match:
         robots = dict(zip(self._names, self._arena.robots, strict=True))
         self._arena.start()
         film.begin(self._arena, self._names, SHIRTS, self._plan.teams)
-        while not referee.over:
+        begun = False
+        while not (begun and referee.over):  # who fails at once may meet somebody who does, too
+            begun = True
             for player in self._players:
-                if player is not None and not referee.over:
+                if player is not None and player.team not in referee.lost:
                     with self._judged(player.team):
                         player.follow()
             self._advance()
+            if len(referee.lost) == 1:
+                self._begin_other_team()
             self._arena.check()
             sight = sight_of(robots)
             self._places.want(referee.see(sight))
@@ -161,11 +165,19 @@ class _Match:
                 referee.forfeit(slow, f"it took most of {self._plan.patience:g} s")
         return self._result(film)
 
+    def _begin_other_team(self) -> None:
+        """Let a team begin that has not yet: it may fail as soon as the one that has lost."""
+        for player in self._players:
+            if player is not None and not player.has_begun and player.team not in self._referee.lost:
+                with self._judged(player.team):
+                    player.begin()
+        self._advance()
+
     def _advance(self) -> None:
         """Let a period pass."""
         for moment in self._turns.pass_time(PERIOD):
             for player in self._players:
-                if player is not None and not self._referee.over:
+                if player is not None and player.team not in self._referee.lost:
                     with self._judged(player.team):
                         player.advance(moment)
 
@@ -191,7 +203,8 @@ class _Match:
     def _result(self, film: Film) -> Result:
         referee = self._referee
         first, second = referee.teams
-        why = next((event.text for event in referee.events if event.kind == "lost"), "")
+        lost = [event.text for event in referee.events if event.kind == "lost"]
+        why = lost[0] if len(lost) == 1 else "; ".join(text.partition("\n")[0] for text in lost)
         lying = (
             name for name, robot in zip(self._names, self._arena.robots, strict=True) if robot.state().fallen
         )

@@ -84,16 +84,22 @@ class Player:
         self.robot: Final = _Robot(robot, clock, self._surroundings.network, member=member)
         self._surroundings.network.serve(IDENTITY, self._servant)
 
+    @property
+    def has_begun(self) -> bool:
+        """Whether its document has begun at all."""
+        return self._begun > 0
+
     def follow(self) -> None:
         """Begin, go on or end, as the referee says."""
         wanted = self._reads or self._referee.may_play(self.name)
         if self.run is not None and (not wanted or (self.run.finished and not self._reads)):
             self.stop()
         if self.run is None and wanted:
-            self._begin()
+            self.begin()
         self._servant.publish()
 
-    def _begin(self) -> None:
+    def begin(self) -> None:
+        """Begin its document. Raises ExecutionError."""
         self._begun += 1
         random.seed(str([*self._seed, self._begun]))  # the state of which its process gets
         np.random.seed([*self._seed, self._begun])

@@ -158,15 +158,15 @@ class Referee:
         """The team that has the kick-off, or had it last."""
         self.ball_free = False
         """Whether both teams may play the ball."""
-        self.lost: str = ""
-        """The team that lost whatever the score is."""
+        self.lost: Final[list[str]] = []
+        """The teams that lost whatever the score is: two if both did in the same moment."""
         self.left = seconds
         """s until the end."""
         self._seconds: Final = seconds
         self._counted: Final = dict.fromkeys(self.teams, 0)
         self.now = 0.0
         """The time in s of what was seen last."""
-        self._start = self._until = 0.0
+        self._start = self._until = self._lost_at = 0.0
         self._before: Sight | None = None
         self._speed = 0.0
         self._toucher = ""
@@ -185,9 +185,9 @@ class Referee:
 
     @property
     def winner(self) -> str:
-        """The team that has won, or would if this were the end; empty in a draw."""
+        """The team that has won, or would if this were the end; empty in a draw, and if both have lost."""
         if self.lost:
-            return self.other(self.lost)
+            return self.other(self.lost[0]) if len(self.lost) == 1 else ""
         first, second = self.teams
         if self.score[first] == self.score[second]:
             return ""
@@ -224,9 +224,14 @@ class Referee:
             player.place = Put(player.name, place.x + x, place.y + y, place.heading + heading)
 
     def forfeit(self, team: str, why: str) -> None:
-        """End the match: a team has lost it."""
-        if not self.over:
-            self.lost = team
+        """End the match: a team has lost it; so does the other one that fails before more is seen."""
+        if self.over and not (self.lost and self._lost_at == self.now):
+            return
+        if team not in self.lost:
+            if self.lost:
+                self.events.pop()  # the end, which comes now
+            self.lost.append(team)
+            self._lost_at = self.now
             self._note("lost", f"{team} loses: {why}", team)
             self._finish()
 

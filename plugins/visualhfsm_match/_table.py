@@ -63,8 +63,8 @@ def table_of(teams: Sequence[str], results: Sequence[Result]) -> list[Row]:
             row.scored += own
             row.taken += other
             row.won += result.winner == team
-            row.drawn += not result.winner
-            row.lost += result.winner not in ("", team)
+            row.drawn += not (result.winner or result.reason)
+            row.lost += bool(result.winner or result.reason) and result.winner != team
             if result.reason and result.winner != team:
                 row.reasons.append(result.reason)
     return sorted(rows.values(), key=lambda row: (-row.points, row.taken - row.scored, -row.scored, row.team))

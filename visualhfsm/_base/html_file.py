@@ -20,12 +20,18 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
+from codegen.files import read_regular
 from visualhfsm._base.errors import VisualHfsmError
 
 STATIC: Final = Path(__file__).parents[1] / "_editor" / "static"
 LIBRARIES: Final = ("codemirror", "dagre", "lit", "three", "uplot")
 """Libraries that the page imports by name; each is a file in vendor/."""
 
+_HEAD: Final = """<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy\""""
 _PAGE: Final = "visualhfsm/"
 _UNWRITABLE: Final = "{path}: the page cannot be written: {reason}"
 _IMPORT: Final = re.compile(
@@ -60,11 +66,7 @@ def html_file(
     packed = base64.b64encode(gzip.compress(data, 6, mtime=0)).decode()
     languages = texts_by_language()
     texts = "\n".join(_texts_block(language, path) for language, path in languages.items())
-    return f"""<!doctype html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta http-equiv="Content-Security-Policy" content="{policy}">
+    return f"""{_HEAD} content="{policy}">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <meta name="color-scheme" content="light dark">
 <meta name="languages" content="{" ".join(languages)}">
@@ -83,8 +85,15 @@ def html_file(
 """
 
 
-def check_place(path: Path) -> None:
-    """Raise VisualHfsmError when nothing can be written there, before the run begins."""
+def check_place(path: Path, *, force: bool = False) -> None:
+    """Raise VisualHfsmError when nothing can be written there, before the run begins.
+
+    A file that is there must be a page of ours, unless it is overwritten by `force`.
+    """
+    if not force and path.is_file() and not _is_ours(path):
+        raise VisualHfsmError.because(
+            "{path} is no page that VisualHFSM wrote: move it, or choose another name", path=str(path)
+        )
     directory = path.resolve().parent
     with VisualHfsmError.in_place_of(OSError, _UNWRITABLE, path=str(path)):
         directory.mkdir(parents=True, exist_ok=True)
@@ -94,6 +103,12 @@ def check_place(path: Path) -> None:
             path=str(path),
             directory=str(directory),
         )
+
+
+def _is_ours(path: Path) -> bool:
+    """Return whether a file begins as the pages that we write."""
+    with VisualHfsmError.in_place_of(OSError, _UNWRITABLE, path=str(path)):
+        return read_regular(path, len(_HEAD)) == _HEAD.encode()
 
 
 def write_html(path: Path, text: str) -> int:

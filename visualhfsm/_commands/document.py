@@ -56,7 +56,7 @@ def document(
     target = out or Path(f"{name}.html")
     if target.exists() and not force:
         raise typer.BadParameter(f"{target} exists: --force overwrites it", param_hint="--out")
-    check_place(target)
+    check_place(target, force=force)
     paths = [*documents_of([project])]
     here = project.resolve().is_relative_to(Path.cwd())  # where the tests may be beside the folder
     root = Path() if here else project if project.is_dir() else project.parent

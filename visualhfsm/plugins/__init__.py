@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from zenoh_ice.lazy import import_on_use
 
 if TYPE_CHECKING:
+    from visualhfsm._base.csv_file import csv_text as csv_text
     from visualhfsm._base.csv_file import write_csv as write_csv
     from visualhfsm._base.environment import child_environment as child_environment
     from visualhfsm._base.errors import MissingPackageError as MissingPackageError

@@ -10,6 +10,7 @@ from typing import NamedTuple
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+from visualhfsm._base.errors import VisualHfsmError
 from zenoh_ice.application.cli import stop_on_signals
 
 from ._outcomes import Outcome, Record
@@ -58,7 +59,10 @@ def run_all(where: Where, plan: Plan, file: Path) -> Summary:
                 if stop.is_set():
                     console.print(f"{len(record.done)} of {plan.runs} are done; the same command goes on")
     summary = summarize(file, plan.varying, plan.runs)
-    write_table(file.with_suffix(".csv"), summary)
+    try:
+        write_table(file.with_suffix(".csv"), summary, again=where.again)
+    except VisualHfsmError as error:  # the outcomes are there
+        console.print(str(error), style="yellow", markup=False, soft_wrap=True)
     return summary
 
 

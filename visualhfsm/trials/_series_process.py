@@ -100,7 +100,7 @@ class _Work:
                 with LocalPool(self._order.workers) as pool:
                     series.run(record, pool, ended, self._stop)
         self._report(plan, file)
-        write_table(file.with_suffix(".csv"), summarize(file, plan.varying, plan.runs))
+        write_table(file.with_suffix(".csv"), summarize(file, plan.varying, plan.runs), again=again)
 
     def _record(self, series: Series) -> None:
         target = Path(self._order.recording)

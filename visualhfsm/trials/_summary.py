@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import math
 import re
 from collections import Counter, defaultdict
@@ -14,7 +16,9 @@ from typing import Final, NamedTuple
 import msgspec
 import numpy as np
 
-from visualhfsm._base.csv_file import write_csv
+from codegen.files import read_regular
+from visualhfsm._base.csv_file import csv_text, write_csv
+from visualhfsm._base.errors import VisualHfsmError
 
 from ._outcomes import Outcome, read_looks, read_outcomes
 from ._quantities import Value
@@ -195,10 +199,11 @@ def summarize(path: Path, varying: Sequence[str], runs: int) -> Summary:
     return Summary(outcomes, varying, read_looks(path))
 
 
-def write_table(path: Path, summary: Summary) -> None:
+def write_table(path: Path, summary: Summary, *, again: bool = False) -> None:
     """Write a row for each trial as CSV: what it came to, its quantities, and its numbers.
 
-    Raises VisualHfsmError.
+    Raises VisualHfsmError, also when a table is there with what no trial came to, unless it is written
+    `again`: somebody has changed it.
     """
     values = list(dict.fromkeys(name for row in summary.rows for name in row.values))
     numbers = list(dict.fromkeys(name for row in summary.rows for name in row.numbers))
@@ -213,7 +218,30 @@ def write_table(path: Path, summary: Summary) -> None:
         ]
         for row in summary.rows
     ]
-    write_csv(path, [["number", "success", "reason", "states", *values, *numbers], *rows])
+    table: list[list[str | float]] = [["number", "success", "reason", "states", *values, *numbers], *rows]
+    if not again and _was_changed(path, csv_text(table)):
+        raise VisualHfsmError.because(
+            "{path} was changed since it was written, and is kept: move it for a table of all trials",
+            path=str(path),
+        )
+    write_csv(path, table)
+
+
+def _was_changed(path: Path, table: str) -> bool:
+    """Return whether a table has anything that a later one does not have."""
+    try:
+        there = read_regular(path).decode("utf-8-sig")
+    except FileNotFoundError:
+        return False
+    except (OSError, UnicodeDecodeError):
+        return True
+    now = {row["number"]: row for row in csv.DictReader(io.StringIO(table, newline=""))}
+    rows = [*csv.DictReader(io.StringIO(there, newline=""))]
+    return (bool(there) and not rows) or any(
+        value and value != now.get(row.get("number", ""), {}).get(name)
+        for row in rows
+        for name, value in row.items()
+    )
 
 
 def _kept(outcome: Outcome) -> Outcome:

@@ -9,7 +9,7 @@ from contextlib import ExitStack
 from typing import Final
 
 from zenoh_ice.data import exceptions
-from zenoh_ice.data.keys import Target, check_name
+from zenoh_ice.data.keys import Target
 from zenoh_ice.objects._servant import Object, ServedObject
 from zenoh_ice.objects.home import Home
 from zenoh_ice.objects.proxy import ObjectPrx
@@ -49,7 +49,7 @@ class ObjectAdapter:
         Raises AlreadyRegisteredException when this process or, as far as it can see, another one of the realm
         serves the identity, ConfigurationException when it is no valid identity or a method is a coroutine.
         """
-        check_name(identity, "identity")
+        target = self._communicator.target(identity)
         with self._lock:
             if identity in self._servants:
                 raise exceptions.AlreadyRegisteredException(
@@ -58,11 +58,7 @@ class ObjectAdapter:
             if self._active is not None:
                 self._active |= self._open({identity: servant})
             self._servants[identity] = servant
-        return ObjectPrx(
-            self._communicator,
-            Target(self._communicator.realm, identity),
-            self._communicator.settings.timeout,
-        )
+        return ObjectPrx(self._communicator, target, self._communicator.settings.timeout)
 
     def removeAll(self, identities: Iterable[str] | None = None) -> dict[str, Object]:
         """Withdraw several servants at once, all by default, and return them by identity.
@@ -114,7 +110,7 @@ class ObjectAdapter:
         begun: dict[str, ServedObject] = {}
         try:
             for identity, servant in wanted.items():
-                begun[identity] = self._begin(Target(communicator.realm, identity), servant)
+                begun[identity] = self._begin(communicator.target(identity), servant)
                 begun[identity].open()
             # Together, once all accept calls: a client that learns of one of them finds the others.
             for served in begun.values():

@@ -180,6 +180,10 @@ class Communicator:
         target = Target(realm or self.realm, identity)
         return ObjectPrx(self, target, self.settings.timeout)
 
+    def target(self, identity: str) -> Target:
+        """Return what a servant with an identity serves. Raises ConfigurationException."""
+        return Target(self.realm, check_name(identity, "identity"))
+
     def find(
         self, target: Target, type_id: str | None, timeout: float, *, since: float | None = None
     ) -> Mapping[str, str]:

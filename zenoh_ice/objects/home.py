@@ -41,6 +41,7 @@ class Home(Protocol):
 
     def stringToProxy(self, text: str) -> Any: ...  # noqa: ANN401
     def createObjectAdapter(self, name: str) -> Any: ...  # noqa: ANN401
+    def target(self, identity: str) -> Target: ...
     def find(
         self, target: Target, type_id: str | None, timeout: float, *, since: float | None = None
     ) -> Mapping[str, str]: ...

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import logging
 import math
 import threading
@@ -20,6 +21,8 @@ _AFTERMATH: Final = 1.0  # s until all that waited has been read
 _CLOCK: Final = getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC)
 
 _logger = logging.getLogger(__name__)
+_awaited: Final[list[threading.Thread]] = []
+_END_LIMIT: Final = 15.0  # s; Zenoh closes a session within 10 s
 
 
 class UserCodeThread(threading.Thread):
@@ -86,6 +89,21 @@ def repeat(period: float, job: Callable[[], object], name: str) -> Callable[[], 
         join([thread], 2.0)
 
     return close
+
+
+def await_at_exit(thread: threading.Thread) -> None:
+    """Let the end of the process wait for a thread that is inside a library of Rust or C++.
+
+    The end of the interpreter would tear it off there, which such a library answers by SIGABRT.
+    """
+    _awaited[:] = [each for each in (*_awaited, thread) if each.is_alive()]
+
+
+@atexit.register
+def _wait_for_libraries() -> None:
+    deadline = time.monotonic() + _END_LIMIT
+    for thread in _awaited:
+        thread.join(max(0.0, deadline - time.monotonic()))
 
 
 def join(threads: Sequence[threading.Thread], timeout: float) -> bool:

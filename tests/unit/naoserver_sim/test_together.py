@@ -5,6 +5,8 @@ import numpy as np
 import pytest
 
 from naoserver.bodies import find_body
+from naoserver.bodies.parts import Gear, Inertia, Joint, Link, Shape
+from naoserver.body import Body
 from naoserver.errors import RobotError
 from naoserver_sim._own_body import read_own_body
 from naoserver_sim._together import Placed, stand_together
@@ -62,6 +64,28 @@ def test_a_shirt_colors_the_trunk():
 def test_robots_without_room_are_refused(robots, world, message):
     with pytest.raises(RobotError, match=message):
         stand_together(parse_world(world, "w"), robots, None, skin=False)
+
+
+def test_the_floor_is_not_in_the_way_of_robots_that_sink_into_it():
+    def link(name, mass):
+        return Link(name=name, mass=mass, inertia=Inertia(ixx=0.1 * mass, iyy=0.1 * mass, izz=0.1 * mass))
+
+    leg = Joint(
+        name="leg", parent="block", child="foot", axis=(0.0, 0.0, 1.0), origin=(0.0, 0.0, -0.2), gear="leg",
+        sliding=True, lower=-0.1, upper=0.1, max_velocity=1.0, max_torque=2000.0,
+    )  # fmt: skip
+    heavy = Body(
+        name="heavy",
+        links=(link("block", 40.0), link("foot", 1.0)),
+        joints=(leg,),
+        gears={"leg": Gear(stiffness=50_000.0, damping=1000.0)},
+        shapes=(Shape(kind="box", link="foot", size=(0.2, 0.2, 0.02)),),
+    )
+    (first, *_), data = stand_together(
+        load_world("empty"), [place("one", heavy), place("two", heavy, 1.0)], None, skin=False
+    )
+    floor = first.whole.geom("floor").id
+    assert {int(contact.geom1) for contact in data.contact if contact.dist < -0.001} == {floor}
 
 
 def test_a_mount_holds_its_robot_where_it_was_put():

@@ -34,7 +34,7 @@ from zenoh_ice.settings import (
     uses_tls,
 )
 from zenoh_ice.settings.security import access_control, check_security, exposure
-from zenoh_ice.threads._starting import start
+from zenoh_ice.threads._starting import await_at_exit, start
 
 if TYPE_CHECKING:
     import ssl
@@ -126,7 +126,10 @@ def _explain_address(listen: Iterable[str]) -> str:
 
 
 def close_session(session: zenoh.Session, limit: float = 2.0) -> None:
-    """Close a session; continue in the background after `limit` s, if its peer accepts nothing."""
+    """Close a session; continue in the background after `limit` s, if its peer accepts nothing.
+
+    The end of the process waits for it, at most as long as Zenoh does.
+    """
 
     def close() -> None:
         try:
@@ -143,6 +146,7 @@ def close_session(session: zenoh.Session, limit: float = 2.0) -> None:
         return
     thread.join(limit)
     if thread.is_alive():
+        await_at_exit(thread)
         _logger.warning("the session has not ended after %g s: its peer accepts nothing any more", limit)
 
 

@@ -15,6 +15,7 @@ import pytest
 from codegen.messages import MessageError
 from interfaces.nao import SafetyPrx
 from naoserver.fake import FakeRobot
+from tests.support.documents import transition
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT, START_LIMIT
 from tests.support.robot_server import ServedRobot, served
 from tests.support.waiting import until
@@ -354,6 +355,54 @@ def test_another_session_has_verdicts_of_its_own(desk: Desk, root: Path, robot: 
         other.run("look.xml")
 
 
+def test_of_two_agents_in_a_folder_one_runs_until_it_has_ended(
+    desk: Desk, root: Path, robot: ServedRobot
+) -> None:
+    assert desk.verdict("look.xml", seconds=0.5)["ready"]
+    with closing(desk_of(root, robot)) as other:
+        assert other.verdict("look.xml", seconds=0.5)["ready"]
+        assert desk.run("look.xml")["runs"]
+        with pytest.raises(AgentError, match="another agent is at work in this folder"):
+            other.run("look.xml")
+        desk.stop()
+        assert other.run("look.xml")["runs"]
+
+
+def test_the_agent_that_is_refused_asks_for_no_leave(desk: Desk, root: Path, robot: ServedRobot) -> None:
+    allow(root, robot.realm, ask="true")
+    with closing(desk_of(root, robot)) as other:
+        for each in (desk, other):
+            assert each.verdict("look.xml", seconds=0.5)["ready"]
+        page, asked = asked_by(desk, root)
+        page.answer(asked, "allowed")
+        assert desk.run("look.xml")["runs"]
+        with pytest.raises(AgentError, match="another agent"):
+            other.run("look.xml")
+        assert page.asked() is None
+        desk.stop()
+
+
+def test_what_ends_by_itself_says_so(desk: Desk, root: Path) -> None:
+    last = '<state id="2"><name>done</name><final>true</final></state>'
+    write(root, last=last + transition(1, 1, 2, "True", type="condition"))
+    assert desk.verdict("look.xml", seconds=0.5)["ready"]
+    desk.run("look.xml")
+    report = ended(desk)
+    assert (report["exit_code"], report["stopped_by"], report["status"]) == (0, "itself", "")
+
+
+def test_a_document_that_was_deleted_may_come_again(desk: Desk, root: Path) -> None:
+    add = {"command": "addState", "automaton": 1, "x": 1, "y": 1, "name": "again"}
+    first = desk.document("look.xml")["data"]["text"]
+    (root / "look.xml").unlink()
+    with pytest.raises(AgentError, match="no document now, or gone"):
+        desk.document("look.xml")
+    desk.edit("look.xml", [add])
+    assert "again" in (root / "look.xml").read_text("utf-8")
+    write(root)
+    assert desk.document("look.xml")["data"]["text"] == first
+
+
 def asked_by(desk: Desk, root: Path) -> tuple[Approvals, Asked]:
     """Return what a run asks a person for that nobody has allowed yet."""
     with pytest.raises(AgentError, match="a person must allow this run"):
@@ -388,10 +437,10 @@ def test_a_run_ends_after_the_time_that_a_person_allows_and_leaves_no_folder(
     folder = tmp_path_factory.mktemp("private")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("tempfile.tempdir", str(folder))
-        patch.setattr("visualhfsm_agent._run._GRACE", START_LIMIT)  # it ends by itself, however late it began
+        patch.setattr("visualhfsm_agent._run._GRACE", START_LIMIT)  # it is not killed, however late it began
         desk.run("look.xml")
         report = ended(desk)
-        assert report["exit_code"] == 0
+        assert (report["stopped_by"], report["status"]) == ("the longest run that a person allows", "")
         assert "a behavior runs" not in str(report)
         until(lambda: not any(folder.iterdir()))
 
@@ -417,7 +466,7 @@ def test_an_argument_beyond_its_limit_is_no_call(
     assert desk.verdict("look.xml", seconds=0.5)["ready"]
     desk.run("look.xml")
     report = ended(desk)
-    assert report["exit_code"] == 1
+    assert (report["exit_code"], report["stopped_by"]) == (1, "an error")
     assert f"agent.toml {why}" in "\n".join(report["data"]["output"])
 
 

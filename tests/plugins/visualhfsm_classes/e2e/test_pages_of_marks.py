@@ -12,9 +12,8 @@ from tests.support.browser import new_context
 from tests.support.exported_pages import TOO_WIDE, check
 from tests.support.places import ROOT
 from visualhfsm_classes._exercise import read_exercise
-from visualhfsm_classes._marks import Earned, Marks
-from visualhfsm_classes._page import write_index, write_page
-from visualhfsm_classes._submissions import Submission
+from visualhfsm_classes._marks import Earned, Listed, Marks
+from visualhfsm_classes._page import index_page, write_page
 
 
 @pytest.fixture
@@ -31,10 +30,21 @@ def marks_in(folder: Path) -> tuple[Path, Path]:
         Earned("It waits", 0, 1, "Never"),
     )
     name = "Maximilian_Konstantin_and_everything_in_one_name"
-    marks = Marks(name=name, language="en", earned=earned, error="division by zero in look")
+    marks = Marks(
+        name=name,
+        language="en",
+        earned=earned,
+        error="division by zero in look",
+        digest="0123456789ab",
+        handed_in="2026-11-30 07:12:05+01:00",
+    )
     path, index = folder / "ana.html", folder / "index.html"
     write_page(path, exercise, marks)
-    write_index(index, exercise, "en", [(Submission("Ana", folder / "ana.xml", "ana"), marks)])
+    rows = [
+        Listed("Ana", "ana", f"{marks.points:g}", marks.summary),
+        Listed("Ben", "ben", "three", "Never", "no document now"),
+    ]
+    index.write_text(index_page(exercise, "en", rows), "utf-8")
     return path, index
 
 

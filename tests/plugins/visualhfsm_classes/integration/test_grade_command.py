@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import html
 import os
 import re
@@ -32,10 +33,14 @@ NO_WAY_BACK: Final = (LOOK / "mistakes/no_way_back.xml").read_bytes()
 IMPORTS: Final = "<VisualHFSM><SubAutomata id='1' idFather='0'><import>{}</import></SubAutomata></VisualHFSM>"
 
 
-def visualhfsm(folder: Path, *arguments: str, code: int = 0) -> str:
-    done = run_here(app, "visualhfsm", *arguments, cwd=folder, expected=(VisualHfsmError,))
+def visualhfsm(folder: Path, *arguments: str, code: int = 0, answers: bytes = b"") -> str:
+    done = run_here(app, "visualhfsm", *arguments, cwd=folder, expected=(VisualHfsmError,), stdin=answers)
     assert done.returncode == code, done.stdout + done.stderr
     return done.stdout if code == 0 else done.stdout + done.stderr
+
+
+def read(file: Path) -> str:
+    return file.read_text("utf-8-sig")
 
 
 def hand_in(folder: Path, name: str, content: bytes = SOLUTION) -> Path:
@@ -159,6 +164,74 @@ def test_a_page_that_cannot_be_written_costs_that_page(tmp_path: Path) -> None:
     assert f"error: {in_its_place.relative_to(tmp_path)}: the page cannot be written" in said
     assert "the marks are in marks/marks.csv" in said
     assert {path.name for path in in_its_place.parent.iterdir()} >= {"ben.html", "index.html", "marks.csv"}
+
+
+def test_what_a_teacher_changed_stays_and_is_named_until_asked_about(tmp_path: Path) -> None:
+    brief(tmp_path)
+    marks = tmp_path / "marks"
+    command = ("grade", "exercises/look", "handed-in", "--unsafe", "--language", "en")
+    for name in ("ana", "ben", "eva", "tom"):
+        hand_in(tmp_path, f"{name}.xml", b"")
+    visualhfsm(tmp_path, *command)
+    first = marks_in(marks)
+    assert first["ana"]["document"] == hashlib.sha256(b"").hexdigest()[:12]
+    assert f"Document {first['ana']['document']} of {first['ana']['handed in']}" in read(marks / "ana.html")
+
+    table = marks / "marks.csv"
+    table.write_text(read(table).replace("ana,0,", "ana,9,").replace("tom,0,", "tom,8,"), "utf-8")
+    comment = read(marks / "ana.md") + "Well drawn."
+    (marks / "ana.md").write_text(comment, "utf-8")
+    for name in ("ana", "eva"):
+        hand_in(tmp_path, f"{name}.xml", b"<")
+    for name in ("ben", "tom"):
+        (tmp_path / "handed-in" / f"{name}.xml").unlink()
+    for _ in range(2):  # what stays once stays
+        said = visualhfsm(tmp_path, *command)
+        assert "changed it: ana.md, marks.csv: ana, marks.csv: tom; --again" in said
+        assert read(marks / "ana.md") == comment
+        now = marks_in(marks)
+        assert {name: row["points"] for name, row in now.items()} == {
+            "ana": "9",
+            "eva": "0",
+            "ben": "0",
+            "tom": "8",
+        }
+        second = hashlib.sha256(b"<").hexdigest()[:12]
+        assert now["ana"]["document"] == first["ana"]["document"]
+        assert now["ana"]["note"] == f"changed by hand; the document {second} earns 0"
+        assert now["eva"]["document"] == second
+        assert now["ben"]["note"] == now["tom"]["note"] != now["eva"]["note"] == ""
+        assert now["ben"]["note"] in read(marks / "index.html")
+
+    for answers, points in ((b"n\n" * 3, "9"), (b"", "9"), (b"y\ny\nn\n", "0")):
+        visualhfsm(tmp_path, *command, "--again", answers=answers)
+        assert marks_in(marks)["ana"]["points"] == points
+    assert marks_in(marks)["tom"]["points"] == "8"
+    assert read(marks / "ana.md") == comment
+
+
+def test_a_table_of_a_teachers_own_columns_stays_whole(tmp_path: Path) -> None:
+    brief(tmp_path)
+    hand_in(tmp_path, "ana.xml", b"")
+    grade(tmp_path)
+    table = tmp_path / "marks" / "marks.csv"
+    own = read(table).replace(",", ";")
+    table.write_text(own, "utf-8")
+    for option in ((), ("--language", "es")):
+        said = visualhfsm(tmp_path, "grade", "exercises/look", "handed-in", "--unsafe", *option)
+        assert "changed it: marks.csv; --again" in said
+        assert read(table) == own
+
+
+def test_marks_in_another_language_keep_who_has_gone(tmp_path: Path) -> None:
+    brief(tmp_path)
+    hand_in(tmp_path, "ana.xml", b"")
+    hand_in(tmp_path, "ben.xml", b"")
+    grade(tmp_path, "--language", "en")
+    (tmp_path / "handed-in" / "ben.xml").unlink()
+    rows = grade(tmp_path, "--language", "es")
+    assert rows["ben"]["points"] == "0"
+    assert rows["ben"]["note"]
 
 
 def test_marks_are_the_same_byte_for_byte_with_any_number_of_workers(tmp_path: Path) -> None:

@@ -28,6 +28,7 @@ from visualhfsm_match._errors import MatchError
 from visualhfsm_match._match import Plan, Result
 from visualhfsm_match._rules import RULES, load_rules
 from visualhfsm_match._series import Answer, Match, Matches, Played, pack, team_names
+from visualhfsm_match._table import table_of
 
 pytestmark = [pytest.mark.sim, pytest.mark.slow]
 
@@ -127,6 +128,20 @@ def test_a_document_that_raises_cheats_or_is_broken_loses(
     assert found.winner == "ours"
     assert found.reason.startswith("theirs loses: ")
     assert why in found.reason
+
+
+@pytest.mark.parametrize(
+    ("ours", "theirs"), [("1 / 0", "no Python"), ("no Python", "1 / 0"), ("1 / 0", "1 / 0")]
+)
+def test_if_both_documents_fail_at_once_both_lose(
+    tmp_path: Path, matches: Matches, ours: str, theirs: str
+) -> None:
+    documents = written(tmp_path, "one", ours), written(tmp_path, "two", theirs)
+    found = run(matches, between(*documents)).result
+    assert found.winner == ""
+    assert "ours loses: " in found.reason
+    assert "theirs loses: " in found.reason
+    assert [(row.lost, row.points) for row in table_of(found.teams, [found])] == [(1, 0), (1, 0)]
 
 
 def test_a_team_that_takes_all_the_time_loses(tmp_path: Path, matches: Matches) -> None:
@@ -314,3 +329,14 @@ def _plays(processes: list[psutil.Process]) -> bool:
     except psutil.NoSuchProcess:  # one that only prepared something has ended
         return False
     return len(commands) > 1 and any("visualhfsm_match._process" in each for each in commands)
+
+
+def test_a_tournament_that_is_there_is_replaced_on_request_alone(tmp_path: Path) -> None:
+    standing(tmp_path, "one"), standing(tmp_path, "two")
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "table.csv").write_text("mine", "utf-8")
+    done = CliRunner().invoke(play_all, [str(tmp_path), "--out", str(out), "--unsafe"])
+    assert isinstance(done.exception, MatchError)
+    assert "--again replaces it" in str(done.exception)
+    assert (out / "table.csv").read_text("utf-8") == "mine"

@@ -11,9 +11,12 @@ from naoserver.bodies.capabilities import STILL
 from naoserver.bodies.nao import H25
 from naoserver.errors import CommandRefused, HardwareFailure, InvalidCommand
 from naoserver.fake import FakeRobot
+from naoserver_sim.robot import SimulatedRobot
+from naoserver_sim.world import load_world
 from tests.support.limits import EVENT_LIMIT
 from tests.support.qi_service import LongCall, Rig
 from tests.support.robot_server import eventually
+from tests.support.soak import cases
 from tests.support.stepped_clock import SteppedClock
 from visualhfsm_naoqi_programs._behaviors import ALBehaviorManager
 from visualhfsm_naoqi_programs._effectors import EffectorMotion
@@ -237,6 +240,20 @@ def test_rest_crouches_and_lets_go_and_wake_up_stands(rig):
     rig.complete(rig.motion.wakeUp)
     rig.advance(0.1)
     assert (posture.getPosture(), rig.motion.robotIsWakeUp()) == ("Stand", True)
+
+
+@pytest.mark.sim
+@pytest.mark.parametrize("before", cases(["Sit"], ["StandInit"]))
+def test_it_rests_where_it_crouched_until_it_wakes_up(before):
+    rig = Rig(lambda clock: SimulatedRobot(clock=clock, world=load_world("empty"), skin=False, noise=True))
+    rig.complete(rig.postures.goToPosture, before, 0.8)
+    rig.complete(rig.motion.rest)
+    rig.clock.advance(30.0)
+    assert max(rig.motion.getStiffnesses("Body")) == 0.0
+    assert rig.postures.getPosture() == "Crouch"
+    rig.complete(rig.motion.wakeUp)
+    assert rig.postures.getPosture() == "Stand"
+    rig.close()
 
 
 # -- the walk --------------------------------------------------------------------------------------------

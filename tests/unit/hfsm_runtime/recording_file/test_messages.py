@@ -145,6 +145,25 @@ def test_a_reader_of_mcap_lists_channels_schemas_and_sources(tmp_path: Path) -> 
     assert messages(path) == [("/readings", 1001, {"context": "automaton 1", "kind": "now", "value": 1.5})]
 
 
+def test_a_recording_of_a_moment_opens_before_it_is_closed(tmp_path: Path) -> None:
+    """A component may be killed in its first second."""
+    path, found = tmp_path / "run.mcap", list[int]()
+    writer = RecordingWriter(path, STATE, {"document/a.xml": "<a/>"}, 0)
+
+    def look() -> Message:
+        """See what was written before this check."""
+        found.append(len([*RecordingFile(path).messages()]))
+        if len(found) < 5:
+            writer.put(Entry("/readings", len(found), look))
+        return Reading("automaton 1", "now", 1.5)
+
+    assert RecordingFile(path).files["document"] == ("a.xml", b"<a/>")
+    writer.put(Entry("/readings", 0, look))
+    until(lambda: len(found) == 5, EVENT_LIMIT)
+    writer.close()
+    assert found == [0, 1, 2, 3, 4]
+
+
 def test_what_is_too_large_to_be_read_is_left_out_of_what_is_looked_at(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     writer = RecordingWriter.watching(path, "walker", "<a/>")

@@ -9,7 +9,7 @@ from hfsm_runtime.virtual import VirtualWorld, make_stub
 from interfaces.nao import HeadPose, PoseHeadPrx, SafetyPrx
 from tests.support.automata import automaton
 from tests.support.gripper import GripperPrx
-from zenoh_ice import ObjectNotExistException
+from zenoh_ice import ConnectionLostException, ObjectNotExistException
 
 
 class Uses(Component, document="uses.xml"):
@@ -60,4 +60,33 @@ def test_a_servant_of_another_interface_gives_way_to_a_stand_in() -> None:
     world.network.serve("Head", *make_stub("Head", GripperPrx.ice_interface, {}))
     world.connect(component)
     assert component.Head.getPose() == HeadPose()
+    world.close()
+
+
+class Meets(Component, document="meets.xml"):
+    mine = Proxy("Head", PoseHeadPrx)
+    named = Proxy("Head@nao", PoseHeadPrx)
+    theirs = Proxy("Head@other", PoseHeadPrx)
+
+    def automaton(self) -> Automaton:
+        return automaton(1, "meets", [State(id=1, name="idle")])
+
+
+@pytest.mark.parametrize("stand_ins", [False, True])
+def test_a_servant_of_another_realm_is_another_servant(*, stand_ins: bool) -> None:
+    world, component = VirtualWorld(stand_ins=stand_ins), Meets()
+    world.stub(component, "Head", {"getPose": HeadPose(pan=1.0)})
+    if not stand_ins:
+        world.stub(component, "Head@other", {"getPose": HeadPose(pan=2.0)})
+    world.connect(component)
+    assert component.mine.getPose() == component.named.getPose() == HeadPose(pan=1.0)
+    assert component.theirs.getPose() == HeadPose(pan=0.0 if stand_ins else 2.0)
+    sample = component.theirs.getPose.latest()
+    assert sample is not None
+    assert sample.value == component.theirs.getPose()
+    assert {each.target for each in world.journal.calls()} == {"Head.getPose", "Head@other.getPose"}
+    with world.offline("Head@other"):
+        with pytest.raises(ConnectionLostException, match="Head@other is offline"):
+            component.theirs.getPose()
+        component.mine.getPose()
     world.close()

@@ -10,7 +10,7 @@ from naoserver.moves.routes import situation_of
 from naoserver_sim.robot import SimulatedRobot
 from naoserver_sim.world import load_world
 from tests.support.motion_rig import MotionRig
-from tests.support.soak import cases, repeated
+from tests.support.soak import repeated
 from zenoh_ice import VirtualClock
 
 pytestmark = pytest.mark.sim
@@ -63,18 +63,6 @@ def test_it_sits_without_pressing_its_arms_hot(rig, posture):
     before = max(rig.robot.read().temperatures)
     rig.let_go(8.0)
     assert max(rig.robot.read().temperatures) < before + 2.0
-
-
-@pytest.mark.parametrize("before", cases(["StandInit"], ["Stand"]))
-def test_gears_hold_a_crouch_whose_motors_go_limp(rig, before):
-    """So ends ALMotion.rest: it once threw the robot on its back."""
-    rig.go(before)
-    rig.go("Crouch", 0.8)
-    rig.robot.command_stiffnesses({joint.name: 0.0 for joint in rig.robot.joints}, 1.0)
-    rig.let_go(4.0)
-    assert max(rig.robot.read().stiffnesses) == 0.0
-    assert situation_of(rig.robot).up[2] > math.cos(math.radians(20))
-    assert rig.go("Stand").status is ActionStatus.Done
 
 
 GESTURES = ((-1.4, 0.2, -0.1), (1.4, 0.2, -1.4), (0.0, 1.2, -0.1), (0.0, 0.1, -1.0))

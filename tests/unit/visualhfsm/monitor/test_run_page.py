@@ -163,6 +163,16 @@ def test_a_file_that_cannot_be_written_is_named(tmp_path: Path) -> None:
             act(tmp_path / "new" / "run.html" / "run.html")
 
 
+def test_a_page_takes_the_place_of_one_of_ours_alone(tmp_path: Path) -> None:
+    page = tmp_path / "run.html"
+    write_run_page(page, run())
+    check_place(page)
+    page.write_text("my notes", "utf-8")
+    with pytest.raises(VisualHfsmError, match="is no page that VisualHFSM wrote"):
+        check_place(page)
+    check_place(page, force=True)
+
+
 def test_a_link_stays_a_link(tmp_path: Path) -> None:
     link = tmp_path / "link.html"
     link.symlink_to(tmp_path / "run.html")

@@ -184,6 +184,23 @@ def test_the_table_has_a_row_for_each_trial(summary: Summary, tmp_path: Path) ->
     }
 
 
+def test_a_table_that_somebody_changed_is_kept(summary: Summary, tmp_path: Path) -> None:
+    table = tmp_path / "walk.csv"
+    write_table(table, Summary(map(outcome, range(50)), VARYING))
+    write_table(table, summary)  # later trials add to it
+    for changed in (
+        table.read_text("utf-8-sig").replace("goal", "goal, by luck", 1),
+        table.read_text("utf-8-sig").replace(",", ";"),
+        "my notes",
+    ):
+        table.write_text(changed, "utf-8")
+        with pytest.raises(VisualHfsmError, match="is kept"):
+            write_table(table, summary)
+        assert table.read_text("utf-8") == changed
+    write_table(table, summary, again=True)
+    assert "luck" not in table.read_text("utf-8-sig")
+
+
 def test_a_table_that_cannot_be_written_is_named(summary: Summary, tmp_path: Path) -> None:
     with pytest.raises(VisualHfsmError, match="the table cannot be written"):
         write_table(tmp_path / "nowhere" / "walk.csv", summary)
