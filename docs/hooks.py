@@ -309,9 +309,10 @@ def _naoqi_operations() -> str:
             rows += [
                 (f"`{name}.{each}`", "approximated", f"It is off: {refused.reason}.") for each in refused.off
             ]
-            continue
         functions = {
-            k: v for part in service.SERVICES[name] for k, v in inspect.getmembers(part, inspect.isfunction)
+            k: v
+            for part in service.SERVICES.get(name, ())
+            for k, v in inspect.getmembers(part, inspect.isfunction)
         }
         for operation, function in sorted(functions.items()):
             if not operation.startswith("_"):

@@ -65,7 +65,7 @@ class ServerOptions:
     mechanism_safety: SafetyOptions = field(default_factory=SafetyOptions)
     """Limits of commands to the mechanisms besides the robot (the balls)."""
     cameras: Mapping[str, CameraOptions] = field(default_factory=dict)
-    """Settings of individual cameras by identity; the others have the defaults."""
+    """Settings of individual cameras by identity; the others have `usual_settings`."""
     team: str = ""
     """The team whose robots hear each other; empty for a robot that has none."""
     resume_after_reset: bool = False

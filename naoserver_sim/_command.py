@@ -124,7 +124,7 @@ _Cameras = Annotated[
     typer.Option(
         metavar="NAME=WIDTHxHEIGHT[@RATE]",
         help="Images that a camera (Camera, CameraBottom, CameraOutside) starts with, ready for the first"
-        " one; may be repeated. Without it: 320x240@10, made ready when somebody looks.",
+        " one; may be repeated. Without it: 320x240@10, or its first size, made ready when somebody looks.",
     ),
 ]
 

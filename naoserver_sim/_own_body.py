@@ -44,6 +44,7 @@ from naoserver_sim._own.model_file import FoundModel, ModelFile, find_model
 from naoserver_sim._own.parts import OwnFile, fit_name, parts_of
 from naoserver_sim._own.toml_text import toml_text, torques_to_paste
 from naoserver_sim._own.xacro import NO_XACRO
+from naoserver_sim.model import WIDEST_IMAGE, is_simulated
 from zenoh_ice.data.text import printable
 from zenoh_ice.data.toml_file import convert, parse_toml, place, read_text
 
@@ -240,6 +241,7 @@ def _dressed(of: _Description, doubts: list[str]) -> Described:
     notes = [
         *of.model.notes,
         *of.parts.notes,
+        *_unseen(of.body, of.source),
         *(f"{of.model.where}: {note}" for note in left_out + doubts),
     ]
     if (more := len(notes) - _MOST_REPORTED) > 0:
@@ -251,6 +253,17 @@ def _dressed(of: _Description, doubts: list[str]) -> Described:
         notes.append(f"{of.source} is drawn by its contact shapes: {what}")
         dressed = of.body
     return Described(dressed, notes, [])
+
+
+def _unseen(body: Body, source: str) -> Iterator[str]:
+    """Yield a note on each camera some of whose pictures the simulation does not render."""
+    for camera in body.cameras:
+        if sizes := [f"{w}x{h}" for w, h in camera.sizes if not is_simulated(camera, (w, h))]:
+            shape = "{}x{}".format(*camera.sizes[0])
+            why = (
+                f"only those of the shape of its first size, {shape}, are rendered, up to {WIDEST_IMAGE} wide"
+            )
+            yield f"{source}: {camera.name} has no pictures of {', '.join(sizes)} here: {why}"
 
 
 def _reported(described: Described, say: Callable[[str], None]) -> Body:

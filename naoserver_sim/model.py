@@ -33,7 +33,7 @@ from naoserver_sim._surroundings import (
 from naoserver_sim.appearance import add_appearance
 from naoserver_sim.world import DEFAULT_WORLD, World, load_world
 
-_WIDEST_IMAGE: Final = 1280
+WIDEST_IMAGE: Final = 1280
 """Pixels in a row of the largest image that scene.xml provides for."""
 _ITERATIONS: Final = 50
 """Most iterations of the solver's line search with a heavy body on its feet: with fewer its feet creep."""
@@ -132,22 +132,25 @@ class Model:
         return frozenset(np.flatnonzero(np.isin(self.whole.body_rootid, roots)).tolist())
 
 
+def is_simulated(camera: CameraFacts, size: tuple[int, int]) -> bool:
+    """Return whether the simulation renders pictures of a size of a camera.
+
+    Those of another shape than its first size would be crops of the sensor, without its full field of view.
+    """
+    (width, height), (first_width, first_height) = size, camera.sizes[0]
+    return width * first_height == height * first_width and width <= WIDEST_IMAGE
+
+
 def simulated_cameras(body: Body) -> tuple[CameraFacts, ...]:
     """Return the body's cameras and the spectator's, with the image sizes that the simulation renders."""
     cameras = []
     for camera in body.cameras:
-        first_width, first_height = camera.sizes[0]
-        if first_width > _WIDEST_IMAGE:
+        if camera.sizes[0][0] > WIDEST_IMAGE:
             raise RobotError(
-                f"camera {camera.name}: its first size is wider than {_WIDEST_IMAGE} pixels, the most here"
+                f"camera {camera.name}: its first size is wider than {WIDEST_IMAGE} pixels, the most here"
             )
         sizes, rates = zip(
-            *(
-                (size, rate)
-                for size, rate in zip(camera.sizes, camera.rates, strict=True)
-                # Images of another aspect ratio would be crops of the sensor, without its full field of view.
-                if size[0] * first_height == size[1] * first_width and size[0] <= _WIDEST_IMAGE
-            ),
+            *(pair for pair in zip(camera.sizes, camera.rates, strict=True) if is_simulated(camera, pair[0])),
             strict=True,
         )
         cameras.append(msgspec.structs.replace(camera, sizes=sizes, rates=rates))

@@ -19,7 +19,7 @@ from naoserver.moves.joint_paths import JointPaths
 from naoserver.moves.routes import situation_of
 from naoserver.moves.walk import PERIOD as WALK_PERIOD
 from naoserver.moves.walk import WalkGuard, WalkTo
-from naoserver.options import CameraOptions, SafetyOptions, ServerOptions
+from naoserver.options import SafetyOptions, ServerOptions
 from naoserver.protocol.expression import Hearing
 from naoserver.protocol.jobs import Job, Periodic, Watchdog, Watched
 from naoserver.protocol.robot import JointDevice, Robot
@@ -36,7 +36,7 @@ from naoserver.serving._expression import HearingI, LedsI, SoundsI, SpeechI
 from naoserver.serving._joints import JointsI, NeckSpeedI, Pose3DEncodersI, Pose3DMotorsI, PoseHeadI
 from naoserver.serving._shared import StateStream
 from naoserver.serving._team import TeamI
-from naoserver.serving.camera import BodyHistory, CameraI
+from naoserver.serving.camera import BodyHistory, CameraI, usual_settings
 from naoserver.serving.medium import Membership
 from zenoh_ice import Clock, Object
 
@@ -242,7 +242,7 @@ class Assembly:
             names = ", ".join(facts.name for facts in robot.cameras)
             raise RobotError(f"there is no camera {sorted(unknown)[0]!r}; there are {names}")
         cameras = [
-            CameraI(robot, facts, given.get(facts.name, CameraOptions()), self.events, self._history)
+            CameraI(robot, facts, given.get(facts.name) or usual_settings(facts), self.events, self._history)
             for facts in robot.cameras
         ]
         self._add(**{camera.facts.name: camera for camera in cameras})

@@ -354,6 +354,14 @@ class CameraI(jderobot.Camera):
         self._events.add(Severity.Error, self.facts.name, str(failure), "camera")
 
 
+def usual_settings(facts: CameraFacts) -> CameraOptions:
+    """Return the settings with which a camera starts that is given none: its first, if not the usual ones."""
+    usual = CameraOptions()
+    if not _problem(facts, usual):
+        return usual
+    return CameraOptions(*facts.sizes[0], min(usual.rate, facts.rates[0]))
+
+
 def _problem(facts: CameraFacts, settings: CameraOptions) -> str:
     """Return why a camera cannot have the settings; empty when it can."""
     rates = dict(zip(facts.sizes, facts.rates, strict=True))

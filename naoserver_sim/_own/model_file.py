@@ -329,6 +329,7 @@ class _Reading:
             if more := self._weighed(spec):  # of links whose mass was that of a mesh that is left out
                 self.notes += more
                 compiled = self._compiled(spec)
+        self.notes += self._full_of_water(spec, compiled)
         said = {" ".join(text.split()) for text in texts if "texture coordinate" not in text}  # not read
         self.notes += [f"{self.path}: MuJoCo says: {text}" for text in said]
         fixed = not any(joint.type == mujoco.mjtJoint.mjJNT_FREE for joint in spec.joints)
@@ -337,6 +338,15 @@ class _Reading:
     def _weighed(self, spec: mujoco.MjSpec) -> list[str]:
         """Repair masses and inertias, and return notes on it."""
         return list(balance_inertias(spec, self._at, self.balance, free=self.root.tag == "robot"))
+
+    def _full_of_water(self, spec: mujoco.MjSpec, compiled: mujoco.MjModel) -> Iterator[str]:
+        """Yield a note on the links of a URDF that weigh what their shapes do; in an MJCF it is said so."""
+        unsaid = {link.name for link in self.root.within("link") if not any(link.within("inertial"))}
+        if names := [each.name for each in spec.bodies if each.name in unsaid and not each.explicitinertial]:
+            weights = sorted({f"{compiled.body(name).mass[0]:.3g}" for name in names}, key=float)
+            span = weights[0] if len(weights) == 1 else f"{weights[0]} to {weights[-1]}"
+            guess = f"taken as their shapes full of water, {span} kg each"
+            yield f"{self.path}: {_listed(names)} without mass: {guess}"
 
     def _parsed(self) -> mujoco.MjSpec:
         """Return what MuJoCo reads of the tree, without the parts beside a robot that it refuses."""

@@ -170,6 +170,19 @@ class ALBehaviorManager(Service):
         """Return the names of the behaviors."""
         return [*self._access.player.motions, *load_animations()]
 
+    def preloadBehavior(self, name: object) -> bool:
+        """Do nothing but check that there is a behavior of a name: all are loaded."""
+        return self._motion(name) is not None
+
+    def getTagList(self) -> list[str]:
+        """Return the tags of the animations."""
+        return sorted(TAGS)
+
+    def getBehaviorTags(self, behavior: object) -> list[str]:
+        """Return the tags of a behavior."""
+        name = self._motion(behavior).name
+        return [tag for tag, animation in TAGS.items() if animation == name]
+
     def getRunningBehaviors(self) -> list[str]:
         """Return the name of the behavior that runs; one at most does."""
         progress = self._access.player.progress(MOTION)

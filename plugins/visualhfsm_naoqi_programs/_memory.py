@@ -161,6 +161,10 @@ class ALMemory(Service):
             known = {*self._parts, *self._written}
         return sorted(known)
 
+    def getEventList(self) -> list[str]:
+        """Return the events that services raise here; a program may raise any other."""
+        return sorted({*_RAISED, *self.extractors})
+
     def getDataList(self, filter: object) -> list[str]:
         """Return the keys that contain a text."""
         part = text(filter, "filter")

@@ -62,7 +62,7 @@ REFUSED: Final = typed.convert(
     tomllib.loads(resources.files("visualhfsm_naoqi_programs").joinpath("refused.toml").read_text("utf-8")),
     dict[str, _Refused],
 )
-"""The services that this robot cannot offer."""
+"""The services that this robot cannot offer, and what it cannot of those that it does."""
 
 _logger = logging.getLogger(__name__)
 
@@ -85,7 +85,7 @@ def serve(
         parts: dict[str, Sequence[object]] = {
             name: [access.service(kind) for kind in kinds] for name, kinds in SERVICES.items()
         }
-        parts |= {name: [_refused_service(name)] for name in REFUSED}
+        parts |= {name: [*parts.get(name, ()), _refused_service(name)] for name in REFUSED}
         parts |= access.others
         libqi = _Libqi({name: calls.facade(name, own) for name, own in parts.items()})
         steps.callback(libqi.close)
@@ -119,11 +119,12 @@ def serve(
 
 @cache
 def _refused_service(name: str) -> object:
-    """Return a service whose operations raise HardwareFailure, except those under `off`."""
+    """Return a service, or part of one, whose operations raise HardwareFailure, but for those under `off`."""
     refused = REFUSED[name]
+    what = "this operation" if name in SERVICES else name
 
     def refuse(_self: object, *_arguments: object) -> None:
-        raise HardwareFailure(f"{name} is not offered: {refused.reason}")
+        raise HardwareFailure(f"{what} is not offered: {refused.reason}")
 
     def stay_off(_self: object, *_arguments: object) -> bool:
         return False

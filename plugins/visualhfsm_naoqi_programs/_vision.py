@@ -44,6 +44,13 @@ Region = tuple[float, float, float, float]
 """Center (to the right and down), width and height, in pixels."""
 
 
+_MIDDLE: Final = 0.5
+"""From what OpenCV counts, the middles of pixels, to where they are in the picture, in pixels."""
+_BEYOND: Final = 0.35
+"""Pixels by which a landmark reaches beyond its corners: 0.5 where it is upright and crisp. With this, one of
+9 cm in MuJoCo's pictures is as wide as it should be within 1 %, from 0.5 to 2 m."""
+
+
 def find_red_ball(picture: Pixels) -> Region | None:
     """Return the largest round red region of an RGB picture."""
     import cv2
@@ -53,7 +60,7 @@ def find_red_ball(picture: Pixels) -> Region | None:
     for contour in _contours(red):
         (x, y), radius = cv2.minEnclosingCircle(contour)
         if cv2.contourArea(contour) > _ROUND * math.pi * radius * radius:
-            return x, y, 2.0 * radius, 2.0 * radius
+            return x + _MIDDLE, y + _MIDDLE, 2.0 * radius, 2.0 * radius
     return None
 
 
@@ -74,8 +81,12 @@ def find_landmarks(picture: Pixels) -> list[tuple[int, Region]]:
 
     marks = cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_250))
     corners, numbers, _ = marks.detectMarkers(cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY))
-    found = zip([] if numbers is None else numbers.ravel(), (corner[0] for corner in corners), strict=True)
-    return sorted((int(mark), _region(*edges.min(axis=0), *edges.max(axis=0))) for mark, edges in found)
+    places = (corner[0] + _MIDDLE for corner in corners)  # of the middles of its outermost black pixels
+    found = zip([] if numbers is None else numbers.ravel(), places, strict=True)
+    return sorted(
+        (int(mark), _region(*(edges.min(axis=0) - _BEYOND), *(edges.max(axis=0) + _BEYOND)))
+        for mark, edges in found
+    )
 
 
 def find_faces(picture: Pixels) -> list[Region]:

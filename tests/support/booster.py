@@ -40,12 +40,12 @@ ELBOW: Final = 4
 
 
 class Program:
-    """A program that calls the service: a participant of its own."""
+    """A program that calls a service, by default that of the walk: a participant of its own."""
 
-    def __init__(self, domain: int) -> None:
+    def __init__(self, domain: int, service: str = "rt/LocoApiTopic") -> None:
         self.participant = DomainParticipant(domain)
-        self._writer = self.writer("rt/LocoApiTopicReq", RpcReqMsg)
-        topic = Topic(self.participant, "rt/LocoApiTopicResp", RpcRespMsg)
+        self._writer = self.writer(f"{service}Req", RpcReqMsg)
+        topic = Topic(self.participant, f"{service}Resp", RpcRespMsg)
         # All programs get all answers.
         self._reader = DataReader(self.participant, topic, _ANSWERS)
         until(self._is_answered)

@@ -15,7 +15,7 @@ from naoserver.protocol.jobs import JobThreads
 from naoserver.protocol.robot import Robot
 from naoserver.serving.assembly import Assembly
 from visualhfsm_makers._booster._joints import Joints
-from visualhfsm_makers._booster._loco import CODES, Loco
+from visualhfsm_makers._booster._loco import CODES, REFUSED, Loco
 from visualhfsm_makers._booster._types import FallDownState, LowCmd, LowState, Odometer, RpcReqMsg, RpcRespMsg
 from visualhfsm_makers._dds import NEWEST, Wire, Writer
 from visualhfsm_makers._programs import Programs, Refusal
@@ -23,6 +23,13 @@ from visualhfsm_makers._programs import Programs, Refusal
 _LOW_PERIOD: Final = 0.002
 _PERIOD: Final = 0.02
 """Wall seconds between two messages about the joints, and about the rest."""
+_CALLED: Final = "rt/LocoApiTopic"
+"""The service of the walk; programs write to the topic `Req` of a service, and read its `Resp`."""
+_REFUSED: Final = (
+    *(f"rt/{name}ApiTopic" for name in ("Ai", "Camera", "HandEyeCalib", "LightControl", "Lui", "Vision")),
+    "rt/X5CameraControl",
+)
+"""The maker's other services: a client of one without an answer waits for 5 s in each call."""
 _SILENT: Final = "rt/LocoApiOperationEvent"
 """Each client of the maker's newest package reads it, even if it calls nothing that has such events."""
 CALLS: Final = Qos(
@@ -48,8 +55,10 @@ def serve(robot: Robot, assembly: Assembly, url: str) -> Iterator[str]:
 
     with Wire(url, "Booster", programs.renew, programs.drop, programs.heard) as wire:
         wire.unserved = tell
-        answers = wire.writer("rt/LocoApiTopicResp", RpcRespMsg, CALLS)
-        wire.listen("rt/LocoApiTopicReq", RpcReqMsg, _answering(programs, loco, answers), CALLS)
+        for service in (_CALLED, *_REFUSED):
+            answers = wire.writer(f"{service}Resp", RpcRespMsg, CALLS)
+            answer = _answering(programs, loco if service == _CALLED else service, answers)
+            wire.listen(f"{service}Req", RpcReqMsg, answer, CALLS)
         wire.listen("rt/joint_ctrl", LowCmd, joints.obey, NEWEST, raw=True)
         publications = [
             wire.publish("rt/low_state", LowState, _LOW_PERIOD, joints.state),
@@ -61,16 +70,18 @@ def serve(robot: Robot, assembly: Assembly, url: str) -> Iterator[str]:
             yield url
 
 
-def _answering(programs: Programs, loco: Loco, answers: Writer) -> Callable[[Any, str], None]:
-    """Return what performs the calls of programs, and answers them."""
+def _answering(programs: Programs, service: Loco | str, answers: Writer) -> Callable[[Any, str], None]:
+    """Return what performs the calls of the walk, or refuses those of another service, and answers them."""
 
     def answer(call: Any, client: str) -> None:  # noqa: ANN401 - cyclonedds has no types
         try:
+            if isinstance(service, str):
+                raise Refusal(REFUSED, f"the simulation has no service {service}")
             number = programs.read(call.header, _Header).api_id
         except Refusal as refusal:
             code, result = programs.refused(refusal.code, str(refusal)), ""
         else:
-            code, result = programs.answer(loco.operations, number, call.body, client)
+            code, result = programs.answer(service.operations, number, call.body, client)
         answers.send(RpcRespMsg(call.uuid, json.dumps({"status": code}), result or "{}"))
 
     return answer

@@ -175,6 +175,12 @@ def test_a_range_that_was_written_for_the_other_direction_does_not_stop_a_follow
     assert "joint 'thumb' leaves its range, [0.1, 1], to follow" in caplog.text
 
 
+def test_pictures_that_are_not_rendered_are_named(written, caplog):
+    sizes = "sizes = [[64, 48], [640, 480], [1920, 1440], [240, 320]]\nrates = [9.0, 9.0, 9.0, 9.0]"
+    read_own_body(written(ARM, f"{ARM_TOML}{sizes}\n"))
+    assert "Camera has no pictures of 1920x1440, 240x320 here: only those of the shape of" in caplog.text
+
+
 def test_the_rods_of_a_closed_chain_are_passive_and_move_with_it(caplog):
     body = read_own_body(FOLDER / "four_bars.xml")
     assert [joint.name for joint in body.joints if joint.passive] == ["pin", "swing"]

@@ -49,6 +49,13 @@ def test_a_call_without_an_operation_is_refused():
             assert program.send(header, "{}") == (400, {}), header[:20]
 
 
+@pytest.mark.parametrize("service", ["rt/LightControlApiTopic", "rt/X5CameraControl"])
+def test_the_calls_of_services_that_are_not_served_are_refused_at_once(service):
+    with t1() as (_robot, assembly):
+        assert Program(DOMAIN, service).call(2000, {"r": 255, "g": 0, "b": 0}) == 501
+        assert f"the simulation has no service {service}" in assembly.events.snapshot()[0][-1].message
+
+
 def test_a_program_that_hangs_while_it_sends_walks_no_further(monkeypatch):
     monkeypatch.setattr("visualhfsm_makers._programs._LEAST_TIME", 0.0)
     flood = ComponentProcess(module("tests.support.booster", str(DOMAIN), "flood", LONG))

@@ -301,6 +301,15 @@ def test_a_service_that_is_refused_says_why(session):
         sound.subscribe("test")
 
 
+def test_an_operation_that_is_refused_says_why(session):
+    memory = session.service("ALMemory")
+    assert "LandmarkDetected" in memory.getEventList()
+    with pytest.raises(
+        RuntimeError, match="ALMemory::getSubscribers: this operation is not offered: only keys"
+    ):
+        memory.getSubscribers("LandmarkDetected")
+
+
 def test_many_clients_at_once(url):
     def use(number):
         with connected(url) as session:

@@ -86,6 +86,14 @@ def test_installed_behaviors_can_all_be_found(manager):
     assert all(map(manager.isBehaviorInstalled, manager.getInstalledBehaviors()))
 
 
+def test_a_behavior_is_loaded_and_knows_its_tags(manager):
+    assert manager.preloadBehavior(HEY)
+    assert "hello" in manager.getBehaviorTags(HEY)
+    assert set(manager.getBehaviorTags(HEY)) < set(manager.getTagList())
+    with pytest.raises(InvalidCommand, match="no behavior"):
+        manager.preloadBehavior("Fly")
+
+
 def test_a_robot_that_sits_is_not_animated(rig, manager):
     rig.complete(rig.postures.goToPosture, "Sit", 1.0)
     with pytest.raises(InvalidCommand, match="needs a robot that stands, and it is sitting"):

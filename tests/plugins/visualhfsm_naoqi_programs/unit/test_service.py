@@ -17,7 +17,7 @@ from tests.support.limits import EVENT_LIMIT
 from tests.support.qi_service import Rig
 from tests.support.stepped_clock import SteppedClock
 from visualhfsm_naoqi_programs._clients import Call
-from visualhfsm_naoqi_programs._service import SERVICES
+from visualhfsm_naoqi_programs._service import REFUSED, SERVICES
 
 SENSIBLE = [
     "HeadYaw",
@@ -83,3 +83,9 @@ def test_anything(operations, ended, values):
         arguments = [ended] * long + values[: len(parameters) + 2 * several]
         with suppress(RobotError):
             operation(*arguments)
+
+
+@pytest.mark.parametrize("name", SERVICES.keys() & REFUSED.keys())
+def test_no_operation_is_both_offered_and_refused(name):
+    offered = {operation for part in SERVICES[name] for operation in dir(part)}
+    assert offered.isdisjoint(REFUSED[name].operations)

@@ -2,7 +2,10 @@
 
 from typing import Any
 
+from msgspec.structs import replace
+
 from interfaces.jderobot import CameraPrx
+from naoserver.bodies.nao import H25
 from naoserver.fake import FakeRobot
 from naoserver.options import ServerOptions
 from naoserver.serving.assembly import Assembly
@@ -28,3 +31,14 @@ def test_listeners_get_each_image_once_however_often_it_is_taken():
             first = first or sample.sequence
             times.append((sample.sequence - first, sample.time))
     assert times == [(0, 0.1), (0, 0.1), (0, 0.1), (1, 0.2)]
+
+
+def test_a_camera_without_the_usual_size_or_rate_starts_with_its_first():
+    slow = replace(H25.cameras[0], rates=(2.0,) * len(H25.cameras[0].sizes))
+    small = replace(H25.cameras[1], sizes=((64, 48),), rates=(30.0,))
+    clock = VirtualClock()
+    robot = FakeRobot(clock, body=replace(H25, cameras=(slow, small)))
+    servants: dict[str, Any] = dict(Assembly(robot, ServerOptions(), clock).servants)
+    of = [servants[facts.name].getImageDescription(None) for facts in (slow, small)]
+    first = slow.sizes[0]
+    assert [(each.width, each.height) for each in of] == [first, (64, 48)]

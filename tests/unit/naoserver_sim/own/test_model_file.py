@@ -93,6 +93,18 @@ def test_a_link_whose_mass_was_that_of_such_a_mesh_becomes_a_small_ball(read, fo
     assert "arm.urdf:2: body 'arm' has no mass: it is taken as a small ball" in model.notes[0]
 
 
+def test_links_whose_masses_are_guessed_by_their_shapes_are_named(read):
+    parts = [link("base"), link("upper", inertial=""), link("lower", inertial=""), link("tip")]
+    joints = [
+        joint("a", "base", "upper"),
+        joint("b", "upper", "lower"),
+        joint("c", "lower", "tip", kind="fixed"),
+    ]
+    notes = read(f"<robot>{''.join(parts + joints)}</robot>").notes
+    (note,) = (each for each in notes if "without mass" in each)
+    assert note.endswith("arm.urdf: 'upper' without mass: taken as their shapes full of water, 1 kg each")
+
+
 def _number(text, chance):
     places = [found.span() for found in re.finditer(r"-?\d+\.?\d*", text)]
     start, end = chance.choice(places or [(0, 0)])
