@@ -6,7 +6,7 @@ import os
 import sys
 from typing import Final, NoReturn
 
-from zenoh_ice.application import begin_loading, missing_package
+from zenoh_ice.application import begin_loading, end_without, missing_package
 from zenoh_ice.application.processor import IN_PART, is_in_part, lacks_of_mujoco
 
 _GL: Final = "MUJOCO_GL"
@@ -28,7 +28,7 @@ def main() -> NoReturn:
         from naoserver_sim._command import make_app
         from zenoh_ice.application.cli import run
     except ModuleNotFoundError as error:
-        sys.exit(f"naoserver-sim: error: {missing_package(error, 'sim')}")
+        end_without("naoserver-sim", "Serve the simulated robot.", missing_package(error, "sim"))
     except ImportError as error:
         if not is_in_part(str(error)):
             raise

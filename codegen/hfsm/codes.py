@@ -103,6 +103,7 @@ class Code(StrEnum):
     ASSIGNED_VARIABLE_ABOVE = "W542"
     HIDDEN_ATTRIBUTE = "W543"
     OLD_LIBRARY = "W544"
+    ENDLESS_CODE = "W545"
     SCXML_NOT_EXPORTED = "W560"
     SCXML_NOT_IMPORTED = "W561"
     SCXML_DIFFERENT_MEANING = "W562"
@@ -125,6 +126,9 @@ class Code(StrEnum):
 
 LOST: Final = frozenset((Code.LOST_ON_SAVING, Code.SCXML_NOT_IMPORTED))
 """The kinds that say that something of a file is not in the document."""
+
+UNREADY: Final = frozenset((Code.ENDLESS_CODE,))
+"""The warnings that keep a document from being ready to drive a robot."""
 
 FOLLOWED: Final = frozenset((Code.UNSENT_EVENT, Code.UNUSED_EVENT))
 """The kinds that are found by following what all code does."""

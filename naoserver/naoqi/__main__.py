@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import sys
 from typing import NoReturn
 
-from zenoh_ice.application import begin_loading, missing_package
+from zenoh_ice.application import begin_loading, end_without, missing_package
 
 
 def main() -> NoReturn:
@@ -16,7 +15,7 @@ def main() -> NoReturn:
         from naoserver.naoqi._command import app
         from zenoh_ice.application.cli import run
     except ModuleNotFoundError as error:
-        sys.exit(f"naoserver-naoqi: error: {missing_package(error, 'naoqi')}")
+        end_without("naoserver-naoqi", "Serve the real robot.", missing_package(error, "naoqi"))
     run(app, expected=(RobotError,))
 
 

@@ -134,7 +134,9 @@ class Desk:
     def edit(self, path: str, commands: list[dict[str, Any]]) -> Answer:
         """Change a document by the commands of the editor, all or none, as one step; save it.
 
-        A document that is not there is made. The resource visualhfsm://commands has their schema.
+        A document that is not there is made. A command is {"command": "addState", "automaton": 1, "x": 150,
+        "y": 150, "name": "wait"}; a refusal lists the others, or their fields; their schema is the resource
+        visualhfsm://commands.
         """
         content = msgspec.json.encode(commands)
         if len(commands) > _MOST_COMMANDS or len(content) > _LARGEST:

@@ -82,6 +82,7 @@ def play(
     The same documents and seed give the same match. Their code runs in processes that reach neither files
     nor network. A document that raises an error, hangs or cannot be run loses.
     """
+    _require_physics()
     from rich.console import Console
 
     from visualhfsm.plugins import check_place, write_html
@@ -147,6 +148,7 @@ def play_tournament(
     Their code runs in processes that reach neither files nor network. A document that raises an error, hangs
     or ends its process loses its matches, and changes no other.
     """
+    _require_physics()
     from rich.console import Console
     from rich.table import Table
 
@@ -202,6 +204,16 @@ def play_tournament(
         console.print(text, style="red", markup=False, soft_wrap=True)
     if failed:
         raise typer.Exit(1)
+
+
+def _require_physics() -> None:
+    """Raise MissingPackageError where no robot can be simulated."""
+    from visualhfsm.plugins import MissingPackageError
+
+    try:
+        import mujoco  # noqa: F401
+    except ModuleNotFoundError as error:
+        raise MissingPackageError("MuJoCo", "sim") from error
 
 
 def _require_sandbox(*, unsafe: bool) -> None:

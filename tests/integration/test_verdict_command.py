@@ -69,7 +69,7 @@ def test_the_robot_of_the_run_is_chosen(folder: Path) -> None:
 def test_ctrl_c_leaves_no_file(folder: Path) -> None:
     files = folder / "temporary"
     files.mkdir()
-    (folder / "slow.xml").write_text(moves("while True:\n    pass"))
+    (folder / "slow.xml").write_text(moves("while self:\n    pass"))
     command = module("visualhfsm", "verdict", "slow.xml")
     with ComponentProcess(command, {"TMPDIR": str(files), "PYTHONPATH": str(ROOT)}, folder) as judging:
         until(

@@ -15,13 +15,13 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import partial
-from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory, TemporaryFile
 from typing import Any, Final, NamedTuple
 
 import msgspec
 
+from codegen.hfsm.codes import UNREADY
 from codegen.hfsm.document import Document
 from codegen.messages import Message
 from visualhfsm._base.environment import child_environment
@@ -123,7 +123,9 @@ class Judge:
         archive, name = copy.archive, copy.document.name
         names = [each.name.strip() or each.expression.text for each in document.properties]
         proofs = [each.verdict for each in findings.proofs or ()] or ["undecided"] * len(names)
+        warnings = [*reasons_of(document, copy.document, findings.problems, "warning")]
         found = [*reasons_of(document, copy.document, findings.problems)]
+        found += [each for each in warnings if each.code in UNREADY]
         went: tuple[of_tests.TestResult, ...] = ()
         missed: tuple[str, ...] = ()
         seconds, patience = limits or (0.0, 0.0)
@@ -133,12 +135,11 @@ class Judge:
             found += failed
             went, failed = self._test(copy, patience)
             found += failed
-        warnings = reasons_of(document, copy.document, findings.problems, "warning")
         verdict = Verdict(
             document=name,
             ready=not found,
             reasons=tuple(found[:MOST]),
-            warnings=tuple(islice(warnings, MOST)),
+            warnings=tuple(each for each in warnings if each.code not in UNREADY)[:MOST],
             proved=tuple(name for name, proof in zip(names, proofs, strict=True) if proof == "holds"),
             undecided=tuple(name for name, proof in zip(names, proofs, strict=True) if proof == "undecided"),
             tests=sum(each.outcome == "passed" for each in went),

@@ -11,6 +11,7 @@ import signal
 import sys
 from collections.abc import Iterable
 from importlib.machinery import PathFinder
+from typing import NoReturn
 
 _TETHER = f"{os.path.dirname(__file__)}/tether.py"  # noqa: PTH120 - pathlib takes time to load
 
@@ -80,6 +81,16 @@ def missing_package(error: ModuleNotFoundError, extra: str) -> str:
     if name == "qi" and sys.version_info >= (3, 13):
         return "qi is not available for Python 3.13 and newer: the real robot needs Python 3.11 or 3.12"
     return f"{name} is not installed; type: pip install 'visualhfsm[{extra}]'"
+
+
+def end_without(program: str, what: str, lack: str) -> NoReturn:
+    """End a program that lacks something to be loaded: with code 1, or with its help if that is asked for."""
+    if "--help" in sys.argv[1:]:
+        sys.stdout.write(
+            f"Usage: {program} [OPTIONS]\n\n{what}\n\nIts options are listed once it can run: {lack}\n"
+        )
+        sys.exit(0)
+    sys.exit(f"{program}: error: {lack}")
 
 
 def tether_command(place: str = "background") -> list[str]:

@@ -31,6 +31,8 @@ _WAITS_WITHOUT_TIMEOUT: Final = frozenset(
 )
 _EXITS: Final = frozenset({"exit", "os._exit", "quit", "sys.exit"})
 _ENDLESS: Final = Message("this loop never ends")
+_LONGEST: Final = 86_400.0
+"""A sleep of more s has no end that anybody waits for."""
 
 
 def check_blocking(analysis: Analysis, report: Report) -> None:
@@ -71,12 +73,19 @@ class _Checker:
             advice = Message("wait with a timed transition instead, or check in each cycle")
             note = Note(Message("{who} has {period:g} ms; {advice}", who=who, period=period, advice=advice))
         modules = {**names_with(self._libraries, own_nodes(tree)), self_name: "self"}
+        guarded = {id(inner) for node in own_nodes(tree) for inner in _guarded(node)}
         for node in own_nodes(tree):
+            code = Code.BLOCKING_CALL
             match node:
                 case ast.Call(func=func) as where:
-                    message = self._blocking(node, full_name(func, modules), period)
+                    name = full_name(func, modules)
+                    message = self._blocking(node, name, period)
+                    if message is not None and name in self._sleeps and _duration(node) > _LONGEST:
+                        code = Code.ENDLESS_CODE
                 case ast.While(test=where) if truth(where) is True and not _has_way_out(node):
                     message = _ENDLESS
+                    if not piece.is_functions and id(node) not in guarded:  # a function may run on a thread
+                        code = Code.ENDLESS_CODE
                 case ast.For(iter=ast.Call(func=ast.Attribute(attr="samples")) as where) if not _has_way_out(
                     node
                 ):
@@ -86,7 +95,7 @@ class _Checker:
                 case _:
                     continue
             if message is not None:
-                self._report.warning(Code.BLOCKING_CALL, message, piece.place(where), [note])
+                self._report.warning(code, message, piece.place(where), [note])
 
     def _blocking(self, call: ast.Call, name: str, period: float | None) -> Message | None:
         """Return why a call of a function, given by its full name, blocks, or None if it does not."""
@@ -96,13 +105,25 @@ class _Checker:
         if name in _WAITS_WITHOUT_TIMEOUT and not has_timeout:
             return Message("`{name}` waits without a limit: it has no `timeout`", name=name)
         if name in self._sleeps and period is not None:
-            argument = next(iter([*call.args, *(keyword.value for keyword in call.keywords)]), None)
-            duration = None if argument is None else seconds(argument)
-            if duration is not None and duration * 1000 > period:
+            duration = _duration(call)
+            if duration * 1000 > period:
                 return Message(
                     "`{name}` waits for {duration:g} s, longer than the period", name=name, duration=duration
                 )
         return None
+
+
+def _duration(sleep: ast.Call) -> float:
+    """Return for how many s a call sleeps; 0 if that is not known."""
+    argument = next(iter([*sleep.args, *(keyword.value for keyword in sleep.keywords)]), None)
+    return (None if argument is None else seconds(argument)) or 0.0
+
+
+def _guarded(node: ast.AST) -> list[ast.AST]:
+    """Return what an exception may end that is caught: the nodes in a `try`, or a `with`."""
+    if isinstance(node, ast.With) or (isinstance(node, ast.Try) and node.handlers):
+        return [inner for statement in node.body for inner in ast.walk(statement)]
+    return []
 
 
 def _has_way_out(loop: ast.While | ast.For) -> bool:

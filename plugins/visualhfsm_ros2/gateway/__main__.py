@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import sys
 from typing import NoReturn
 
-from zenoh_ice.application import begin_loading, missing_package
+from zenoh_ice.application import begin_loading, end_without, missing_package
 
 
 def main() -> NoReturn:
@@ -18,7 +17,11 @@ def main() -> NoReturn:
         cause = error.__cause__ or error
         if not isinstance(cause, ModuleNotFoundError):
             raise
-        sys.exit(f"naoserver-ros2: error: {missing_package(cause, 'ros2')}")
+        end_without(
+            "naoserver-ros2",
+            "Show any robot server, simulated or real, to ROS 2.",
+            missing_package(cause, "ros2"),
+        )
     run(app, expected=EXPECTED)
 
 

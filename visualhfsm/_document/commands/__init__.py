@@ -6,10 +6,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from typing import TYPE_CHECKING, Final, Union
 
 import msgspec
 
+from codegen.messages import Message
 from codegen.reasons import reason
 from visualhfsm._base.errors import EditError
 from zenoh_ice.data import typed
@@ -35,6 +37,11 @@ else:
     AnyCommand = Union[COMMANDS]  # noqa: UP007 - made of a tuple
     """The type of any command in JSON."""
 
+
+class _Named(msgspec.Struct):
+    command: str
+
+
 _decode: Final[Callable[[bytes | str | msgspec.Raw], Command]] = typed.json_decoder(AnyCommand)
 
 
@@ -49,4 +56,18 @@ def decode_command(content: bytes | str | msgspec.Raw) -> Command:
     try:
         return _decode(content)
     except (msgspec.MsgspecError, UnicodeError) as error:
-        raise EditError("Cannot understand the command", reason(error)) from error
+        raise EditError("Cannot understand the command", reason(error), _expected(content)) from error
+
+
+def _expected(content: bytes | str | msgspec.Raw) -> Message:
+    """Return what a command that is none could be: the names of all, or the fields of the one it names."""
+    name = ""
+    with suppress(msgspec.MsgspecError, UnicodeError):
+        name = typed.from_json(content, _Named).command
+    for each in COMMANDS:
+        if name == each.__struct_config__.tag:
+            return Message(
+                "{name} has the fields {fields}", name=name, fields=", ".join(each.__struct_encode_fields__)
+            )
+    names = ", ".join(str(each.__struct_config__.tag) for each in COMMANDS)
+    return Message("its field `command` is one of {names}", names=names)

@@ -236,7 +236,7 @@ def test_a_document_that_is_not_ready_does_not_run(
 
 
 def test_a_document_that_hangs_does_not_run(root: Path, robot: ServedRobot) -> None:
-    write(root, "while True: pass")
+    write(root, "while self: pass")
     with closing(desk_of(root, robot, patience=1.0)) as impatient:
         assert not impatient.verdict("look.xml", seconds=0.5)["ready"]
         with pytest.raises(AgentError, match=r"it is not ready: .*took more than 1 s"):

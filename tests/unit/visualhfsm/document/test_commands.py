@@ -40,7 +40,8 @@ def test_commands_come_as_json() -> None:
     ],
 )
 def test_json_that_is_no_command_is_refused(content: str | bytes) -> None:
-    with pytest.raises(EditError, match="Cannot understand the command"):
+    lists = r"its field `command` is one of .*addState|(addState|setText|renameState) has the fields \w+, "
+    with pytest.raises(EditError, match=f"Cannot understand the command: .*; ({lists})"):
         decode_command(content)
 
 
