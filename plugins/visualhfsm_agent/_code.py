@@ -1,8 +1,8 @@
 """Code that an agent may run: it computes and calls the servants of its document, and reaches nothing else.
 
 A module stands there only as `module.name`, with names of a closed list, so that none leads to another one,
-to files or programs. Values have no private attributes, and none that leads around the proxies. All else is
-refused.
+to files or programs. Values have no private attributes, none that leads around the proxies, and of arrays
+those of a closed list. All else is refused.
 """
 
 from __future__ import annotations
@@ -19,6 +19,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import Final
 
+import numpy as np
+
 from ._limits import AgentError
 
 
@@ -26,8 +28,8 @@ def _words(text: str) -> frozenset[str]:
     return frozenset(text.split())
 
 
-def _public(module: ModuleType) -> frozenset[str]:
-    return frozenset(name for name in dir(module) if not name.startswith("_"))
+def _public(of: ModuleType | type) -> frozenset[str]:
+    return frozenset(name for name in dir(of) if not name.startswith("_"))
 
 
 _MODULES: Final[Mapping[str, frozenset[str]]] = {
@@ -36,7 +38,7 @@ _MODULES: Final[Mapping[str, frozenset[str]]] = {
     "collections": _words("Counter OrderedDict defaultdict deque"),
     "dataclasses": _words("asdict astuple dataclass field replace"),
     "enum": _words("Enum Flag IntEnum IntFlag auto"),
-    "functools": _words("cache cached_property cmp_to_key lru_cache partial reduce"),
+    "functools": _words("cache cached_property lru_cache partial reduce"),
     "itertools": _public(itertools),
     "json": _words("JSONDecodeError dumps loads"),
     "math": _public(math),
@@ -86,6 +88,20 @@ _ATTRIBUTES: Final = re.compile(
     "|stringToProxy|tofile|type|uncheckedCast"
 )
 """Attributes of values that lead to frames and files, to others by their text, and around the proxies."""
+_OF_ARRAYS: Final = _words("""
+    T accumulate all any argmax argmin argpartition argsort astype at choose clip compress conj conjugate
+    coords copy cumprod cumsum data diagonal dot dtype fill flat flatten identity imag index item itemsize
+    kind max mean min name nbytes ndim nonzero num outer partition prod put ravel real reduce repeat reshape
+    round searchsorted shape signature size sort squeeze std str sum swapaxes take tobytes tolist trace
+    transpose types var
+""")
+"""What code may use of arrays, their types and functions: nothing that frees or reinterprets memory of views.
+What else NumPy has there, now or later, is refused, whatever has an attribute of this name."""
+_UNSAFE_OF_ARRAYS: Final = (
+    frozenset().union(*map(_public, (np.ndarray, np.dtype, np.ufunc, np.flatiter))) - _OF_ARRAYS
+)
+_UNSET_OF_ARRAYS: Final = _words("data dtype shape strides")
+"""What code may read of an array, and not set."""
 _METHODS: Final = _words("__call__ __init__ __iter__ __len__ __next__ __post_init__ __repr__ __str__")
 """Special methods that may be defined; others would see frames, or pretend to be values of other kinds."""
 _OF_GENERATED: Final = _words("Proxy __file__ __name__ __package__ load_extension main source_map")
@@ -146,11 +162,12 @@ def _wild(tree: ast.Module, beside: Mapping[str, frozenset[str]]) -> Iterator[tu
                 bad = name in _NAMES or name in _OF_GENERATED or name in modules
                 found = [name] if bad or name.startswith("__") or name.endswith("Prx") else []
             case ast.Attribute(attr=name, ctx=context) if id(node) not in known:
-                found = [name] if _ATTRIBUTES.fullmatch(name) or isinstance(context, ast.Del) else []
+                bad = not _may_use(name, sets=isinstance(context, ast.Store)) or isinstance(context, ast.Del)
+                found = [name] if bad else []
             case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name) if name in _METHODS:
                 pass
             case ast.MatchClass(kwd_attrs=names):
-                found = [each for each in names if _ATTRIBUTES.fullmatch(each)]
+                found = [each for each in names if not _may_use(each)]
             case ast.Constant() | ast.Name() | ast.Attribute() | ast.keyword() | ast.alias():
                 pass
             case _:  # what binds a name otherwise
@@ -206,10 +223,17 @@ def _as_generated(node: ast.AST) -> Iterator[ast.AST]:
         ) if end.endswith(("Motors", "Encoders")):  # what is not a user's ends otherwise
             yield called
         case ast.Call(
-            func=ast.Name(id="getattr" | "setattr") as called,
+            func=ast.Name(id="getattr" | "setattr" as how) as called,
             args=[_, ast.Constant(value=str() as attribute), *_],
-        ) if not _ATTRIBUTES.fullmatch(attribute):
+        ) if _may_use(attribute, sets=how == "setattr"):
             yield called
+
+
+def _may_use(attribute: str, *, sets: bool = False) -> bool:
+    """Return whether an attribute of a value may be read, or set."""
+    if _ATTRIBUTES.fullmatch(attribute) or attribute in _UNSAFE_OF_ARRAYS:
+        return False
+    return not (sets and attribute in _UNSET_OF_ARRAYS)
 
 
 def _may_import(module: str, name: ast.alias, beside: Mapping[str, frozenset[str]]) -> bool:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 import threading
+import time
 from pathlib import Path
 from typing import Any, Final, Literal
 
@@ -36,6 +37,10 @@ _PAGE: Final = 20_000
 _MOST_COMMANDS: Final = 500
 _LARGEST: Final = 1 << 20
 """Most characters of the commands of a step."""
+
+_LINK: Final = 2.0
+"""s in which the servants of a realm are seen."""
+_LINK_PERIOD: Final = 0.02
 
 AUTHOR: Final = "agent"
 """Its name in *Undo* of a page."""
@@ -110,7 +115,9 @@ class Desk:
 
     def robot(self) -> Answer:
         """Say what is served in the realm, and whether anybody may command the robot."""
-        realm = self._realm()
+        realm, until = self._realm(), time.monotonic() + _LINK
+        while not realm.identities() and time.monotonic() < until:  # it may have just been connected
+            time.sleep(_LINK_PERIOD)
         answer: Answer = {"present": "Safety" in realm.identities(), "data": {"servants": realm.identities()}}
         if answer["present"]:
             safety = SafetyPrx.uncheckedCast(realm.stringToProxy("Safety")).getSafetyState()
@@ -281,7 +288,10 @@ class Desk:
     # -- parts ---------------------------------------------------------------------------------------------
 
     def _file(self, path: str) -> Path:
-        return self._project.file(path)
+        file = self._project.file(path)
+        if any(part.startswith(".") for part in file.relative_to(self._root).parts):
+            raise AgentError.because("hidden files and folders are none of the project")
+        return file
 
     def _open(self, path: str, *, make: bool = False) -> OpenDocument:
         """Return a document as its file is now. Raises AgentError for one that cannot be read any more."""

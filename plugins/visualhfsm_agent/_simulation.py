@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import io
 import os
+from collections import Counter
 from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any, Final
@@ -44,6 +45,8 @@ class Simulated(msgspec.Struct, frozen=True):
     error: str
     timeline: list[str]
     calls: list[str]
+    reads: dict[str, int]
+    """How often operations were called that begin with `get`; these are no calls of the list."""
     variables: dict[str, str]
     joints: dict[str, float]
     picture: str = ""
@@ -61,13 +64,19 @@ def _run(question: Question) -> Simulated:
             run = ends.enter_context(simulate(question.document, robot=question.robot, stand_ins=True))
         except (Exception, SystemExit) as failure:  # noqa: BLE001 - whatever its variables and modules raise
             why = encodable(text_of(failure)) or type(failure).__name__
-            return Simulated(0.0, [], why, [], [], {}, {})
+            return Simulated(0.0, [], why, [], [], {}, {}, {})
         error = ""
         try:
             run.advance(question.seconds)
         except Exception as failure:  # noqa: BLE001 - whatever the behavior raises
             error = encodable(text_of(failure).partition("\ntimeline of ")[0])
-        calls = [f"{each.time:.3f} s {each.target} {each.arguments}"[:_LONGEST] for each in run.calls()]
+        calls: list[str] = []
+        reads: Counter[str] = Counter()
+        for each in run.calls():
+            if each.target.rpartition(".")[2].startswith("get"):
+                reads[each.target] += 1
+            else:
+                calls.append(f"{each.time:.3f} s {each.target} {each.arguments}"[:_LONGEST])
         found: dict[str, Any] = {}
         for actor in run.tree.actors:
             found |= run.variables(actor.automaton.id)
@@ -77,6 +86,7 @@ def _run(question: Question) -> Simulated:
             error=error,
             timeline=run.timeline.splitlines()[-_MOST:],
             calls=calls[-_MOST:],
+            reads=dict(reads),
             variables={name: short_repr(value) for name, value in found.items()},
             joints=run.robot.joints,
             picture=_look(run.robot) if question.picture else "",

@@ -60,7 +60,8 @@ def run_all(where: Where, plan: Plan, file: Path) -> Summary:
                     console.print(f"{len(record.done)} of {plan.runs} are done; the same command goes on")
     summary = summarize(file, plan.varying, plan.runs)
     try:
-        write_table(file.with_suffix(".csv"), summary, again=where.again)
+        known = None if where.again else summarize(file, plan.varying)
+        write_table(file.with_suffix(".csv"), summary, known)
     except VisualHfsmError as error:  # the outcomes are there
         console.print(str(error), style="yellow", markup=False, soft_wrap=True)
     return summary

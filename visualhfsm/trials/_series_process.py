@@ -100,7 +100,8 @@ class _Work:
                 with LocalPool(self._order.workers) as pool:
                     series.run(record, pool, ended, self._stop)
         self._report(plan, file)
-        write_table(file.with_suffix(".csv"), summarize(file, plan.varying, plan.runs), again=again)
+        known = None if again else summarize(file, plan.varying)
+        write_table(file.with_suffix(".csv"), summarize(file, plan.varying, plan.runs), known)
 
     def _record(self, series: Series) -> None:
         target = Path(self._order.recording)

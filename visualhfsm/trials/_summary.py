@@ -193,21 +193,30 @@ class Summary:
         return Part(label, rate, {name: float(np.mean(each)) for name, each in numbers.items() if each})
 
 
-def summarize(path: Path, varying: Sequence[str], runs: int) -> Summary:
-    """Return the summary of the first `runs` trials in a file of outcomes. Raises TrialsError."""
+def summarize(path: Path, varying: Sequence[str], runs: float = math.inf) -> Summary:
+    """Return the summary of the trials in a file of outcomes, or the first `runs`. Raises TrialsError."""
     outcomes = (each for each in read_outcomes(path) if each.number <= runs)
     return Summary(outcomes, varying, read_looks(path))
 
 
-def write_table(path: Path, summary: Summary, *, again: bool = False) -> None:
+def write_table(path: Path, summary: Summary, known: Summary | None = None) -> None:
     """Write a row for each trial as CSV: what it came to, its quantities, and its numbers.
 
-    Raises VisualHfsmError, also when a table is there with what no trial came to, unless it is written
-    `again`: somebody has changed it.
+    Raises VisualHfsmError, also when a table is there with anything that is not in that of all trials that
+    are `known`, if they are given: somebody has changed it.
     """
+    if known is not None and _was_changed(path, csv_text(_table(known))):
+        raise VisualHfsmError.because(
+            "{path} was changed since it was written, and is kept: move it for a table of all trials",
+            path=str(path),
+        )
+    write_csv(path, _table(summary))
+
+
+def _table(summary: Summary) -> list[list[str | float]]:
     values = list(dict.fromkeys(name for row in summary.rows for name in row.values))
     numbers = list(dict.fromkeys(name for row in summary.rows for name in row.numbers))
-    rows = [
+    rows: list[list[str | float]] = [
         [
             row.number,
             row.success,
@@ -218,13 +227,7 @@ def write_table(path: Path, summary: Summary, *, again: bool = False) -> None:
         ]
         for row in summary.rows
     ]
-    table: list[list[str | float]] = [["number", "success", "reason", "states", *values, *numbers], *rows]
-    if not again and _was_changed(path, csv_text(table)):
-        raise VisualHfsmError.because(
-            "{path} was changed since it was written, and is kept: move it for a table of all trials",
-            path=str(path),
-        )
-    write_csv(path, table)
+    return [["number", "success", "reason", "states", *values, *numbers], *rows]
 
 
 def _was_changed(path: Path, table: str) -> bool:

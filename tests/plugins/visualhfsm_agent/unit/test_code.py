@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+import re
+import subprocess
+import sys
 from pathlib import Path
+from random import Random
 
+import numpy as np
 import pytest
 
+from tests.support.limits import RUN_LIMIT
 from tests.support.places import ROOT
+from tests.support.soak import repeated
 from visualhfsm import Project
 from visualhfsm_agent._code import require_tame
 from visualhfsm_agent._limits import AgentError
@@ -14,7 +21,8 @@ from visualhfsm_agent._limits import AgentError
 _TAME = [
     "import math\nx = math.pi",
     "import numpy as np\nx = np.zeros(3).copy() + np.linalg.norm(np.ones(2))",
-    "from collections import deque\nx = deque([1])",
+    "import numpy as np\nx = np.ones((2, 3))\ny = x.shape, x.T.reshape(-1).tolist(), x.sum(), x.dtype.name",
+    "from collections import deque\nx = deque([1])\ny = [1].index(1), 'a-b'.partition('-')",
     "import json\nx = json.loads('{}')",
     "import time\ntime.sleep(0.1)",
     "import random\nx = random.uniform(0, 1)",
@@ -73,6 +81,19 @@ _WILD = [
     "import numpy as np\nnp.load('x')",
     "import numpy as np\nnp.fromfile('x')",
     "import numpy as np\nnp.ones(3).tofile('x')",
+    "import numpy as np\nnp.ones(3).resize(3)",
+    "import numpy as np\nresize = np.ones(3).resize",
+    "import numpy as np\ngetattr(np.ones(3), 'resize')",
+    "match object():\n    case object(resize=x):\n        pass",
+    "import numpy as np\nnp.ones(3).view('f8')",
+    "import numpy as np\nnp.ones(3).setfield(1.0, 'f8')",
+    "import numpy as np\nnp.ones(3).flags",
+    "import numpy as np\nnp.ones(3).strides",
+    "import numpy as np\nx = np.ones(3)\nx.shape = 3, 1",
+    "import numpy as np\nx = np.ones(3)\nx.dtype = 'f8'",
+    "import numpy as np\nx = np.ones(3)\nfor x.shape in [(3, 1)]:\n    pass",
+    "import numpy as np\nsetattr(np.ones(3), 'shape', (3, 1))",
+    "import functools\nfunctools.cmp_to_key",
     "import numpy as np\nnp.ctypeslib",
     "import numpy.ctypeslib",
     "import cv2\ncv2.imread('x')",
@@ -183,3 +204,104 @@ def test_ready_states_and_experiments_may_run(tmp_path: Path, document: Path) ->
     with Project(document.parent) as project:
         project.open(document).generate(tmp_path)
     require_tame(tmp_path)
+
+
+@pytest.mark.parametrize("kind", [np.ndarray, np.dtype, np.ufunc, np.flatiter])
+def test_of_an_array_code_may_use_what_is_listed_and_nothing_that_numpy_has_besides(
+    tmp_path: Path, kind: type
+) -> None:
+    """Also of a NumPy of later: what changes memory below views is not among what is listed."""
+    refused = set()
+    for name in dir(kind):
+        try:
+            judge(tmp_path, f"x = 1\nx.{name}")
+        except AgentError:
+            refused.add(name)
+    assert refused >= {each for each in dir(kind) if each.startswith("_")}
+    unlisted = {
+        "resize",
+        "view",
+        "setfield",
+        "getfield",
+        "byteswap",
+        "setflags",
+        "flags",
+        "strides",
+        "ctypes",
+        "base",
+    }
+    assert refused >= unlisted & {*dir(kind)}
+    assert {*dir(kind)} - refused <= _LISTED
+
+
+_LISTED = frozenset(
+    re.findall(
+        r"\w+",
+        """
+        T all any argmax argmin argpartition argsort astype choose clip compress conj conjugate copy cumprod cumsum
+        data diagonal dot dtype fill flat flatten imag item itemsize max mean min nbytes ndim nonzero partition
+        prod put ravel real repeat reshape round searchsorted shape size sort squeeze std sum swapaxes take
+        tobytes tolist trace transpose var kind name num str accumulate at identity outer reduce signature types
+        coords index
+        """,
+    )
+)
+
+_RUNS = """
+import sys
+for program in sys.stdin.read().split("\\0"):
+    try:
+        exec(program, {})
+    except Exception:
+        pass
+print("done")
+"""
+
+
+@pytest.mark.slow
+def test_generated_programs_of_arrays_end_by_no_signal(tmp_path: Path) -> None:
+    draw = Random(1)
+    methods = sorted(_LISTED & {*dir(np.ndarray)})
+    arguments = [
+        "",
+        "0",
+        "1",
+        "-1",
+        "2, 3",
+        "(3, 4)",
+        "'f4'",
+        "[0, 1]",
+        "0, 1",
+        "mode='wrap'",
+        "a",
+        "b",
+        "a, a",
+    ]
+    starts = ["np.arange(12.0)", "np.zeros((3, 4))", "np.array([b'a', b'bc'])", "np.array([1, None], 'O')"]
+    programs = []
+    for _ in range(repeated(test=300, soak=10_000)):
+        start = draw.choice(starts)
+        objects = start is starts[-1]  # which, once it contains itself, is printed until the stack is full
+        lines = ["import numpy as np", f"a = {start}", "b = a[::2]"]
+        for _ in range(8):
+            call = f"{draw.choice('ab')}.{draw.choice(methods)}"
+            given = draw.choice(arguments[:-3] if objects else arguments)
+            line = f"{call}({given})" if draw.random() < 0.9 else call
+            lines += [
+                "try:",
+                f"    {draw.choice('abc')} = {line}",
+                "except Exception:",
+                "    pass",
+                "str(a), str(b)",
+            ]
+        programs.append("\n".join(lines))
+        judge(tmp_path, programs[-1])
+    done = subprocess.run(
+        [sys.executable, "-c", _RUNS],
+        input="\0".join(programs),
+        capture_output=True,
+        text=True,
+        timeout=RUN_LIMIT,
+        check=False,
+    )
+    assert (done.returncode, done.stdout) == (0, "done\n"), done.stderr[-2000:]

@@ -403,6 +403,26 @@ def test_a_document_that_was_deleted_may_come_again(desk: Desk, root: Path) -> N
     assert desk.document("look.xml")["data"]["text"] == first
 
 
+def test_a_robot_is_seen_by_an_agent_that_has_just_begun(root: Path, robot: ServedRobot) -> None:
+    with closing(desk_of(root, robot)) as new:
+        assert new.robot()["present"]
+
+
+def test_hidden_folders_are_none_of_the_project(desk: Desk, root: Path) -> None:
+    add = {"command": "addState", "automaton": 1, "x": 1, "y": 1}
+    for path in (".git/x.xml", ".visualhfsm-agent/x.xml", "a/.b/x.xml", ".x.xml"):
+        with pytest.raises(AgentError, match="hidden"):
+            desk.edit(path, [add])
+        assert not (root / path).exists()
+
+
+def test_a_simulation_lists_commands_and_counts_reads(desk: Desk, root: Path) -> None:
+    write(root, "self.Head.setPose(0.1, 0.0, 0.5)\nself.Head.getPose()")
+    data = desk.simulate("look.xml", seconds=0.5)["data"]
+    assert data["reads"]["Head.getPose"] == len(data["calls"]) > 1
+    assert all("Head.setPose" in call for call in data["calls"])
+
+
 def asked_by(desk: Desk, root: Path) -> tuple[Approvals, Asked]:
     """Return what a run asks a person for that nobody has allowed yet."""
     with pytest.raises(AgentError, match="a person must allow this run"):

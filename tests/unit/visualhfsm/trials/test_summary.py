@@ -187,7 +187,8 @@ def test_the_table_has_a_row_for_each_trial(summary: Summary, tmp_path: Path) ->
 def test_a_table_that_somebody_changed_is_kept(summary: Summary, tmp_path: Path) -> None:
     table = tmp_path / "walk.csv"
     write_table(table, Summary(map(outcome, range(50)), VARYING))
-    write_table(table, summary)  # later trials add to it
+    write_table(table, summary, summary)  # later trials add to it
+    write_table(table, Summary(map(outcome, range(50)), VARYING), summary)  # and fewer may be asked for
     for changed in (
         table.read_text("utf-8-sig").replace("goal", "goal, by luck", 1),
         table.read_text("utf-8-sig").replace(",", ";"),
@@ -195,9 +196,9 @@ def test_a_table_that_somebody_changed_is_kept(summary: Summary, tmp_path: Path)
     ):
         table.write_text(changed, "utf-8")
         with pytest.raises(VisualHfsmError, match="is kept"):
-            write_table(table, summary)
+            write_table(table, summary, summary)
         assert table.read_text("utf-8") == changed
-    write_table(table, summary, again=True)
+    write_table(table, summary)
     assert "luck" not in table.read_text("utf-8-sig")
 
 
