@@ -105,6 +105,9 @@ _Body = Annotated[
         "a TOML file or facts in JSON (docs/how-to/own-robot.md).",
     ),
 ]
+_Hang = Annotated[
+    bool, typer.Option("--hang", help="Hang the robot up by its trunk, its feet in the air, as on a gantry.")
+]
 _WriteBody = Annotated[
     Path | None,
     typer.Option(
@@ -168,6 +171,7 @@ def naoserver_sim(
     seed: _Seed = None,
     body: _Body = DEFAULT_BODY,
     xacro: _Xacro = None,
+    hang: _Hang = False,
     write_body: _WriteBody = None,
     force: _Force = False,
     camera: _Cameras = None,
@@ -200,6 +204,8 @@ def naoserver_sim(
         write_own_body(Path(body), write_body, arguments=arguments, force=force, say=typer.echo)
         return
     facts = named_body(body, arguments=arguments, say=typer.echo)
+    if hang:
+        facts = msgspec.structs.replace(facts, mounted=True)
     entrances = [entrance for entrance in entered.entrances if entrance.is_wanted(entered.options)]
     programs = [entrance for entrance in entrances if entrance.serve is not None]
     if programs and settings.security != Security():

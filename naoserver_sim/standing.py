@@ -31,6 +31,8 @@ _GAP: Final = 0.0002
 """Height in m from which the robot is lowered to the floor."""
 _CLEARANCE: Final = 0.05
 """Least height in m above the floor of what a mounted robot moves, at the start."""
+_HANGING: Final = 0.2
+"""Height in m above the floor in which a mounted robot with feet has its soles, at the start."""
 _FARTHEST_FLOOR: Final = 10.0
 """Largest distance in m of the floor from a robot whose root is at the origin."""
 
@@ -138,7 +140,8 @@ def _height(model: Model, data: mujoco.MjData) -> float:
     mj = model.mj
     if model.body.soles:
         left, right = (data.geom(sole(side)) for side in SIDES)
-        return float(min(left.xpos[2], right.xpos[2]) - mj.geom(sole("left")).size[2])
+        lowest = float(min(left.xpos[2], right.xpos[2]) - mj.geom(sole("left")).size[2])
+        return lowest - _HANGING if model.body.mounted else lowest
     own = np.flatnonzero((mj.body_rootid[mj.geom_bodyid] == model.base.body) & (mj.geom_contype != 0))
     floor, ends = mj.geom("floor").id, np.zeros(6)
     heights = [mujoco.mj_geomDistance(mj, data, floor, geom, _FARTHEST_FLOOR, ends) for geom in own]

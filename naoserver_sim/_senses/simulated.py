@@ -328,9 +328,10 @@ class SimulatedSenses:
             tilt = self.record.newest.inertial.tilt
             self.falls.check(time, period * _FALLS_EVERY, tilt, self.record.weight())
         if self._ticks % self._sonar_every == 0:
-            data = self._data
             if self._battery is not None:
-                self._battery.draw(period * self._sonar_every, data.actuator_force, data.qvel)
+                data = self._data
+                torques = self._simulator.motors.torques(data.actuator_force)
+                self._battery.draw(period * self._sonar_every, torques, data.qvel)
             errors = self._random.standard_normal(2).tolist() if self._noise else [0.0, 0.0]
             self._ping = (self._everywhere.copy(), errors)
 

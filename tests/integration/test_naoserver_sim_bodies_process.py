@@ -5,7 +5,8 @@ import signal
 
 import pytest
 
-from interfaces.jderobot import EncodersPrx, MotorsPrx
+from interfaces.jderobot import EncodersPrx, InvalidValueException, MotorsPrx
+from interfaces.nao import WalkPrx
 from naoserver.bodies import find_body
 from tests.support.cart import CART, CART_TOML
 from tests.support.limits import END_LIMIT
@@ -31,11 +32,10 @@ def body(request, tmp_path):
     return str(tmp_path / request.param), ALWAYS | {"Head", "NeckMotors"}
 
 
-def server(endpoint, body, directory):
+def server(endpoint, body, directory, *options):
     """Start a server that keeps an emergency stop in a directory."""
-    command = module(
-        "naoserver_sim", "--listen", endpoint, "--no-skin", "--body", body, "--world", "empty", "--speed", "3"
-    )
+    of_all = ("--listen", endpoint, "--no-skin", "--body", body, "--world", "empty", "--speed", "3")
+    command = module("naoserver_sim", *of_all, *options)
     return ComponentProcess(command, {"XDG_STATE_HOME": os.fspath(directory), "MUJOCO_GL": "disable"})
 
 
@@ -64,3 +64,13 @@ def test_it_announces_what_the_body_has_walks_and_ends_at_a_signal(body, tmp_pat
         process.process.send_signal(signal.SIGTERM)
         assert process.wait(END_LIMIT) in {128 + signal.SIGTERM, -signal.SIGTERM}, process.output
         assert "Traceback" not in process.output
+
+
+def test_it_can_be_hung_up(tmp_path):
+    endpoint = free_endpoint()
+    with server(endpoint, "G1", tmp_path, "--hang") as process:
+        process.wait_for("^ready")
+        with initialize(connect=[endpoint]) as communicator:
+            walk = WalkPrx.checkedCast(communicator.stringToProxy("Walk"))
+            with pytest.raises(InvalidValueException, match="does not stand on its feet"):
+                walk.walkTo(0.5, 0.0, 0.0)

@@ -35,9 +35,16 @@ class WithPlugged(TyperGroup):
         return super().get_command(ctx, cmd_name) or _plugged(_SEAM, cmd_name)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:  # noqa: ANN401
-        """Return the command that arguments begin with, and what follows; name `edit` where it is a file."""
+        """Return the command that arguments begin with, and what follows.
+
+        Names `edit` where it is a file, and what runs a document where it is `run`.
+        """
         if os.path.isfile(args[0]) and self.get_command(ctx, args[0]) is None:  # noqa: PTH113 - takes any text
             ctx.fail(f"{args[0]} is a file, no command. To open it: visualhfsm edit {shlex.quote(args[0])}")
+        if args[0] == "run" and self.get_command(ctx, args[0]) is None:
+            name = shlex.quote(next((each for each in args if each.endswith(".xml")), "NAME.xml"))
+            component = name.replace(".xml", ".py")
+            ctx.fail(f"a document runs as its component: codegen {name}, and then: python {component}")
         return super().resolve_command(ctx, args)
 
 

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from naoserver.bodies import find_body
 from naoserver.bodies.parts import Axis
@@ -98,6 +99,23 @@ def test_it_crouches_and_rises_again(robots, body, seconds):
         begin = end
     for joint, angle in zip(body.joint_names, robot.read().positions, strict=True):
         assert angle == pytest.approx(body.resting_angles[joint], abs=0.05), joint
+
+
+def test_on_a_mount_it_hangs_and_its_legs_move_without_the_floor(robots, body):
+    robot, clock = robots(replace(body, mounted=True))
+    held = robot.stage.truth().torso.position
+    robot.command_stiffnesses(dict.fromkeys(body.motors, 0.0), 0.5)
+    clock.advance(3.0)
+    robot.command_stiffnesses(dict.fromkeys(body.motors, 1.0), 0.5)
+    wanted = body.postures["Stand"].angles
+    robot.command_positions(wanted, dict.fromkeys(wanted, 1.0))
+    clock.advance(4.0)
+    angles = dict(zip(body.joint_names, robot.read().positions, strict=True))
+    for joint in body.groups.legs:
+        assert angles[joint] == pytest.approx(wanted[joint], abs=0.05), joint
+    assert robot.senses.record.loads() == (0.0, 0.0)
+    assert robot.stage.truth().torso.position == pytest.approx(held, abs=0.002)
+    assert not robot.state().fallen
 
 
 def test_it_begins_at_rest(robots, body):

@@ -46,6 +46,16 @@ def forget():
     module._plugged.cache_clear()
 
 
+def test_run_says_what_runs_a_document_unless_a_plug_in_does(tmp_path: Path) -> None:
+    refused = CliRunner().invoke(app, ["run", "--realm", "nao2", "one goes.xml"], prog_name="visualhfsm")
+    assert "codegen 'one goes.xml', and then: python 'one goes.py'" in " ".join(
+        refused.stderr.replace("│", "").split()
+    )
+    with installed(tmp_path, {"visualhfsm.commands": {"run": "stranger:app"}}, stranger=DANCE):
+        module._plugged.cache_clear()
+        assert run_here(app, "visualhfsm", "run", "Nao").stdout == "dances with Nao\n"
+
+
 def test_a_command_is_listed_and_runs_and_costs_others_nothing(tmp_path: Path) -> None:
     with installed(tmp_path, {"visualhfsm.commands": {"dance": "stranger:app"}}, stranger=DANCE):
         assert run_here(app, "visualhfsm", "new", "--help").returncode == 0
