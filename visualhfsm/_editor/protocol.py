@@ -615,6 +615,12 @@ class Body(BaseRequest):
     hash: Annotated[str, msgspec.Meta(max_length=64)]
 
 
+class Fixes(TabRequest):
+    """Ask for what fixes the problems of a document."""
+
+    answer = a.Fixes
+
+
 class Identities(BaseRequest):
     """Ask for the servants of the realm, each with the type ids of its interfaces."""
 
