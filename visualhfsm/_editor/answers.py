@@ -55,9 +55,14 @@ class Done(TypedDict):
 
 
 class Undone(Done):
-    """A step that was undone or redone, and where."""
+    """A step that was undone or redone, and where.
+
+    It is `others` if another window had made it, and `own` if only what this one had typed changed.
+    """
 
     place: Place | None
+    others: bool
+    own: bool
 
 
 class FixedProblem(TypedDict):

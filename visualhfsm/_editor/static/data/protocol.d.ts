@@ -1199,8 +1199,8 @@ export interface Requests {
   recording: {path: string};
   /** Open a document that was still open when its editor ended: one of `recoverable`. */
   recover: {journal: string};
-  /** Redo the step that was undone last. */
-  redo: {tab: number};
+  /** Redo the step that was undone last, perhaps what this window had typed at a place. */
+  redo: {tab: number; place?: Place | null};
   /** Load the component's file again, and go on in it: a `ReloadReport`. */
   reload: {component: string};
   /** Let the robot accept commands again. */
@@ -1263,8 +1263,8 @@ export interface Requests {
   stopTests: {tab: number};
   /** Stop the trials of a document; what is done is kept. */
   stopTrials: {tab: number};
-  /** Undo the last step. */
-  undo: {tab: number};
+  /** Undo the last step; if it is another window's, what this one has typed at a place. */
+  undo: {tab: number; place?: Place | null};
   /** Stop following it; it keeps running. */
   unfollow: {component: string};
 }
@@ -1637,6 +1637,8 @@ export interface Undone {
   added: Added[];
   conflict?: boolean;
   name: string;
+  others: boolean;
+  own: boolean;
   place: Place | null;
   revision: number;
 }
