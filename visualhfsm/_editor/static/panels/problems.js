@@ -17,7 +17,7 @@ import {counterexamplePlayer, showStep} from "./counterexample.js";
 import {showNoMarks} from "../data/marks.js";
 import {placeOf, wordsFor} from "../code/places.js";
 import {moveAmongRows, pathOf} from "../kit/rows.js";
-import {judge, verdictOf} from "./verdict.js";
+import {judge, toTests, verdictOf} from "./verdict.js";
 
 /** @type {[severity: Problem["severity"], counted: (count: number) => string][]} */
 const COUNTED = [
@@ -120,6 +120,7 @@ class Problems extends PageElement {
         verdict?.text
           ? html`<p class="explain verdict ${verdict.kind}">
               <span class="dot" aria-hidden="true"></span><span>${coded(verdict.text)}</span>
+              ${verdict.kind === "undecided" ? linkTo(toTests(this.context.app)) : nothing}
             </p>`
           : nothing
       }
@@ -212,6 +213,9 @@ class Problems extends PageElement {
     else showNoMarks();
   }
 }
+
+/** @param {{label: string, run: () => void}} link */
+const linkTo = ({label, run}) => wordButton(label, run, {kind: "link"});
 
 /** The problems of each row: one, or those of the same name. @param {Problem[]} problems */
 function rowsOf(problems) {
