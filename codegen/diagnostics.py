@@ -62,11 +62,15 @@ class Misspelt:
 
 @dataclass(frozen=True, slots=True)
 class Note:
-    """An explanation of a diagnostic, perhaps with another place in a file, or with what would correct it."""
+    """An explanation of a diagnostic, perhaps with another place in a file, or with what would correct it.
+
+    That is another name, or a `library` that a document lacks.
+    """
 
     message: Message
     location: Location | None = None
     misspelt: Misspelt | None = None
+    library: str = ""
 
 
 @dataclass(frozen=True, slots=True)

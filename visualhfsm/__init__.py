@@ -95,9 +95,9 @@ if TYPE_CHECKING:
     from .project._editing.edited_document import Change as Change
     from .project._editing.edited_document import Choice as Choice
     from .project._editing.edited_document import Resolution as Resolution
-    from .project._editing.edited_document import Step as Step
     from .project._editing.journal import Abandoned as Abandoned
     from .project._editing.shelf import ReadyState as ReadyState
+    from .project._editing.undo_stack import Step as Step
     from .project._project import Entry as Entry
     from .project._project import Project as Project
     from .project._verdict import Verdict as Verdict

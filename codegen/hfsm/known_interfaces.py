@@ -12,6 +12,7 @@ import keyword
 import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
@@ -29,6 +30,8 @@ _OURS: Final = Path(__file__).resolve().parents[2]
 _SCHEMA: Final = "schema.json"
 _PROXY: Final = re.compile(r"^class (\w+)Prx\(", re.MULTILINE)
 _MAX_DEPTH: Final = 4
+_CLASSES: Final = frozenset({"enumeration", "exception", "struct"})
+"""The kinds of types that are classes in Python, which code calls or names."""
 
 
 class DescriptionError(MessageError):
@@ -107,6 +110,20 @@ class KnownInterfaces:
             for known in found
             if "::" not in scoped or known.scoped_name.casefold() == scoped.casefold()
         )
+
+    def packages_of(self, name: str) -> set[str]:
+        """Return the Python packages with a class of this name: a proxy, or a described type of the IDL."""
+        several = [each for found in self.by_name.values() for each in found]
+        packages = {each.package for each in several if each.proxy == name}
+        described = {
+            (each.file.with_name(_SCHEMA), each.scoped_name.rpartition("::")[0], each.package)
+            for each in several
+        }
+        for schema, scope, package in described:
+            with suppress(OSError, ValueError, LookupError, TypeError, AttributeError):  # not ours: no advice
+                if self._definitions(schema)[f"::{scope}::{name}"]["kind"] in _CLASSES:
+                    packages.add(package)
+        return packages
 
     @property
     def directories(self) -> tuple[Path, ...]:

@@ -200,6 +200,32 @@ def test_a_misspelt_operation_is_corrected_in_the_code_and_in_the_list(shown: Ed
     expect(rows).to_have_count(0)
 
 
+LACKING = DOCUMENT.replace(
+    "<name>look</name>", "<name>look</name><entry>print(math.pi)</entry><code>print(math.tau)</code>"
+)
+
+
+@pytest.mark.parametrize("shown", [LACKING], indirect=True)
+def test_a_library_is_imported_by_the_fix_of_the_name_that_it_defines(shown: EditorPage, path: Path) -> None:
+    page = shown.page
+    shown.press("Control+m")
+    row = (
+        page.get_by_role("list", name="Problems")
+        .locator(":scope > li")
+        .filter(has_text="math is not defined")
+    )
+    expect(row).to_have_count(1)
+    expect(row.get_by_role("button", name="Import math")).to_be_visible()
+    assert shown.violations("hfsm-problems") == []
+    row.get_by_text("in 1 other place").click()
+    row.get_by_role("button", name="› code").last.click()
+    field = page.get_by_role("textbox", name="Code of the state look")
+    field.click()
+    shown.press("Control+.")
+    expect(row).to_have_count(0)
+    assert [each.name.text for each in saved(shown, path).libraries] == ["math"]
+
+
 TWO_LINES = DOCUMENT.replace("<name>look</name>", "<name>look</name><code>a = 1\nb =</code>")
 
 

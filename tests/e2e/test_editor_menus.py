@@ -160,3 +160,16 @@ def test_the_newest_errors_are_shown_until_they_are_dismissed_and_the_others_cou
     expect(errors).to_have_count(0)
     expect(shown.button("Dismiss all")).to_have_count(0)
     shown.spent = True  # its clock is not the usual one any more
+
+
+def test_the_palette_leads_to_a_part_of_a_panel_by_what_people_call_it(shown: EditorPage) -> None:
+    for words, button in (
+        ("import", "Add a library"),
+        ("topic", "Add a topic"),
+        ("prove", "Add a property"),
+    ):
+        shown.press("Control+k")
+        field = shown.page.get_by_role("combobox", name="What to do")
+        field.fill(words)
+        field.press("Enter")
+        expect(shown.button(button)).to_be_focused()

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-import pytest
-from playwright.sync_api import expect
+import contextlib
 
-from tests.support.browser import EditorPage
+import pytest
+from playwright.sync_api import Browser, expect
+
+from tests.support.browser import EditorPage, new_context
 from tests.support.limits import FOREVER
 from tests.support.panels import edit, undo_names
 
@@ -54,3 +56,38 @@ def test_undo_and_redo_show_what_they_change(own: EditorPage) -> None:
     own.press("Backspace", "Control+y")
     expect(here).to_have_text("go")
     own.expect_states("left")
+
+
+@pytest.mark.parametrize("merge_within", [FOREVER])
+def test_what_another_window_typed_into_ones_words_stays_when_these_are_undone(
+    browser: Browser, own: EditorPage
+) -> None:
+    here = edit(own, "wait")
+    own.type(" # one three")
+    expect(here).to_have_text("pass # one three")
+    with contextlib.closing(new_context(browser)) as context:
+        other = EditorPage(context.new_page(), own.editor)
+        other.expect_states("wait", "go")
+        there = edit(other, "wait")
+        for _ in "three":
+            other.press("ArrowLeft")
+        other.type("two ")
+        expect(here).to_have_text("pass # one two three")
+        own.press("Control+z")
+        expect(here).to_have_text("passtwo ")
+        expect(there).to_have_text("passtwo ")
+        own.press("Control+z")
+        refused = own.page.get_by_role("alert").filter(has_text="you have typed nothing here")
+        expect(refused).to_be_visible()
+        own.press("Control+y")
+        expect(there).to_have_text("pass # one two three")
+
+        # On the canvas all share the steps.
+        other.press("Escape")
+        own.press("Escape", "Delete")
+        other.expect_states("go")
+        other.press("Control+z")
+        other.state("wait").wait_for()
+        notice = other.page.get_by_role("status").filter(has_text="another window")
+        expect(notice).to_contain_text("Undone what another window did: Delete")
+        assert other.mishaps == []

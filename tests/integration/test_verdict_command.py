@@ -52,8 +52,8 @@ def test_all_documents_of_a_folder_are_judged_and_one_that_is_not_ready_is_an_er
         *(line for line in done.stdout.splitlines() if line.startswith("       ")),
         "     > see it in a dry run: visualhfsm edit bad.xml",
         "  warning: bad.xml:4: the variable `x` is never read [W521] (code of go)",
-        "good.xml: ready: ran 1 s, 0 proved, 0 tests",
-        "  nothing shows that it does what it should: it has no tests, and no property was proved",
+        "good.xml: runs, and is not tested yet: ran 1 s, 0 proved, 0 tests",
+        "  without a test or a proved property nothing shows that it does what it should",
     ]
     assert run_here(app, "visualhfsm", "verdict", "good.xml", "--seconds", "1", cwd=folder).returncode == 0
 

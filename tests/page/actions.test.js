@@ -173,6 +173,11 @@ test("the palette finds actions by what else people call them, in each language"
     ["theme", "dark mode", "modo oscuro"],
     ["help", "shortcuts", "atajos"],
     ["tryIt", "simulate", "simular"],
+    ["libraries", "library|add a library|import|module", "biblioteca|añadir una biblioteca|importar|módulo"],
+    ["ros", "topic|publish", "tópico|publicar"],
+    ["events", "event|add an event", "evento"],
+    ["properties", "property|model checker|prove", "propiedad|demostrar"],
+    ["component", "parameter|add a parameter|settings", "parámetro|ajustes"],
   ];
   const spanish = JSON.parse(readFileSync(new URL("languages/es.json", STATIC), "utf-8"));
   for (const [id, english, others] of called) {

@@ -91,10 +91,11 @@ def _require(body: str) -> None:
 
 def _text(path: Path, verdict: Verdict) -> str:
     done = f"ran {verdict.seconds:g} s, {len(verdict.proved)} proved, {verdict.tests} tests"
-    lines = [f"{path}: {f'ready: {done}' if verdict.ready else 'not ready'}"]
-    if verdict.ready and not (verdict.proved or verdict.tests):
-        why = "it has no tests, and no property was proved"
-        lines.append(f"  nothing shows that it does what it should: {why}")
+    is_shown = verdict.proved or verdict.tests
+    found = f"{'ready' if is_shown else 'runs, and is not tested yet'}: {done}"
+    lines = [f"{path}: {found if verdict.ready else 'not ready'}"]
+    if verdict.ready and not is_shown:
+        lines.append("  without a test or a proved property nothing shows that it does what it should")
     if verdict.missed:
         lines.append(f"  the run never stayed in {few(verdict.missed, 8)}")
     for number, each in enumerate((*verdict.reasons, *verdict.warnings), 1):

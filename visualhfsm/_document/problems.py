@@ -83,8 +83,8 @@ class Problem(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_de
     is that from the folder of the document. There, the place is that of the automaton in the document;
     `source` is that in the file, in words `where`, `copies` are further places, of an automaton that is
     imported several times, and `owners` the states that own the imported automata. A violated property has a
-    `counterexample`, a name that is probably another one is `misspelt`. `assumes` says what the problem holds
-    under, if it is not true in any case.
+    `counterexample`, a name that is probably another one is `misspelt`, one that is defined by a `library` of
+    that statement lacks it. `assumes` says what the problem holds under, if it is not true in any case.
     """
 
     code: str
@@ -102,6 +102,7 @@ class Problem(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_de
     owners: tuple[Place, ...] = ()
     counterexample: CounterexampleView | None = None
     misspelt: Misspelt | None = None
+    library: str = ""
     assumes: Message = NO_MESSAGE
 
 
@@ -238,6 +239,7 @@ def problem_of(found: Diagnostic, file: Path, locator: Locator, imports: Importe
         notes=notes,
         length=location.length,
         misspelt=next(filter(None, map(_misspelt, found.notes)), None),
+        library=next((note.library for note in found.notes if note.library), ""),
         assumes=found.assumes,
     )
     if location.path != file:

@@ -10,6 +10,7 @@ from typing import Literal, NotRequired, TypedDict
 
 from codegen.messages import Message
 from visualhfsm._document.diff import Difference
+from visualhfsm._document.fixes import Fix
 from visualhfsm._document.places import Hit, Place
 from visualhfsm._document.views import AutomatonView
 from visualhfsm._monitor.followers import Followed, OpenedRecording
@@ -54,9 +55,31 @@ class Done(TypedDict):
 
 
 class Undone(Done):
-    """A step that was undone or redone, and where."""
+    """A step that was undone or redone, and where.
+
+    It is `others` if another window had made it, and `own` if only what this one had typed changed.
+    """
 
     place: Place | None
+    others: bool
+    own: bool
+
+
+class FixedProblem(TypedDict):
+    """A problem, by its code and where it is, and the indices of its fixes, the surest first."""
+
+    code: str
+    place: Place | None
+    line: int
+    column: int
+    fixes: list[int]
+
+
+class Fixes(TypedDict):
+    """What fixes the problems of a document; several may have the same fix."""
+
+    fixes: list[Fix]
+    problems: list[FixedProblem]
 
 
 class Copied(TypedDict):

@@ -12,8 +12,10 @@ from visualhfsm._base.errors import MissingError
 from visualhfsm._document.commands import in_language
 from visualhfsm._document.commands.base import DUPLICATED
 from visualhfsm._document.commands.paste import PasteStates
+from visualhfsm._document.places import Place
 from visualhfsm.project._document import OpenDocument
 from visualhfsm.project._editing.edited_document import Change
+from visualhfsm.project._editing.undo_stack import Own
 
 from . import answers as a
 from . import protocol as p
@@ -28,7 +30,7 @@ async def do(workspace: Workspace, window: Window, request: p.Do) -> a.Done:
     """Apply a command; names that it makes up are in the language of the page."""
     command = in_language(request.command, window.language)
     tab = workspace.tabs.editable(request.tab)
-    return _done(await tab.edit(OpenDocument.apply, command, request.base, window))
+    return _done(await tab.edit(OpenDocument.apply, command, request.base, window.number))
 
 
 async def copy(workspace: Workspace, window: Window, request: p.Copy) -> a.Copied:
@@ -42,7 +44,9 @@ async def copy(workspace: Workspace, window: Window, request: p.Copy) -> a.Copie
 async def cut(workspace: Workspace, window: Window, request: p.Cut) -> a.CutOut:
     """Put states into the clipboard, and delete them."""
     tab = workspace.tabs.editable(request.tab)
-    text, changed = await tab.edit(OpenDocument.cut, request.automaton, request.states, request.annotations)
+    text, changed = await tab.edit(
+        OpenDocument.cut, request.automaton, request.states, request.annotations, window.number
+    )
     workspace.clipboard = window.clipboard = text
     return {**_done(changed), "text": text}
 
@@ -54,15 +58,15 @@ async def paste(workspace: Workspace, window: Window, request: p.Paste) -> a.Don
     if not content:
         raise MissingError.because("no states were copied here: Ctrl+V pastes those of another editor")
     command = PasteStates(automaton=request.automaton, content=content, x=request.x, y=request.y)
-    return await change(workspace, request, OpenDocument.apply, command)
+    return await change(workspace, request, OpenDocument.apply, command, by=window.number)
 
 
-async def duplicate(workspace: Workspace, _: Window, request: p.Duplicate) -> a.Done:
+async def duplicate(workspace: Workspace, window: Window, request: p.Duplicate) -> a.Done:
     """Paste states beside themselves."""
     tab = workspace.tabs.editable(request.tab)
     content = await tab.edit(OpenDocument.copy, request.automaton, request.states, request.annotations)
     command = PasteStates(automaton=request.automaton, content=content, name=str(DUPLICATED))
-    return await change(workspace, request, OpenDocument.apply, command)
+    return await change(workspace, request, OpenDocument.apply, command, by=window.number)
 
 
 async def add_ready(workspace: Workspace, window: Window, request: p.AddReady) -> a.Done:
@@ -79,6 +83,7 @@ async def add_ready(workspace: Workspace, window: Window, request: p.AddReady) -
         trigger=request.trigger,
         name=request.name,
         language=window.language,
+        by=window.number,
     )
 
 
@@ -107,8 +112,25 @@ async def change(
     return _done(await workspace.tabs.editable(request.tab).edit(work, *args, **kwargs))
 
 
+async def undo(workspace: Workspace, window: Window, request: p.Undo) -> a.Undone:
+    """Undo the last step, or what the window has typed at a place if others have changed something since."""
+    own = _own(workspace, window, request.place)
+    return await step(workspace, window, request, OpenDocument.undo, own)
+
+
+async def redo(workspace: Workspace, window: Window, request: p.Redo) -> a.Undone:
+    """Redo the step that was undone last."""
+    own = _own(workspace, window, request.place)
+    return await step(workspace, window, request, OpenDocument.redo, own)
+
+
+def _own(workspace: Workspace, window: Window, place: Place | None) -> Own | None:
+    return None if place is None else Own(window.number, place, workspace.windows.others(window))
+
+
 async def step(
     workspace: Workspace,
+    window: Window,
     request: TabEdit,
     work: Callable[Concatenate[OpenDocument, P], Change],
     *args: P.args,
@@ -116,7 +138,8 @@ async def step(
 ) -> a.Undone:
     """Undo or redo, and return what is new, with the changed place, which may be out of sight."""
     changed = await workspace.tabs.editable(request.tab).edit(work, *args, **kwargs)
-    return {**_done(changed), "place": changed.place}
+    others = changed.by in workspace.windows.others(window)
+    return {**_done(changed), "place": changed.place, "others": others, "own": changed.is_own}
 
 
 def _done(change: Change) -> a.Done:

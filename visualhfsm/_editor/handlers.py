@@ -94,15 +94,19 @@ _on(
 _on(p.EndRobot, lambda w, _, _r: w.parts.robot.end(), Lane.BESIDE)
 _on(p.Export, questions.export, Lane.BESIDE)
 _on(p.ExportRun, steering.export_run, Lane.BESIDE)
-_on(p.Extract, lambda w, _, r: edits.change(w, r, OpenDocument.extract, r.automaton, r.path))
+_on(
+    p.Extract,
+    lambda w, window, r: edits.change(w, r, OpenDocument.extract, r.automaton, r.path, window.number),
+)
 _on(p.Facts, lambda w, _, _r: w.parts.followers.facts(), Lane.BESIDE, for_viewers=True)
+_on(p.Fixes, questions.fixes, Lane.CODE_HELP)
 _on(p.Generate, lambda w, _, r: w.components.generate(w.tabs.get(r.tab)), Lane.BESIDE)
-_on(p.GoTo, lambda w, _, r: edits.step(w, r, OpenDocument.go_to, r.revision))
+_on(p.GoTo, lambda w, window, r: edits.step(w, window, r, OpenDocument.go_to, r.revision))
 _on(p.GuessRobot, lambda w, _, r: w.own_robots.guess(r.path), Lane.BESIDE, _READING_LIMIT)
 _on(p.Hello, documents.hello, for_viewers=True)
 _on(p.Identities, lambda w, _, _r: w.parts.followers.identities(), Lane.BESIDE)
 _on(p.Imported, lambda w, _, r: questions.imported_by(w, w.tabs.get(r.tab)), Lane.BESIDE, for_viewers=True)
-_on(p.Inline, lambda w, _, r: edits.change(w, r, OpenDocument.inline, r.automaton))
+_on(p.Inline, lambda w, window, r: edits.change(w, r, OpenDocument.inline, r.automaton, window.number))
 _on(p.Interfaces, lambda w, _, _r: w.code_questions.interfaces(w.project.root.directory), Lane.CODE_HELP)
 _on(p.Judge, questions.judge, Lane.BESIDE, _JUDGING_LIMIT)
 _on(p.ListFiles, documents.list_files, Lane.BESIDE)
@@ -128,7 +132,7 @@ _on(p.Record, lambda w, _, r: w.components.record(r.component, r.pictures))
 _on(p.RecordTrial, steering.record_trial, Lane.BESIDE)
 _on(p.Recording, documents.open_recording, Lane.BESIDE)
 _on(p.Recover, documents.recover)
-_on(p.Redo, lambda w, _, r: edits.step(w, r, OpenDocument.redo))
+_on(p.Redo, edits.redo)
 _on(p.ResetEmergencyStop, lambda w, _, _r: w.parts.followers.reset_robot(), Lane.BESIDE)
 _on(p.Resolve, documents.resolve)
 _on(p.RosGraph, lambda w, _, _r: w.parts.followers.ros_graph(), Lane.BESIDE)
@@ -157,7 +161,7 @@ _on(p.StopPresent, lambda w, _, r: w.components.steer(r.component, "stop", {}), 
 _on(p.Stop, lambda w, window, r: w.parts.started.stop(r.tab, window.kind), Lane.STOP_STARTED)
 _on(p.StopTests, lambda w, _, r: w.parts.tests.stop(r.tab), Lane.STOP_STARTED)
 _on(p.StopTrials, lambda w, _, r: w.parts.trials.stop(r.tab), Lane.STOP_STARTED)
-_on(p.Undo, lambda w, _, r: edits.step(w, r, OpenDocument.undo))
+_on(p.Undo, edits.undo)
 
 
 def _on_view(kind: type[TabRequest], handle: Callable[[Any, ViewedDocument], Awaitable[object]]) -> None:

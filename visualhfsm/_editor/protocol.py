@@ -141,15 +141,17 @@ class Do(TabEdit):
 
 
 class Undo(TabEdit):
-    """Undo the last step."""
+    """Undo the last step; if it is another window's, what this one has typed at a place."""
 
     answer = a.Undone
+    place: Place | None = None
 
 
 class Redo(TabEdit):
-    """Redo the step that was undone last."""
+    """Redo the step that was undone last, perhaps what this window had typed at a place."""
 
     answer = a.Undone
+    place: Place | None = None
 
 
 class GoTo(TabEdit):
@@ -613,6 +615,12 @@ class Body(BaseRequest):
 
     answer = Described | None
     hash: Annotated[str, msgspec.Meta(max_length=64)]
+
+
+class Fixes(TabRequest):
+    """Ask for what fixes the problems of a document."""
+
+    answer = a.Fixes
 
 
 class Identities(BaseRequest):

@@ -12,11 +12,16 @@ from typing import Any, Final
 
 import msgspec
 
+from codegen.hfsm.codes import Code
 from codegen.hfsm.document import Document
+from codegen.hfsm.known_interfaces import find_interfaces
 from codegen.messages import NO_MESSAGE
 from visualhfsm._base.errors import MissingError
 from visualhfsm._document.diff import Difference, changed_lines, diff_documents
+from visualhfsm._document.fixes import Fix, as_declared
+from visualhfsm._document.fixes import fixes as find_fixes
 from visualhfsm._document.places import search as search_document
+from visualhfsm._document.problems import UNTITLED
 from visualhfsm._document.reasons import summary
 from visualhfsm._document.serialization import parse_file
 from visualhfsm._document.views import AutomatonView, view
@@ -46,6 +51,40 @@ async def code_help(workspace: Workspace, window: Window, request: p.CodeHelp) -
     return await workspace.code_questions.ask(
         window, request.wanted, shown, place, code, line=line, column=column
     )
+
+
+async def fixes(workspace: Workspace, _: Window, request: p.Fixes) -> a.Fixes:
+    """Return what fixes the problems of a document as it is shown, each fix once."""
+    tab, project = workspace.tabs.get(request.tab), workspace.project
+    shown, problems = tab.shown, [] if tab.problems is None else tab.problems.items
+    asks = any(each.code == Code.UNKNOWN_ATTRIBUTE for each in problems)
+    served = await workspace.parts.followers.identities() if asks else {}
+    path = shown.path or project.root.directory / UNTITLED
+
+    def find() -> a.Fixes:
+        known = find_interfaces(path, project.include)
+        found = find_fixes(shown.document, problems, as_declared(served, known))
+        indices: dict[int, int] = {}
+        listed: list[Fix] = []
+        fixed: list[a.FixedProblem] = []
+        for problem, several in zip(problems, found, strict=True):
+            for fix in several:
+                if id(fix) not in indices:
+                    indices[id(fix)] = len(listed)
+                    listed.append(fix)
+            if several:
+                fixed.append(
+                    {
+                        "code": problem.code,
+                        "place": problem.place,
+                        "line": problem.line,
+                        "column": problem.column,
+                        "fixes": [indices[id(fix)] for fix in several],
+                    }
+                )
+        return {"fixes": listed, "problems": fixed}
+
+    return await workspace.threads.do(find)
 
 
 async def search(workspace: Workspace, _: Window, request: p.Search) -> list[a.Hits]:

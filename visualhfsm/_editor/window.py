@@ -17,6 +17,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Awaitable, Callable, Hashable
 from dataclasses import replace
+from itertools import count
 from typing import Any, Final, NamedTuple, TypeVar
 
 import msgspec
@@ -40,6 +41,8 @@ from .tab import Tab
 
 _SHOWN: Final = 1.0
 """Seconds after which output counts as shown: a hidden page may be asleep."""
+
+_NUMBERS: Final = count(1)
 
 Item = TypeVar("Item", State, Transition, Annotation)
 
@@ -70,6 +73,8 @@ class Window:
         self.greeted = False
         self.is_viewer: Final = is_viewer
         """True if it only looks on."""
+        self.number: Final = next(_NUMBERS)
+        """What its steps are known by, which may outlive it."""
         self.kind: Final[Stopper] = "viewer" if is_viewer else "window"
         """The word for it that others read when it stops a run."""
         self.key: Final = key

@@ -23,6 +23,10 @@ class Windows:
         """Forget a window; it still follows what it has not lost."""
         self._windows.discard(window)
 
+    def others(self, window: Window) -> frozenset[int]:
+        """Return the numbers of the other windows."""
+        return frozenset(each.number for each in self._windows if each is not window)
+
     def push(self, push: Push) -> None:
         """Send a message to all windows."""
         for window in self._windows:

@@ -30,6 +30,7 @@ from visualhfsm.project._editing.edited_document import Change, Choice, EditedDo
 from visualhfsm.project._editing.files import write_file
 from visualhfsm.project._editing.shelf import FOLDER as SHELF
 from visualhfsm.project._editing.shelving import shelf_document, shelf_file
+from visualhfsm.project._editing.undo_stack import Own
 
 from ._analyses import Analyses
 from ._version import FileState, Version
@@ -229,15 +230,15 @@ class OpenDocument(Analyses):
             changes = [self._edited.do(command, by=by) for command in several]
             return replace(changes[-1], before=before)
 
-    def undo(self) -> Change:
-        """Undo the last step."""
+    def undo(self, own: Own | None = None) -> Change:
+        """Undo the last step; with `own`, what one has typed there oneself if the last step is another's."""
         with self.together():
-            return self._edited.undo()
+            return self._edited.undo(own)
 
-    def redo(self) -> Change:
-        """Do the step again that was undone last."""
+    def redo(self, own: Own | None = None) -> Change:
+        """Do the step again that was undone last, also where only one's `own` was."""
         with self.together():
-            return self._edited.redo()
+            return self._edited.redo(own)
 
     def go_to(self, revision: int) -> Change:
         """Undo or redo until the document is the one that was made at a revision."""
@@ -249,24 +250,24 @@ class OpenDocument(Analyses):
         return copy_states(self.version.document, automaton, states, annotations)
 
     def cut(
-        self, automaton: int, states: Sequence[int], annotations: Sequence[int] = ()
+        self, automaton: int, states: Sequence[int], annotations: Sequence[int] = (), by: Hashable = None
     ) -> tuple[str, Change]:
         """Copy states and annotations, and delete them."""
         with self.together():
-            return self._edited.cut(automaton, tuple(states), tuple(annotations))
+            return self._edited.cut(automaton, tuple(states), tuple(annotations), by)
 
-    def extract(self, automaton: int, path: str | Path) -> Change:
+    def extract(self, automaton: int, path: str | Path, by: Hashable = None) -> Change:
         """Move an automaton with all below it to a new file beside this one, and import it from there."""
         file = self._project.file(path)
         with self.together():
             edited = self._edited
-            return edited.do(imports.extract(edited.document, automaton, edited.path, file))
+            return edited.do(imports.extract(edited.document, automaton, edited.path, file), by=by)
 
-    def inline(self, automaton: int) -> Change:
+    def inline(self, automaton: int, by: Hashable = None) -> Change:
         """Copy the content of an imported automaton into the document."""
         with self.together():
             edited = self._edited
-            return edited.do(imports.inline(edited.document, automaton, edited.path))
+            return edited.do(imports.inline(edited.document, automaton, edited.path), by=by)
 
     def add_ready_state(
         self,
@@ -279,6 +280,7 @@ class OpenDocument(Analyses):
         trigger: TransitionType = "condition",
         name: str = "",
         language: str = ENGLISH,
+        by: Hashable = None,
     ) -> Change:
         """Draw one of the project's ready states at a place, as a copy.
 
@@ -297,7 +299,7 @@ class OpenDocument(Analyses):
             trigger=trigger,
             language=language,
         )
-        return self.apply(command)
+        return self.apply(command, by=by)
 
     def put_on_shelf(
         self,

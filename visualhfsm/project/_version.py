@@ -10,7 +10,8 @@ from typing import Final, Literal
 
 from codegen.hfsm.code.names import component_name
 from codegen.hfsm.document import Document
-from visualhfsm.project._editing.edited_document import EditedDocument, Step
+from visualhfsm.project._editing.edited_document import EditedDocument
+from visualhfsm.project._editing.undo_stack import Step
 
 FileState = Literal["same", "changed", "deleted"]
 """The change by another program of a document's file since that was read or saved."""

@@ -11,7 +11,7 @@ from ...messages import Message
 from .._effects import CodeEffects
 from ..analysis import Analysis
 from ..code.language import first_foreign, report_foreign
-from ..code.names import RESERVED, reserved_names
+from ..code.names import COMPONENT_ATTRIBUTES, RESERVED, reserved_names
 from ..code.others import language_of, notes_about
 from ..codes import Code
 from ..document import TF
@@ -32,6 +32,7 @@ from .events import check_events
 from .flow import check_flow
 from .idle import check_idle
 from .inputs import check_arguments, check_inputs
+from .libraries import KnownLibraries
 from .names import check_names, check_reserved, check_start, check_variables
 from .outputs import check_outputs, check_results, check_taken
 from .scope import Above
@@ -106,7 +107,7 @@ def _report_language(language: str, analysis: Analysis, report: Report) -> None:
 
 
 def _check_code(analysis: Analysis, interfaces: KnownInterfaces, report: Report) -> None:
-    _check_names(analysis, report)
+    _check_names(analysis, interfaces, report)
     for code in analysis.automata:
         check_flow(code, report, Above(analysis, code))
         check_variables(code, Above(analysis, code), report)
@@ -122,20 +123,26 @@ def _check_code(analysis: Analysis, interfaces: KnownInterfaces, report: Report)
     check_idle(analysis, report)
 
 
-def _check_names(analysis: Analysis, report: Report) -> None:
+def _check_names(analysis: Analysis, interfaces: KnownInterfaces, report: Report) -> None:
     if _STAR in analysis.libraries:
         return
-    interfaces = analysis.document.interfaces
-    proxies = {interface.type.strip().rsplit("::", 1)[-1] + "Prx" for interface in interfaces}
+    document = analysis.document
+    proxies = {each.type.strip().rsplit("::", 1)[-1] + "Prx" for each in document.interfaces}
     known = {*RESERVED, *analysis.libraries, *proxies, "Event", "Input", "Output", "Parameter"}
-    if analysis.document.ros_messages:
-        known |= {*analysis.document.ros_messages, TF}
+    if document.ros_messages:
+        known |= {*document.ros_messages, TF}
+    libraries = KnownLibraries(analysis, interfaces)
+    attributes = {
+        *COMPONENT_ATTRIBUTES,
+        *analysis.defined,
+        *(each.name for each in (*document.all_interfaces, *document.parameters)),
+    }
     for piece in analysis.functions:
-        check_names(piece, known, report, analysis.defined)
+        check_names(piece, known, report, libraries, attributes)
     for code in analysis.automata:
         if not code.broken:
             bound = (piece.bound for piece in code.sharing())
             shared = known.union(code.automaton.declared, code.results, *bound)
             above = Above(analysis, code)
             for piece in code.sharing():
-                check_names(piece, shared, report, analysis.defined, above)
+                check_names(piece, shared, report, libraries, attributes, above=above)

@@ -79,12 +79,13 @@ def _check_known(found: Iterable[Access], names: set[str], known: KnownInterface
         name = access.name
         if name in names or name.startswith("__"):
             continue
-        notes = list(did_you_mean(name, names, ""))
+        notes: list[Note] = []
         if len(access.path) > 1 and (interface := _guess(name, known)):
             advice = Message(
                 "a proxy of `{interface}` has to be declared as an interface", interface=interface
             )
             notes.append(Note(advice))
+        notes += did_you_mean(name, names, "")
         message = Message(
             "`self.{name}` is not an interface, function or parameter, and is never assigned", name=name
         )

@@ -15,7 +15,7 @@ from typing import Final
 from pyflakes import messages
 from pyflakes.checker import Checker
 
-from ...diagnostics import Location, Note, did_you_mean
+from ...diagnostics import Location, Misspelt, Note, did_you_mean
 from ...messages import Message
 from ...parsing import parse_python
 from ..analysis import AutomatonCode, Piece
@@ -24,6 +24,7 @@ from ..code.names import RESERVED
 from ..code.text import all_nodes, own_nodes, place_of_bound
 from ..codes import Code
 from ..report import Report
+from .libraries import KnownLibraries
 from .scope import Above
 
 _DOUBTFUL: Final = (
@@ -50,12 +51,14 @@ def check_names(
     piece: Piece,
     known: Collection[str],
     report: Report,
-    functions: Collection[str] = (),
+    libraries: KnownLibraries,
+    attributes: Collection[str],
+    *,
     above: Above | None = None,
 ) -> None:
     """Check one piece of code; `known` are the names that are defined outside it.
 
-    `functions` are those of the document, which are attributes of `self`.
+    `attributes` are those of `self`, `libraries` those that could define a name.
     """
     for message in _messages(piece, known):
         place = piece.at(message.lineno, message.col)
@@ -67,10 +70,26 @@ def check_names(
         place = piece.at(message.lineno, message.col, len(name))
         if above is not None and above.report(name, place, report):
             continue
-        notes = did_you_mean(name, {*known} - {name}, "") or did_you_mean(name, _BUILTINS, "", _SLIP)
-        if name in functions:
-            notes = (Note(Message("the function of the document is `self.{name}`", name=name)),)
+        notes = _advice(name, piece, known, libraries, attributes)
         report.warning(Code.UNDEFINED_NAME, Message("`{name}` is not defined", name=name), place, notes)
+
+
+def _advice(
+    name: str, piece: Piece, known: Collection[str], libraries: KnownLibraries, attributes: Collection[str]
+) -> tuple[Note, ...]:
+    """Return what would define a name: what has exactly this name, or else what is similar."""
+    if name in attributes:
+        written = f"self.{name}"
+        message = Message("the component has it: write `{name}`", name=written)
+        return (Note(message, misspelt=None if piece.is_functions else Misspelt(name, written)),)
+    if library := libraries.defining(name, piece):
+        return (
+            Note(
+                Message("it has to be imported: add the library `{library}`", library=library),
+                library=library,
+            ),
+        )
+    return did_you_mean(name, {*known} - {name}, "") or did_you_mean(name, _BUILTINS, "", _SLIP)
 
 
 def _messages(piece: Piece, known: Collection[str]) -> tuple[messages.Message, ...]:

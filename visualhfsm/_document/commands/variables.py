@@ -296,6 +296,13 @@ class ShareVariable(Command, frozen=True, kw_only=True):
         return False
 
 
+def has_first_value(document: Document, automaton: int, name: str) -> bool:
+    """Return whether a variable of an automaton above has a value before any state is entered."""
+    owner = _owner(analyze(document, _NOWHERE), automaton, name)
+    variables = owner.variables
+    return name in owner.automaton.declared or (variables is not None and name in variables.bound)
+
+
 def _code(analysis: Analysis, automaton: Automaton) -> AutomatonCode:
     for each in analysis.automata:
         if each.automaton is automaton:

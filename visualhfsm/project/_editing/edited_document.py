@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections import deque
 from collections.abc import Callable, Hashable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -19,6 +18,7 @@ from visualhfsm._document.commands import Command, decode_command
 from visualhfsm._document.commands.base import AS_FILE, MERGED
 from visualhfsm._document.commands.items import DeleteItems
 from visualhfsm._document.commands.paste import ReplaceDocument
+from visualhfsm._document.commands.text import SetText
 from visualhfsm._document.diff import Difference, diff_documents
 from visualhfsm._document.places import TEXTS, Place
 from visualhfsm._document.serialization import MAX_SIZE, copy_states, parse_file, written
@@ -27,6 +27,7 @@ from .authors import sign, signed
 from .files import FileVersion, read_file, write_file
 from .journal import Done, Entry, Header, Journal, Redone, Saved, Undone, journal_directory
 from .merge import merge_documents, merge_typing
+from .undo_stack import Own, Step, UndoStack
 
 _GROWTH: Final = 2048
 """Limit of the bytes by which a command may let a document grow, beyond its own size."""
@@ -34,8 +35,6 @@ _ESCAPED: Final = 6
 """Bytes that one byte of a command may take in a document."""
 MERGE_WITHIN: Final = 2.0
 """Seconds without a change after which the same kind of change is a new step."""
-
-_MOST_STEPS: Final = 5000
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +57,10 @@ class Change:
     after: Document
     conflict: bool = False
     """True if somebody else had replaced the same words; the text then contains both versions."""
+    by: Hashable = None
+    """Who had made the step that was undone or redone, None if that is not known."""
+    is_own: bool = False
+    """True if only what one had typed oneself was undone or redone."""
 
     @property
     def added(self) -> tuple[Added, ...]:
@@ -98,68 +101,7 @@ class Change:
         return None
 
 
-@dataclass(frozen=True, slots=True)
-class Step:
-    """The target of undoing or redoing: a document, and the revision at which it was made."""
-
-    name: Message
-    document: Document
-    revision: int
-
-
-class UndoStack:
-    """The present document, with the former ones and those that were undone.
-
-    Documents share unchanged parts, so that a step takes little memory; of more than 5000 the oldest is
-    dropped.
-    """
-
-    def __init__(self, document: Document, clock: Callable[[], float] = time.monotonic) -> None:
-        self.document = document
-        self.revision = 0
-        """The revision at which the present document was made: going back to it keeps that number."""
-        self._clock = clock
-        self.past: deque[Step] = deque(maxlen=_MOST_STEPS)
-        self.future: deque[Step] = deque()
-        self._key: Hashable | None = None
-        self._changed_at = 0.0
-
-    def merges(self, key: Hashable | None, within: float) -> bool:
-        """Return whether a change with this key continues the last step, which is at most `within` s old."""
-        recent = self._clock() - self._changed_at <= within
-        return key is not None and key == self._key and recent and bool(self.past)
-
-    def add(
-        self, name: Message, document: Document, revision: int, key: Hashable | None, *, merge: bool
-    ) -> None:
-        """Make a document the present one, as a separate step or as part of the last one."""
-        if not merge:
-            self.past.append(Step(name, self.document, self.revision))
-        self.future.clear()
-        self.document, self.revision = document, revision
-        self._key = key
-        self._changed_at = self._clock()
-
-    def seal(self) -> None:
-        """Make the next change a separate step, as it is after undoing and redoing."""
-        self._key = None
-
-    def undo(self) -> Message | None:
-        """Go back one step and return its name, or None when there is none."""
-        return self._move(self.past, self.future)
-
-    def redo(self) -> Message | None:
-        """Do the step again that was undone last, and return its name, or None when there is none."""
-        return self._move(self.future, self.past)
-
-    def _move(self, source: deque[Step], target: deque[Step]) -> Message | None:
-        if not source:
-            return None
-        step = source.pop()
-        target.append(Step(step.name, self.document, self.revision))
-        self.document, self.revision = step.document, step.revision
-        self.seal()
-        return step.name
+_NOT_YOURS: Final = Message("you have typed nothing here that is not undone yet, but others have")
 
 
 def _refusal(what: Message, why: Message) -> EditError:
@@ -326,21 +268,31 @@ class EditedDocument:
         """The steps that can be done again, the next first."""
         return [*reversed(self.steps.future)]
 
-    def do(self, command: Command, base: str | None = None, by: Hashable = None) -> Change:
+    def do(
+        self,
+        command: Command,
+        base: str | None = None,
+        by: Hashable = None,
+        *,
+        reverts: int | None = None,
+    ) -> Change:
         """Apply a command. Raises EditError and leaves the document as it was when that is not possible.
 
         `base` is the text in which the command's text was typed; if given, changes of others to it are
-        merged. Typing is one step as long as nobody else than `by` changes anything.
+        merged. Typing is one step as long as nobody else than `by` changes anything. `reverts` is the
+        revision of the step that it takes back.
         """
         before = self.document
         conflict = False
         if base is not None:
             command, conflict = _merged_with_others(command, base, before)
-        key = command.merge_key and (by, command.merge_key)
+        key = (command.merge_key and (by, command.merge_key)) if reverts is None else None
         merged = self.steps.merges(key, self.merge_within)
         name = command.title(before)
         encoded = msgspec.json.encode(command)
-        self._keep(command.apply(before), name, key, merge=merged, size=len(encoded))
+        place = command.place if isinstance(command, SetText) else None
+        step = Step(name, command.apply(before), self.revision + 1, by, place, reverts)
+        self._keep(step, key, merge=merged, size=len(encoded))
         if self.document is not before:
             self._note(Done(msgspec.Raw(encoded), merged), name)
         return Change(name, self.revision, before, self.document, conflict)
@@ -354,17 +306,27 @@ class EditedDocument:
                 bound = _bound(after, bound, len(msgspec.json.encode(command)))
             document = after
 
-    def undo(self) -> Change:
-        """Undo the last step. Raises EditError when there is none."""
-        return self._move(
-            self.steps.undo, Undone(), _refusal(Message("Cannot undo"), Message("there is nothing to undo"))
-        )
+    def undo(self, own: Own | None = None) -> Change:
+        """Undo the last step, or if it is another's the last `own` one. Raises EditError without one."""
+        if own is not None and self.steps.is_shared(own):
+            return self._take_back(own, _refusal(Message("Cannot undo"), _NOT_YOURS))
+        why = Message("there is nothing to undo")
+        return self._move(self.steps.undo, Undone(), _refusal(Message("Cannot undo"), why))
 
-    def redo(self) -> Change:
-        """Do the step again that was undone last. Raises EditError when there is none."""
-        return self._move(
-            self.steps.redo, Redone(), _refusal(Message("Cannot redo"), Message("there is nothing to redo"))
-        )
+    def redo(self, own: Own | None = None) -> Change:
+        """Do the step again that was undone last, perhaps an `own` one. Raises EditError without one."""
+        refusal = _refusal(Message("Cannot redo"), Message("there is nothing to redo"))
+        if own is not None and not self.steps.future:
+            return self._take_back(own, refusal, again=True)
+        return self._move(self.steps.redo, Redone(), refusal)
+
+    def _take_back(self, own: Own, refusal: EditError, *, again: bool = False) -> Change:
+        found = self.steps.take_back(own, again=again)
+        if found is None:
+            raise refusal
+        command = SetText(place=own.place, text=found.text)
+        change = self.do(command, by=own.by, reverts=found.step.revision)
+        return replace(change, conflict=found.conflict, by=own.by, is_own=True)
 
     def go_to(self, revision: int) -> Change:
         """Undo or redo until the document is the one that was made at a revision.
@@ -383,12 +345,12 @@ class EditedDocument:
         raise EditError("Cannot go to this step", why, "choose it in the list as it is now")
 
     def cut(
-        self, automaton: int, states: tuple[int, ...], annotations: tuple[int, ...] = ()
+        self, automaton: int, states: tuple[int, ...], annotations: tuple[int, ...] = (), by: Hashable = None
     ) -> tuple[str, Change]:
         """Return states as text for the clipboard, and delete them. Raises EditError."""
         text = copy_states(self.document, automaton, states, annotations)
         gone = DeleteItems(automaton=automaton, states=states, annotations=annotations, cut=True)
-        return text, self.do(gone)
+        return text, self.do(gone, by=by)
 
     def text(self) -> str:
         """Return the document as its file would hold it. Raises EditError."""
@@ -504,24 +466,22 @@ class EditedDocument:
             why = Message("another program has deleted it")
             raise ChangedOutsideError(what, why, "write it again, or save it elsewhere")
 
-    def _keep(
-        self, document: Document, name: Message, key: Hashable | None, *, merge: bool, size: int
-    ) -> None:
+    def _keep(self, step: Step, key: Hashable | None, *, merge: bool, size: int) -> None:
         """Keep the result of a command of `size` bytes; raises EditError when it is too large."""
-        if document == self.document:  # cheap: what they share is identical
+        if step.document == self.document:  # cheap: what they share is identical
             return
-        self._size_bound = _bound(document, self._size_bound, size)
+        self._size_bound = _bound(step.document, self._size_bound, size)
         self.revision += 1
-        self.steps.add(name, document, self.revision, key, merge=merge)
+        self.steps.add(step, key, merge=merge)
 
-    def _move(self, move: Callable[[], Message | None], entry: Entry, refusal: EditError) -> Change:
+    def _move(self, move: Callable[[], Step | None], entry: Entry, refusal: EditError) -> Change:
         before = self.document
-        name = move()
-        if name is None:
+        step = move()
+        if step is None:
             raise refusal
         self.revision += 1
-        self._note(entry, name)
-        return Change(name, self.revision, before, self.document)
+        self._note(entry, step.name)
+        return Change(step.name, self.revision, before, self.document, by=step.by)
 
     def _note(self, entry: Entry, name: Message = NO_MESSAGE) -> None:
         """Write an entry into the journal; `name` is that of the step, if it is one."""
@@ -565,7 +525,8 @@ class EditedDocument:
                         command = decode_command(bytes(raw))
                         name = command.title(self.document)
                         document = command.apply(self.document)
-                        self._keep(document, name, None, merge=merged, size=len(bytes(raw)))
+                        step = Step(name, document, self.revision + 1)
+                        self._keep(step, None, merge=merged, size=len(bytes(raw)))
                     case Undone():
                         self.steps.undo()
                     case Redone():

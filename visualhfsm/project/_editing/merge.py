@@ -227,6 +227,8 @@ def merge_typing(base: str, mine: str, theirs: str) -> Typed:
     conflicts: list[bool] = []
 
     def letters(*texts: str) -> str:
+        if (lines := _merged_lines(*texts)) is not None:
+            return lines
         merged = _merged_letters(*texts)
         conflicts.append(merged.conflict)
         return merged.text
@@ -260,6 +262,24 @@ def _merged_text(
         done = end
     text = "".join(merged + lines[done:])
     return text if _ends(base, mine, theirs) else text.removesuffix("\n")
+
+
+def _merged_lines(base: str, mine: str, theirs: str) -> str | None:
+    """Merge whole lines that were added and deleted side by side; None if a side replaced some by others.
+
+    Letters would not do: where a line was added before one that begins like it, they match those of both.
+    """
+    lines, *others = (text.splitlines(keepends=True) for text in (base, mine, theirs))
+    added: dict[int, list[str]] = {}
+    deleted: set[int] = set()
+    for other in others:
+        for start, end, new in _hunks(lines, other):
+            if start < end and new:
+                return None
+            added.setdefault(start, []).extend(new)
+            deleted.update(range(start, end))
+    kept = [[] if index in deleted else [line] for index, line in enumerate(lines)]
+    return "".join(line for index, own in enumerate([*kept, []]) for line in (*added.get(index, ()), *own))
 
 
 def _overlapping(here: deque[_Hunk], there: deque[_Hunk]) -> tuple[list[_Hunk], list[_Hunk], int]:
@@ -305,7 +325,7 @@ def _letters(base: str, changed: str) -> Iterator[_Hunk]:
     old, new = base[whole.start : whole.end], "".join(whole.lines)
     if not old or not new or max(len(old), len(new)) > _MOST_LETTERS:
         if old or new:
-            yield whole
+            yield _at_words(base, whole)
         return
     found = _insertions(old, new)
     if found is None:
@@ -318,6 +338,24 @@ def _letters(base: str, changed: str) -> Iterator[_Hunk]:
         ]
     for hunk in found:
         yield _Hunk(whole.start + hunk.start, whole.start + hunk.end, hunk.lines)
+
+
+def _at_words(base: str, hunk: _Hunk) -> _Hunk:
+    """Return an insertion where whole words are inserted, if letters on both sides of it leave a choice.
+
+    In `one three` a `two ` may as well be `wo t`, which others who change `three` would take apart.
+    """
+    start, text = hunk.start, "".join(hunk.lines)
+    if hunk.end > start:
+        return hunk
+    while _splits_word(base, start, text) and start > 0 and base[start - 1] == text[-1]:
+        start, text = start - 1, text[-1] + text[:-1]
+    return hunk if _splits_word(base, start, text) else _Hunk(start, start, [text])
+
+
+def _splits_word(base: str, at: int, text: str) -> bool:
+    before, after = base[at - 1 : at] + text[0], text[-1] + base[at : at + 1]
+    return any(len(pair) > 1 and all(letter.isalnum() for letter in pair) for pair in (before, after))
 
 
 def _insertions(old: str, new: str) -> list[_Hunk] | None:

@@ -299,5 +299,5 @@ def test_a_function_that_is_called_without_self_is_named(tmp_path: Path) -> None
     (found,) = diagnostics
     assert (found.code, [note.message for note in found.notes]) == (
         "W520",
-        ["the function of the document is `self.finished`"],
+        ["the component has it: write `self.finished`"],
     )

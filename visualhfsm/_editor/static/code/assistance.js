@@ -246,10 +246,16 @@ function problemMarks(tab, place, problems) {
     const show = async () => {
       const {doc} = view.state;
       const known = problemsAt(problems().items, place).filter((each) => each.line);
-      await learnFixes(known);
-      if (view.state.doc !== doc || !view.dom.isConnected) return; // too late: these would be marks of an earlier text
-      const text = doc.toString();
-      const found = known.map((each) => asMark(doc, each, tab, text)).sort((one, other) => one.from - other.from);
+      mark(known);
+      const document = store.documents.get(tab);
+      if (!document || !known.length) return;
+      await learnFixes(document);
+      if (view.state.doc === doc && view.dom.isConnected) mark(known); // else these are marks of an earlier text
+    };
+    /** @param {Problem[]} known */
+    const mark = (known) => {
+      const {doc} = view.state;
+      const found = known.map((each) => asMark(doc, each, tab)).sort((one, other) => one.from - other.from);
       shown = kept(found, shown);
       view.dispatch(setDiagnostics(view.state, [...shown.values()]));
     };
@@ -291,10 +297,10 @@ function renderMessage() {
 /**
  * A problem as a diagnostic of CodeMirror; line and column count from 1.
  *
- * @param {Text} doc @param {Problem} problem @param {number} tab @param {string} text
+ * @param {Text} doc @param {Problem} problem @param {number} tab
  * @returns {Diagnostic}
  */
-function asMark(doc, problem, tab, text) {
+function asMark(doc, problem, tab) {
   const {line = 1, column = 1, length = 0, severity, message} = problem;
   const at = doc.line(Math.min(Math.max(line, 1), doc.lines));
   // A problem at the end of a line is marked at its last character.
@@ -302,7 +308,7 @@ function asMark(doc, problem, tab, text) {
   const rest = doc.sliceString(from, at.to);
   const to = Math.min(at.to, from + Math.max(length, /^\w+/.exec(rest)?.[0].length ?? 1));
   const document = store.documents.get(tab);
-  const actions = document ? fixesFor(problem, text, document) : [];
+  const actions = document ? fixesFor(problem, document) : [];
   return {from, to, severity: severity === "note" ? "info" : severity, message, renderMessage, actions};
 }
 

@@ -228,10 +228,10 @@ export class CodeField extends LitElement {
     return tab === this.tab ? code.find((each) => samePlace(each.place, place)) : undefined;
   }
 
-  /** Undo or redo typing here; a step that changed another place is shown there. @param {"undo" | "redo"} op */
+  /** Undo or redo typing here, or where nobody else types the last step; one that changed another place is shown there. @param {"undo" | "redo"} op */
   async #step(op) {
     await flushEdits();
-    await step(op, (place) => keyOf(place) === keyOf(this.place));
+    await step(op, this.place);
   }
 }
 

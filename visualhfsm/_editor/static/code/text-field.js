@@ -22,7 +22,7 @@ let count = 0;
  */
 export class TextField extends PageElement {
   /** @type {typeof PageElement.watches} */
-  static watches = {store: ["problems"]};
+  static watches = {store: ["problems", "fixes"]};
   static properties = {
     ...properties("tab", "place", "text", "options", "suggestions", "send"),
     label: {},

@@ -9,6 +9,7 @@
 import {withContent} from "../measures/areas.js";
 import {messageOf, notify, notifyError, clearErrors} from "../kit/notices.js";
 import {page} from "./page.js";
+import {samePlace} from "../code/places.js";
 import {Sequence} from "../kit/sequence.js";
 import {store} from "./store.js";
 import {n, t} from "../kit/texts.js";
@@ -174,6 +175,9 @@ export const cut = () => take("cut");
 const steps = new Sequence();
 let waiting = 0;
 
+/** Own steps that were taken back alone, and can be redone in their places; of each tab. @type {Map<number, number>} */
+const takenBack = new Map();
+
 /** Whether a step is possible, or may be after pending ones. @param {"undo" | "redo"} op */
 export const canStep = (op) => waiting > 0 || hasStep(op, page.tab);
 
@@ -183,43 +187,56 @@ const hasStep = (op, tab) =>
   (op === "undo" && [...store.unsaved.values()].some((piece) => piece.tab === tab));
 
 /**
- * Undo or redo a step, after pending ones, and show its changes; a notice names it unless they were in sight.
+ * Undo or redo a step, after pending ones, and show its changes; a notice names it unless they were in sight, or if it
+ * was of another window. In a piece of code, where others change something as well, it is what was typed here.
  *
  * @param {"undo" | "redo"} op
- * @param {(place: Place) => boolean} [isHere] whether the user edits a place; by default the user edits the canvas
+ * @param {Place} [here] the code that the user edits; by default the user edits the canvas
  */
-export function step(op, isHere) {
+export function step(op, here) {
   const {tab} = page;
   waiting += 1;
   return steps
-    .add(() => takeStep(op, tab, isHere))
+    .add(() => takeStep(op, tab, here))
     .finally(() => {
       waiting -= 1;
       page.dispatchEvent(new Event("change")); // the steps that can be undone depend on it
     });
 }
 
-/** @param {"undo" | "redo"} op @param {number} tab @param {(place: Place) => boolean} [isHere] */
-async function takeStep(op, tab, isHere) {
+/** @param {"undo" | "redo"} op @param {number} tab @param {Place} [here] */
+async function takeStep(op, tab, here) {
   const former = store.documents.get(tab);
-  if (!former || !hasStep(op, tab)) return;
-  const done = await ask(op, {tab});
+  const count = takenBack.get(tab) ?? 0;
+  if (!former || !(hasStep(op, tab) || (here && op === "redo" && count))) return;
+  const done = await ask(op, {tab, place: here});
+  if (!done && op === "redo") takenBack.delete(tab);
+  if (done?.own) takenBack.set(tab, count + (op === "undo" ? 1 : -1));
   const document = store.documents.get(tab);
   if (!done?.place || !document || page.tab !== tab) return;
-  const {name, place} = done;
-  const said = op === "undo" ? t("Undone: {name}.", {name}) : t("Redone: {name}.", {name});
+  const {place} = done;
+  const said = nameOfStep(op, done);
   const isText = Boolean(place.part && place.part !== "name");
-  if (isHere) {
-    if (isHere(place)) return;
+  if (here) {
+    if (samePlace(place, here)) return done.others ? notify(said) : undefined;
     if (!isText) page.dispatchEvent(new Event("focus-canvas"));
     page.jump(place);
   } else {
     const changed = [...document.automata].filter(([id, automaton]) => former.automata.get(id) !== automaton);
     const isShown = !changed.length || changed.some(([id]) => id === page.automaton?.id);
     if (!isShown) page.open(changed[0][0]);
-    else if (!isText) return say(said);
+    else if (!isText && !done.others) return say(said);
   }
   notify(said);
+}
+
+/** What is said of a step. @param {"undo" | "redo"} op @param {import("./protocol.js").Undone} done */
+function nameOfStep(op, {name, others}) {
+  if (others)
+    return op === "undo"
+      ? t("Undone what another window did: {name}.", {name})
+      : t("Redone what another window did: {name}.", {name});
+  return op === "undo" ? t("Undone: {name}.", {name}) : t("Redone: {name}.", {name});
 }
 
 /** The beginning of the text of a document, which may have been sent by mail. */

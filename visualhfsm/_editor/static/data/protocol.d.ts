@@ -91,6 +91,7 @@ export interface Answers {
   exportRun: Download;
   extract: Done;
   facts: RobotFacts;
+  fixes: Fixes;
   follow: Followed;
   forceTransition: null;
   generate: Written;
@@ -585,6 +586,27 @@ export interface FailureView {
   timeline: TrialTimeline;
 }
 
+/** A change that fixes a problem, and its name on a button. */
+export interface Fix {
+  name: string;
+  command: Command;
+}
+
+/** A problem, by its code and where it is, and the indices of its fixes, the surest first. */
+export interface FixedProblem {
+  code: string;
+  column: number;
+  fixes: number[];
+  line: number;
+  place: Place | null;
+}
+
+/** What fixes the problems of a document; several may have the same fix. */
+export interface Fixes {
+  fixes: Fix[];
+  problems: FixedProblem[];
+}
+
 /** What is known of a component that is followed: its latest data, and when it went silent. */
 export interface Followed {
   facts?: RobotFacts;
@@ -955,6 +977,7 @@ export interface Problem {
   owners?: Place[];
   counterexample?: Counterexample | null;
   misspelt?: Misspelt | null;
+  library?: string;
   assumes?: string;
 }
 
@@ -1104,6 +1127,8 @@ export interface Requests {
   extract: {tab: number; automaton: number; path: string};
   /** Ask for the constants of the robot: `RobotFacts`. */
   facts: {};
+  /** Ask for what fixes the problems of a document. */
+  fixes: {tab: number};
   /** Follow a running component. */
   follow: {component: string};
   /** Fire a transition in the next cycle. */
@@ -1174,8 +1199,8 @@ export interface Requests {
   recording: {path: string};
   /** Open a document that was still open when its editor ended: one of `recoverable`. */
   recover: {journal: string};
-  /** Redo the step that was undone last. */
-  redo: {tab: number};
+  /** Redo the step that was undone last, perhaps what this window had typed at a place. */
+  redo: {tab: number; place?: Place | null};
   /** Load the component's file again, and go on in it: a `ReloadReport`. */
   reload: {component: string};
   /** Let the robot accept commands again. */
@@ -1238,8 +1263,8 @@ export interface Requests {
   stopTests: {tab: number};
   /** Stop the trials of a document; what is done is kept. */
   stopTrials: {tab: number};
-  /** Undo the last step. */
-  undo: {tab: number};
+  /** Undo the last step; if it is another window's, what this one has typed at a place. */
+  undo: {tab: number; place?: Place | null};
   /** Stop following it; it keeps running. */
   unfollow: {component: string};
 }
@@ -1612,6 +1637,8 @@ export interface Undone {
   added: Added[];
   conflict?: boolean;
   name: string;
+  others: boolean;
+  own: boolean;
   place: Place | null;
   revision: number;
 }

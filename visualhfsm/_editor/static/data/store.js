@@ -24,7 +24,7 @@ import {viewing} from "../kit/viewers.js";
  * @typedef {Required<Omit<RobotPush, "push">>} Robot
  * @typedef {{connection: {code?: number, reason?: string}, workspace: {former: Workspace}, request: null, restarted: null,
  *   document: {tab: number, changed: Set<number>, whole: boolean}, failure: {error: Error}, closed: {tab: number},
- *   problems: ProblemsPush, output: OutputPush, started: StartedPush, robot: RobotPush, shelf: ShelfPush, snapshot: SnapshotPush,
+ *   problems: ProblemsPush, fixes: {tab: number}, output: OutputPush, started: StartedPush, robot: RobotPush, shelf: ShelfPush, snapshot: SnapshotPush,
  *   structure: StructurePush, stale: StalePush, outside: OutsidePush,
  *   tests: TestsPush, trials: TrialsPush}} StoreEvents
  */
@@ -64,7 +64,7 @@ const LAST_RETRY = 5000;
 const LARGEST = 4 * 2 ** 20;
 const MERGED = 200_000; // characters; longer texts are not merged, but replaced
 /** Requests that do not depend on unsent text. */
-const ASIDE = new Set(["hello", "codeHelp", "interfaces", "listFiles", "outputShown"]);
+const ASIDE = new Set(["hello", "codeHelp", "fixes", "interfaces", "listFiles", "outputShown"]);
 
 /** An answer of the server with the reason why a request failed. */
 export class RequestError extends Error {
@@ -82,7 +82,7 @@ export class RequestError extends Error {
 
 /**
  * Events: `connection`, `workspace`, `document` {tab, changed: Set of automaton ids, whole}, `problems` {tab},
- * `request` before one that others may have to precede, and one of the name of each further push (`output`, `started`,
+ * `fixes` {tab} when what fixes these is known, `request` before one that others may have to precede, and one of the name of each further push (`output`, `started`,
  * `robot`, `shelf`, `snapshot`, `structure`, `stale`, `outside`, `tests`, `trials`, `closed`).
  */
 class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {

@@ -24,7 +24,7 @@ import {problemLines} from "../kit/tabs.js";
  */
 export class Entries extends PageElement {
   /** @type {typeof PageElement.watches} */
-  static watches = {};
+  static watches = {store: ["fixes"]};
   static properties = properties("tab", "automaton", "of", "entries", "problems", "details", "suggest");
 
   constructor() {

@@ -10,13 +10,14 @@ import {html, nothing} from "lit";
 import {PageElement} from "../data/element.js";
 import {page} from "../data/page.js";
 import {FAILED, SEVERITIES} from "../data/problems.js";
+import {wordButton} from "../kit/buttons.js";
 import {coded, n, t} from "../kit/texts.js";
-import {fixButtons, learnFixes} from "../code/fixes.js";
+import {fixButtons} from "../code/fixes.js";
 import {counterexamplePlayer, showStep} from "./counterexample.js";
 import {showNoMarks} from "../data/marks.js";
 import {placeOf, wordsFor} from "../code/places.js";
 import {moveAmongRows, pathOf} from "../kit/rows.js";
-import {judge, verdictOf} from "./verdict.js";
+import {judge, toTests, verdictOf} from "./verdict.js";
 
 /** @type {[severity: Problem["severity"], counted: (count: number) => string][]} */
 const COUNTED = [
@@ -25,6 +26,9 @@ const COUNTED = [
   ["note", (count) => n("{count} Note", "{count} Notes", count)],
 ];
 
+/** The problems of names that are not known: what is said of a name is said once, with its places. */
+const UNKNOWN = new Set(["W520", "W524"]);
+
 /** More rows are usually repetitions; every state with a problem has its sign. */
 const MOST = 1000;
 
@@ -32,7 +36,7 @@ class Problems extends PageElement {
   static properties = {played: {state: true}};
   #isWaiting = false;
   /** @type {typeof PageElement.watches} */
-  static watches = {page: ["tab", "verdict"], store: ["document", "problems"]};
+  static watches = {page: ["tab", "verdict"], store: ["document", "problems", "fixes"]};
 
   constructor() {
     super();
@@ -68,7 +72,6 @@ class Problems extends PageElement {
   }
 
   updated() {
-    if (page.document) this.#learn(page.document.problems);
     if (this.#isWaiting && this.contains(document.activeElement)) this.focusFirst();
   }
 
@@ -117,13 +120,14 @@ class Problems extends PageElement {
         verdict?.text
           ? html`<p class="explain verdict ${verdict.kind}">
               <span class="dot" aria-hidden="true"></span><span>${coded(verdict.text)}</span>
+              ${verdict.kind === "undecided" ? linkTo(toTests(this.context.app)) : nothing}
             </p>`
           : nothing
       }
       ${
         problems.length
           ? html`<ol class="rows" aria-label=${t("Problems")} @keydown=${moveAmongRows}>
-                ${shown.map((each) => this.#row(document, each))}
+                ${rowsOf(shown).map((each) => this.#row(document, each))}
               </ol>
               ${[...assumptions].map((each) => html`<p class="explain">${coded(each)}</p>`)}`
           : verdict?.kind === "violated"
@@ -133,11 +137,9 @@ class Problems extends PageElement {
     </div>`;
   }
 
-  /** @param {OpenDocument} document @param {Problem} problem */
-  #row(document, problem) {
+  /** @param {OpenDocument} document @param {Problem[]} problems the same at several places */
+  #row(document, [problem, ...others]) {
     const place = placeOf(problem);
-    const words = problem.file ? [problem.file, problem.where ?? ""] : wordsFor(document, place);
-    if (!problem.where && problem.line) words.push(t("line {line}", {line: problem.line}));
     const key = keyOf(problem);
     const {played} = this;
     const {counterexample} = problem;
@@ -152,8 +154,18 @@ class Problems extends PageElement {
         ></span>
         <span class="message">${coded(problem.message)}</span
         ><span class="code-name">${problem.code === FAILED ? t("last run") : problem.code}</span>
-        ${pathOf(words.filter(Boolean))}
+        ${pathOf(whereOf(document, problem))}
       </button>
+      ${
+        others.length
+          ? html`<details class="more-places">
+              <summary>${n("in {count} other place", "in {count} other places", others.length)}</summary>
+              ${others.map((each) =>
+                wordButton(whereOf(document, each).join(" › "), () => this.#go(each, placeOf(each)), {kind: "link"}),
+              )}
+            </details>`
+          : nothing
+      }
       ${
         notes.length
           ? html`<ul class="notes">
@@ -174,16 +186,6 @@ class Problems extends PageElement {
           : nothing
       }
     </li>`;
-  }
-
-  /** The problems for whose fixes everything is known. @type {Problem[] | undefined} */
-  #learnt = undefined;
-
-  /** @param {Problem[]} problems */
-  async #learn(problems) {
-    if (problems === this.#learnt) return;
-    this.#learnt = problems;
-    if (await learnFixes(problems)) this.requestUpdate();
   }
 
   /** @param {string} severity */
@@ -210,6 +212,29 @@ class Problems extends PageElement {
     if (played) showStep(page.shownDocument, steps, played.step);
     else showNoMarks();
   }
+}
+
+/** @param {{label: string, run: () => void}} link */
+const linkTo = ({label, run}) => wordButton(label, run, {kind: "link"});
+
+/** The problems of each row: one, or those of the same name. @param {Problem[]} problems */
+function rowsOf(problems) {
+  /** @type {Map<unknown, Problem[]>} */
+  const rows = new Map();
+  for (const each of problems) {
+    const key = UNKNOWN.has(each.code) ? `${each.code} ${each.file ?? ""} ${each.message}` : each;
+    const row = rows.get(key);
+    if (row) row.push(each);
+    else rows.set(key, [each]);
+  }
+  return [...rows.values()];
+}
+
+/** The place of a problem in words. @param {OpenDocument} document @param {Problem} problem */
+function whereOf(document, problem) {
+  const words = problem.file ? [problem.file, problem.where ?? ""] : wordsFor(document, placeOf(problem));
+  if (!problem.where && problem.line) words.push(t("line {line}", {line: problem.line}));
+  return words.filter(Boolean);
 }
 
 /** The key of a problem, which stays the same when the checks run again. @param {Problem} problem */

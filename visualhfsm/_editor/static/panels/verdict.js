@@ -47,6 +47,9 @@ function few(names) {
   return more > 0 ? n("{name} and {count} more", "{name} and {count} more", more, {name}) : name;
 }
 
+/** The next step for a document without a test. @param {HfsmApp} app */
+export const toTests = (app) => ({label: t("Tests"), run: () => app.showBottom("hfsm-tests-panel")});
+
 /** @param {HfsmApp} app */
 export async function judge(app) {
   const {tab} = page;
@@ -70,14 +73,18 @@ export async function judge(app) {
   if (ready) {
     const shown = proved + tests > 0;
     const text = [
-      t("It is ready: it ran {seconds} s on {robot} without an error.", {...verdict}),
+      shown
+        ? t("It is ready: it ran {seconds} s on {robot} without an error.", {...verdict})
+        : t(
+            "It runs, and is not tested yet: it ran {seconds} s on {robot} without an error, but without a test or a proved property nothing shows that it does what it should.",
+            {...verdict},
+          ),
       missed.length ? t("It never stayed in {states}.", {states: few(missed)}) : "",
       proved ? n("A property was proved.", "{count} properties were proved.", proved) : "",
       tests ? n("A test passed.", "{count} tests passed.", tests) : "",
-      shown ? "" : t("Nothing shows that it does what it should: it has no tests, and no property was proved."),
     ];
     keep(tab, revision, text.filter(Boolean).join(" "), shown ? "holds" : "undecided");
-    notify(text[0]);
+    notify(text[0], "info", shown ? undefined : toTests(app));
     return;
   }
   const text = t("It is not ready for {robot}: {message}", {...verdict});

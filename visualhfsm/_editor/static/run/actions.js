@@ -259,6 +259,7 @@ export const monitorActions = [
     enabled: hasLive,
     run: ({app}) => app.showSide("hfsm-monitor-panel"),
     hint: t("variables, plots, cameras, the robot"),
+    words: t("graph, chart, joints, cycles, errors"),
   },
   {
     id: "robotDock",

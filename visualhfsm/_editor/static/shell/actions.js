@@ -13,6 +13,8 @@ import {started} from "../data/component-status.js";
 import {n, t} from "../kit/texts.js";
 
 const hasDocument = () => !!page.document;
+/** Whether the shown automaton is below a state. */
+const isWithin = () => !!page.automaton?.father;
 
 /** The tab whose component was started here and is to be stopped: the shown or the followed one, else 0. */
 const startedHere = () => [page.tab, monitor.component && monitor.tab].find((tab) => tab && started.isAlive(tab)) || 0;
@@ -26,6 +28,14 @@ function stop() {
 }
 
 const files = () => import("../data/files.js");
+
+/**
+ * A part of the data of an automaton or of the behavior, which is found by its name, too.
+ *
+ * @param {string} id that of the part @param {string} icon
+ * @param {{label: string, hint: string, words: string, enabled?: () => boolean}} more
+ */
+const part = (id, icon, more) => ({id, icon, enabled: hasDocument, ...more, run: () => page.showData(id)});
 
 /** A layout that the user chooses. @param {string} id @param {string} label @param {string} icon @param {string} hint */
 const layout = (id, label, icon, hint) => ({
@@ -189,7 +199,40 @@ addActions([
     enabled: hasDocument,
     run: () => page.showData("parameters"),
     hint: t("parameters, events, properties"),
+    words: t("add a parameter, options, settings, description, world, after an error"),
   },
+  part("libraries", "generate", {
+    label: t("Libraries"),
+    hint: t("what the code imports"),
+    words: t("add a library, import, module, package, numpy"),
+  }),
+  part("ros", "link", {
+    label: "ROS 2",
+    hint: t("topics, services and actions"),
+    words: t("add a topic, message, publish, subscribe"),
+  }),
+  part("events", "events", {
+    label: t("Events"),
+    hint: t("what may come from outside"),
+    words: t("add an event, signal, message"),
+  }),
+  part("properties", "properties", {
+    label: t("Properties"),
+    hint: t("what is proved of all runs"),
+    words: t("add a property, model checker, prove, requirement"),
+  }),
+  part("inputs", "entry", {
+    label: t("Inputs"),
+    hint: t("what the state above sets"),
+    words: t("add an input, argument, pass a value"),
+    enabled: () => isWithin() && !page.automaton?.imported,
+  }),
+  part("outputs", "exit", {
+    label: t("Outputs"),
+    hint: t("what the state above takes"),
+    words: t("add an output, result, return a value"),
+    enabled: () => hasDocument() && !page.automaton?.imported,
+  }),
 
   {
     id: "generate",
@@ -451,8 +494,9 @@ export const MENUS = [
   {
     title: t("Data"),
     groups: [
-      ["interfaces", "component"],
-      ["timing", "variables", "functions"],
+      ["interfaces", "ros", "libraries"],
+      ["component", "events", "properties"],
+      ["timing", "variables", "functions", "inputs", "outputs"],
     ],
   },
   {

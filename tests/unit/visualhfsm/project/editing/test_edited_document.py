@@ -24,9 +24,10 @@ from visualhfsm._document.commands.states import AddState, RenameState
 from visualhfsm._document.commands.text import SetText
 from visualhfsm._document.places import Place
 from visualhfsm._document.serialization import MAX_SIZE, parse_file, written
-from visualhfsm.project._editing.edited_document import Choice, EditedDocument, Step
+from visualhfsm.project._editing.edited_document import Choice, EditedDocument
 from visualhfsm.project._editing.files import read_file
 from visualhfsm.project._editing.journal import Header, Journal, find_abandoned
+from visualhfsm.project._editing.undo_stack import Step
 
 SPANISH = """<VisualHFSM><SubAutomata><idSub>1</idSub><Estado estado_inicial="true"><id>1</id><nombre>uno</nombre>
 <origenX>1</origenX><origenY>2</origenY><codigo>x = 1</codigo></Estado><tiempoIteracion>50</tiempoIteracion>
