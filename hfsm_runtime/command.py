@@ -293,8 +293,8 @@ def _end(runtime: ComponentRun) -> None:
 
 def _wait(runtime: ComponentRun, seconds: float | None, stop: threading.Event, safety: SafetyPrx) -> None:
     """Wait for the component's end, its time or a signal, and resume it after refused commands."""
-    end = None if seconds is None else round(seconds * 1e9)
-    permission, time = Permission(safety), runtime.component_time
+    end = None if seconds is None else runtime.clock.now() + seconds
+    permission = Permission(safety)
     refused = False
     while not (runtime.ended.is_set() or stop.is_set()):
         if runtime.refusal is None:
@@ -305,10 +305,11 @@ def _wait(runtime: ComponentRun, seconds: float | None, stop: threading.Event, s
                 runtime.pause_for(why)
         refused = runtime.refusal is not None
         runtime.retry(permission.is_given)
+        runtime.look_at_cycles()
         # In wall time: a clock that stands still must not hide a signal.
         wait = _CHECK_PERIOD
         if end is not None:
-            left = (end - time.now()) / 1e9
+            left = end - runtime.clock.now()
             if left <= 0:
                 return
             wait = min(wait, left / max(runtime.clock.rate, 1.0))

@@ -214,12 +214,16 @@ class _Finder:
             return True
         if isinstance(node.ctx, ast.Load):
             if path[:-1] == ["self"]:
-                return node not in self._called and name not in self._attributes
+                return node not in self._called and not (name in self._attributes or self._is_missing(name))
             return bool(path) and node not in self._parts and not self._is_known(node)
         if path[:-1] == ["self"]:
             return name in self._reserved
         is_own = bool(path) and path[0] in self._bound | {"self"} and self._reserved.isdisjoint(path)
         return not is_own or is_quick_method(name)
+
+    def _is_missing(self, name: str) -> bool:
+        """Return whether to name an attribute of the component is an error."""
+        return name not in self._attributes and not self._effects.definitions.declared(name)
 
     def _asks(self, call: ast.Call) -> bool:
         """Return whether a call certainly is one of an operation of a servant."""
@@ -253,6 +257,8 @@ class _Finder:
             return full.startswith("self.") and self._own.isdisjoint(full.split("."))
         if is_quick_name(full):
             return self._is_quick_function(call, full)
+        if full == f"self{name}" and self._is_missing(name[1:]):
+            return True
         is_object = isinstance(function, ast.Attribute) and full != f"self{name}"
         is_object = is_object and (not dotted(function) or self._is_known(function.value))  # type: ignore[attr-defined]
         return is_object and is_quick_method(name[1:]) and self._is_quick_function(call, name)
