@@ -6,6 +6,7 @@ import threading
 import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
+from traceback import walk_stack
 from types import FrameType
 from typing import Final
 
@@ -163,6 +164,20 @@ class ComponentRun:
         if frame is None or not actor.in_cycle:
             return 0.0, ""
         return seconds, locate_frame(frame, source_of(self.component))
+
+    def look_at_cycles(self) -> None:
+        """Report cycles that hang and must not, by what proofs rely on; call it often.
+
+        Calls of servants may: proofs take them to end.
+        """
+        for actor in self.tree.actors:
+            seconds, where = self.hanging(actor)
+            frame = self._frame(actor) if seconds else None
+            modules = (
+                () if frame is None else (each.f_globals.get("__name__") for each, _ in walk_stack(frame))
+            )
+            if seconds and not any(f"{each}".startswith("zenoh_ice.") for each in modules):
+                self.proofs.hangs(actor, where)
 
     def begin_at(self, automaton: int, state: int) -> None:
         """Make a state, and those above it, the first ones to enter; call it before `start`.

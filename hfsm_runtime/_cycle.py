@@ -33,6 +33,8 @@ class Supervisor(Protocol):
 
     hand_over: float
     """The longest wait in s of wall time for the cycles below a state that is left."""
+    halted: bool
+    """Whether an error has ended the component: then no code runs any more but exit code of what is left."""
 
     def now(self) -> int:
         """Return the component time in ns."""
@@ -331,6 +333,8 @@ def _call(
     tree: Tree, actor: Actor, supervisor: Supervisor, code: Callable[..., object], *arguments: object
 ) -> object:
     """Return the result of a piece of user code, or None when it failed and the cycle continues."""
+    if supervisor.halted and code is not _exit:  # a thread of user code may have failed meanwhile
+        raise ComponentStoppedError
     try:
         return code(*arguments)
     except Exception as error:  # noqa: BLE001 - user code may raise anything; the supervisor reports it

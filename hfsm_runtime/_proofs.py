@@ -81,6 +81,7 @@ class Proofs(Observer):
         complete = {place for place in self._guards if self._contradict(place, (), self._guards[place])}
         if complete:
             tree.observers.append(_CompleteGuards(self, complete))
+        self._comes: Final = [each for each in properties if each.kind == "eventually"]
         checked = [each for each in properties if ordered or (each.is_chain and not each.is_timed)]
         self._properties: Final = _Properties(self, tree, checked, ended)
         if checked:
@@ -160,6 +161,12 @@ class Proofs(Observer):
         """Return whether guards out of a state can not be so: one that held, and those that did not."""
         refused = [self._guards[place][each] for each in failed]
         return satisfy(held, [*refused, *self._links.get(place, ())]) is None
+
+    def hangs(self, actor: Actor, where: str) -> None:
+        """Report a cycle that does not end, if what is proved to come needs all cycles to."""
+        if self._comes and not (self._is_doubtful or self._supervision.raised):
+            what = f"the cycle of {actor.automaton.name} in the state `{actor.current.name}` does not end"
+            self._report(actor, ("hangs", actor.automaton.id), what, where)
 
     def report(self, actor: Actor, place: Hashable, what: str) -> None:
         """Report what is not so, unless something was done that no proof allows for."""

@@ -130,6 +130,8 @@ class Supervision(Observer):
         """Cycles in a row in which hardware failed: how many, and the number of the last one."""
         self.raised = False
         """True once code has raised an exception."""
+        self.halted = False
+        """True once an error has ended the component."""
         self._crashes: list[BaseException] = []
         self._dropped: set[tuple[int, int, str]] = set()
         """Dropped events: the automaton, its state, and the event with the reason."""
@@ -312,6 +314,7 @@ class Supervision(Observer):
             self._log.error("%s: %s%s", _place(actor), message, place)
 
     def _halt_for_error(self) -> None:
+        self.halted = True
         try:
             self._log.error("the component halts; `onerror` continue would ignore the error")
         finally:

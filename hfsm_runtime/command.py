@@ -293,18 +293,19 @@ def _end(runtime: ComponentRun) -> None:
 
 def _wait(runtime: ComponentRun, seconds: float | None, stop: threading.Event, safety: SafetyPrx) -> None:
     """Wait for the component's end, its time or a signal, and resume it after refused commands."""
-    end = None if seconds is None else round(seconds * 1e9)
-    permission, time = Permission(safety, runtime.component), runtime.component_time
+    end = None if seconds is None else runtime.clock.now() + seconds
+    permission = Permission(safety, runtime.component)
     runtime.on_resumed = permission.begin_again
     while not (runtime.ended.is_set() or stop.is_set()):
         # Also where no command is refused meanwhile: the next one would start the robot after the reset.
         if runtime.refusal is None and may_move(runtime.component) and (why := permission.why_stopped()):
             runtime.pause_for(why)
         runtime.retry(permission.is_given)
+        runtime.look_at_cycles()
         # In wall time: a clock that stands still must not hide a signal.
         wait = _CHECK_PERIOD
         if end is not None:
-            left = (end - time.now()) / 1e9
+            left = end - runtime.clock.now()
             if left <= 0:
                 return
             wait = min(wait, left / max(runtime.clock.rate, 1.0))

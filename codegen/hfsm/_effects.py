@@ -59,6 +59,8 @@ class CodeEffects:
         self.local: dict[str, Effects] = {}
         self.parameters: dict[str, Names] = {}
         """The effects of nested functions and lambdas, and the values of their parameters."""
+        self.called_kinds: dict[ast.Call, frozenset[str]] = {}
+        """The kinds of what each call may call."""
         self._known: dict[_Call, Effects] = {}
         self._last: dict[_Call, Effects] = {}
         """The effects of functions by the values of their parameters: of this pass, and of the last one."""

@@ -370,7 +370,9 @@ class Evaluation:
         else:
             is_finder = bool(self._definitions.finder(function))
             found = self._names.get(name, UNSURE) if is_finder else self._identity(function)
-        evaluate = self._identity if {each.kind for each in found} == {"function"} else self.value
+        kinds = {each.kind for each in found or UNSURE}
+        self._code.called_kinds[call] = self._code.called_kinds.get(call, frozenset()) | kinds
+        evaluate = self._identity if kinds == {"function"} else self.value
         arguments: list[_Argument] = []
         for place, each in enumerate(call.args):
             given = each.value if isinstance(each, ast.Starred) else each

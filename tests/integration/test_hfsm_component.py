@@ -108,6 +108,12 @@ def test_it_runs_for_the_time_given_and_stops_the_robot(tmp_path: Path, endpoint
             eventually(lambda: abs(head.getPose().panSpeed) < 0.05)
 
 
+def test_the_time_given_passes_while_it_is_paused(tmp_path: Path, endpoint: str) -> None:
+    with serve(endpoint):
+        code, _ = run(turning(tmp_path), endpoint, "--seconds", str(SHORT_RUN), "--breakpoint", "1.1")
+    assert code == 0
+
+
 def test_a_servant_that_is_not_there_is_named(tmp_path: Path, endpoint: str) -> None:
     config = HEAD + HEAD.replace(">Head<", ">Tail<").replace(">head<", ">tail<")
     file = compile_to(tmp_path, document(sub(1, 0, state(1, "a", initial=True)), config=config), "turner")

@@ -91,6 +91,17 @@ def test_json_is_valid_by_the_published_schema(folder: Path) -> None:
     assert [(reason.found, reason.line, reason.state) for reason in bad.reasons] == [("run", 5, "go")]
 
 
+@pytest.mark.parametrize("text", ["", "hello", "<VisualHFSM/>"])
+def test_json_is_printed_of_what_is_no_document(text: str, folder: Path) -> None:
+    (folder / "none.xml").write_text(text)
+    command = ("verdict", "none.xml", "good.xml", "--json", "--seconds", "1")
+    done = run_here(app, "visualhfsm", *command, cwd=folder)
+    assert done.returncode == 1
+    none, good = msgspec.json.decode(done.stdout, type=list[Verdict])
+    assert (none.document, none.ready, good.ready) == ("none.xml", False, True)
+    assert none.reasons[0].found == "checks"
+
+
 def test_the_published_schema_is_that_of_the_command() -> None:
     shown = json.loads(run_here(app, "visualhfsm", "verdict", "--schema").stdout)
     assert without_indentation(shown) == without_indentation(published())

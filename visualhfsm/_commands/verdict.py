@@ -57,7 +57,8 @@ def verdict(
     """
     import msgspec
 
-    from visualhfsm import Project, Verdict
+    from visualhfsm import Project, Reason, Verdict
+    from visualhfsm._base.errors import VisualHfsmError
 
     if schema:
         typer.echo(msgspec.json.format(msgspec.json.encode(msgspec.json.schema(list[Verdict]))).decode())
@@ -70,7 +71,11 @@ def verdict(
     verdicts = []
     with unwind_on_signals(), Project(include=require_directories(include), granted=paths) as project:
         for path in paths:
-            verdicts.append(project.open(path).verdict(seconds=seconds, patience=patience, body=body))
+            try:
+                verdicts.append(project.open(path).verdict(seconds=seconds, patience=patience, body=body))
+            except VisualHfsmError as error:
+                reason = Reason(found="checks", message=error.message, file=path.name)
+                verdicts.append(Verdict(document=path.name, ready=False, reasons=(reason,)))
             if not as_json:
                 typer.echo(_text(path, verdicts[-1]))
     if as_json:
@@ -103,4 +108,6 @@ def _text(path: Path, verdict: Verdict) -> str:
         text = each.text.replace("\n", "\n       ")
         lines += [f"  {head} {text}", *(f"       {step}" for step in each.steps)]
         lines += [f"     > {hint}" for hint in each.hints]
-    return "\n".join((*lines, *(f"  undecided by the model checker: `{name}`" for name in verdict.undecided)))
+    lines += [f"  undecided by the model checker: `{name}`" for name in verdict.undecided]
+    held = "violated if certain guards ever hold, which the run has not shown"
+    return "\n".join((*lines, *(f"  {held}: `{name}`" for name in verdict.not_shown)))

@@ -58,10 +58,14 @@ class StepView(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_d
 
 
 class CounterexampleView(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defaults=True):
-    """The steps until a property is violated; from the index `repeats` on they may go on forever."""
+    """The steps until a property is violated; from the index `repeats` on they may go on forever.
+
+    It is a run only if the `guards` ever hold.
+    """
 
     steps: tuple[StepView, ...]
     repeats: int | None = None
+    guards: tuple[str, ...] = ()
 
 
 class Misspelt(msgspec.Struct, frozen=True, kw_only=True, rename="camel", omit_defaults=True):

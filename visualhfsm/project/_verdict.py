@@ -51,8 +51,9 @@ _AT: Final = re.compile(r"(?:^|\bat \S+ \()(?P<file>[^()\s:]+):(?P<line>\d{1,9})
 class Verdict(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
     """Whether a document is `ready`, and if not why: `reasons`, what to fix first at first.
 
-    `proved` are the properties that hold in all runs. `warnings`, and properties that the model checker left
-    `undecided`, leave it ready. `tests` is how many passed, `seconds` the virtual time of the run, `missed`
+    `proved` are the properties that hold in all runs. `warnings` leave it ready, and so do properties that
+    the model checker left `undecided`, and those `not_shown` by the run to be violated, which they are if
+    certain guards ever hold. `tests` is how many passed, `seconds` the virtual time of the run, `missed`
     the names of states in which it never stayed. The `digest` is that of all files that a run uses, and of
     the versions of what runs them: of others the verdict may be another one.
     """
@@ -63,6 +64,7 @@ class Verdict(msgspec.Struct, frozen=True, kw_only=True, rename="camel"):
     warnings: tuple[Reason, ...] = ()
     proved: tuple[str, ...] = ()
     undecided: tuple[str, ...] = ()
+    not_shown: tuple[str, ...] = ()
     tests: int = 0
     seconds: float = 0.0
     missed: tuple[str, ...] = ()
@@ -123,14 +125,21 @@ class Judge:
         archive, name = copy.archive, copy.document.name
         names = [each.name.strip() or each.expression.text for each in document.properties]
         proofs = [each.verdict for each in findings.proofs or ()] or ["undecided"] * len(names)
+        # What is violated only if guards hold, of which nothing says that they do, the run is to show.
+        doubtful = [each for each in findings.problems if each.counterexample and each.counterexample.guards]
+        certain = [each for each in findings.problems if each not in doubtful]
         warnings = [*reasons_of(document, copy.document, findings.problems, "warning")]
-        found = [*reasons_of(document, copy.document, findings.problems)]
-        found += [each for each in warnings if each.code in UNREADY]
+        never_ready = [each for each in warnings if each.code in UNREADY]
+        found = [*reasons_of(document, copy.document, certain), *never_ready]
+        not_shown: tuple[str, ...] = ()
         went: tuple[of_tests.TestResult, ...] = ()
         missed: tuple[str, ...] = ()
         seconds, patience = limits or (0.0, 0.0)
-        if limits and not found:
+        if found or not limits:
+            found = [*reasons_of(document, copy.document, findings.problems), *never_ready]
+        else:
             allow(archive)
+            not_shown = tuple(names[each.place.index] for each in doubtful if each.place)
             missed, failed = self._run(archive, document, seconds, patience, body)
             found += failed
             went, failed = self._test(copy, patience)
@@ -142,6 +151,7 @@ class Judge:
             warnings=tuple(each for each in warnings if each.code not in UNREADY)[:MOST],
             proved=tuple(name for name, proof in zip(names, proofs, strict=True) if proof == "holds"),
             undecided=tuple(name for name, proof in zip(names, proofs, strict=True) if proof == "undecided"),
+            not_shown=not_shown,
             tests=sum(each.outcome == "passed" for each in went),
             seconds=seconds,
             missed=missed,
@@ -162,7 +172,9 @@ class Judge:
         try:
             outcome = self._thread.submit(self._processes.run, Task(plan, 1, archive)).result()
         except VisualHfsmError as error:
-            return (), [Reason(found="run", message=error.message, hints=hints)]
+            return (), [
+                Reason(found="run", message=error.message, hints=hints, **_place_in(f"{error.message}"))
+            ]
         if outcome.success:
             return _missed(document, outcome), []
         at = _place_in(outcome.error)

@@ -9,6 +9,7 @@ from typing import Final
 import msgspec
 import pytest
 
+from codegen.parsing import parse_python
 from visualhfsm._base.languages import encode_message
 from visualhfsm._document.places import Place
 from visualhfsm._processes.document_tests import END_OF_RESULTS, CodeRun, Hit, TestResult
@@ -29,6 +30,7 @@ class Results:
 
     def __init__(self, config: pytest.Config, path: Path, lines: Lines) -> None:
         self._path: Final = path
+        self._root: Final = config.rootpath
         self._is_worker: Final = hasattr(config, "workerinput")  # of xdist
         self._hits = Hits()
         self._lines = lines
@@ -71,8 +73,18 @@ class Results:
     def pytest_collectreport(self, report: pytest.CollectReport) -> None:
         """Write down that a file of tests cannot be read."""
         if report.failed and not self._is_worker:  # xdist's controller hears it once
-            reason = str(report.longrepr)[-_LONGEST_REASON:]
+            reason = self._mistake(report.nodeid) or str(report.longrepr)[-_LONGEST_REASON:]
             self._write(TestResult(name=report.nodeid, outcome="failed", reason=reason))
+
+    def _mistake(self, name: str) -> str:
+        """Return where a file of tests is no Python, and why: what pytest says begins with its own lines."""
+        try:
+            parse_python((self._root / name).read_bytes())
+        except SyntaxError as error:
+            return f"{Path(name).name}:{error.lineno or 1}: {type(error).__name__}: {error.msg}"
+        except (OSError, ValueError, RecursionError, MemoryError):
+            pass  # pytest says it
+        return ""
 
     def pytest_sessionfinish(self) -> None:
         """Write down that no test ended this process."""

@@ -18,6 +18,7 @@ from pathlib import Path
 
 import msgspec
 
+from hfsm_runtime.errors import MissingLibraryError
 from hfsm_runtime.virtual.errors import ExecutionError
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._base.task_processes import answer_tasks
@@ -116,7 +117,7 @@ class _Worker:
                 outcome = run_trial(plan, task.number, task.part)
             if task.part is not None:
                 _keep(task.part, Path(task.recording))
-        except (VisualHfsmError, ExecutionError) as error:
+        except (VisualHfsmError, ExecutionError, MissingLibraryError) as error:
             return TaskResult(refused=self._plain(str(error)))
         return TaskResult(
             msgspec.structs.replace(

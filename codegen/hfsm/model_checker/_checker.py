@@ -15,7 +15,6 @@ from ..document import Document, Text
 from ..report import Report, state_label, transition_label
 from ._conflicts import Commands, Conflict, Operations, Use, find_conflicts, uses_of
 from ._durations import slow_code
-from ._endings import ending_code
 from ._exploration import Budget
 from ._fireability import events_of, fireability_of
 from ._reachability import (
@@ -99,7 +98,7 @@ def check_model(
     model = read_model(document, path, effects=effects)
     events = events_of(model)
     uses = uses_of(model, Commands(model.effects, operations))
-    slow, ending = slow_code(model.effects.analysis), ending_code(model.effects.analysis)
+    slow, ending = slow_code(model.effects)
     doubtful = (*model.doubtful, *events.places, *slow, *ending)
     if not doubtful:
         return _check(model, events.outside, uses, Budget(limit))

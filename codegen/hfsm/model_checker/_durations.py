@@ -1,356 +1,498 @@
-"""Find code that may take longer than a period: it sleeps, waits, or cannot be followed.
+"""Find code that is not certainly quick: its cycle may last for longer than its period, or for ever.
 
 While a cycle lasts, others fall due and are missed, so that timers that expire one after the other in the
-model may expire together. What only computes, and calls of servants, are taken to end within a period.
+model may expire together; and what is to come may never come. Quick is what consists of the forms below and
+of what the table in `_quick` has. Calls of servants are taken to end within a period.
+
+Where all code is quick, no object but those that the table makes is anywhere: hence operators, attributes and
+loops are as quick as theirs are. One place that is not makes the whole document slow.
 """
 
 from __future__ import annotations
 
 import ast
-from collections.abc import Collection, Iterable, Iterator, Mapping
+import re
+import stat
+from collections.abc import Iterator
+from math import inf, prod
 from typing import Final
 
 from ...diagnostics import Location, Note
 from ...messages import Message
-from .._definitions import FINDERS, finder_of
+from .._definitions import is_static
+from .._effects import CodeEffects
 from .._possible_values import HARMLESS
-from ..analysis import Analysis, Piece, names_with
-from ..code.names import COMPONENT_ALIASES, COMPONENT_ATTRIBUTES
-from ..code.text import all_nodes, dotted, full_name
+from ..analysis import Piece, names_with
+from ..code.names import COMPONENT_ATTRIBUTES
+from ..code.text import all_nodes, binds, child_nodes, dotted, own_nodes
+from ._growth import Values, last_name
+from ._quick import (
+    BASES,
+    CALLED,
+    DECORATORS,
+    ENDING,
+    LOADED,
+    LOCKS,
+    OF_COMPONENT,
+    is_quick_method,
+    is_quick_name,
+)
 
-_QUICK_MODULES: Final = frozenset(
+_SLOW: Final = Message("this code may take longer than a period, and timers may expire in any order")
+_ENDS: Final = Message("this code may end the component")
+_OTHER_FORMS: Final = (
+    *(ast.AsyncFor, ast.AsyncFunctionDef, ast.AsyncWith, ast.Await, ast.MatMult, ast.LShift, ast.TryStar),
+    *(each for each in (getattr(ast, name, None) for name in ("TypeAlias", "TemplateStr")) if each),
+)
+_MOST_WORK: Final = 100_000
+"""The most nodes of its tree that a piece of code may run through."""
+_LENGTH: Final = 100
+"""How long that is taken to be which is not spelled out."""
+_PIXELS: Final = 1 << 20
+_OF_PIXELS: Final = frozenset(
     {
-        *("abc", "base64", "bisect", "cmath", "collections", "colorsys", "copy", "cv2", "dataclasses"),
-        *("datetime", "decimal", "enum", "fractions", "functools", "hashlib", "heapq", "interfaces"),
-        *("itertools", "jderobot", "json", "logging", "math", "numpy", "operator", "random", "re"),
-        *("statistics", "string", "struct", "sys", "textwrap", "threading", "time", "traceback", "types"),
-        *("typing", "uuid", "weakref", "zlib"),
+        *(".array", ".asarray", ".astype", ".cvtColor", ".flatten", ".frombuffer", ".inRange", ".reshape"),
+        ".tolist",
     }
 )
-"""Modules whose functions only compute. Those that wait nevertheless are found by their names."""
-_QUICK_STARS: Final = frozenset({"cmath", "interfaces", "jderobot", "math", "numpy", "random"})
-"""Those of which `import *` brings nothing that waits, whatever its name is."""
-_QUICK_PACKAGES: Final = ("os.environ", "os.path.")
-_MODULES_INSIDE: Final = frozenset({"config", "handlers", "os"})
-"""Modules that wait, inside others."""
-_WAITING_BUILTINS: Final = frozenset(
-    {"__import__", "breakpoint", "compile", "eval", "exec", "globals", "help", "input", "locals", "vars"}
-)
-"""They wait for a person, or call functions that are not known."""
-_WAITING_METHODS: Final = frozenset(
-    {
-        *("__enter__", "accept", "acquire", "communicate", "connect", "next", "put", "readline", "recv"),
-        *("recvfrom", "result", "samples", "select", "wait", "wait_for"),
-    }
-)
-_NAMED: Final = frozenset(
-    {
-        *("__stdin__", "acquire", "os", "pollKey", "samples", "selectROI", "selectROIs", "sleep", "stdin"),
-        *("wait", "wait_for", "waitKey", "waitKeyEx"),
-    }
-)
-"""Methods and functions that wait, found where code only names them: it may call them by another name."""
-_OF_FUTURES: Final = frozenset({"exception", "next", "result"})
-"""Methods that wait, found where code names them without a call; others have attributes of these names."""
-_FOUND_BY_NAME: Final = frozenset({*_WAITING_METHODS, *_NAMED, *_OF_FUTURES, "join", "run"})
-_GIVING_TEXTS: Final = frozenset({"filter", "list", "map", "reversed", "set", "sorted", "str", "tuple"})
-_ENDLESS: Final = frozenset({"itertools.count", "itertools.cycle", "itertools.repeat"})
-_CALLED: Final = _ENDLESS | {"iter", "itertools"}
-"""What makes them, and their module: found where it gets another name."""
-_TAKING_SOME: Final = frozenset({"itertools.islice", "next"})
-_PASSING_ON: Final = frozenset({"enumerate", "iter", "map", "zip"})
-"""Functions that take from an iterator only what is taken from them; all others may take from it forever."""
-_SLEEP: Final = "sleep"
+"""What gives the parts of pictures."""
+_LARGEST: Final = 1 << 20
+"""The largest whole number that code may name, and the largest file that it may read, in bytes."""
+_LONG_FORMAT: Final = re.compile(r"%[^a-zA-Z%]*(\d{3}|\*)")
 
 
-def slow_code(analysis: Analysis) -> tuple[Note, ...]:
-    """Return the places of code that may take longer than a period, at most one for each piece of code."""
-    finder = _Finder(analysis)
-    found = []
-    for text, path, piece in analysis.by_text.values():
-        if piece is None:
-            continue  # the component cannot be generated
-        node = next(finder.slow(piece), None)
-        if piece.is_deep:
-            found.append(Note(_MESSAGE, Location(path, max(1, text.line), max(1, text.column))))
-        elif node is not None:
-            found.append(Note(_MESSAGE, piece.place(node)))
-    return tuple(found)
+def slow_code(effects: CodeEffects) -> tuple[tuple[Note, ...], tuple[Note, ...]]:
+    """Return the places of code that is not certainly quick, and of code that may end the component.
 
-
-_MESSAGE: Final = Message("this code may take longer than a period, and timers may expire in any order")
+    There is at most one for each piece of code.
+    """
+    extension, finder = effects.analysis.extension, _Finder(effects)
+    slow: list[Note] = []
+    ending: list[Note] = []
+    if extension is not None and not extension.problem:
+        slow.append(Note(_SLOW, Location(extension.path)))
+    for text, path, piece in effects.analysis.by_text.values():
+        if piece is not None and piece.is_deep:
+            slow.append(Note(_SLOW, Location(path, max(1, text.line), max(1, text.column))))
+        elif piece is not None:  # otherwise the component cannot be generated
+            for notes, message, found in (
+                (slow, _SLOW, finder.slow(piece)),
+                (ending, _ENDS, finder.ending(piece)),
+            ):
+                notes.extend(Note(message, piece.place(node)) for node in [next(found, None)] if node)
+    return tuple(slow), tuple(ending)
 
 
 class _Finder:
-    def __init__(self, analysis: Analysis) -> None:
-        extension, document = analysis.extension, analysis.document
-        nodes = [node for piece in analysis.pieces for node in all_nodes(piece.tree)]
-        self._libraries = names_with(analysis.libraries, nodes)
-        """The names of libraries, also of those that other code imports: it shares its names."""
-        self._methods = {
-            name for piece in analysis.functions for name in names_with({}, all_nodes(piece.tree))
+    def __init__(self, effects: CodeEffects) -> None:
+        analysis, document = effects.analysis, effects.analysis.document
+        self._effects, self._path = effects, analysis.path
+        self._nodes = {piece: _without_annotations(piece.tree) for piece in analysis.pieces}
+        nodes = [*dict.fromkeys(node for of_one in self._nodes.values() for node in of_one)]
+        declared = _declared(effects)
+        of_class = {each for piece in analysis.functions for each in own_nodes(piece.tree)}
+        bound = {name for each in nodes if not isinstance(each, ast.alias) for name in binds(each)}
+        self._bound = (
+            {*declared} | bound | {each.arg for each in nodes if isinstance(each, ast.arg)} | {"event"}
+        )
+        self._bound -= {"self"}
+        methods = [each for each in of_class if isinstance(each, ast.FunctionDef) and not is_static(each)]
+        own = {each.args.args[0] for each in methods if each.args.args}
+        arguments = {each for each in nodes if isinstance(each, ast.arg) and each.arg == "self"}
+        self._has_other_self = "self" in bound or not arguments <= own
+        self._modules = names_with(analysis.libraries, nodes)
+        self._declared = {ast.unparse(each.node) for each in analysis.imports}
+        roots = {each.partition(".")[0] for each in self._modules.values()} - {"interfaces"}
+        folders = {self._path.parent, analysis.output or self._path.parent}
+        self._replaced = {
+            each
+            for each in roots
+            for folder in folders
+            if (folder / f"{each}.py").exists() or (folder / each / "__init__.py").exists()
         }
-        """The names of libraries that are attributes of the component, too."""
-        self._free = analysis.free
-        self._has_threads = "threading" in analysis.modules
-        self._has_own_sleep = _SLEEP in analysis.defined
-        self._proxies = {each.name for each in document.all_interfaces}
-        self._handwritten = frozenset[str]() if extension is None else extension.attributes
-        self._is_open = extension is not None and extension.is_open
-        """Whether hand-written code may have other attributes than those that are known."""
-        given = {each.name for each in document.parameters}
-        given |= {each.name for each in analysis.accesses if each.is_stored}
-        self._given = given | self._proxies | analysis.defined | COMPONENT_ATTRIBUTES | COMPONENT_ALIASES
-        self._endless = set[str]()
-        """Names of variables and attributes that may be iterators without an end."""
-        before = -1
-        while before < len(self._endless):
-            before = len(self._endless)
-            for each in analysis.pieces:
-                self._read(each)
+        """Modules that files beside the document take the place of."""
+        attributes = (each for each in nodes if isinstance(each, ast.Attribute))
+        stored = {each.attr for each in attributes if not isinstance(each.ctx, ast.Load)}
+        self._own = analysis.defined | stored
+        proxies = {each.name for each in (*document.all_interfaces, *document.ros)}
+        self._reserved = proxies | {*document.proxy_aliases, *document.ros_aliases} | COMPONENT_ATTRIBUTES
+        self._attributes = self._reserved | self._own | {each.name for each in document.parameters}
+        self._attributes -= {"automaton", "sleep"} - self._own
+        self._proxies = proxies - self._own
+        self._values = Values(nodes, of_class, declared, self.full, self._asks)
+        self._classes = {
+            each.name for each in nodes if isinstance(each, ast.ClassDef) and each not in of_class
+        }
+        self._classes = {each for each in self._classes if self._values.given[each] == [None]}
+        self._called = {each.func for each in nodes if isinstance(each, ast.Call)}
+        self._parts = self._called | {each.value for each in nodes if isinstance(each, ast.Attribute)}
+        texts = (each.value for each in nodes if isinstance(each, ast.Constant))
+        self._has_long_format = any(isinstance(each, str) and _LONG_FORMAT.search(each) for each in texts)
+        self._has_threads = any(self.full(each).startswith("threading.T") for each in self._parts)
+        self._work: dict[str, float] = {}
 
-    def _read(self, piece: Piece) -> None:
-        """Note the iterators without an end to which a piece of code gives names."""
-        nodes = all_nodes(piece.tree)
-        modules = names_with(self._libraries, nodes)
-        for targets, value in _given_names(nodes):
-            if self._is_endless(value, modules):
-                self._endless.update(dotted(target)[-1] for target in targets)
+    def full(self, node: ast.AST) -> str:
+        """Return the full name of something of Python, of a library or of the component; else nothing."""
+        first, *others = dotted(node) or [""]
+        star = self._modules.get("*", "")
+        if first in self._bound or (first == "self" and self._has_other_self):
+            return ""
+        if star and first != "self" and first not in self._modules:
+            first = f"{star[:-1]}{first}" if is_quick_name(f"{star[:-1]}{first}") else first
+            if star.partition(".")[0] not in ("cmath", "interfaces", "math"):
+                return ""
+        full = ".".join([self._modules.get(first, first), *others])
+        return "" if full.startswith("?") or full.partition(".")[0] in self._replaced else full
+
+    def ending(self, piece: Piece) -> Iterator[ast.AST]:
+        """Yield the nodes of a piece of code that may end the component."""
+        return (each for each in self._nodes[piece] if self.full(each) in ENDING)
 
     def slow(self, piece: Piece) -> Iterator[ast.AST]:
-        """Yield the nodes of a piece of code that may take longer than a period."""
-        nodes = all_nodes(piece.tree)
-        modules = names_with(self._libraries, nodes)
-        called = called_in(nodes)
-        parts = {node.value for node in nodes if isinstance(node, ast.Attribute)}.union(*map(_classes, nodes))
-        taken = {value for _, value in _given_names(nodes)}.union(
-            *(_taken_from(each, modules) for each in nodes)
-        )
-        for node in nodes:
-            if (
-                (node not in parts and self._is_foreign(node, modules))
-                or self._is_slow(node, modules)
-                or (node not in called | parts and self._is_named(node, modules))
-                or (node not in taken and self._is_endless(node, modules))
-                or hides(node, called, modules)
-                or (piece.has_other_self and isinstance(node, ast.Attribute) and node.attr in _NAMED)
-            ):
+        """Yield the nodes of a piece of code that are not certainly quick."""
+        for node in self._nodes[piece]:
+            if isinstance(node, _OTHER_FORMS) or self._is_slow(node):
                 yield node
+        if self._work_of(piece.tree) > _MOST_WORK:
+            yield piece.tree.body[0]
 
-    def _is_foreign(self, node: ast.AST, modules: Mapping[str, str]) -> bool:
-        """Return whether a name leads to anything but a constant of a library that may wait.
-
-        Whatever code does with it may take its time: to read an attribute, to loop over it, to call it later.
-        """
-        names = dotted(node)
-        first = next((each for each in names if each in self._methods), names[0] if names else "")
-        is_starred = "*" in modules and first in self._free
-        if not isinstance(getattr(node, "ctx", None), ast.Load) or not (first in modules or is_starred):
-            return False
-        library = modules.get(first, modules.get("*", ""))
-        return not names[-1].isupper() and _may_wait_in(".".join([library, *names[names.index(first) + 1 :]]))
-
-    def _is_named(self, node: ast.AST, modules: Mapping[str, str]) -> bool:
-        """Return whether a node that is not called names what waits, or has no end, when it is."""
+    def _is_slow(self, node: ast.AST) -> bool:
         match node:
-            case ast.Attribute(attr="join" | "run", value=owner):  # of a thread, not of a text spelled out
-                return self._has_threads and not isinstance(owner, ast.Constant)
-            case ast.Attribute(attr=name, ctx=ast.Load()) if name in _OF_FUTURES:
-                return dotted(node) != ["self", name]  # what it was given was found where it got it
-        return full_name(node, modules) in _CALLED
-
-    def _is_slow(self, node: ast.AST, modules: Mapping[str, str]) -> bool:
-        match node:
-            case ast.While() | ast.AsyncFor() | ast.AsyncWith() | ast.Await():
-                return True
-            case ast.FunctionDef(name="__getitem__" | "__next__"):  # a loop over it may have no end
-                return True
-            case ast.With(items=items):  # a lock waits; what a library returns was found by that call
-                return any(self._may_be_lock(item.context_expr, modules) for item in items)
-            case ast.Constant(value="sleep" | "__getitem__" | "__next__"):  # the name of an attribute
-                return True
-            case ast.Attribute(value=ast.Name("self"), attr="sleep"):
-                return not self._has_own_sleep
-            case ast.Attribute(attr="sleep"):
-                return True
-            case ast.Attribute(attr=name, ctx=ast.Load()):
-                module, *others = dotted(node) or [""]
-                is_of_proxy = module == "self" and others[0] in self._proxies and len(others) > 1
-                is_other = self._is_open and len(others) < 2 and name not in self._given
-                if not (module in modules or is_of_proxy) and (is_other or name in self._handwritten):
-                    return True  # hand-written, whatever name the component has here
-                if module == "self" and len(others) < 2:  # what it was given was found where it got it
-                    return False
-                return name in _NAMED
-            case ast.Name(id=name):
-                full = modules.get(name, name)
-                last = full.split(".")[-1]
-                return last == _SLEEP or last in _WAITING_BUILTINS or (full != name and last in _NAMED)
+            case ast.Name(id=name, ctx=ast.Load()):
+                return _is_hidden(name) or (node not in self._parts and not self._is_known(node))
+            case ast.Attribute():
+                return self._is_slow_attribute(node)
             case ast.Call():
-                return self._may_wait(node, modules)
+                is_asked = self._asks(node)
+                is_slow = not (is_asked or self._is_quick_call(node)) or self._values.extends_itself(node)
+                return is_slow or (not is_asked and self._values.explodes(node))
+            case ast.FunctionDef(name=name, decorator_list=decorators):
+                found = {self.full(each.func if isinstance(each, ast.Call) else each) for each in decorators}
+                return _is_hidden(name) or not found <= DECORATORS
+            case ast.ClassDef(body=body, bases=bases, keywords=keywords, decorator_list=decorators):
+                found = {self.full(each.func if isinstance(each, ast.Call) else each) for each in decorators}
+                are_known = {self.full(each) for each in bases} <= BASES and found <= {
+                    "dataclasses.dataclass"
+                }
+                return bool(keywords) or not are_known or not all(map(_is_constant, body))
+            case ast.With(items=items):
+                return len(items) != 1 or not self._is_quick_context(items[0].context_expr, node)
+            case ast.While():
+                return self._rounds(node) == inf
+            case ast.Import(names=names):
+                is_there = ast.unparse(node) in self._declared
+                return not is_there and not {each.name for each in names} <= LOADED - self._replaced
+            case ast.ImportFrom(module=module, names=names):
+                full = {f"{module}.{each.name}" for each in names}
+                is_there = ast.unparse(node) in self._declared or module in LOADED - self._replaced
+                return not is_there or not all(is_quick_name(each) or each in ENDING for each in full)
+            case ast.Subscript(slice=index):  # a new axis multiplies what arrays have
+                return any(isinstance(each, ast.Constant) and each.value is None for each in ast.walk(index))
+            case ast.FormattedValue(format_spec=ast.JoinedStr(values=parts)):
+                texts = [each.value if isinstance(each, ast.Constant) else "999" for each in parts]
+                return any(re.search(r"\d{3}", str(each)) for each in texts)
+            case ast.Constant(value=int(number)):
+                return abs(number) > _LARGEST
+            case ast.MatchClass(kwd_attrs=names):
+                return any(map(_is_hidden, names))
+            case ast.BinOp(op=ast.Mod()) | ast.AugAssign(op=ast.Mod()) if self._has_long_format:
+                return True
+        return self._values.explodes(node) or self._values.extends_itself(node)
+
+    def _is_known(self, node: ast.expr) -> bool:
+        """Return whether a name is one of the document or in the table, or an attribute of what is."""
+        first, *_ = dotted(node)
+        while isinstance(node, ast.Attribute) and not is_quick_name(self.full(node)):
+            node = node.value
+        is_missing = not self._effects.definitions.outside(first)  # to name it is an error
+        is_known = is_quick_name(self.full(node)) or self.full(node) in ENDING
+        return is_known or first in self._bound | {"self"} or (is_missing and first not in self._modules)
+
+    def _is_slow_attribute(self, node: ast.Attribute) -> bool:
+        path, name = dotted(node), node.attr
+        if _is_hidden(name):
+            return True
+        if isinstance(node.ctx, ast.Load):
+            if path[:-1] == ["self"]:
+                return node not in self._called and not (name in self._attributes or self._is_missing(name))
+            return bool(path) and node not in self._parts and not self._is_known(node)
+        if path[:-1] == ["self"]:
+            return name in self._reserved
+        is_own = bool(path) and path[0] in self._bound | {"self"} and self._reserved.isdisjoint(path)
+        return not is_own or is_quick_method(name)
+
+    def _is_missing(self, name: str) -> bool:
+        """Return whether to name an attribute of the component is an error."""
+        return name not in self._attributes and not self._effects.definitions.declared(name)
+
+    def _asks(self, call: ast.Call) -> bool:
+        """Return whether a call certainly is one of an operation of a servant."""
+        owner = call.func.value if isinstance(call.func, ast.Attribute) else None
+        kinds = self._effects.called_kinds.get(call, frozenset())
+        match owner:
+            case ast.Call(
+                func=ast.Name("getattr"), args=[ast.Name("self"), ast.JoinedStr(values=[first, *_, last])]
+            ):
+                start, end = (
+                    str(each.value) if isinstance(each, ast.Constant) else "" for each in (first, last)
+                )
+                names = {each for each in self._effects.names_of_component() if each.startswith(start)}
+                found = {each for each in names if each.endswith(end)}
+                return bool(start or end) and found <= self._effects.definitions.proxies - self._own
+        if last_name(call.func).startswith(".ice_") or "Cast" in last_name(call.func):
+            return False
+        path = self.full(call.func).split(".")
+        return kinds == {"operation"} or (len(path) == 3 and path[0] == "self" and path[1] in self._proxies)
+
+    def _is_quick_call(self, call: ast.Call) -> bool:
+        function, full, name = call.func, self.full(call.func), last_name(call.func)
+        kinds = self._effects.called_kinds.get(call, frozenset())
+        if full in ENDING or kinds == {"send"}:
+            return True
+        if isinstance(function, ast.Name) and name in self._bound:
+            return name in self._values.functions or name in self._classes
+        if name in self._values.functions and (full == f"self{name}" or kinds == {"function"}):
+            return True
+        if full.removeprefix("self.") in OF_COMPONENT:
+            return full.startswith("self.") and self._own.isdisjoint(full.split("."))
+        if is_quick_name(full):
+            return self._is_quick_function(call, full)
+        if full == f"self{name}" and self._is_missing(name[1:]):
+            return True
+        is_object = isinstance(function, ast.Attribute) and full != f"self{name}"
+        is_object = is_object and (not dotted(function) or self._is_known(function.value))  # type: ignore[attr-defined]
+        return is_object and is_quick_method(name[1:]) and self._is_quick_function(call, name)
+
+    def _is_quick_function(self, call: ast.Call, full: str) -> bool:
+        """Return whether something of the table is quick with these arguments, and calls only what is."""
+        given, named = call.args, {each.arg: each.value for each in call.keywords}
+        called = [value for key, value in named.items() if key in ("function", "key", "target")]
+        called += given[:1] if full in ("filter", "map") else given[1:2] if full == "threading.Timer" else []
+        is_spread = any(isinstance(each, ast.Starred) for each in given)
+        if None in named or (called and is_spread) or not all(map(self._may_be_called, called)):
+            return False
+        match full:
+            case "print":
+                return "file" not in named
+            case "iter" | "type":
+                return len(given) == 1
+            case "round" | "json.dumps":
+                return (len(given) == 1 and not named) or isinstance(given[-1], ast.Constant)
+            case "getattr" | "hasattr":
+                asked = self._values.parents.get(self._values.parents.get(call, call), call)
+                is_proxy = isinstance(asked, ast.Call) and asked is not call and self._asks(asked)
+                name = given[1].value if len(given) > 1 and isinstance(given[1], ast.Constant) else "__"
+                return is_proxy or (not _is_hidden(str(name)) and not is_spread)
+            case "open":
+                return self._is_file(given, named)
+            case "pathlib.Path" | "numpy.ones" | "numpy.zeros":
+                inside = [each for one in given[:1] for each in ast.walk(one) if isinstance(each, ast.expr)]
+                sizes = [each.value for each in inside if isinstance(each, ast.Constant)]
+                is_small = prod(each for each in sizes if isinstance(each, int)) <= _LARGEST
+                return is_small and all(isinstance(each, ast.Constant | ast.Tuple) for each in inside)
+            case "threading.Thread":
+                return not given
+            case ".join":  # of a thread, not of a text
+                owner = call.func.value if isinstance(call.func, ast.Attribute) else None
+                return isinstance(owner, ast.Constant | ast.JoinedStr) or not self._has_threads
+            case ".reshape":
+                return not any(
+                    isinstance(each, ast.UnaryOp) or getattr(each, "value", 3) in (1, None) for each in given
+                )
+        return True
+
+    def _may_be_called(self, node: ast.expr) -> bool:
+        """Return whether a function may be given to others, which call it."""
+        if isinstance(node, ast.Lambda | ast.Constant) or self.full(node) in CALLED:
+            return True
+        is_own = isinstance(node, ast.Name) or self.full(node) == f"self{last_name(node)}"
+        return is_own and last_name(node) in self._values.functions
+
+    def _is_file(self, given: list[ast.expr], named: dict[str | None, ast.expr]) -> bool:
+        """Return whether a call opens a regular file that is there, to read it."""
+        match given, [*given[1:2], *([named.pop("mode")] if "mode" in named else [])]:
+            case [ast.Constant(value=str(name)), *_], [] | [ast.Constant(value="r" | "rb" | "rt")]:
+                try:
+                    path = (self._path.parent / name).resolve(strict=True)
+                    found = path.stat()
+                except (OSError, ValueError, RuntimeError):
+                    return False
+                is_known = len(given) < 3 and named.keys() <= {"encoding", "errors", "newline"}
+                is_regular = stat.S_ISREG(found.st_mode) and found.st_size <= _LARGEST
+                return is_known and is_regular and not f"{path}".startswith(("/dev/", "/proc/", "/sys/"))
         return False
 
-    def _is_endless(self, node: ast.AST, modules: Mapping[str, str]) -> bool:
-        """Return whether only the body of a loop over something may end it, as with `while`."""
+    def _is_quick_context(self, context: ast.expr, block: ast.With) -> bool:
+        """Return whether `with` enters a file, or a lock that is held while nothing else is taken."""
+        if isinstance(context, ast.Call):
+            return self.full(context.func) == "open"
+        values, name = self._values.given.get(last_name(context), ()), last_name(context)
+        is_lock = bool(values) and all(
+            isinstance(each, ast.Call) and self.full(each.func) in LOCKS for each in values
+        )
+        are_blocks = all(
+            isinstance(self._values.parents[each], ast.withitem) for each in self._values.uses[name]
+        )
+        inside = [each for one in block.body for each in ast.walk(one)]
+        calls = {last_name(each) for each in inside} & self._values.functions.keys()
+        return is_lock and are_blocks and not calls and not any(isinstance(each, ast.With) for each in inside)
+
+    def _rounds(self, loop: ast.While) -> float:
+        """Return how often a loop runs at most that counts up to a number; infinite for all others."""
+        match loop.test:
+            case ast.Compare(
+                left=ast.Name(id=name), ops=[ast.Lt() | ast.LtE()], comparators=[ast.Constant(value=int(end))]
+            ):
+                steps = [
+                    each
+                    for each in loop.body
+                    if isinstance(each, ast.AugAssign) and last_name(each.target) == name
+                ]
+                inside = [each for each in ast.walk(loop) if name in binds(each)]
+                everywhere = [each for nodes in self._nodes.values() for each in nodes]
+                is_shared = any(
+                    name in each.names for each in everywhere if isinstance(each, ast.Global | ast.Nonlocal)
+                )
+                is_left = any(
+                    isinstance(each, ast.Continue | ast.FunctionDef | ast.Lambda) for each in ast.walk(loop)
+                )
+                if len(steps) == len(inside) == 1 and not is_shared and not is_left:
+                    are_counts = all(_counts(each, name) for each in self._values.given[name])
+                    if are_counts and _counts(
+                        ast.BinOp(steps[0].target, steps[0].op, steps[0].value), name, 1
+                    ):
+                        return max(end, 0) + 1001
+        return inf
+
+    def _work_of(self, node: ast.AST, around: frozenset[str] = frozenset()) -> float:
+        """Return how many nodes code runs through at most, with the functions that it names."""
+        if isinstance(node, ast.FunctionDef):  # what it does is done where it is named
+            return 1
+        found = 1 + sum(self._work_of(each, around) for each in child_nodes(node))
         match node:
-            case ast.Name(id=name, ctx=ast.Load()) | ast.Attribute(attr=name, ctx=ast.Load()):
-                return name in self._endless
-            case ast.NamedExpr(value=value):
-                return self._is_endless(value, modules)
-            case ast.Call(func=function, args=arguments):
-                name = full_name(function, modules)
-                if name in _ENDLESS or _calls_until(node, modules):
-                    return True
-                endless = [self._is_endless(each, modules) for each in arguments]
-                return name in _PASSING_ON and any(endless) and (name != "zip" or all(endless))
-        return False
+            case ast.Name() | ast.Attribute() | ast.Constant(value=str()):
+                name = f".{node.value!s}" if isinstance(node, ast.Constant) else last_name(node)
+                return found + (self._work_of_function(name, around) if name in self._values.functions else 0)
+            case ast.For(iter=through):
+                bodies = [each for each in child_nodes(node) if each is not through]
+                inside = sum(self._work_of(each, around) for each in bodies)
+                return 1 + self._work_of(through, around) + inside * self._length(through)
+            case ast.While():
+                return found * self._rounds(node)
+            case ast.ListComp() | ast.SetComp() | ast.GeneratorExp() | ast.DictComp():
+                return found * prod(self._length(each.iter) for each in node.generators)
+            case ast.Call(func=function) if self.full(function) == "range":
+                return found + self._length(node)
+            case ast.Call(func=function, keywords=keywords) if self.full(function) in (
+                "filter",
+                "map",
+            ) or any(each.arg == "key" for each in keywords):
+                return found * _LENGTH
+        return found
 
-    def _may_wait(self, call: ast.Call, modules: Mapping[str, str]) -> bool:
-        if isinstance(call.func, ast.Attribute) and self._waits(call.func, call):
-            return True
-        if may_be_named(call, _FOUND_BY_NAME | self._handwritten, modules) or _calls_until(call, modules):
-            return True
-        first, *others = dotted(call.func) or [""]
-        if first == "self":
-            return False
-        if first not in modules and (others or "*" not in modules):
-            return False
-        return _may_wait_in(".".join([modules.get(first, modules.get("*", "")), *others]))
+    def _work_of_function(self, name: str, around: frozenset[str]) -> float:
+        if name in around:
+            return inf  # it calls itself
+        if name not in self._work:
+            bodies = [each.body for each in self._values.functions[name]]
+            nodes = [each for body in bodies for each in (body if isinstance(body, list) else [body])]
+            self._work[name] = sum(self._work_of(each, around | {name}) for each in nodes)
+        return self._work[name]
 
-    def _waits(self, function: ast.Attribute, call: ast.Call) -> bool:
-        """Return whether a method, whose object is not known, may wait."""
-        arguments = len(call.args) + len(call.keywords)
-        match function.attr:
-            case "get":  # of a queue, not of a dictionary
-                return not call.args or any(each.arg in ("block", "timeout", None) for each in call.keywords)
-            case "exception":  # of a future, not of a log
-                return arguments == 0 or _is_number(call)
-            case "run":  # of a timer
-                return self._has_threads
-            case "join":  # of a thread, not of a text
-                is_text = isinstance(function.value, ast.Constant)
-                may_be_time = _is_number(call) or (self._has_threads and not _are_texts(call))
-                return not is_text and (arguments == 0 or may_be_time)
-            case name:
-                return name in _WAITING_METHODS
+    def _length(self, node: ast.expr) -> float:
+        """Return how long something is that a loop goes through."""
+        match node:
+            case ast.List(elts=parts) | ast.Tuple(elts=parts) | ast.Set(elts=parts):
+                return max(1, len(parts))
+            case ast.Call(func=ast.Name("range"), args=given):
+                return max((self._number(each) for each in given[:2]), default=inf)
+        return _PIXELS if self._is_of_pixels(node, 3) else _LENGTH
 
-    def _may_be_lock(self, node: ast.expr, modules: Mapping[str, str]) -> bool:
-        """Return whether what a `with` enters may be a lock: any function may return one that it is given."""
-        if not isinstance(node, ast.Call):
-            return True
-        full, given = full_name(node.func, modules), (*node.args, *(each.value for each in node.keywords))
-        is_of_library = (dotted(node.func) or [""])[0] in modules and not full.startswith("threading.")
-        is_made = is_of_library and all(isinstance(each, ast.Constant) for each in given)
-        return self._has_threads and not (is_made or full == "open")
+    def _is_of_pixels(self, node: ast.AST | None, depth: int) -> bool:
+        """Return whether something may be the parts of a picture."""
+        match node:
+            case ast.Attribute(attr="pixelData"):
+                return True
+            case ast.Call(
+                func=ast.Name("enumerate" | "iter" | "list" | "map" | "reversed" | "sorted" | "zip"),
+                args=given,
+            ):
+                return any(self._is_of_pixels(each, depth) for each in given)
+            case ast.Call(func=function):
+                return last_name(function) in _OF_PIXELS
+            case ast.Subscript(value=value) | ast.Attribute(value=value) if (
+                last_name(node) not in self._values.given
+            ):
+                return self._is_of_pixels(value, depth)
+        return depth > 0 and any(
+            self._is_of_pixels(each, depth - 1)
+            for each in self._values.given.get(last_name(node or ast.Pass()), ())
+        )
 
-
-def _may_wait_in(name: str) -> bool:
-    """Return whether something of a library, by its full name, may wait: also of another one inside it."""
-    first, *others = name.split(".")
-    is_quick = first in _QUICK_MODULES or name.startswith(_QUICK_PACKAGES)
-    is_starred = "*" in others and first not in _QUICK_STARS
-    return (
-        not is_quick
-        or is_starred
-        or any(each in _MODULES_INSIDE or (each.startswith("_") and each not in HARMLESS) for each in others)
-    )
-
-
-def called_in(nodes: Iterable[ast.AST]) -> set[ast.AST]:
-    """Return the expressions that are called where they stand."""
-    return {node.func for node in nodes if isinstance(node, ast.Call)}
+    def _number(self, node: ast.expr | None) -> float:
+        match node:
+            case ast.Constant(value=int(number)):
+                return abs(number)
+            case ast.Call(func=ast.Name("len")):
+                return _LENGTH
+            case ast.BinOp(left=left, op=ast.Add() | ast.Sub() | ast.FloorDiv(), right=right):
+                return self._number(left) + self._number(right)
+            case ast.Name(id=name) if all(
+                isinstance(each, ast.Constant) for each in self._values.given.get(name, [None])
+            ):
+                return max(map(self._number, self._values.given[name]), default=inf)
+        return inf
 
 
-def hides(node: ast.AST, called: Collection[ast.AST], modules: Mapping[str, str]) -> bool:
-    """Return whether a node names a special attribute, or what finds attributes: it may lead to anything."""
+def _declared(effects: CodeEffects) -> dict[str, list[ast.expr | None]]:
+    """Return the parameters, inputs, outputs and results, with the expressions that they get."""
+    given: dict[str, list[ast.expr | None]] = {
+        f".{each.name}": [ast.Constant(0.0 if each.type.text.strip() == "float" else 0)]
+        for each in effects.analysis.document.parameters
+    }
+    for automaton in effects.analysis.document.automata:
+        for each in (*automaton.inputs, *automaton.outputs):
+            first = ast.Constant(0.0 if each.type.text.strip() == "float" else None)
+            given.setdefault(each.name, []).append(first)
+        for state in automaton.states:
+            for argument in state.arguments:
+                piece = effects.analysis.piece(argument.value)
+                given.setdefault(argument.name, []).append(piece.expression if piece else None)
+            for result in state.results:
+                given.setdefault(result.variable.text.strip(), []).append(ast.Name(result.name, ast.Load()))
+    return given
+
+
+def _without_annotations(tree: ast.AST) -> tuple[ast.AST, ...]:
+    """Return the nodes of a tree that run."""
+    annotations = {
+        inner
+        for each in all_nodes(tree)
+        for found in (getattr(each, "annotation", None), getattr(each, "returns", None))
+        if found is not None
+        for inner in ast.walk(found)
+    }
+    return tuple(each for each in all_nodes(tree) if each not in annotations)
+
+
+def _is_constant(node: ast.stmt) -> bool:
+    """Return whether a statement of a class only gives a value to a name, which no method has."""
     match node:
-        case ast.Attribute(attr=name) | ast.Name(id=name):
-            return _is_hidden(name) or (node not in called and bool(finder_of(node, modules)))
-        case ast.MatchClass(kwd_attrs=names):
-            return any(map(_is_hidden, names))
+        case ast.Assign(targets=[ast.Name(id=name)]) | ast.AnnAssign(target=ast.Name(id=name)):
+            return not _is_hidden(name) and not is_quick_method(name)
+    return isinstance(node, ast.Pass) or (isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant))
+
+
+def _counts(node: ast.expr | None, name: str, least: int = 0) -> bool:
+    """Return whether a value is a number that is not very small, or a name and a number."""
+    match node:
+        case ast.BinOp(left=ast.Name(id=same), op=ast.Add(), right=ast.Constant(value=int(number))):
+            return same == name and number >= least
+        case ast.Constant(value=int()):
+            return least == 0
     return False
 
 
 def _is_hidden(name: str) -> bool:
     """Return whether Python gives a meaning to a name by which code reaches what it does not name."""
     return name == "modules" or (name.startswith("__") and name not in HARMLESS)
-
-
-def _given_names(nodes: Iterable[ast.AST]) -> Iterator[tuple[list[ast.expr], ast.expr]]:
-    """Yield the expressions that get names, each with these."""
-    for node in nodes:
-        match node:
-            case ast.Assign(value=value, targets=targets) if all(map(dotted, targets)):
-                yield targets, value
-            case (
-                ast.AnnAssign(value=ast.expr() as value, target=target)
-                | ast.NamedExpr(value=value, target=target)
-            ) if dotted(target):
-                yield [target], value
-
-
-def _taken_from(node: ast.AST, modules: Mapping[str, str]) -> list[ast.expr]:
-    """Return the iterators from which a call takes no more than what is asked for."""
-    match node:
-        case ast.Call(func=function, args=arguments):
-            name = full_name(function, modules)
-            if name in _PASSING_ON:
-                return arguments
-            if name in _TAKING_SOME and not any(
-                isinstance(each, ast.Constant) and each.value is None for each in arguments[:3]
-            ):
-                return arguments[:1]
-    return []
-
-
-def _classes(node: ast.AST) -> Iterator[ast.AST]:
-    """Yield what is only compared with the class of something."""
-    match node:
-        case ast.ExceptHandler(type=ast.expr() as kinds):
-            yield from ast.walk(kinds)
-        case ast.Call(func=ast.Name("isinstance" | "issubclass"), args=[_, kinds]):
-            yield from ast.walk(kinds)
-
-
-def may_be_named(call: ast.Call, names: Collection[str], modules: Mapping[str, str]) -> bool:
-    """Return whether a call may find one of these methods by its name."""
-    function = full_name(call.func, modules).rpartition(".")[2]
-    if function not in FINDERS:
-        return False
-    first = 1 if function == "getattr" else 0
-    given = call.args[first:] if function == "attrgetter" else call.args[first : first + 1]
-    return not given or any(_may_be(each, names) for each in given)
-
-
-def _may_be(name: ast.expr, names: Collection[str]) -> bool:
-    """Return whether the name of an attribute, or a path to it, may be one of these."""
-    match name:
-        case ast.Constant(value=value):
-            return any(each in names or _is_hidden(each) for each in str(value).split("."))
-        case ast.JoinedStr(values=parts):
-            texts = [str(part.value) for part in parts if isinstance(part, ast.Constant)]
-            ends = [part.value if isinstance(part, ast.Constant) else "_" for part in (parts[0], parts[-1])]
-            is_special = str(ends[0]).startswith("_") and str(ends[1]).endswith("_")
-            return is_special or any(all(text in each for text in texts) for each in names)
-    return True
-
-
-def _calls_until(call: ast.Call, modules: Mapping[str, str]) -> bool:
-    """Return whether a call makes an iterator that calls something until a value comes."""
-    return full_name(call.func, modules) == "iter" and len(call.args) == 2
-
-
-def _is_number(call: ast.Call) -> bool:
-    match call:
-        case ast.Call(args=[ast.Constant(value=int() | float())]):
-            return True
-    return any(each.arg in ("timeout", None) for each in call.keywords)
-
-
-def _are_texts(call: ast.Call) -> bool:
-    """Return whether a call has an argument that certainly is no time: what a text joins."""
-    shown = ast.List | ast.Tuple | ast.Set | ast.ListComp | ast.SetComp | ast.GeneratorExp
-    names = [dotted(each.func)[-1:] for each in call.args if isinstance(each, ast.Call)]
-    return any(isinstance(each, shown) for each in call.args) or any(
-        name[0] in _GIVING_TEXTS for name in names if name
-    )

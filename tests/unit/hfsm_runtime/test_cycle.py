@@ -22,6 +22,7 @@ class Supervisor:
     """Says what time it is; user code sets it."""
 
     hand_over = 1.0
+    halted = False
 
     def __init__(self) -> None:
         self.time = 0

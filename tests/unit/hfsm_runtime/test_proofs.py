@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import threading
 from pathlib import Path
@@ -9,12 +10,14 @@ from pathlib import Path
 import pytest
 
 from hfsm_runtime import VirtualRun
+from hfsm_runtime._limits import RuntimeLimits
 from hfsm_runtime._runtime import Runtime
 from hfsm_runtime.observer import Observer
 from hfsm_runtime.tree import Actor
 from hfsm_runtime.virtual.errors import BehaviorFailed
 from tests.support.documents import compile_to, load
 from tests.support.limits import EVENT_LIMIT
+from tests.support.waiting import until
 from tests.support.wrong_proofs import ALL, Wrong
 from visualhfsm.simulation import Behavior
 from visualhfsm.testing._plugin import MakeBehavior
@@ -84,6 +87,36 @@ def test_a_proof_that_is_wrong_is_reported_on_threads(
     finally:
         runtime.stop()
     assert not runtime.failed
+
+
+@pytest.mark.slow
+def test_a_cycle_that_never_ends_is_reported_where_something_is_proved_to_come(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("codegen.hfsm.model_checker._checker.slow_code", lambda _: ((), ()))
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    text = f"""<VisualHFSM>
+      <properties><property kind="eventually"><name>b comes</name><expression>b</expression></property></properties>
+      <SubAutomata id="1" idFather="0"><iteration_time>20</iteration_time>
+        <state id="1" initial="true"><name>a</name><code>open({str(pipe)!r}).read()</code></state>
+        <state id="2"><name>b</name></state>
+        <transition id="1"><origin>1</origin><destiny>2</destiny><trans type="time">100</trans></transition>
+      </SubAutomata>
+    </VisualHFSM>"""
+    runtime = Runtime(
+        load(compile_to(tmp_path, text)), WallClock(), limits=RuntimeLimits(hangs=0.1, stop=0.1)
+    )
+    reports = Reports(r"the proof of `b comes` is wrong here: the cycle of .* in the state `a` does not end")
+    runtime.tree.observers.append(reports)
+    runtime.start()
+    try:
+        until(lambda: runtime.look_at_cycles() or reports.found.is_set())
+        assert not runtime.failed
+    finally:
+        pipe.write_text("")
+        until(lambda: not runtime.in_cycle)
+        runtime.stop()
 
 
 @pytest.mark.parametrize("right", [each for each in ALL.values() if "stated" not in each.text])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import threading
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
@@ -346,6 +347,31 @@ def test_a_sleep_on_a_thread_of_the_users_own_lasts_until_the_component_ends() -
         assert not ended.is_set()
     assert ended.wait(EVENT_LIMIT)
     threads[0].join(EVENT_LIMIT)
+
+
+def test_once_a_thread_of_the_users_own_has_failed_only_exit_code_runs() -> None:
+    ran: list[str] = []
+    runtime: Runtime
+
+    def inner_exit() -> None:
+        ran.append("inner exit")
+        runtime.thread_failed("", "it failed")
+
+    def says(what: str) -> Callable[[], None]:
+        return lambda: ran.append(what)
+
+    below = automaton(2, "below", [State(id=1, name="x", exit=inner_exit)], period=0.02)
+    states = [
+        State(id=1, name="a", children=(below,), exit=says("exit"), restart=True),
+        State(id=2, name="b", entry=says("entry"), code=says("code")),
+    ]
+    root = automaton(1, "root", states, [after(0.05, 1, 2, says("transition"))], period=0.02)
+    with running(root) as runtime:
+        assert runtime.ended.wait(EVENT_LIMIT)
+        until(lambda: not runtime.in_cycle)
+    assert ran == ["inner exit", "exit"]
+    assert runtime.tree.root.current.name == "b"
+    assert runtime.exit_code == 1
 
 
 @pytest.mark.slow

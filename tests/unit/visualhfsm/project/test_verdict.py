@@ -127,6 +127,39 @@ def test_a_property_that_the_model_checker_cannot_decide_leaves_it_ready(judged:
     assert verdict.missed == ("late",)
 
 
+def counting(guard: str, code: str = "") -> str:
+    """Return a document whose state `bad` is entered when a guard holds, of a number from 0 to 3."""
+    way = transition(3, 1, 2, guard, type="condition")
+    return document(
+        sub(
+            1,
+            0,
+            state(1, "count", "n = (n + 1) % 4", initial=True),
+            state(2, "bad", code),
+            way,
+            variables="n = 0",
+        ),
+        head=f"<properties>{stated('never bad', 'never', 'bad')}</properties>",
+    )
+
+
+def test_what_only_a_guard_would_violate_that_never_held_in_the_run_leaves_it_ready(judged: Judged) -> None:
+    verdict = judged.verdict(counting("n == 4"))
+    assert (verdict.ready, verdict.reasons, verdict.not_shown) == (True, (), ("never bad",))
+
+
+def test_what_a_guard_violates_in_the_run_is_not_ready(judged: Judged) -> None:
+    verdict = judged.verdict(counting("n == 3"))
+    assert [reason.found for reason in verdict.reasons] == ["run"]
+    assert "never bad" in verdict.reasons[0].message
+
+
+def test_what_only_a_guard_would_violate_is_said_where_nothing_is_run(judged: Judged) -> None:
+    verdict = judged.verdict(counting("n == 4", "x ="))
+    assert not verdict.ready
+    assert verdict.not_shown == ()
+
+
 # -- what checks and the model checker find ----------------------------------------------------------------
 
 
@@ -185,6 +218,12 @@ def test_a_run_that_ends_its_process_is_not_ready(alone: Judged) -> None:
     assert (reason.found, reason.message) == ("run", "a run in virtual time failed: ended its process")
 
 
+def test_a_run_without_a_library_says_how_to_install_it(judged: Judged) -> None:
+    reason = judged.reason(moves(libraries=("import nosuchlib",)))
+    assert (reason.found, reason.file) == ("run", "moves.xml")
+    assert reason.message.endswith("the library nosuchlib is not installed: try `pip install nosuchlib`")
+
+
 def test_what_is_found_by_a_run_comes_before_what_tests_find(judged: Judged) -> None:
     verdict = judged.verdict(moves("raise ValueError"), "def test_it():\n    raise OSError\n")
     assert [reason.found for reason in verdict.reasons] == ["run", "tests"]
@@ -205,6 +244,12 @@ def test_a_test_that_fails_says_where_and_how_the_behavior_got_there(judged: Jud
     assert (reason.file, reason.line) == ("test_moves.py", 6)
     assert reason.hints == (f"run it alone: pytest {name}",)
     assert any("enters wait" in step for step in reason.steps)
+
+
+def test_tests_that_are_no_python_say_where(judged: Judged) -> None:
+    reason = judged.reason(moves(), "def test_it(behavior):\n    def (:\n")
+    assert (reason.found, reason.file, reason.line) == ("tests", "test_moves.py", 3)
+    assert "SyntaxError" in reason.message
 
 
 def test_a_test_that_hangs_is_ended(judged: Judged) -> None:

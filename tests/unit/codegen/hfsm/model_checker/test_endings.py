@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
@@ -54,13 +53,11 @@ def ending(code: str, functions: str = "", *libraries: str) -> Document:
 def test_code_that_may_end_the_component_leaves_open_what_is_to_come(made: Document) -> None:
     report = check_model(made, PATH)
     assert [each.verdict for each in report.properties] == [Verdict.UNDECIDED] * 2 + [Verdict.HOLDS]
-    assert "this code may end the component" in [note.message for note in report.doubtful]
+    assert any(note.message.startswith("this code may") for note in report.doubtful)
     assert not report.complete
 
 
-@pytest.mark.parametrize(
-    "code", ["exit = tired", "self.exit()", "path = sys.path", "x = getattr(sys, 'path')"]
-)
+@pytest.mark.parametrize("code", ["exit = tired", "self.exit()"])
 def test_other_code_leaves_it_proved(code: str) -> None:
     report = check_model(ending(code, "def exit(self):\n    pass", "sys"), PATH)
     assert [each.verdict for each in report.properties] == [Verdict.HOLDS] * 3
@@ -75,15 +72,13 @@ def test_a_variable_of_another_automaton_is_not_what_ends() -> None:
     assert check_model(made, PATH).properties[0].verdict is Verdict.UNDECIDED
 
 
-@pytest.mark.parametrize(("ends", "expected"), [("sys.exit()", 1), ("pass", 0)])
-def test_hand_written_code_may_end_the_component(ends: str, expected: int, tmp_path: Path) -> None:
-    (tmp_path / "robot_ext.py").write_text(
-        "import sys\n\nfrom hfsm_runtime import Component\n\n\nclass RobotExtension(Component):\n"
-        f"    def send(self, name, data=None):\n        {ends}\n"
-    )
-    report = check_model(ending("pass"), tmp_path / "robot.xml")
-    assert [each.message for each in report.doubtful] == ["this code may end the component"] * expected
-    assert report.properties[0].verdict is (Verdict.UNDECIDED if expected else Verdict.HOLDS)
+def test_what_ends_it_takes_no_time() -> None:
+    late = after(400, 1, 3, id=2, priority=1)
+    made = ending("if tired:\n    sys.exit()", "", "sys")
+    one = replace(made.automata[0], transitions=(late, *made.automata[0].transitions))
+    report = check_model(replace(made, automata=(one,)), PATH)
+    assert [str(each.reachability) for each in report.transitions if each.transition == 2] == ["impossible"]
+    assert "this code may end the component" in [note.message for note in report.doubtful]
 
 
 def test_what_is_so_at_the_start_has_come() -> None:
