@@ -29,6 +29,7 @@ _EPILOG = """
   0.9, 0.0, 0.55                           speed in m/s and time to stay in s,
   0.9, 0.3, 0.60, 0.1,   1.5               both optional
 
+  A first line of names may reorder the columns. # begins a comment.
   The same in TOML: an array of tables named waypoints, with these keys.
 """
 
@@ -50,16 +51,6 @@ def move(
         float,
         typer.Option(metavar="M/S", min=0.001, callback=finite, help="Speed to waypoints that set none."),
     ] = 0.25,
-    tolerance: Annotated[
-        float,
-        typer.Option(
-            metavar="M", min=0.0001, callback=finite, help="Distance at which a waypoint is reached."
-        ),
-    ] = 0.02,
-    limit: Annotated[
-        float,
-        typer.Option(metavar="SECONDS", min=0.0, callback=finite, help="Time limit for reaching a waypoint."),
-    ] = 5.0,
     server_wait: ServerWait = SERVER_WAIT,
 ) -> None:
     """Carry a ball of the simulated world along waypoints in space."""
@@ -69,8 +60,6 @@ def move(
     from zenoh_ice.application.patience import Patience
 
     from ._mover import Ball, Mover
-    from ._progress import Progress
-    from ._route import Route
 
     patience = Patience(server_wait)
     with patience.until_served(partial(initialize, settings)) as communicator:
@@ -79,16 +68,13 @@ def move(
             return "Safety" in communicator.identities()
 
         try:
-            ball = patience.until_served(partial(Ball.connect, communicator, color), has_robot)
+            ball = patience.until_served(partial(Ball, communicator, color), has_robot)
         except ObjectNotExistException as error:
             if not has_robot():
                 raise
             where = f"the robot of realm {communicator.realm!r} has no {color} ball"
             hint = "only a simulation has balls, such as naoserver-sim --world balls"
             raise BallMoverException(f"{where}: {hint}") from error
-        route = Route.plan(points, ball.limits, speed=speed, loop=loop)
-        with stop_on_signals() as stop, Progress(color, route) as progress:
-            mover = Mover(
-                ball, communicator.clock, route, progress, ending=stop, tolerance=tolerance, limit=limit
-            )
-            mover.run(loop=loop)
+        typer.echo(f"{color}: {len(points)} waypoints")
+        with stop_on_signals() as stop:
+            Mover(ball, communicator.clock, points, stop, speed).run(loop=loop)

@@ -13,9 +13,5 @@ class WaypointException(BallMoverException):
     """A file of waypoints cannot be read; the message starts with file and line."""
 
 
-class UnreachableException(BallMoverException):
-    """The ball cannot get to a waypoint, or not on a straight line; the message says why."""
-
-
 class NotArrivedException(BallMoverException):
     """The ball did not come near enough to a waypoint in time."""

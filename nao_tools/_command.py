@@ -291,9 +291,6 @@ def stack(
     systemd: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Start nothing: write systemd units into a folder.")
     ] = None,
-    compose: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Start nothing: write a compose file for containers.")
-    ] = None,
 ) -> None:
     """Start the processes of a stack file and stop them all together.
 
@@ -306,8 +303,8 @@ def stack(
 
     part, changes = load_stack(stack_path(name)).on_machine(machine), _changes(settings or [])
     part = part.in_realm(realm) if realm else part
-    if systemd or compose:
-        write(part, changes, systemd, compose)
+    if systemd:
+        write(part, changes, systemd)
     else:
         raise typer.Exit(start(part, changes, seconds))
 

@@ -1,4 +1,4 @@
-"""Write the processes of a stack as units of systemd, or as a compose file for containers.
+"""Write the processes of a stack as units of systemd.
 
 They start in the order of the stack and are restarted by its policy, but not ended together. Processes
 that need a terminal are left out: a user has to start them.
@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import getpass
 import json
-import os
 import re
 import shlex
 import shutil
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import typer
 
@@ -22,8 +21,6 @@ from nao_tools._deployment.stack import HOPELESS, STEADY, ProcessSpec, Stack, St
 
 _HEADER: Final = "# Written by `nao stack`: change the stack and write it again."
 _PLAIN: Final = re.compile(r"[\w@+=:,./-]+", re.ASCII)  # words that systemd takes as they stand
-_IMAGE: Final = "${VISUALHFSM_IMAGE:-visualhfsm}"  # compose fills in the variable
-_FOLDER: Final = "/stack"  # in a container, the directory in which the command was run
 
 # Ten times what a simulation with a hundred clients needs. Components have a thread for each automaton.
 _LIMITS: Final = """\
@@ -51,8 +48,8 @@ SystemCallArchitectures=native
 """
 
 
-def write(stack: Stack, changes: dict[str, str], units: Path | None, compose: Path | None) -> None:
-    """Write the processes of a stack as systemd units into a folder, as a compose file, or both.
+def write(stack: Stack, changes: dict[str, str], folder: Path) -> None:
+    """Write the processes of a stack as systemd units into a folder, and say what to do with them.
 
     Raises StackError for a variable that the stack does not have, and when a file cannot be written.
     """
@@ -60,25 +57,12 @@ def write(stack: Stack, changes: dict[str, str], units: Path | None, compose: Pa
     for process in processes:
         if process.foreground:
             typer.echo(f"left out, since it needs a terminal: {shlex.join(process.command)}")
-    if units:
-        for path in write_units(stack.name, processes, units):
-            typer.echo(f"wrote {path}")
-        typer.echo(
-            f"next: sudo cp {shlex.quote(str(units))}/{stack.name}*.* /etc/systemd/system/"
-            f" && sudo systemctl daemon-reload && sudo systemctl enable --now {stack.name}.target"
-        )
-    if compose:
-        typer.echo(f"wrote {write_compose_file(stack.name, processes, compose)}")
-        if not os.getuid():
-            typer.echo(
-                "warning: the containers will run not as root, but as the user nao of the image, number 1000,"
-                " who has to read the keys of this folder and to write into it: chown -R 1000 .",
-                err=True,
-            )
-        typer.echo(
-            "next: docker build -t visualhfsm -f deploy/Dockerfile . (docs/how-to/lab.md)"
-            f" && docker compose -f {shlex.quote(str(compose))} up -d"
-        )
+    for path in write_units(stack.name, processes, folder):
+        typer.echo(f"wrote {path}")
+    typer.echo(
+        f"next: sudo cp {shlex.quote(str(folder))}/{stack.name}*.* /etc/systemd/system/"
+        f" && sudo systemctl daemon-reload && sudo systemctl enable --now {stack.name}.target"
+    )
 
 
 def write_units(name: str, processes: Sequence[ProcessSpec], folder: Path) -> list[Path]:
@@ -154,47 +138,6 @@ def _word(text: str) -> str:
     """Return a text as one word of a command in a unit, without what a `$` may mean there."""
     text = text.replace("%", "%%")
     return text if _PLAIN.fullmatch(text) else json.dumps(text, ensure_ascii=False)
-
-
-def write_compose_file(name: str, processes: Sequence[ProcessSpec], file: Path) -> Path:
-    """Write a compose file with a service for each process of a stack; return it.
-
-    The containers share the network of the machine, so that loopback works as without containers, but no
-    memory: images go over the network. They run in the present directory as the present user, or as the
-    image's if that is root. Raises StackError as `write_units` does.
-    """
-    background = _background(name, processes)
-    names = {spec.name for spec in background}
-    services = {
-        spec.name: _container(spec, [each for each in spec.after if each in names]) for spec in background
-    }
-    # JSON is YAML, too.
-    return _write(file, f"{_HEADER}\n{json.dumps({'services': services}, indent=2, ensure_ascii=False)}\n")
-
-
-def _container(spec: ProcessSpec, after: Sequence[str]) -> dict[str, Any]:
-    literal = {
-        "command": list(spec.command),
-        # A robot's server keeps its emergency stop where the next container finds it.
-        "environment": {
-            "PYTHONUNBUFFERED": "1",
-            "XDG_STATE_HOME": f"{_FOLDER}/.state",
-            **spec.environment,
-        },
-        "volumes": [{"type": "bind", "source": str(Path.cwd()), "target": _FOLDER}],
-    }
-    return {
-        "image": _IMAGE,
-        # No `$` in these is a variable of compose.
-        **json.loads(json.dumps(literal).replace("$", "$$")),
-        "working_dir": _FOLDER,
-        **({"user": f"{os.getuid()}:{os.getgid()}"} if os.getuid() else {}),
-        "network_mode": "host",
-        "stop_signal": "SIGINT",
-        "stop_grace_period": f"{2 * spec.stop_timeout:g}s",
-        "restart": "no" if spec.restart == "never" else f"{spec.restart}:{spec.restart_limit}",
-        "depends_on": {each: {"condition": "service_started"} for each in after},
-    }
 
 
 def _background(name: str, processes: Sequence[ProcessSpec]) -> list[ProcessSpec]:

@@ -11,7 +11,8 @@ from pathlib import Path
 import pytest
 
 from ballmover._cli import app
-from interfaces.jderobot import Pose3DEncodersData, Pose3DEncodersPrx
+from ballmover._waypoints import Color, built_in_waypoints
+from interfaces.jderobot import Pose3DEncodersData, Pose3DEncodersPrx, Pose3DMotorsData, Pose3DMotorsPrx
 from naoserver.fake import FakeRobot
 from tests.support.commands import run_here
 from tests.support.limits import CALL_LIMIT, END_LIMIT, EVENT_LIMIT
@@ -61,7 +62,7 @@ def test_once_carries_the_ball_to_the_last_waypoint_and_ends(robot: str, tmp_pat
     assert result.returncode == 0
     assert result.stdout == "red: 3 waypoints\n"
     assert "WARNING" not in result.stderr
-    log = [line.partition("ballmover._progress: ")[2] for line in result.stderr.splitlines()]
+    log = [line.partition("ballmover._mover: ")[2] for line in result.stderr.splitlines()]
     assert [line for line in log if "waypoint" in line] == [
         "red: waypoint 1 of 3 (0.9, 0.1, 0.5) at 0.8 m/s",
         "red: waypoint 2 of 3 (0.9, -0.1, 0.6) at 1 m/s",
@@ -102,32 +103,27 @@ def test_a_signal_ends_it_cleanly_and_stops_the_ball(robot: str, tmp_path: Path)
 
 
 def test_built_in_waypoints_are_within_reach_of_the_served_balls(robot: str) -> None:
-    for color in ("green", "red"):
-        # They are checked before the first one is sent; no ball is there at once.
-        result = run(
-            color, "--connect", robot, "--tolerance", "0.0001", "--limit", "0", "--speed", "0.9", *DEBUG
-        )
-        assert f"{color}: waypoint 1 of" in result.stderr
-        assert "cannot be reached" not in result.stderr
-
-
-NOT_TO_BE_REACHED = ("--tolerance", "0.0001", "--limit", "0", "--speed", "0.9")
+    with initialize(connect=[robot], lease=CALL_LIMIT) as communicator:
+        for color in Color:
+            proxy = communicator.stringToProxy(f"Ball{color.capitalize()}Motors")
+            motors = Pose3DMotorsPrx.checkedCast(proxy)
+            for x, y, z in (waypoint.point for waypoint in built_in_waypoints(color)):
+                place = {"x": math.hypot(x, y), "y": 0.0, "z": z, "pan": math.atan2(y, x)}
+                data = Pose3DMotorsData(**place, tilt=0.0, roll=0.0, panSpeed=0.0, tiltSpeed=0.0)
+                assert motors.setPose3DMotorsData(data) == 0, f"{color}: {x}, {y}, {z} is limited"
 
 
 @pytest.mark.parametrize(
-    ("last", "options", "said"),
+    ("last", "said"),
     [
-        ("0.9,nil,0.5", (), "path.csv:3: y must be a number"),
-        ("0.9,0,5", (), "path.csv:3: waypoint (0.9, 0, 5) cannot be reached: its height"),
-        ("0.9,0.1,0.5", NOT_TO_BE_REACHED, "after 0 s the ball is still"),
+        ("0.9,nil,0.5", "path.csv:3: y = 'nil'"),
+        ("0.9,0,50,1000", "waypoint 2 of 2 (0.9, 0, 50): after 5 s the ball is still"),
     ],
-    ids=["a file with an error", "out of reach", "a ball that does not come"],
+    ids=["a file with an error", "out of reach"],
 )
-def test_what_cannot_be_done_is_said_in_one_line(
-    robot: str, tmp_path: Path, last: str, options: tuple[str, ...], said: str
-) -> None:
-    file = write(tmp_path / "path.csv", "x,y,z", "0.9,0,0.5", last)
-    result = run("green", file, "--connect", robot, *options)
+def test_what_cannot_be_done_is_said_in_one_line(robot: str, tmp_path: Path, last: str, said: str) -> None:
+    file = write(tmp_path / "path.csv", "x,y,z,speed", "0.9,0,0.5,1", last)
+    result = run("green", file, "--connect", robot)
     assert result.returncode == 1
     assert result.stderr.startswith("ballmover: error: ")
     assert said in result.stderr

@@ -1,8 +1,7 @@
-"""The units of systemd and the compose file of a stack."""
+"""The units of systemd for a stack."""
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import shutil
@@ -13,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from nao_tools._deployment.stack import ProcessSpec, StackError, load_stack, stack_path
-from nao_tools._deployment.units import write, write_compose_file, write_units
+from nao_tools._deployment.units import write_units
 from tests.support.limits import RUN_LIMIT
 
 AWKWARD = ("python", "-c", "a b", 'q"\\', "50%", "$HOME", "two\nlines", "")
@@ -100,64 +99,16 @@ def test_words_of_a_command_reach_it_as_they_are(units: dict[str, str]) -> None:
     assert 'Environment=PYTHONUNBUFFERED=1 "A=x y%%" "B=$C"' in units["lab-ball.service"].splitlines()
 
 
-def test_the_compose_file_has_the_same_order_policy_and_words(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    yaml = pytest.importorskip("yaml", reason="needs PyYAML, of visualhfsm[docs]")
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(os, "getuid", lambda: 1000)
-    monkeypatch.setattr(os, "getgid", lambda: 1001)
-    file = write_compose_file("lab", PROCESSES, tmp_path / "compose.yaml")
-    services = yaml.safe_load(file.read_text("utf-8"))["services"]
-    # Keys of the compose specification, each with a value of the type that it has there.
-    common = {
-        "image": "${VISUALHFSM_IMAGE:-visualhfsm}",
-        "volumes": [{"type": "bind", "source": str(tmp_path), "target": "/stack"}],
-        "working_dir": "/stack",
-        "user": "1000:1001",
-        "network_mode": "host",
-        "stop_signal": "SIGINT",
-    }
-    assert services == {
-        "robot": common | {
-            "command": ["python", "-m", "robot"],
-            "environment": {"PYTHONUNBUFFERED": "1", "XDG_STATE_HOME": "/stack/.state"},
-            "stop_grace_period": "6s",
-            "restart": "on-failure:3",
-            "depends_on": {},
-        },
-        "ball": common | {
-            "command": [word.replace("$", "$$") for word in AWKWARD],
-            "environment": {"PYTHONUNBUFFERED": "1", "XDG_STATE_HOME": "/stack/.state", "A": "x y%", "B": "$$C"},
-            "stop_grace_period": "15s",
-            "restart": "no",
-            "depends_on": {"robot": {"condition": "service_started"}},
-        },
-    }  # fmt: skip
-
-
-def test_root_writes_containers_that_run_as_the_user_of_the_image_and_is_warned(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    file = tmp_path / "compose.yaml"
-    for number, warns in ((0, True), (1000, False)):
-        monkeypatch.setattr(os, "getuid", lambda number=number: number)
-        write(load_stack(stack_path("sim")), {}, None, file)
-        assert ('"user"' in file.read_text("utf-8")) != warns
-        assert ("chown -R 1000" in capsys.readouterr().err) == warns
-
-
 def test_only_what_was_written_before_is_written_again(tmp_path: Path) -> None:
-    file = tmp_path / "compose.yaml"
     for _ in range(2):
-        write_compose_file("lab", PROCESSES, file)
-    mine = json.dumps({"services": {}})
-    file.write_text(mine)
-    with pytest.raises(StackError, match=r"compose\.yaml: was not written by `nao stack`: delete it, or"):
-        write_compose_file("lab", PROCESSES, file)
-    assert file.read_text() == mine
-    with pytest.raises(StackError, match=r"compose\.yaml/lab\.target: cannot be written: File exists"):
-        write_units("lab", PROCESSES, file)
+        write_units("lab", PROCESSES, tmp_path)
+    target = tmp_path / "lab.target"
+    target.write_text("[Unit]")
+    with pytest.raises(StackError, match=r"lab\.target: was not written by `nao stack`: delete it, or"):
+        write_units("lab", PROCESSES, tmp_path)
+    assert target.read_text() == "[Unit]"
+    with pytest.raises(StackError, match=r"lab\.target/lab\.target: cannot be written: File exists"):
+        write_units("lab", PROCESSES, target)
 
 
 def test_what_needs_a_terminal_is_no_unit(tmp_path: Path) -> None:
