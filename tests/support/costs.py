@@ -85,8 +85,9 @@ class Costs:
             # The processes of Chromium wait for none of theirs, which take their times with them when they end.
             took = max(_processor_time() - processor, time.process_time() - own)
             report.user_properties.append((PROCESSOR, took))
-            self._loop = self._loop or _time_of_loop()
-            report.user_properties.append((LOOPS, took / self._loop))
+            if TIER:
+                self._loop = self._loop or _time_of_loop()
+                report.user_properties.append((LOOPS, took / self._loop))
             report.user_properties.append((LARGEST, _largest()))
             report.user_properties.append((GREW, _own_largest() - size))
         return report
@@ -101,7 +102,7 @@ class Costs:
             cost.processor += took[PROCESSOR]
             cost.wall += took[WALL]
             cost.grew += took[GREW]
-            cost.loops += took[LOOPS]
+            cost.loops += took.get(LOOPS, 0.0)
             if took[LARGEST] > self._largest[0]:
                 self._largest = took[LARGEST], report.nodeid
 
