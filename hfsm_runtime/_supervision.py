@@ -316,7 +316,7 @@ class Supervision(Observer):
     def _halt_for_error(self) -> None:
         self.halted = True
         try:
-            self._log.error("the component halts; `onerror` continue would ignore the error")
+            self._log.error("the component halts: its document does not say to go on after an error")
         finally:
             self._halt(1)
 

@@ -130,6 +130,8 @@ def test_a_variable_of_the_automaton_above_is_explained_and_shared_by_a_click(sh
     page = shown.page
     shown.press("F5")
     expect(status(shown)).to_have_text("Ended: count is a variable of walk, and wait has its own, in look")
+    expect(shown.state("wait")).to_have_class(re.compile(r"\bfailed\b"))
+    expect(shown.state("wait")).to_have_attribute("aria-label", re.compile("error: In look: "))
     page.locator(".live-bar").get_by_role("button", name="line 1").click()
     expect(page.locator(".cm-failed")).to_contain_text("write self.count in both")
     field = page.get_by_role("textbox", name="Code of the state look")

@@ -36,17 +36,17 @@ beforeEach(() => {
   socket.sent.length = 0;
 });
 
-/** Answer the last request that the page has sent. */
-async function answer() {
+const HERE = {kind: "document", part: "description"};
+
+/** Answer the last request that the page has sent. @param {object} [more] */
+async function answer(more) {
   await settled();
-  const place = {kind: "document", part: "description"};
-  socket.push({re: socket.sent.at(-1).id, ok: {name: "Rename", revision: 1, added: [], place}});
+  socket.push({re: socket.sent.at(-1).id, ok: {name: "Rename", revision: 1, added: [], place: HERE, ...more}});
   await settled();
 }
 
 test("steps are taken one after the other", async () => {
-  const here = () => true;
-  const both = [step("undo", here), step("undo", here)];
+  const both = [step("undo", HERE), step("undo", HERE)];
   await settled();
   assert.equal(socket.sent.length, 1);
   await answer();
@@ -60,11 +60,14 @@ test("steps are taken one after the other", async () => {
 });
 
 test("an error of a panel during a step is reported, and the next step is taken", async () => {
-  const failed = step("undo", () => {
+  const {jump} = page;
+  page.jump = () => {
     throw new Error("a panel has failed");
-  });
-  const next = step("undo", () => true);
+  };
+  const failed = step("undo", {...HERE, part: "world"});
+  const next = step("undo", HERE);
   await Promise.all([answer(), assert.rejects(failed, /a panel has failed/)]);
+  page.jump = jump;
   assert.equal(socket.sent.length, 2);
   await answer();
   await next;
@@ -79,7 +82,7 @@ test("what is typed is undone before the server has it", async () => {
   store.unsaved.set("code", {tab: TAB, typed: true, text: "x"});
   assert.ok(canStep("undo"));
   assert.ok(!canStep("redo"));
-  const done = step("undo", () => true);
+  const done = step("undo", HERE);
   await answer();
   await done;
   assert.deepEqual(
@@ -87,4 +90,24 @@ test("what is typed is undone before the server has it", async () => {
     ["undo"],
   );
   store.unsaved.clear();
+});
+
+test("what was taken back alone can be redone in its place, though the document has no step to redo", async () => {
+  const undone = step("undo", HERE);
+  await answer({own: true});
+  await undone;
+  await step("redo");
+  assert.equal(socket.sent.length, 1); // on the canvas there is nothing to redo
+  const redone = step("redo", HERE);
+  await answer({own: true});
+  await redone;
+  assert.deepEqual(
+    socket.sent.map(({op, place}) => [op, place]),
+    [
+      ["undo", HERE],
+      ["redo", HERE],
+    ],
+  );
+  await step("redo", HERE);
+  assert.equal(socket.sent.length, 2);
 });

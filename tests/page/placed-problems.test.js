@@ -5,7 +5,7 @@ import test from "node:test";
 
 import {STATIC} from "./page.js";
 
-const {placed, problemOf} = await import(new URL("data/problems.js", STATIC).href);
+const {errorBelow, placed, problemOf} = await import(new URL("data/problems.js", STATIC).href);
 
 const owner = {kind: "state", automaton: 1, id: 1};
 const code = (automaton) => ({kind: "state", automaton, id: 2, part: "code"});
@@ -59,4 +59,35 @@ test("a file that cannot be read is said of its owner alone, with the line of th
     found.map(({message, line}) => [message, line]),
     [["In look.xml, line 3: m", 0]],
   );
+});
+
+test("an error is said of all states above it, one of a run first; a warning is not", () => {
+  const automata = new Map(
+    [
+      {
+        id: 1,
+        father: 0,
+        states: [
+          {id: 1, name: "top", children: [2]},
+          {id: 2, name: "idle", children: []},
+        ],
+      },
+      {id: 2, father: 1, states: [{id: 5, name: "middle", children: [3]}]},
+      {id: 3, father: 2, states: [{id: 2, name: "low", children: []}]},
+    ].map((each) => [each.id, each]),
+  );
+  const wrong = {code: "E520", severity: "error", message: "not valid Python", line: 1, place: code(2)};
+  const failed = {code: "run", severity: "error", message: "ValueError", line: 1, place: code(3)};
+  const document = {automata, problems: [wrong, {...failed, severity: "warning"}]};
+  const said = (shown) => [
+    errorBelow(shown, 1, 1)?.message,
+    errorBelow(shown, 2, 5)?.message,
+    errorBelow(shown, 3, 2)?.message,
+  ];
+  assert.deepEqual(said(document), ["In top: not valid Python", undefined, undefined]);
+  assert.deepEqual(said({automata, problems: [wrong, failed]}), [
+    "In low: ValueError",
+    "In low: ValueError",
+    undefined,
+  ]);
 });

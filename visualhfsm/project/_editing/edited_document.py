@@ -101,9 +101,6 @@ class Change:
         return None
 
 
-_NOT_YOURS: Final = Message("you have typed nothing here that is not undone yet, but others have")
-
-
 def _refusal(what: Message, why: Message) -> EditError:
     return EditError(what, why, "change something first")
 
@@ -309,7 +306,9 @@ class EditedDocument:
     def undo(self, own: Own | None = None) -> Change:
         """Undo the last step, or if it is another's the last `own` one. Raises EditError without one."""
         if own is not None and self.steps.is_shared(own):
-            return self._take_back(own, _refusal(Message("Cannot undo"), _NOT_YOURS))
+            why = Message("you have typed nothing here that is not undone yet, but others have")
+            hint = Message("undo on the canvas, where all share the steps")
+            return self._take_back(own, EditError("Cannot undo", why, hint))
         why = Message("there is nothing to undo")
         return self._move(self.steps.undo, Undone(), _refusal(Message("Cannot undo"), why))
 

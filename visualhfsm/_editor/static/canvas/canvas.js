@@ -18,7 +18,7 @@ import {render, html, nothing} from "lit";
 import {offers} from "../kit/buttons.js";
 import {importLink} from "../data/import-link.js";
 import {page} from "../data/page.js";
-import {problemOf} from "../data/problems.js";
+import {errorBelow, problemOf} from "../data/problems.js";
 import {store} from "../data/store.js";
 import {rich, t} from "../kit/texts.js";
 import {boxOf, contains, distance, RADIUS, wider} from "../measures/geometry.js";
@@ -451,13 +451,18 @@ const isNear = ({x, y}, {left, top, right, bottom}) =>
   x > left - RADIUS && x < right + RADIUS && y > top - RADIUS && y < bottom + RADIUS;
 
 /**
- * Find the worst problem of a state or transition.
+ * Find the worst problem of a state or transition; of a state also an error in the automata below it.
  *
  * @param {Automaton | undefined} automaton
  * @returns {import("./drawing.js").More["problem"]}
  */
-const problemIn = (automaton) => (kind, id) =>
-  automaton && problemOf(page.shownDocument.problems, automaton.id, kind, id);
+const problemIn = (automaton) => (kind, id) => {
+  if (!automaton) return undefined;
+  const own = problemOf(page.shownDocument.problems, automaton.id, kind, id);
+  return own?.severity === "error" || kind !== "state"
+    ? own
+    : (errorBelow(page.shownDocument, automaton.id, id) ?? own);
+};
 
 /** @param {string} name */
 function division(name) {

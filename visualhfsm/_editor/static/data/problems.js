@@ -2,8 +2,10 @@
  * The problems of a document by their elements.
  *
  * @import {Place, Problem} from "./protocol.js"
+ * @import {OpenDocument} from "./store.js"
  */
 
+import {ownerOf, titleOf} from "./outline.js";
 import {t} from "../kit/texts.js";
 
 /** Severities in words. @type {Record<string, string>} */
@@ -66,6 +68,39 @@ export function problemOf(problems, automaton, kind, id) {
   let index = known.get(problems);
   if (!index) known.set(problems, (index = indexed(problems)));
   return index.get(`${automaton}/${kind}/${id}`);
+}
+
+/** @type {WeakMap<Problem[], Map<string, Problem>>} */
+const within = new WeakMap();
+
+/**
+ * The first error in the automata below a state, at best one that a run has shown; undefined if there is none.
+ *
+ * @param {OpenDocument} document @param {number} automaton @param {number} id
+ * @returns {Problem | undefined}
+ */
+export function errorBelow(document, automaton, id) {
+  let index = within.get(document.problems);
+  if (!index) within.set(document.problems, (index = indexedAbove(document)));
+  return index.get(`${automaton}/${id}`);
+}
+
+/** @param {OpenDocument} document */
+function indexedAbove(document) {
+  /** @type {Map<string, Problem>} */
+  const index = new Map();
+  const errors = placed(document.problems).filter((each) => each.severity === "error" && each.place?.automaton);
+  for (const problem of [...errors.filter(({code}) => code === FAILED), ...errors]) {
+    const at = document.automata.get(problem.place?.automaton ?? 0);
+    const state = problem.place?.kind === "state" && at?.states.find((each) => each.id === problem.place?.id);
+    for (let each = at; each?.father; each = document.automata.get(each.father)) {
+      const key = `${each.father}/${ownerOf(document, each)?.id}`;
+      if (index.has(key)) break; // and so all above
+      const where = (state && state.name) || (at && titleOf(document, at));
+      index.set(key, {...problem, message: t("In {file}: {message}", {file: where, message: problem.message})});
+    }
+  }
+  return index;
 }
 
 /**

@@ -207,7 +207,7 @@ addActions([
     words: t("add a library, import, module, package, numpy"),
   }),
   part("ros", "link", {
-    label: "ROS 2",
+    label: t("ROS 2"),
     hint: t("topics, services and actions"),
     words: t("add a topic, message, publish, subscribe"),
   }),
