@@ -31,6 +31,11 @@ class Share(NamedTuple):
 ALONE: Final = Share()
 """The share of a robot that is alone."""
 
+STATE: Final = {"qpos": "qpos", "qvel": "dofs", "qacc_warmstart": "dofs", "ctrl": "motors"}
+"""The arrays of its state that make a robot stand, and which part of its share is in each."""
+PLACES: Final = {"cam_pos": mujoco.mjtObj.mjOBJ_CAMERA, "eq_data": mujoco.mjtObj.mjOBJ_EQUALITY}
+"""The arrays of its model that are set once it is compiled, and what has rows there, by its name."""
+
 
 def share_of(whole: mujoco.MjModel, own: mujoco.MjModel, root: str, prefix: str) -> Share:
     """Return where a robot is in the whole, by its own model; `root` is its first link there."""
@@ -50,6 +55,18 @@ def share_of(whole: mujoco.MjModel, own: mujoco.MjModel, root: str, prefix: str)
         part(0, whole.sensor(prefix + sensor).adr[0], own.nsensordata),
         part(base, there, own.nbody),
     )
+
+
+def move_in(
+    whole: mujoco.MjModel, data: mujoco.MjData, share: Share, own: mujoco.MjModel, state: mujoco.MjData
+) -> None:
+    """Let a robot be in its share as it is in its own model and state."""
+    for array, part in STATE.items():
+        getattr(data, array)[getattr(share, part)] = getattr(state, array)
+    for array, kind in PLACES.items():
+        for row, values in enumerate(getattr(own, array)):
+            if name := mujoco.mj_id2name(own, kind, row):
+                getattr(whole, array)[mujoco.mj_name2id(whole, kind, share.prefix + name)] = values
 
 
 class Part:

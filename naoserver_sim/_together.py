@@ -14,7 +14,7 @@ from naoserver.bodies.capabilities import Color
 from naoserver.body import Body
 from naoserver.errors import RobotError
 from naoserver_sim._body import BASE
-from naoserver_sim._share import share_of
+from naoserver_sim._share import move_in, share_of
 from naoserver_sim._surroundings import add_surroundings
 from naoserver_sim.appearance import VISUAL_GROUP, paint
 from naoserver_sim.model import FreeIndex, Model, add_robot, free_index, new_spec
@@ -72,14 +72,8 @@ def stand_together(
     data = mujoco.MjData(whole)
     for robot, prefix, (model, state) in zip(robots, prefixes, alone, strict=True):
         share = share_of(whole, model.mj, robot.body.root.name, prefix)
-        data.qpos[share.qpos], data.qvel[share.dofs] = state.qpos, state.qvel
-        data.qacc_warmstart[share.dofs], data.ctrl[share.motors] = state.qacc_warmstart, state.ctrl
+        move_in(whole, data, share, model.mj, state)
         _dress(whole, robot, prefix)
-        for camera in model.cameras:
-            whole.camera(prefix + camera.name).pos = model.mj.camera(camera.name).pos
-        for equality in range(model.mj.neq):
-            if name := model.mj.equality(equality).name:
-                whole.equality(prefix + name).data = model.mj.equality(equality).data
         rest = {name: index for name, index in roots.items() if name != robot.name}
         models.append(replace(model, whole=whole, share=share, others=rest, loose=loose))
     mujoco.mj_forward(whole, data)

@@ -46,7 +46,7 @@ _STATE_GAP: Final = 0.005
 """Minimum wall seconds between two samples of state, however fast a simulation runs."""
 _BALL_AXES: Final = (Axis.PAN, Axis.X, Axis.Z)
 """The axes of a ball's three joints in their order: round the robot in rad, distance in m, height in m."""
-_CLOCK_PERIOD: Final = 0.02  # wall s
+_TICK: Final = 0.02  # wall s between two times that clients hear
 _HEALTH_PERIOD: Final = 0.5  # wall s
 _ALONE: Final = "nao"
 """The name of a robot in a team of one, where nobody says its realm."""
@@ -94,11 +94,9 @@ class Assembly:
         time = robot.clock.now
         self._clock = ClockI(robot.clock)
         self._safety = SafetyI(self.gate, self.moves_for)
-        self._add(Clock=self._clock, Safety=self._safety)
-        self._add(Description=DescriptionI(robot.body, robot.looks))
-        member = member or Membership(_ALONE)
-        self._team = TeamI(member, time, self._is_ready, self.events, self._wake)
-        self._add(Team=self._team)
+        self._team = TeamI(member or Membership(_ALONE), time, self._is_ready, self.events, self._wake)
+        description = DescriptionI(robot.body, robot.looks)
+        self._add(Clock=self._clock, Safety=self._safety, Description=description, Team=self._team)
         self.gains: GainGuard | None = None
         """What lets joints follow commands with gains; None when its motors take none."""
         self.body: Final = self._add_body()
@@ -109,26 +107,10 @@ class Assembly:
         """Its walk behind the safety layer."""
         if robot.senses is not None:
             self._add_senses(robot.senses)
-        if robot.stage is not None:
-            scene = sensors.SceneI(robot.stage, self.gate, self.end_motion, self.hearing.hear)
-            self._add(GroundTruth=sensors.GroundTruthI(robot.stage), Scene=scene)
-        if robot.stage is not None or hears:
-            ears = HearingI(time)
-            self.hearing.listen(ears.hear)
-            self._add(Hearing=ears)
-        for mechanism in robot.mechanisms:
-            # Its gate is never shut: the mechanism of a ball is not part of the robot.
-            device = self._guard(mechanism, self.options.mechanism_safety, Gate(self.events))
-            axes = (HingeAxis(joint.name) for joint in mechanism.joints)
-            self._add_hinge(device, Hinge(mechanism.name, dict(zip(_BALL_AXES, axes, strict=True))))
+        self._add_surroundings()
         self._history = BodyHistory(robot, self._wake)
         self._cameras = self._add_cameras()
-        if robot.lights is not None and robot.lights.names:
-            self._add(Leds=LedsI(robot.lights, time))
-        if robot.voice is not None:
-            self._add(Speech=SpeechI(robot.voice, time))
-        if robot.loudspeaker is not None:
-            self._add(Sounds=SoundsI(robot.loudspeaker, time))
+        self._add_expression(hears=hears or robot.stage is not None)
         self.player: Final = self._add_motions()
         """The player of motions."""
         self.postures: Final = self._add_postures(self.player)
@@ -139,18 +121,8 @@ class Assembly:
         """Periodic jobs, except those that the robot's own control loop does."""
         self.paths: Final = JointPaths(self.body, robot.clock, self._wake)
         """What moves joints along curves."""
-        self._moves: Final = [
-            self._action_job("motions", PERIOD, self.player),
-            self._action_job("paths", PATH_PERIOD, self.paths),
-        ]
+        self._moves: Final = self._add_moves()
         """The jobs that move the robot along a path, for as long as it lasts."""
-        if self.walk_to is not None:
-            self._moves.append(self._action_job("walk", WALK_PERIOD, self.walk_to))
-        if robot.control_loop is None:
-            self.jobs.extend(self._moves)
-        else:
-            for job in self._moves:
-                robot.control_loop.add(job)
         self.gate.stop_again()  # a former server may have left the robot on its way somewhere
 
     def drop_client(self, client: str) -> None:
@@ -187,12 +159,9 @@ class Assembly:
 
         Raises RobotError when a part is called like another one: no camera takes the place of `Safety`.
         """
-        taken = sorted(servants.keys() & self.servants.keys())
-        if taken:
-            name, identity = self._robot.name, " and ".join(taken)
-            raise RobotError(
-                f"two parts of the robot {name} would be served as {identity}: rename one of them"
-            )
+        if taken := sorted(servants.keys() & self.servants.keys()):
+            name, what = self._robot.name, " and ".join(taken)
+            raise RobotError(f"two parts of the robot {name} would be served as {what}: rename one of them")
         self.servants.update(servants)
         for servant in servants.values():
             self._streams.extend(each for each in vars(servant).values() if isinstance(each, StateStream))
@@ -231,6 +200,29 @@ class Assembly:
             self._add(Battery=sensors.BatteryI(senses))
         if senses.sonar_range is not None:
             self._add(Sonar=sensors.SonarI(senses))
+
+    def _add_surroundings(self) -> None:
+        if (stage := self._robot.stage) is not None:
+            scene = sensors.SceneI(stage, self.gate, self.end_motion, self.hearing.hear)
+            self._add(GroundTruth=sensors.GroundTruthI(stage), Scene=scene)
+        for mechanism in self._robot.mechanisms:
+            # Its gate is never shut: the mechanism of a ball is not part of the robot.
+            device = self._guard(mechanism, self.options.mechanism_safety, Gate(self.events))
+            axes = (HingeAxis(joint.name) for joint in mechanism.joints)
+            self._add_hinge(device, Hinge(mechanism.name, dict(zip(_BALL_AXES, axes, strict=True))))
+
+    def _add_expression(self, *, hears: bool) -> None:
+        robot, time = self._robot, self._robot.clock.now
+        if hears:
+            ears = HearingI(time)
+            self.hearing.listen(ears.hear)
+            self._add(Hearing=ears)
+        if robot.lights is not None and robot.lights.names:
+            self._add(Leds=LedsI(robot.lights, time))
+        if robot.voice is not None:
+            self._add(Speech=SpeechI(robot.voice, time))
+        if robot.loudspeaker is not None:
+            self._add(Sounds=SoundsI(robot.loudspeaker, time))
 
     def _add_hinge(self, device: GuardedDevice, hinge: Hinge) -> None:
         motors, encoders = Pose3DMotorsI(device, hinge), Pose3DEncodersI(device, hinge)
@@ -302,12 +294,7 @@ class Assembly:
             self._watchdog,
             *(self._state_job(read, streams) for read, streams in by_source.items()),
             Periodic(
-                "clock",
-                wall,
-                lambda: _CLOCK_PERIOD,
-                publish,
-                thread="reports",
-                wanted=lambda: publisher.listening,
+                "clock", wall, lambda: _TICK, publish, thread="reports", wanted=lambda: publisher.listening
             ),
             Periodic("reports", wall, lambda: _HEALTH_PERIOD, report),
             Periodic(
@@ -321,6 +308,18 @@ class Assembly:
             *(camera.job for camera in self._cameras),
             self._history.job,
         ]
+
+    def _add_moves(self) -> list[Job]:
+        moving = [
+            self._action_job("motions", PERIOD, self.player),
+            self._action_job("paths", PATH_PERIOD, self.paths),
+        ]
+        if self.walk_to is not None:
+            moving.append(self._action_job("walk", WALK_PERIOD, self.walk_to))
+        add = self.jobs.append if self._robot.control_loop is None else self._robot.control_loop.add
+        for job in moving:
+            add(job)
+        return moving
 
     def _action_job(self, name: str, period: float, action: MotionPlayer | JointPaths | WalkTo) -> Job:
         clock = self._robot.clock

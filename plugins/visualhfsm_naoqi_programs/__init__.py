@@ -32,7 +32,7 @@ Disk = Annotated[Path | None, typer.Option(metavar="DIR", help=_DISK, exists=Tru
 
 
 def serve_as_naoqi(
-    robot: Robot, assembly: Assembly, url: str, *, disk: Path | None = None, faults: bool = False
+    robot: Robot, assembly: Assembly, url: str, *, disk: Path | None = None
 ) -> AbstractContextManager[str]:
     """Serve a started Nao as NAOqi at `url`, say tcp://127.0.0.1:9559, through the guards of `assembly`.
 
@@ -40,9 +40,8 @@ def serve_as_naoqi(
     temporary folder.
 
     Use it in a `with` block that ends before the assembly is closed. The block gets the URL, with the port
-    that the system picked for port 0; its end cancels running calls and closes every connection. With
-    `faults`, the service Faults lets tests delay calls or make them fail. Raises RobotError for another robot
-    than a Nao, when it cannot listen there, or when the package qi is missing.
+    that the system picked for port 0; its end cancels running calls and closes every connection. Raises
+    RobotError for another robot than a Nao, when it cannot listen there, or when the package qi is missing.
     """
     from naoserver.bodies.nao import require_nao
 
@@ -51,11 +50,7 @@ def serve_as_naoqi(
         from visualhfsm_naoqi_programs._service import serve
     except ModuleNotFoundError as error:
         raise RobotError(missing_package(error, "naoqi")) from None
-    if not faults:
-        return serve(robot, assembly, url, disk=disk)
-    from visualhfsm_naoqi_programs._faults import FaultyAccess
-
-    return serve(robot, assembly, url, disk=disk, kind=FaultyAccess)
+    return serve(robot, assembly, url, disk=disk)
 
 
 def _enter(robot: Robot, assembly: Assembly, options: Mapping[str, Any]) -> AbstractContextManager[str]:

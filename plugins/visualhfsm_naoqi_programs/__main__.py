@@ -14,9 +14,7 @@ from zenoh_ice.application import begin_loading
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
 
-@app.command(
-    epilog="Example: python -m visualhfsm_naoqi_programs --qi tcp://127.0.0.1:9560 --faults --speed 5"
-)
+@app.command(epilog="Example: python -m visualhfsm_naoqi_programs --qi tcp://127.0.0.1:9560 --speed 5")
 def serve_fake(
     *,
     qi: Annotated[
@@ -24,9 +22,6 @@ def serve_fake(
     ] = "tcp://127.0.0.1:9559",
     disk: Disk = None,
     speed: Annotated[float, typer.Option(min=0.1, max=100.0, help="Robot seconds per wall second.")] = 1.0,
-    faults: Annotated[
-        bool, typer.Option("--faults", help="Also serve Faults, which delays calls or makes them fail.")
-    ] = False,
 ) -> None:
     """Serve a robot without physics as NAOqi.
 
@@ -48,7 +43,7 @@ def serve_fake(
         adapter = network.createObjectAdapter("NaoServer")
         with (
             serve(robot, adapter) as assembly,
-            serve_as_naoqi(robot, assembly, qi, disk=disk, faults=faults) as url,
+            serve_as_naoqi(robot, assembly, qi, disk=disk) as url,
         ):
             report_ready(f"ready: {url}")
             stop.wait()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack
 from functools import wraps
 from pathlib import Path
@@ -21,7 +21,7 @@ from naoserver.protocol.robot import Robot
 from naoserver.serving.assembly import Assembly
 from naoserver.serving.lasting_walk import LastingWalk
 from visualhfsm_naoqi_programs._arguments import JointNames, Operation, text
-from visualhfsm_naoqi_programs._calls import Calls, failed
+from visualhfsm_naoqi_programs._calls import failed
 from visualhfsm_naoqi_programs._clients import MOTION, Belongings, Call, CallTable, Client, begins_any
 
 _TORSO = 0
@@ -76,19 +76,11 @@ class Access:
         """Return an object as one that libqi lends to clients, and releases."""
         self.find: Callable[[str], qi.Future] = lambda name: failed(f"there is no service {name}")
         """Begin to look up the service of a program by its name."""
-        self.interrupt: Callable[[float], None] = lambda _seconds: None
-        """Close all connections for some wall seconds."""
-        self.others: Mapping[str, Sequence[object]] = {}
-        """Services that no robot has, by name."""
         self._services: dict[type[Service], Service] = {}
         self._drop_client: Final = assembly.drop_client
         self._gate: Final = assembly.gate
         self._gate.on_stop(self._stop)
         self._gate.on_reset(self._stop)
-
-    def make_calls(self) -> Calls:
-        """Return what runs the operations of services."""
-        return Calls(self.calls)
 
     def service(self, kind: type[S]) -> S:
         """Return the only service of a kind."""

@@ -38,8 +38,6 @@ MOST_SHORT: Final = 4
 """Maximum short calls and posts of a program in libqi; what follows them waits in the connection."""
 MOST_LINKS: Final = 100
 """Maximum callbacks of a program at signals, besides those by which libqi follows the directory."""
-_ANSWERING: Final = 0.05
-"""Wall seconds in which the client that requests an interruption gets its answer."""
 _KEEP_ALIVE: Final = {"TCP_KEEPIDLE": 2, "TCP_KEEPINTVL": 1, "TCP_KEEPCNT": 3}
 """Options that notice a computer that is gone: s until the first question, between two, and how many."""
 
@@ -106,12 +104,11 @@ class Connections:
         try:
             if parts.scheme != "tcp" or not parts.hostname:
                 raise ValueError("an address is tcp://HOST:PORT")
-            self._host = parts.hostname
-            listening = self._bind(parts.port or 0)
+            family = socket.AF_INET6 if ":" in parts.hostname else socket.AF_INET
+            listening = socket.create_server((parts.hostname, parts.port or 0), family=family)
         except (OSError, ValueError) as error:
             raise RobotError(f"cannot listen at {url}: {error}; give another address") from None
-        self._port: int = listening.getsockname()[1]
-        self.url: Final = _url_of((self._host, self._port))
+        self.url: Final = _url_of((parts.hostname, listening.getsockname()[1]))
         """The address, with the port that the system picked."""
         if not is_loopback(self.url.replace("://", "/")):
             _logger.warning(
@@ -123,56 +120,31 @@ class Connections:
         self._limits = limits or QiLimits()
         self._open: dict[asyncio.Task[None], _Program] = {}
         self._loop = asyncio.new_event_loop()
-        self._pauses: asyncio.Queue[float | None] = asyncio.Queue()  # in s; None is the end
+        self._ending = asyncio.Event()
         self._thread = threading.Thread(
             target=self._run, args=(listening,), name="NAOqi connections", daemon=True
         )
         self._thread.start()
 
-    def interrupt(self, seconds: float) -> None:
-        """Close every connection soon, and accept again after some wall seconds."""
-        begin = self._pauses.put_nowait
-        self._loop.call_soon_threadsafe(self._loop.call_later, _ANSWERING, begin, seconds)
-
     def close(self) -> None:
         """Close every connection, and wait, with a limit, until each client is dealt with as lost."""
-        with suppress(RuntimeError):  # the loop has ended, since it could not listen again
-            self._loop.call_soon_threadsafe(self._pauses.put_nowait, None)
+        with suppress(RuntimeError):  # the loop has ended: it was closed before
+            self._loop.call_soon_threadsafe(self._ending.set)
         self._thread.join(self._limits.end)
         if self._thread.is_alive():
             _logger.error("%s did not end within %g s", self._thread.name, self._limits.end)
-
-    def _bind(self, port: int) -> socket.socket:
-        family = socket.AF_INET6 if ":" in self._host else socket.AF_INET
-        return socket.create_server((self._host, port), family=family)
 
     def _run(self, listening: socket.socket) -> None:
         with asyncio.Runner(loop_factory=lambda: self._loop) as runner:
             runner.run(self._accept(listening))
 
-    async def _accept(self, listening: socket.socket | None) -> None:
-        while listening is not None:
-            server = await asyncio.start_server(self._begin, sock=listening)
-            pause = await self._pauses.get()
-            server.close()
-            for task in self._open:
-                task.cancel()
-            await asyncio.gather(*self._open, return_exceptions=True)
-            listening = await self._listen_again(pause)
-
-    async def _listen_again(self, pause: float | None) -> socket.socket | None:
-        """Return the socket to listen on after a pause; None at the end."""
-        with suppress(TimeoutError):
-            while pause is not None:
-                async with asyncio.timeout(pause):
-                    pause = await self._pauses.get()
-        if pause is None:
-            return None
-        try:
-            return self._bind(self._port)
-        except OSError:
-            _logger.exception("NAOqi is not served any more")
-            return None
+    async def _accept(self, listening: socket.socket) -> None:
+        server = await asyncio.start_server(self._begin, sock=listening)
+        await self._ending.wait()
+        server.close()
+        for task in self._open:
+            task.cancel()
+        await asyncio.gather(*self._open, return_exceptions=True)
 
     def _begin(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         """Serve a new connection in a separate task."""

@@ -28,6 +28,7 @@ from naoserver.protocol.robot import Robot
 from naoserver.serving.assembly import Assembly
 from naoserver.serving.lasting_walk import RENEWAL
 from visualhfsm_naoqi_programs._access import Access, Service
+from visualhfsm_naoqi_programs._calls import Calls
 from visualhfsm_naoqi_programs._clients import Client
 from visualhfsm_naoqi_programs._connections import Connections, Offer
 from visualhfsm_naoqi_programs._effectors import EffectorMotion
@@ -74,19 +75,16 @@ _GRACE: Final = 0.05
 
 
 @contextmanager
-def serve(
-    robot: Robot, assembly: Assembly, url: str, *, disk: Path | None, kind: type[Access] = Access
-) -> Iterator[str]:
-    """Serve a robot as NAOqi in a `with` block, which gets the URL; `kind` is how its services reach it."""
+def serve(robot: Robot, assembly: Assembly, url: str, *, disk: Path | None) -> Iterator[str]:
+    """Serve a robot as NAOqi in a `with` block, which gets the URL."""
     with ExitStack() as steps:  # all run, the last first, whatever they raise
         folder = disk or Path(steps.enter_context(tempfile.TemporaryDirectory(prefix="nao-disk-")))
-        access = kind(robot, assembly, folder)
-        calls = access.make_calls()
+        access = Access(robot, assembly, folder)
+        calls = Calls(access.calls)
         parts: dict[str, Sequence[object]] = {
             name: [access.service(kind) for kind in kinds] for name, kinds in SERVICES.items()
         }
         parts |= {name: [*parts.get(name, ()), _refused_service(name)] for name in REFUSED}
-        parts |= access.others
         libqi = _Libqi({name: calls.facade(name, own) for name, own in parts.items()})
         steps.callback(libqi.close)
         access.find, access.lend = libqi.find, libqi.lend
@@ -96,7 +94,6 @@ def serve(
             access.lose(client)
 
         connections = Connections(url, libqi.offer, lose)
-        access.interrupt = connections.interrupt
         wall = WallClock()
         walking = access.walking
         follower = access.service(ALTracker)

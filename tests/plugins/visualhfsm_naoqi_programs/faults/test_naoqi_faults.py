@@ -26,9 +26,7 @@ from zenoh_ice.settings import Settings
 
 @pytest.fixture(scope="module")
 def process():
-    with ComponentProcess(
-        module("visualhfsm_naoqi_programs", "--qi", "tcp://127.0.0.1:0", "--faults")
-    ) as process:
+    with ComponentProcess(module("tests.support.naoqi_faults", "--qi", "tcp://127.0.0.1:0")) as process:
         yield process
 
 
@@ -103,7 +101,7 @@ def test_a_robot_that_hangs_is_reported_as_lost_and_refuses_commands_until_it_is
 def test_a_connection_that_breaks_is_reported_and_made_again(nao, address):
     camera = nao.proxy(CameraPrx, "Camera")
     camera.getImageData("RGB8")
-    faults(address, "disconnect", 0.3)
+    faults(address, "disconnect")
     wait_for_event(nao, "lost the robot")
     wait_for_event(nao, "found the robot again")
     camera.getImageData("RGB8")

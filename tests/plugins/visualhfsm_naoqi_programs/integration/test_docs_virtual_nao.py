@@ -1,6 +1,5 @@
 """docs/how-to/virtual-nao.md: its programs run, and what it names exists."""
 
-import ast
 import queue
 import re
 import subprocess
@@ -15,7 +14,6 @@ from tests.support.naoqi import connected
 from tests.support.pages import DOCS, blocks_of
 from tests.support.processes import ComponentProcess, module
 from visualhfsm_naoqi_programs import _service as service
-from visualhfsm_naoqi_programs._faults import Faults
 
 PAGE = (DOCS / "how-to/virtual-nao.md").read_text("utf-8")
 
@@ -46,9 +44,7 @@ def test_typed_speech_is_recognized_as_the_page_says() -> None:
     section = PAGE.partition("## Typed speech")[2].partition("## ")[0]
     (example,) = blocks_of(section)
     with (
-        ComponentProcess(
-            module("visualhfsm_naoqi_programs", "--qi", "tcp://127.0.0.1:0", "--faults")
-        ) as server,
+        ComponentProcess(module("tests.support.naoqi_faults", "--qi", "tcp://127.0.0.1:0")) as server,
         connected(server.wait_for(r"^ready: (\S+)")[1]) as session,
     ):
         heard: queue.Queue[object] = queue.Queue()
@@ -62,16 +58,3 @@ def test_typed_speech_is_recognized_as_the_page_says() -> None:
 def test_every_service_is_in_the_table() -> None:
     table = PAGE.partition("## Services")[2].partition("[NAOqi on")[0]
     assert set(re.findall(r"AL\w+", table)) == set(service.SERVICES)
-
-
-def test_the_faults_that_it_shows_exist():
-    example = next(block.text for block in blocks_of(PAGE) if "faults.slow" in block.text)
-    called = {
-        node.func.attr
-        for node in ast.walk(ast.parse(example))
-        if isinstance(node, ast.Call)
-        and isinstance(node.func, ast.Attribute)
-        and isinstance(node.func.value, ast.Name)
-        and node.func.value.id == "faults"
-    }
-    assert called <= set(dir(Faults))

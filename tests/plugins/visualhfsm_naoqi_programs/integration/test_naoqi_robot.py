@@ -20,9 +20,7 @@ SUBSCRIBERS = "ALVideoDevice.getSubscribers"
 
 @pytest.fixture(scope="module")
 def address():
-    with ComponentProcess(
-        module("visualhfsm_naoqi_programs", "--qi", "tcp://127.0.0.1:0", "--faults")
-    ) as process:
+    with ComponentProcess(module("tests.support.naoqi_faults", "--qi", "tcp://127.0.0.1:0")) as process:
         yield RobotAddress.parse(process.wait_for(r"^ready: (\S+)")[1])
 
 

@@ -1,6 +1,5 @@
 """The bounds of what a program takes of the virtual NAOqi, whatever it sends: the test plays libqi itself."""
 
-import logging
 import os
 import socket
 import struct
@@ -304,18 +303,6 @@ def test_programs_that_end_just_before_it_is_closed_are_dealt_with(played):
     free.set()
     closing.join(EVENT_LIMIT)
     assert {*played.lost} == {*played.clients}
-
-
-def test_it_can_be_closed_after_it_could_not_listen_again(played, monkeypatch, caplog):
-    def refuse(*_arguments, **_options):
-        raise OSError("the address is taken")
-
-    with caplog.at_level(logging.ERROR), monkeypatch.context() as patch:
-        patch.setattr(socket, "create_server", refuse)
-        played.connections.interrupt(0.0)
-        until(lambda: "NAOqi is not served any more" in caplog.text)
-    until(lambda: "NAOqi connections" not in {thread.name for thread in threading.enumerate()})
-    played.connections.close()
 
 
 # -- genuine libqi ----------------------------------------------------------------------------------------

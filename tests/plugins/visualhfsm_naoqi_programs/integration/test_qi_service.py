@@ -30,13 +30,13 @@ ANYWHERE = "tcp://127.0.0.1:0"
 MILLISECONDS = int(CALL_LIMIT * 1000)
 
 
-def server(*options):
-    return ComponentProcess(module("visualhfsm_naoqi_programs", "--qi", ANYWHERE, *options))
+def server(*options, program="visualhfsm_naoqi_programs"):
+    return ComponentProcess(module(program, "--qi", ANYWHERE, *options))
 
 
 @pytest.fixture(scope="module")
 def url():
-    with server("--faults", "--speed", "3") as process:
+    with server("--speed", "3", program="tests.support.naoqi_faults") as process:
         yield process.wait_for(r"^ready: (\S+)")[1]
 
 
@@ -360,7 +360,7 @@ def test_cameras_without_a_picture(session, video):
 def test_connections_that_break(session, motion, url):
     gone = threading.Event()
     session.disconnected.connect(lambda _reason: gone.set())
-    session.service("Faults").disconnect(0.2)
+    session.service("Faults").disconnect()
     assert gone.wait(EVENT_LIMIT)
     with pytest.raises(RuntimeError):
         angle(motion)

@@ -1,37 +1,47 @@
-"""Faults and events with which people test their programs: what `--faults` adds."""
+"""The fake robot as NAOqi with faults: `python -m tests.support.naoqi_faults`, with the options of the plug-in.
+
+Its service `Faults` delays calls or makes them fail, and sets what the robot feels.
+"""
 
 from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from fnmatch import fnmatchcase
-from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar, Final
+from unittest.mock import patch
 
-from naoserver.bodies.capabilities import SonarReading
 from naoserver.errors import HardwareFailure
 from naoserver.fake.robot import FakeSenses
-from naoserver.protocol.robot import Robot
-from naoserver.serving.assembly import Assembly
+from visualhfsm_naoqi_programs import _service
+from visualhfsm_naoqi_programs.__main__ import main as serve
+from visualhfsm_naoqi_programs._access import Access, S, Service
+from visualhfsm_naoqi_programs._arguments import number, text, texts
+from visualhfsm_naoqi_programs._calls import Calls, Operation
+from visualhfsm_naoqi_programs._clients import Call, Client
+from visualhfsm_naoqi_programs._connections import Connections, Offer
+from visualhfsm_naoqi_programs._memory import ALMemory
+from visualhfsm_naoqi_programs._sensors import Part
+from visualhfsm_naoqi_programs._video import SIGNATURE, ALVideoDevice, Picture
 
-from ._access import Access, S
-from ._arguments import number, number_within, text, texts
-from ._calls import Calls, Operation
-from ._clients import Call, CallTable, Client
-from ._memory import ALMemory
-from ._sensors import Part
-from ._video import SIGNATURE, ALVideoDevice, Picture
+__all__ = ["main"]
+
+_ANSWERING: Final = 0.05
+"""Wall seconds for the answer to a call that ends its own connection."""
 
 
-class Faults:
-    """The service `Faults`: delay calls or make them fail, and set what a fake robot feels.
+class Faults(Service):
+    """Delay calls or make them fail, and let a robot feel and hear.
 
     Patterns of the names of calls, such as `ALMotion::setAngles`, and of keys are shell patterns.
     """
 
+    served: ClassVar[Faults]
+    """Those of this process, which serves one robot."""
+
     def __init__(self, access: Access) -> None:
-        self._access = access
+        super().__init__(access)
+        Faults.served = self
         self.clear()
 
     def clear(self) -> None:
@@ -57,33 +67,19 @@ class Faults:
         """Make the cameras return no image."""
         self._blind = bool(yes)
 
-    def disconnect(self, seconds: object) -> None:
-        """Close every connection, and listen again after some wall seconds, at most a minute."""
-        self._access.interrupt(number_within(seconds, "seconds", 0.0, 60.0))
+    def disconnect(self) -> None:
+        """Close every connection, as soon as this call is answered."""
+        _BrittleConnections.served.disconnect()
 
     def touch(self, names: object) -> None:
-        """Touch a fake robot at some sensors, such as HeadFront, and at no other."""
-        self._fake.feel(touched=frozenset(texts(names, "names")))
-
-    def near(self, left: object, right: object) -> None:
-        """Put something in front of the sonar of a fake robot, at distances in m."""
-        self._fake.feel(sonar=SonarReading(number(left, "left"), number(right, "right")))
+        """Touch the robot at some sensors, such as HeadFront, and at no other."""
+        senses = self._access.robot.senses
+        assert isinstance(senses, FakeSenses)
+        senses.feel(touched=frozenset(texts(names, "names")))
 
     def say(self, sentence: object) -> str:
         """Say something to the robot; return what ALSpeechRecognition recognized."""
         return self._access.hearing.hear(text(sentence, "sentence"))
-
-    def tilt(self, roll: object, pitch: object) -> None:
-        """Tilt the torso of a fake robot, in rad, as its inertial unit feels it."""
-        before = self._fake.read().inertial
-        self._fake.feel(inertial=replace(before, roll=number(roll, "roll"), pitch=number(pitch, "pitch")))
-
-    @property
-    def _fake(self) -> FakeSenses:
-        senses = self._access.robot.senses
-        if not isinstance(senses, FakeSenses):
-            raise HardwareFailure("this robot feels by itself")
-        return senses
 
     # Calls read copies, because a client may change the faults meanwhile.
 
@@ -103,18 +99,7 @@ class Faults:
         return not any(fnmatchcase(key, pattern) for pattern in self._forgotten.copy())
 
 
-class FaultyAccess(Access):
-    """Access to a robot whose services have the faults of `Faults`."""
-
-    def __init__(self, robot: Robot, assembly: Assembly, disk: Path) -> None:
-        super().__init__(robot, assembly, disk)
-        self.faults = Faults(self)
-        self.others = {"Faults": [self.faults]}
-
-    def make_calls(self) -> Calls:
-        """Return what runs the operations, late or not at all."""
-        return _FaultyCalls(self.calls, self.faults)
-
+class _FaultyAccess(Access):
     def service(self, kind: type[S]) -> S:
         """Return the only service of a kind."""
         found = super().service(_FAULTY.get(kind, kind))
@@ -122,23 +107,34 @@ class FaultyAccess(Access):
         return found
 
 
-class _FaultyCalls(Calls):
-    def __init__(self, calls: CallTable, faults: Faults) -> None:
-        super().__init__(calls)
-        self._faults = faults
+class _BrittleConnections(Connections):
+    served: ClassVar[_BrittleConnections]
 
+    def __init__(self, url: str, offer: Offer, lose: Callable[[Client], None]) -> None:
+        super().__init__(url, offer, lose)
+        _BrittleConnections.served = self
+
+    def disconnect(self) -> None:
+        self._loop.call_soon_threadsafe(self._loop.call_later, _ANSWERING, self._break)
+
+    def _break(self) -> None:
+        for task in self._open:
+            task.cancel()
+
+
+class _FaultyCalls(Calls):
     def invoke(
         self, operation: Operation, client: Client, *arguments: object, awaited: bool = True
     ) -> object:
         """Perform an operation after its delay, unless it is to fail."""
-        name, delay = operation.name, self._faults._delay(operation.name)
+        name, delay = operation.name, Faults.served._delay(operation.name)
 
         def late(call: Call, *given: object) -> object:
             call.stopped.wait(delay)
             return struck(*([call] if operation.long else []), *given)
 
         def struck(*given: object) -> object:
-            self._faults._strike(name)
+            Faults.served._strike(name)
             return operation.method(*given)
 
         method, long = (late, True) if delay > 0.0 else (struck, operation.long)
@@ -155,25 +151,36 @@ class _FaultyCalls(Calls):
 
 class _ForgetfulMemory(ALMemory):
     def getDataListName(self) -> list[str]:
-        return [key for key in super().getDataListName() if self._knows(key)]
+        return [key for key in super().getDataListName() if Faults.served._knows(key)]
 
     def _look(
         self, key: str, read: Callable[[Part], Mapping[str, Any]] = operator.call
     ) -> tuple[bool, object]:
-        return super()._look(key, read) if self._knows(key) else (False, None)
-
-    def _knows(self, key: str) -> bool:
-        assert isinstance(self._access, FaultyAccess)
-        return self._access.faults._knows(key)
+        return super()._look(key, read) if Faults.served._knows(key) else (False, None)
 
 
 class _BlindVideo(ALVideoDevice):
     def getImageRemote(self, call: Call, handle: object) -> Picture | None:
-        assert isinstance(self._access, FaultyAccess)
         self._get(handle)
-        return None if self._access.faults._blind else super().getImageRemote(call, handle)
+        return None if Faults.served._blind else super().getImageRemote(call, handle)
 
     getImageRemote.__qi_return_signature__ = SIGNATURE  # type: ignore[attr-defined]
 
 
 _FAULTY: dict[type[Any], type[Any]] = {ALMemory: _ForgetfulMemory, ALVideoDevice: _BlindVideo}
+
+
+def main() -> None:
+    """Serve it."""
+    faulty: dict[str, Any] = {
+        "Access": _FaultyAccess,
+        "Calls": _FaultyCalls,
+        "Connections": _BrittleConnections,
+        "SERVICES": {**_service.SERVICES, "Faults": (Faults,)},
+    }
+    with patch.multiple(_service, **faulty):
+        serve()
+
+
+if __name__ == "__main__":
+    main()
