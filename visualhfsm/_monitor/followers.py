@@ -21,7 +21,6 @@ from visualhfsm._base.errors import MissingPackageError, VisualHfsmError
 from visualhfsm._document.views import of_page
 from visualhfsm._monitor import messages
 from visualhfsm._monitor.graphs import read_ros_graph
-from visualhfsm._monitor.realm.audible import played_samples
 from visualhfsm._monitor.realm.description import nao
 from visualhfsm._monitor.realm.follower import Follower, LiveStructure, News, Silence
 from visualhfsm._monitor.realm.moments import Moment, translate_moment, translate_snapshot
@@ -285,10 +284,6 @@ class Followers:
     def poses(self, language: str) -> AsyncGenerator[bytes, None]:
         """Return which robot it is as JSON, then its state whenever that has changed."""
         return self._poses.frames(language)
-
-    def samples(self) -> AsyncGenerator[bytes, None]:
-        """Return the samples that the robot plays, block after block."""
-        return played_samples(self._communicator)
 
     async def close(self) -> None:
         """Stop listening, and close the session, once no stop is repeated any more."""

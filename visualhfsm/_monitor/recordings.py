@@ -29,10 +29,9 @@ from interfaces.hfsm import (
 )
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._document.serialization import parse
-from visualhfsm._monitor.realm.audible import LONGEST_NAME, LONGEST_TEXT
 from visualhfsm._monitor.realm.description import DescribedRobot, describe, nao
 from visualhfsm._monitor.realm.pictures import OLDEST, encode_jpeg, evenly, require_pillow
-from visualhfsm._monitor.realm.robot import RobotState
+from visualhfsm._monitor.realm.robot import LONGEST_NAME, LONGEST_TEXT, RobotState
 from visualhfsm._monitor.realm.run_log import Intervention, Interventions, LiveSnapshot, RunLog, is_sound
 from visualhfsm._monitor.realm.world import sound_objects, sound_placement, sound_shapes
 from visualhfsm._monitor.run_page import MOST_PICTURES, Run
