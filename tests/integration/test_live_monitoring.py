@@ -194,7 +194,7 @@ def test_a_change_of_state_is_reported_at_once_and_can_be_scrubbed_back_to(
         changed = await opened.snapshot(lambda live: live.component.automata[0].state == 2)
         assert changed.component.automata[1].ghost
         entered = changed.component.automata[0].enteredAt
-        timeline = (await opened.service.past("walker")).timeline
+        timeline = (await opened.service.follow("walker"))["timeline"]
         assert (entered, 1, 1, 2, 1) in timeline.changes
         before = msgspec.convert(await opened.service.moment("walker", entered - 1e-6), LiveSnapshot)
         assert before.component.automata[0].state == 1
@@ -790,7 +790,7 @@ def test_who_follows_while_another_window_lets_go_follows(
         await opened.snapshot()
         await opened.service.record("walker", tmp_path / "run.mcap", "", 0)
         await asyncio.gather(opened.service.unfollow("walker"), opened.service.follow("walker"))
-        await opened.service.past("walker")
+        await opened.service.moment("walker", math.inf)
         await opened.snapshot()
 
     on_page(robot, go)
@@ -818,16 +818,19 @@ def test_who_followed_last_follows_and_every_recording_ends_whatever_is_asked_me
         def record(number: int) -> Callable[[], Awaitable[object]]:
             return partial(opened.service.record, "walker", folder / f"{number}.mcap", "", 0)
 
-        end, show = partial(opened.service.end_record, "walker"), partial(opened.service.past, "walker")
+        end, show = (
+            partial(opened.service.end_record, "walker"),
+            partial(opened.service.moment, "walker", math.inf),
+        )
         await interleave(
             chance, [attach, detach, record(1), show, end, attach, record(2), detach, show, attach, record(3)]
         )
         if follows:
             await opened.snapshot()
-            await opened.service.past("walker")
+            await opened.service.moment("walker", math.inf)
         else:
             with pytest.raises(VisualHfsmError, match="not followed"):
-                await opened.service.past("walker")
+                await opened.service.moment("walker", math.inf)
 
     async def go(seeds: range, opened: Page) -> None:
         for seed in seeds:
