@@ -172,26 +172,6 @@ class RunLog:
                 self._series.names,
             )
 
-    def marked(self, camera: str) -> dict[str, list[tuple[float, float, float]]]:
-        """Return the marks on a camera's pictures by label: time, u and v of each."""
-        prefix = f"{_MARK}{camera}/"
-        with self._lock:
-            names = self._series.names
-        labels = [
-            name.removeprefix(prefix)[:-2] for name in names if name.startswith(prefix) and name[-1] == "u"
-        ]
-        read = self.series([f"{prefix}{label}.{axis}" for label in labels for axis in "uv"])
-        return {
-            label: [
-                (time, u, v)
-                for time, u, v in zip(
-                    read["times"], *(read["values"][f"{prefix}{label}.{axis}"] for axis in "uv"), strict=True
-                )
-                if u is not None and v is not None
-            ]
-            for label in labels
-        }
-
     def series(
         self, names: Sequence[str], start: float = 0.0, end: float = math.inf, points: int = CAPACITY
     ) -> dict[str, Any]:

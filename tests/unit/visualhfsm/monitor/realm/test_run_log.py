@@ -225,13 +225,6 @@ def test_what_is_no_number_is_none(text: str) -> None:
     assert number_in(text) is None
 
 
-def test_marks_are_reported_by_their_label_and_while_they_are_there() -> None:
-    marked = log_of(12).marked("Camera")
-    assert set(marked) == {"red ball", "green ball"}
-    assert marked["green ball"][-1] == pytest.approx((9.9, 172.0, 116.25))
-    assert log_of(12).marked("CameraBottom") == {}
-
-
 def test_a_snapshot_with_an_unknown_automaton_is_of_other_automata() -> None:
     other = snapshot(6.0)
     assert AUTOMATA.fit(other)
