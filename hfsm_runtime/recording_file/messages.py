@@ -18,9 +18,6 @@ from msgspec import Meta
 WATCHED: Final = "watched"
 """The metadata that marks a recording made by a watcher of the component: it cannot be replayed."""
 
-INTERVENTIONS: Final = "interventions"
-"""The metadata that marks a watcher's recording whose actions are what the watcher did to the component."""
-
 METADATA: Final = "visualhfsm.component"
 """The name of the metadata about the component."""
 

@@ -15,7 +15,7 @@ from typing import IO, Final, NamedTuple
 import msgspec
 from mcap.writer import CompressionType, Writer
 
-from .messages import FORMAT, INTERVENTIONS, MESSAGES, METADATA, WATCHED, Gap, Message, schema_of
+from .messages import FORMAT, MESSAGES, METADATA, WATCHED, Gap, Message, schema_of
 from .reader import LARGEST_MESSAGE
 
 _logger = logging.getLogger(__name__)
@@ -113,7 +113,7 @@ class RecordingWriter:
     def watching(cls, path: Path, name: str, document: str) -> RecordingWriter:
         """Record a component as a watcher sees it; `document` is the document's text, empty if unknown."""
         start = time.time_ns()
-        metadata = {"name": name, "start": str(start), WATCHED: "yes", INTERVENTIONS: "yes"}
+        metadata = {"name": name, "start": str(start), WATCHED: "yes"}
         return cls(path, metadata, {f"document/{name}.xml": document} if document else {}, start)
 
     def put(self, entry: Entry) -> None:

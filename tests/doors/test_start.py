@@ -40,7 +40,7 @@ def demo(tmp_path: Path) -> Iterator[ComponentProcess]:
 
 @pytest.mark.gl
 @pytest.mark.promise("a simulated Nao follows a ball and dances; then see demo/report.html")
-def test_the_demo_ends_by_itself_with_a_summary_and_a_report(demo: ComponentProcess, tmp_path: Path) -> None:
+def test_the_demo_ends_by_itself_with_a_report(demo: ComponentProcess, tmp_path: Path) -> None:
     demo.wait_for(r"images/s", RUN_LIMIT)
     running = list(psutil.Process(demo.process.pid).children(recursive=True))
     assert len(running) == 5
@@ -48,7 +48,6 @@ def test_the_demo_ends_by_itself_with_a_summary_and_a_report(demo: ComponentProc
     assert demo.wait(RUN_LIMIT) == 0, demo.output
     assert_gone(running)
     assert re.search(r"watched +\d+\.\d s", demo.output)
-    assert re.search(r"ball in the middle third +\d", demo.output)
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     found, _ = content(page)
     assert found["pictures"]["Camera"]

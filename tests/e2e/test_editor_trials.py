@@ -12,9 +12,7 @@ from playwright.sync_api import Browser, Locator, expect
 from tests.support.browser import EditorPage, editor_page
 from tests.support.editor import Editor
 from tests.support.limits import RUN_LIMIT
-from tests.support.monitor import expect_current, status
 from tests.support.waiting_trials import PLAN, WAITS
-from visualhfsm.trials import plan_of, run_trial
 
 ENDED = RUN_LIMIT * 1000
 BRANCHES = """if self.waited == 0:
@@ -260,74 +258,6 @@ def test_lines_that_tests_passed_are_marked_beside_the_code(shown: EditorPage, p
     expect(marks).to_have_count(5)
     panel.get_by_label("On canvas and code").uncheck()
     expect(marks).to_have_count(0)
-
-
-def test_a_run_becomes_a_test_that_passes(shown: EditorPage, path: Path) -> None:
-    shown.press("Alt+Shift+t")
-    expect_current(shown, "done")
-    panel = open_tests(shown)
-    panel.get_by_role("button", name="Record the run as a test").click()
-    expect(panel).to_contain_text("1 passed", timeout=ENDED)
-    assert 'b.run_until("done"' in path.with_name("test_waits_run.py").read_text()
-
-
-STEERED = """<VisualHFSM><SubAutomata id="1" idFather="0">
-<state initial="true" id="1"><posx>100</posx><posy>150</posy><name>look</name></state>
-<state id="2"><posx>300</posx><posy>150</posy><name>lost</name></state>
-<state id="3"><posx>500</posx><posy>150</posy><name>found</name></state>
-<transition id="4"><posx>200</posx><posy>90</posy><name>give up</name><origin>1</origin><destiny>2</destiny>
-<trans type="condition">False</trans></transition>
-<transition id="5"><posx>400</posx><posy>90</posy><name>seen</name><origin>2</origin><destiny>3</destiny>
-<trans type="condition">where == ("here", 'it is "it"')</trans></transition>
-<variables>where = ("nowhere", "")</variables></SubAutomata></VisualHFSM>"""
-
-
-@pytest.mark.parametrize("document", [STEERED], ids=["steered"])
-def test_what_was_forced_and_set_by_hand_is_in_the_test_of_a_run(shown: EditorPage, path: Path) -> None:
-    page = shown.page
-    shown.press("Alt+Shift+t")
-    expect_current(shown, "look")
-    shown.button("give up").click()
-    expect_current(shown, "lost")
-    page.get_by_role("tab", name="Variables").click()
-    page.get_by_role("textbox", name="where", exact=True).fill("""("here", 'it is "it"')""")
-    shown.press("Enter")
-    expect_current(shown, "found")
-    shown.press("F8")
-    expect(status(shown)).to_have_text("Paused")
-    shown.press("Control+F10")  # a cycle by hand, which is not in the test
-    shown.press("Shift+F5")
-    expect(status(shown)).to_have_text(re.compile(r"^\s*Ended"))
-    panel = open_tests(shown)
-    panel.get_by_role("button", name="Record the run as a test").click()
-    notice = page.locator(".notice").filter(has_text="test_waits_does_what_it_did")
-    expect(notice).to_contain_text("Its first lines say what it leaves out.")
-    expect(panel).to_contain_text("1 passed", timeout=ENDED)
-    text = path.with_name("test_waits_run.py").read_text()
-    assert "b.force(1, 4)" in text
-    assert """b.set(1, where=["here", "it is \\"it\\""])""" in text
-    assert "# Not in the test: a cycle that was run by hand at " in text
-
-
-def test_a_recording_becomes_a_test_of_the_document_as_it_is(shown: EditorPage, path: Path) -> None:
-    plan = path.with_name("waits.trials.toml")
-    plan.write_text(PLAN.replace("limit = 1", "limit = 3"))
-    recorded = run_trial(plan_of(plan), 3, path.with_name("third.mcap"))
-    assert recorded.success
-    page = shown.page
-    shown.press("Alt+r")
-    page.get_by_role("option", name="third.mcap").dblclick()
-    expect(page.get_by_role("tab", name="third.mcap")).to_have_attribute("aria-selected", "true")
-    panel = open_tests(shown)
-    make = panel.get_by_role("button", name="Make this recording a test")
-    expect(make).to_be_enabled()
-    assert shown.violations(".bottom") == []
-    make.click()
-    expect(panel).to_contain_text("1 passed", timeout=ENDED)
-    expect(page.get_by_role("tab", name="waits", exact=True)).to_have_attribute("aria-selected", "true")
-    text = path.with_name("test_waits_run.py").read_text()
-    assert f'parameters={{"patience": {recorded.values["parameters.patience"]}}}' in text
-    assert 'b.run_until("done"' in text
 
 
 IMPORTING = """<VisualHFSM><SubAutomata id="1" idFather="0"><state id="1" initial="true"><posx>100</posx><posy>100</posy>

@@ -20,7 +20,6 @@ from hfsm_runtime._recording.run import RecordedRuntime, recording
 from hfsm_runtime.debugger.snapshot import structure_of
 from hfsm_runtime.loading import load_module
 from hfsm_runtime.recording_file.messages import (
-    Action,
     Change,
     Description,
     Image,
@@ -176,17 +175,6 @@ def recorded(path: Path, *entries: tuple[str, Message]) -> RecordedRun:
 CHANGE = ("/automata/walk", Change(1, "walk", 1, "go", "entered", 0))
 
 
-def test_what_a_late_cycle_does_comes_after_what_made_it_do_that(tmp_path: Path) -> None:
-    """A cycle has the time of its slot, here 0.15 s, also when it runs after a transition was forced at 0.2 s."""
-    late = Change(1, "walk", 2, "stand", "entered", 150_000_000)
-    force = Action("force", {"automaton": 1, "transition": 4})
-    run = recorded(tmp_path / "run.mcap", CHANGE, ("/actions", force), ("/automata/walk", late))
-    assert run.interventions is not None
-    (forced,) = run.interventions.kept
-    assert (forced.transition, forced.time) == (4, 0.2)
-    assert 0.149 < forced.since < 0.15
-
-
 def test_the_robot_and_its_world_are_those_of_the_moment(tmp_path: Path) -> None:
     upright = [0.0, 0.0, 0.0, 1.0]
     ball = Shape("Ball", "sphere", [0.05, 0.0, 0.0], [0.0, 0.0, 0.0, *upright], [1.0, 0.5, 0.0])
@@ -307,7 +295,7 @@ def test_the_page_opens_one_and_asks_for_its_past(file: Path, tmp_path: Path) ->
             assert opened["document"] == DOCUMENT
             moment = await service.moment(name, 0.1)
             assert msgspec.convert(moment, LiveSnapshot).component.automata[0].state == 1
-            timeline = (await service.past(name)).timeline
+            timeline = opened["timeline"]
             assert len(timeline.changes) == 1
             page, _ = content(
                 await service.exported(name, parse(DOCUMENT, messages.Message("Cannot read")), [])
@@ -318,7 +306,7 @@ def test_the_page_opens_one_and_asks_for_its_past(file: Path, tmp_path: Path) ->
                 await service.recording(tmp_path / "missing.mcap")
             await service.unfollow(name)
             with pytest.raises(VisualHfsmError, match="not followed"):
-                await service.past(name)
+                await service.moment(name, 0.1)
             with pytest.raises(VisualHfsmError, match="not followed"):
                 await service.exported(name, None, [])
         finally:
@@ -337,15 +325,17 @@ def test_many_open_recordings_stay_open_and_those_asked_for_last_in_memory(
             Pushes(), Settings(realm="test-recording", connect=(free_endpoint(),), timeout=CALL_LIMIT)
         )
         try:
-            names = [(await service.recording(file))["component"] for _ in range(7)]
-            past = [(await service.past(name)).timeline.changes for name in names]
+            opened = [await service.recording(file) for _ in range(7)]
+            names = [each["component"] for each in opened]
+            past = [each["timeline"].changes for each in opened]
             assert past == [past[0]] * 7
             assert (
                 await asyncio.gather(*(service.moment(name, 0.1) for name in names))
                 == [await service.moment(names[0], 0.1)] * 7
             )
             file.rename(tmp_path / "away.mcap")
-            answers = await asyncio.gather(*map(service.past, names), return_exceptions=True)
+            asked = (service.moment(name, 0.1) for name in names)
+            answers = await asyncio.gather(*asked, return_exceptions=True)
             gone = [str(answer) for answer in answers if isinstance(answer, VisualHfsmError)]
             assert ["cannot be read" in each for each in gone] == [True] * 3  # the others are in memory
         finally:
@@ -388,7 +378,7 @@ def test_windows_that_open_ask_and_close_at_random_get_their_own_recording(
         assert not list(opened.described())
 
     def read(path: Path) -> RecordedRun:
-        return RecordedRun(path.name, None, None, "", True, (), None, nao(), {}, None)  # type: ignore[arg-type]
+        return RecordedRun(path.name, None, None, "", True, (), None, nao())  # type: ignore[arg-type]
 
     monkeypatch.setattr(open_recordings, "open_recording", read)
     for seed in range(repeated(50, 10_000)):

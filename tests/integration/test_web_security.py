@@ -154,7 +154,7 @@ def test_who_was_locked_out_can_stop_and_nothing_else(root: Path) -> None:
     with editor(root, make_parts=make_parts) as running:
         cookie = running.cookie()
         running.get(f"/?token={running.server.credentials.new_token(running.server.lock_out)}")
-        for path in ("/ws", "/camera/Camera", "/poses", "/samples", "/view/ws", "/view/stop", "/stop/"):
+        for path in ("/ws", "/camera/Camera", "/poses", "/view/ws", "/view/stop", "/stop/"):
             assert _upgrade(running, path, cookie=cookie) == 403, path
         for path in ("/", "/stop"):
             assert running.get(path, {"Cookie": cookie})[0] == 403
@@ -265,12 +265,12 @@ def test_a_token_opens_no_websocket(running: Editor) -> None:
     assert _upgrade(running, path=f"/ws?token={token}") == 403
 
 
-@pytest.mark.parametrize("path", ["/ws", "/camera/top", "/poses", "/samples"])
+@pytest.mark.parametrize("path", ["/ws", "/camera/top", "/poses"])
 def test_the_page_opens_websockets(running: Editor, path: str) -> None:
     assert _upgrade(running, path=path) == 101
 
 
-@pytest.mark.parametrize("path", ["/ws", "/camera/top", "/poses", "/samples"])
+@pytest.mark.parametrize("path", ["/ws", "/camera/top", "/poses"])
 @pytest.mark.parametrize(
     "origin",
     [

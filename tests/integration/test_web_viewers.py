@@ -146,7 +146,7 @@ def test_the_cookie_of_a_viewer_is_none_of_the_editor(root: Path) -> None:
         cookie = viewer_cookie(running, window.ask("share")["address"])
         assert running.get("/view/", {"Cookie": cookie})[0] == 200
         assert running.get("/", {"Cookie": cookie})[0] == 403
-        for path in ("/ws", "/poses", "/samples", "/camera/top"):
+        for path in ("/ws", "/poses", "/camera/top"):
             assert running.upgrade(path, headers(running, cookie)) == 403
         value = cookie.partition("=")[2]
         forged = f"visualhfsm-{running.port}={value}"  # under the name of the other cookie

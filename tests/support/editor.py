@@ -85,11 +85,6 @@ class NoPart:
         """Return nothing: nothing runs."""
         return set()
 
-    async def samples(self) -> AsyncGenerator[bytes, None]:
-        """Refuse."""
-        raise VisualHfsmError(Message("the samples are not available"))
-        yield
-
     def prepare(self) -> None:
         """Do nothing: nothing will start."""
 

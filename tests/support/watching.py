@@ -13,7 +13,7 @@ from typing import Any
 
 from interfaces.nao import HealthEvent, HealthReport, Severity
 from tests.support.component import dance_and_follow, snapshot
-from visualhfsm._commands.watch_line import WatchState
+from visualhfsm._commands.watch import WatchState
 from visualhfsm._monitor.realm.automata import Automata
 from visualhfsm._monitor.realm.robot import RobotState
 from visualhfsm._monitor.realm.run_log import LiveSnapshot, RunLog

@@ -244,21 +244,18 @@ def watch(
 ) -> None:
     """Print what a component and its robot do, a line each second.
 
-    A line has the current states, errors, the marks on the camera picture, the angles of the head, and how
-    well the robot's server keeps up. Ctrl-C ends with a summary. A component or a robot that is lost is
-    waited for.
+    A line has the current states, errors, the marks on pictures, the angles of the head, and how well the
+    robot's server keeps up. A component or a robot that is lost is waited for.
     """
     from rich.console import Console
 
-    from visualhfsm._commands.watch import WatchOptions
     from visualhfsm._commands.watch import watch as watch_component
     from visualhfsm._monitor.realm.realm import find_component
     from zenoh_ice import initialize
 
     with initialize(settings) as communicator:
         component = component or find_component(communicator, wait)
-        options = WatchOptions(component, seconds, wait, report)
-        watch_component(communicator, options, Console())
+        watch_component(communicator, component, Console(), seconds=seconds, wait=wait, report=report)
 
 
 register_steering(app)

@@ -209,13 +209,6 @@ class Recorded(TypedDict):
     recording: str
 
 
-class SavedTest(TypedDict):
-    """A test that was written, and whether it leaves nothing out."""
-
-    name: str
-    complete: bool
-
-
 class SavedRobot(Written):
     """The file of a robot, and all that can be simulated then."""
 

@@ -142,7 +142,6 @@ _on(p.StartTrials, steering.start_trials, Lane.BESIDE)
 _on(p.Save, documents.save)
 _on(p.SaveAs, documents.save_as)
 _on(p.SaveRobot, steering.save_robot, Lane.BESIDE)
-_on(p.SaveTest, steering.save_test, Lane.BESIDE)
 _on(p.Search, questions.search, Lane.BESIDE, for_viewers=True)
 _on(
     p.Series,

@@ -370,16 +370,6 @@ class Judge(TabRequest):
     answer = a.Judged
 
 
-class SaveTest(TabRequest):
-    """Write what a followed component, or a recorded one, did as a new test.
-
-    The answer has its `name`, and whether it is `complete`: its file says what it leaves out.
-    """
-
-    answer = a.SavedTest
-    component: Name
-
-
 class StopTests(TabRequest):
     """Stop the tests of a document."""
 

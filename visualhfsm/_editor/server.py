@@ -435,15 +435,12 @@ def make_app(workspace: Workspace, site: Site, credentials: Credentials | None) 
     async def poses(websocket: WebSocket) -> None:
         await _send_frames(websocket, lambda: followers.poses(_language(websocket)))
 
-    async def samples(websocket: WebSocket) -> None:
-        await _send_frames(websocket, followers.samples)
-
     routes = [
         route
-        for path, (ask, see, feel, hear) in (
+        for path, (ask, see, feel) in (
             # uvicorn counts connections only until they become websockets.
-            ("/", map(_AtMost(workspace.limits.connections), (talk, camera, poses, samples))),
-            (VIEW, map(_AtMost(workspace.limits.viewers), (look_on, camera, poses, samples))),
+            ("/", map(_AtMost(workspace.limits.connections), (talk, camera, poses))),
+            (VIEW, map(_AtMost(workspace.limits.viewers), (look_on, camera, poses))),
         )
         for route in (
             Route(path, assets.index),
@@ -452,7 +449,6 @@ def make_app(workspace: Workspace, site: Site, credentials: Credentials | None) 
             WebSocketRoute(f"{path}ws", ask),
             WebSocketRoute(f"{path}camera/{{name}}", see),
             WebSocketRoute(f"{path}poses", feel),
-            WebSocketRoute(f"{path}samples", hear),
         )
     ]
     routes.append(WebSocketRoute(STOP, _AtMost(workspace.limits.concurrent_operations)(stop)))

@@ -23,7 +23,7 @@ _HOST: Final = re.compile(r"(?P<name>[a-z0-9._-]{1,253}|\[[0-9a-f:.]{2,45}\])(?:
 
 _PATH: Final = re.compile(r"/(?:(?:[A-Za-z0-9._~@+-]|%[0-9A-Fa-f]{2})+/)*")
 _LONGEST_PATH: Final = 1000  # characters; browsers refuse cookies with a longer one
-_OWN: Final = frozenset({"camera", "plugins", "poses", "resume", "samples", "static", "stop", "view", "ws"})
+_OWN: Final = frozenset({"camera", "plugins", "poses", "resume", "static", "stop", "view", "ws"})
 """The names at the top of the page: a path that begins so could be one with the prefix, or without it."""
 
 _FORWARDED_HOST: Final = "x-forwarded-host"

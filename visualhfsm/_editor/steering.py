@@ -5,14 +5,12 @@ Everything raises VisualHfsmError.
 
 from __future__ import annotations
 
-import asyncio
 from functools import partial
 from typing import Any
 
 import msgspec
 
 from visualhfsm._processes.bodies import body_option, find_bodies, require_body
-from visualhfsm._processes.test_from_run import run_as_test
 from visualhfsm.project._version import stem
 from visualhfsm.trials._messages import Choices
 from zenoh_ice.data import typed
@@ -112,19 +110,3 @@ async def start_tests(workspace: Workspace, _: Window, request: p.StartTests) ->
     source = tab.source
     await workspace.parts.tests.start(source, request.names)
     tab.tests.of = source.document
-
-
-async def save_test(workspace: Workspace, _: Window, request: p.SaveTest) -> a.SavedTest:
-    """Write a test of what a component, or that of a recording, did."""
-    source = workspace.tabs.get(request.tab).source
-    past = await workspace.parts.followers.past(request.component)
-    test = await asyncio.to_thread(
-        run_as_test,
-        source.document,
-        past.timeline,
-        "fake" if source.document.interfaces else None,
-        past.parameters,
-        past.interventions,
-    )
-    name = await workspace.parts.tests.add(source, test.text)
-    return {"name": name, "complete": not test.left_out}

@@ -9,7 +9,7 @@ from collections.abc import AsyncGenerator, Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, Final, NamedTuple, NotRequired, TypedDict
+from typing import Annotated, Any, Final, NotRequired, TypedDict
 
 import msgspec
 
@@ -21,14 +21,13 @@ from visualhfsm._base.errors import MissingPackageError, VisualHfsmError
 from visualhfsm._document.views import of_page
 from visualhfsm._monitor import messages
 from visualhfsm._monitor.graphs import read_ros_graph
-from visualhfsm._monitor.realm.audible import played_samples
 from visualhfsm._monitor.realm.description import nao
 from visualhfsm._monitor.realm.follower import Follower, LiveStructure, News, Silence
 from visualhfsm._monitor.realm.moments import Moment, translate_moment, translate_snapshot
 from visualhfsm._monitor.realm.pictures import require_pillow
 from visualhfsm._monitor.realm.realm import MONITOR_PREFIX, components, describe_component, missing_component
 from visualhfsm._monitor.realm.robot import RobotFacts, RobotMonitor, RobotPresence
-from visualhfsm._monitor.realm.run_log import Interventions, LiveSnapshot, RunLog, Timeline
+from visualhfsm._monitor.realm.run_log import LiveSnapshot, RunLog, Timeline
 from visualhfsm._monitor.run_page import MOST_PICTURES, Run, run_page
 from zenoh_ice import Communicator, Settings, ZenohIceError, initialize
 from zenoh_ice.data.keys import Target
@@ -38,7 +37,7 @@ from .cameras import KEPT_APART, MOST_CAMERAS, Cameras
 from .open_recordings import OpenRecordings
 from .poses import PoseStream
 from .recorder import Recorder
-from .steering import operate, reset_robot, set_scene, stand_robot, steer
+from .steering import operate, reset_robot, set_scene, stand_robot
 from .stopping import StopReport, stop_once, stop_robot
 
 _POLL_INTERVAL: Final = 0.01  # s
@@ -48,17 +47,6 @@ _BODY: Final = "Body"
 """The servant that every robot has."""
 
 _logger = logging.getLogger(__name__)
-
-
-class Past(NamedTuple):
-    """What a component did: each parameter, as it was at first, is Python's repr of its value.
-
-    A recording may not say which interventions there were: then they are None.
-    """
-
-    timeline: Timeline
-    parameters: Mapping[str, str]
-    interventions: Interventions | None
 
 
 class Followed(TypedDict):
@@ -174,7 +162,7 @@ class Followers:
         """Call an operation of the monitor of a component that is followed, and return its result."""
         follower = self._follower(component)
         try:
-            return await steer(follower, action, arguments)
+            return await operate(follower.monitor, action, arguments)
         finally:
             follower.forget_breakpoints()
 
@@ -286,10 +274,6 @@ class Followers:
         """Return which robot it is as JSON, then its state whenever that has changed."""
         return self._poses.frames(language)
 
-    def samples(self) -> AsyncGenerator[bytes, None]:
-        """Return the samples that the robot plays, block after block."""
-        return played_samples(self._communicator)
-
     async def close(self) -> None:
         """Stop listening, and close the session, once no stop is repeated any more."""
         if self._stops:
@@ -368,14 +352,6 @@ class Followers:
         if follower is None:
             raise VisualHfsmError.because("{component} is not followed", component=printable(component)[:100])
         return follower
-
-    async def past(self, component: str) -> Past:
-        """Return what a component that is followed, or a recording, did. Raises VisualHfsmError."""
-        run = await self._recordings.get(component)
-        if run is not None:
-            return Past(run.log.timeline(), run.parameters, run.interventions)
-        log = self._follower(component).log
-        return Past(log.timeline(), log.first_parameters, log.interventions)
 
     async def _log(self, component: str) -> RunLog:
         run = await self._recordings.get(component)

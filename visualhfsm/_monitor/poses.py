@@ -3,8 +3,8 @@
 The angles come from the encoders, the torso's tilt from the robot's health; where a simulation publishes the
 ground truth, it determines all places. All frames are JSON: those with a field `body` name the robot by the
 hash of its description, which the page asks for once, those with a field `world` contain the shapes of the
-world, those with a field `heard` what the robot says and plays, and in `ages` since when, and the others are
-a `BodyState`. The page computes the places of the links (`static/robot3d/body.js`).
+world, those with a field `heard` what the robot says and plays, and the others are a `BodyState`. The page
+computes the places of the links (`static/robot3d/body.js`).
 """
 
 from __future__ import annotations
@@ -19,7 +19,6 @@ import msgspec
 
 from hfsm_runtime.recording_file.messages import Shape
 from visualhfsm._base.languages import ENGLISH, encoder
-from visualhfsm._monitor.realm.audible import Audible
 from visualhfsm._monitor.realm.robot import RobotMonitor
 from visualhfsm._monitor.realm.world import Placement
 
@@ -66,7 +65,7 @@ class PoseStream:
         encode = encoder(language).encode
         body = b""
         world: Sequence[Shape] | None = None
-        heard = Audible()
+        heard = ("", "")
         before, sent = b"", -math.inf
         while True:
             began = time.monotonic()
@@ -77,9 +76,9 @@ class PoseStream:
             if self._robot.world.shapes is not world:
                 world = self._robot.world.shapes
                 yield encode({"world": world})
-            if (audible := self._robot.audible.read()) != heard:
-                heard = audible
-                yield encode({"heard": heard, "ages": self._robot.audible.ages()})
+            if (now := self._robot.heard()) != heard:
+                heard = now
+                yield encode({"heard": dict(zip(("says", "sound"), heard, strict=True))})
             state = encode(self.state())
             if state != before or began - sent > _REPEAT:
                 before, sent = state, began

@@ -18,14 +18,12 @@ from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._monitor.realm.follower import Follower, LiveStructure, News
 from visualhfsm._monitor.realm.pictures import require_pillow
 from visualhfsm._monitor.realm.robot import RobotMonitor
-from visualhfsm._monitor.realm.run_log import Intervention, LiveSnapshot
+from visualhfsm._monitor.realm.run_log import LiveSnapshot
 
 from .cameras import MOST_CAMERAS, take_picture
-from .recordings import STEERED
 
 _LONGEST_RECORDING: Final = 3600.0
 """Seconds after which a recording ends by itself."""
-_KINDS: Final = {operation: kind for kind, operation in STEERED.items()}
 
 
 class Recorder:
@@ -80,17 +78,6 @@ class Recorder:
                 torso = None if robot.torso is None else [*robot.torso]
                 show("/robot", RobotPose(robot.joints, torso, objects, robot.says, robot.sound), at)
                 show("/snapshots", Snapshot(msgspec.Raw(msgspec.json.encode(component))), at)
-            case Intervention():
-                done = {
-                    "automaton": news.automaton,
-                    "transition": news.transition,
-                    "name": news.name,
-                    "json": news.value,
-                    "since": news.since,
-                    "time": news.time,
-                    "confirmed": news.confirmed,
-                }
-                show("/actions", Action(_KINDS[news.action], done), time.time())
 
     async def close(self) -> None:
         """End the file."""

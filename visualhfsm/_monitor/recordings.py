@@ -29,11 +29,10 @@ from interfaces.hfsm import (
 )
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._document.serialization import parse
-from visualhfsm._monitor.realm.audible import LONGEST_NAME, LONGEST_TEXT
 from visualhfsm._monitor.realm.description import DescribedRobot, describe, nao
 from visualhfsm._monitor.realm.pictures import OLDEST, encode_jpeg, evenly, require_pillow
-from visualhfsm._monitor.realm.robot import RobotState
-from visualhfsm._monitor.realm.run_log import Intervention, Interventions, LiveSnapshot, RunLog, is_sound
+from visualhfsm._monitor.realm.robot import LONGEST_NAME, LONGEST_TEXT, RobotState
+from visualhfsm._monitor.realm.run_log import LiveSnapshot, RunLog, is_sound
 from visualhfsm._monitor.realm.world import sound_objects, sound_placement, sound_shapes
 from visualhfsm._monitor.run_page import MOST_PICTURES, Run
 from zenoh_ice.data import typed
@@ -66,37 +65,13 @@ _OfAutomaton = (
 )
 
 
-STEERED: Final = {
-    "force": "forceTransition",
-    "set": "setVariable",
-    "step": "step",
-    "reload": "reload",
-}
-"""The operations of a monitor by the names with which they are recorded."""
-_JUST_BEFORE: Final = 1e-6
-"""Seconds by which a change that an action causes may be before it: times are rounded."""
-
-
-class _Steered(msgspec.Struct, frozen=True):
-    """The arguments of such an action; a watcher adds when it was done, and whether that is sure."""
-
-    automaton: int = 0
-    transition: int = 0
-    name: str = ""
-    json: str | None = ""
-    since: float | None = None
-    time: float | None = None
-    confirmed: bool = True
-
-
 @dataclass(frozen=True)
 class RecordedRun:
     """A run that was recorded; `document` is the text of its document, empty when the recording lacks it.
 
     `shortened` says until when it was read if it is too long to be read to its end. `world` are the shapes
     that a simulation showed, and `pictures` what the component saw. `described` is the robot, or the Nao if
-    none is. `parameters` are those of the component at its start, each as Python's repr, `interventions` what
-    was done to it, None for an older recording of a watcher, which does not say.
+    none is.
     """
 
     name: str
@@ -107,8 +82,6 @@ class RecordedRun:
     world: Sequence[recorded.Shape]
     pictures: RecordedPictures
     described: DescribedRobot
-    parameters: Mapping[str, str]
-    interventions: Interventions | None
 
     def exported(self, document: Document | None, imported: Sequence[Mapping[str, Any]] = ()) -> Run:
         """Return the run to export, with the document that it shows. Raises VisualHfsmError."""
@@ -202,16 +175,13 @@ def open_recording(path: Path, most_steps: int = _MOST_STEPS) -> RecordedRun:
                 break
             run.apply(message)
     run.finish()
-    is_known = recorded.WATCHED not in recording.metadata or recorded.INTERVENTIONS in recording.metadata
     if run.log.newest is None:
         raise VisualHfsmError.because(
             "the recording {file} holds no state of {component}", file=path.name, component=recording.name
         )
     return RecordedRun(
-        recording.name, run.structure, run.log, text, shortened, run.world, run.pictures, run.described,
-        _parameters(recording, run.log.first_parameters),
-        run.log.interventions if is_known else None,
-    )  # fmt: skip
+        recording.name, run.structure, run.log, text, shortened, run.world, run.pictures, run.described
+    )
 
 
 def _shortened(seconds: float, recording: RecordingFile) -> Message:
@@ -228,17 +198,6 @@ def _shortened(seconds: float, recording: RecordingFile) -> Message:
 def _duration(seconds: float) -> str:
     minutes, rest = divmod(round(seconds), 60)
     return f"{minutes} min {rest} s" if minutes else f"{rest} s"
-
-
-def _parameters(recording: RecordingFile, shown: Mapping[str, str]) -> dict[str, str]:
-    """Return what a component has recorded of its parameters, or what its monitor has shown at first."""
-    try:
-        found = typed.from_json(
-            recording.metadata.get("parameters", "{}"), dict[str, bool | int | float | str]
-        )
-    except msgspec.MsgspecError:
-        found = {}
-    return {**shown} | {name: repr(value) for name, value in found.items()}
 
 
 class _Automaton:
@@ -282,8 +241,6 @@ class _Reader:
         self.steps = 0
         """The steps that were read so far, as `_MOST_STEPS` counts them."""
         self._status = ComponentStatus.Running
-        self._intervention: Intervention | None = None
-        """The last one: the next message may say that it was refused."""
         self._errors: list[ErrorReport] = []
         self._marks: dict[tuple[str, str], tuple[int, hfsm.Mark]] = {}
 
@@ -312,7 +269,6 @@ class _Reader:
 
     def finish(self) -> None:
         """Note that there are no more messages."""
-        self._keep_intervention()
         if self._automata:
             self._add_moment()
 
@@ -332,7 +288,6 @@ class _Reader:
             found.timers = self._remaining(found)
         found.timed_at = change.at
         snapshot.state = change.state
-        self._precede(change.at / 1e9)
         self._next = 0  # add a separate moment once everything that happened at this time is known
 
     def _act(self, action: recorded.Action) -> None:
@@ -345,37 +300,6 @@ class _Reader:
                 found = typed.convert(action.arguments, ComponentStructure)
                 if len(found.automata) <= _MOST_AUTOMATA:
                     self.structure = found
-        elif action.kind in STEERED:
-            self._keep_intervention()
-            with suppress(msgspec.ValidationError):
-                done = typed.convert(action.arguments, _Steered)
-                now = self._now / 1e9
-                at = now if done.time is None else done.time
-                self._intervention = Intervention(
-                    STEERED[action.kind],
-                    max(0.0, at - _JUST_BEFORE) if done.since is None else done.since,
-                    at,
-                    confirmed=done.confirmed,
-                    automaton=done.automaton,
-                    transition=done.transition,
-                    name=done.name,
-                    value=done.json,
-                )
-        elif action.kind == "refused" and str(action.arguments.get("of")) in STEERED:
-            self._intervention = None
-
-    def _precede(self, time: float) -> None:
-        """Let the interventions precede the changes after them: a late cycle has the time of its slot."""
-        if self._intervention is not None and time <= self._intervention.since:
-            since = max(0.0, time - _JUST_BEFORE)
-            self._intervention = msgspec.structs.replace(self._intervention, since=since)
-            self.log.interventions.precede(since)
-
-    def _keep_intervention(self) -> None:
-        """Note the last intervention, which was not refused."""
-        if self._intervention is not None:
-            self.log.interventions.add(self._intervention)
-        self._intervention = None
 
     def _describe(self, description: recorded.Description) -> None:
         with suppress(VisualHfsmError):  # a body that cannot be drawn

@@ -44,14 +44,6 @@ _STYLES: Final = (
 )
 
 
-class Figure(msgspec.Struct, frozen=True):
-    """A figure that summarizes a run."""
-
-    name: Message
-    value: Message
-    note: Message = NO_MESSAGE
-
-
 @dataclass(frozen=True, slots=True)
 class Run:
     """The content to export: the log of a component, its document if known, its world and its pictures.
@@ -69,7 +61,6 @@ class Run:
     world: Sequence[Shape] = ()
     pictures: Mapping[str, Sequence[tuple[float, bytes]]] = field(default_factory=dict)
     shortened: Message = NO_MESSAGE
-    figures: Sequence[Figure] = ()
     body: bytes = b""
 
 
@@ -106,7 +97,6 @@ def _content(run: Run) -> bytes:
         "name": run.name,
         "began": newest.component.startedAt,
         "shortened": run.shortened,
-        "figures": run.figures,
         "structure": LiveStructure(run.structure, 1),
         "timeline": run.log.timeline(),
         "document": document,

@@ -17,51 +17,15 @@ from interfaces.nao import GroundTruthPrx, SafetyPrx, ScenePrx
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._base.recognition import recognized
 from visualhfsm._monitor.realm.explanations import translate_explanation
-from visualhfsm._monitor.realm.follower import Follower
 from visualhfsm._monitor.realm.realm import RELOAD_PATIENCE, refusals
-from visualhfsm._monitor.realm.run_log import Intervention
 from zenoh_ice import (
     Communicator,
-    ConnectionLostException,
-    MarshalException,
-    TimeoutException,
-    UnknownException,
     ZenohIceError,
 )
 from zenoh_ice.application.emergency_stop import SAFETY
-from zenoh_ice.data import typed
 from zenoh_ice.data.text import printable
 
 _SCENE: Final = "Scene"
-
-_INTERVENTIONS: Final = frozenset({"forceTransition", "reload", "setVariable", "step"})
-"""Operations that change what a component does; an event is seen in the transition that it causes."""
-
-_UNANSWERED: Final = (ConnectionLostException, MarshalException, TimeoutException, UnknownException)
-"""Errors of a call that may have been carried out."""
-
-
-async def steer(follower: Follower, action: str, arguments: Mapping[str, Any]) -> object:
-    """Execute a request to a component that is followed, and note in its log what changes the run.
-
-    Returns its result, None for nothing. Raises VisualHfsmError.
-    """
-    log = follower.log  # that of this run: the component may be started again meanwhile
-    since, _ = log.now()
-    confirmed, refused = True, False
-    try:
-        return await operate(follower.monitor, action, arguments)
-    except VisualHfsmError as error:
-        confirmed, refused = False, not isinstance(error.__cause__, _UNANSWERED)
-        raise
-    except asyncio.CancelledError:
-        confirmed = False
-        raise
-    finally:
-        if action in _INTERVENTIONS and not refused:
-            _, time = log.now()
-            done = {**arguments, "action": action, "since": since, "time": time, "confirmed": confirmed}
-            follower.note(log, typed.convert(done, Intervention))
 
 
 async def operate(monitor: HfsmMonitorPrx, action: str, arguments: Mapping[str, Any]) -> object:

@@ -18,7 +18,6 @@ from typing import Final
 
 import msgspec
 
-from codegen.hfsm.code.names import component_name
 from codegen.messages import NO_MESSAGE
 from codegen.reasons import reason
 from visualhfsm._base.environment import child_environment
@@ -30,14 +29,12 @@ from visualhfsm._document.places import Place
 from visualhfsm._monitor.messages import Source
 from visualhfsm._processes.document_tests import (
     FOLDER,
-    MOST_FILES,
     MOST_TESTS,
     PATTERN,
     Files,
     TestResult,
     find_tests,
     test_files,
-    test_functions,
     tests_command,
     top_of,
 )
@@ -63,7 +60,6 @@ class StartedTests(PerDocument["_TabTests"]):
 
     def __init__(self, publish: Publish, root: Path, include: Sequence[Path] = ()) -> None:
         super().__init__(lambda tab: _TabTests(tab, publish, root, tuple(include)))
-        self._root = root
 
     async def find(self, source: Source) -> None:
         """Find the tests of a document, unless they run."""
@@ -77,14 +73,6 @@ class StartedTests(PerDocument["_TabTests"]):
     async def start(self, source: Source, names: Sequence[str] = ()) -> None:
         """Begin to run all tests of a document, or those of some names."""
         await self.do(source.tab, lambda tests: tests.start(source, names))
-
-    async def add(self, source: Source, text: Callable[[str], str]) -> str:
-        """Write a new file of tests for a document, and return the name of its first test.
-
-        `text` returns its content, given the path by which the test finds the document.
-        """
-        path = _saved(source)
-        return await asyncio.to_thread(_add, path, top_of(path, self._root), text)
 
 
 class _TabTests:
@@ -259,28 +247,6 @@ def _saved(source: Source) -> Path:
     if source.path is None:
         raise VisualHfsmError.because("save the document first: tests run its file")
     return source.path
-
-
-def _add(path: Path, top: Path, text: Callable[[str], str]) -> str:
-    content = text(path.relative_to(top).as_posix())
-    folders = (path.parent / FOLDER, path.parent.parent / FOLDER, top / FOLDER)
-    inside = (each for each in folders if each.is_relative_to(top) and each.is_dir())
-    folder = next(inside, path.parent)
-    for number in range(1, MOST_FILES):
-        file = folder / f"test_{component_name(path.stem)}_run{'' if number == 1 else number}.py"
-        try:
-            with file.open("x", encoding="utf-8") as opened:
-                opened.write(content)
-        except FileExistsError:
-            continue
-        except OSError as error:
-            raise VisualHfsmError.because(
-                "{file} cannot be written: {reason}", file=str(file), reason=reason(error)
-            ) from error
-        return f"{file.relative_to(top).as_posix()}::{next(test_functions(file, path.name))}"
-    raise VisualHfsmError.because(
-        "{folder} has {limit} tests of runs: delete some", folder=str(folder), limit=MOST_FILES
-    )
 
 
 def _new_lines(file: Path, begin: int) -> bytes:

@@ -13,7 +13,7 @@ from interfaces.hfsm import Breakpoint, ComponentSnapshot, ComponentStructure, H
 from visualhfsm._monitor.realm.description import DescribedRobot, DescriptionMonitor, nao
 from visualhfsm._monitor.realm.realm import DRY_RUN_PREFIX, MONITOR_PREFIX, PolledValue
 from visualhfsm._monitor.realm.robot import RobotMonitor, posed_robot
-from visualhfsm._monitor.realm.run_log import Intervention, LiveSnapshot, RunLog, is_sound
+from visualhfsm._monitor.realm.run_log import LiveSnapshot, RunLog, is_sound
 from zenoh_ice import Communicator, Sample
 
 _HIGHEST_RATE: Final = 50.0
@@ -41,7 +41,7 @@ class Silence(NamedTuple):
     since: float
 
 
-News = LiveSnapshot | LiveStructure | Silence | Intervention
+News = LiveSnapshot | LiveStructure | Silence
 
 
 class Follower:
@@ -125,12 +125,6 @@ class Follower:
     def forget_breakpoints(self) -> None:
         """Request the breakpoints again: another client may have changed them."""
         self._breakpoints.forget()
-
-    def note(self, log: RunLog, done: Intervention) -> None:
-        """Note in the log of a run what was done to it, and publish that."""
-        log.interventions.add(done)
-        if log is self._log:
-            self._publish(done)
 
     def update(self) -> None:
         """Request missing data, and publish changes."""

@@ -10,8 +10,19 @@ import msgspec
 
 from codegen.messages import Message
 from interfaces.jderobot import CameraPrx
-from interfaces.nao import ClockPrx, HealthPrx, HealthReport, JointLimits, JointsPrx, PoseHeadPrx, SafetyPrx
-from visualhfsm._monitor.realm.audible import AudibleMonitor
+from interfaces.nao import (
+    ClockPrx,
+    HealthPrx,
+    HealthReport,
+    JointLimits,
+    JointsPrx,
+    PoseHeadPrx,
+    SafetyPrx,
+    SoundsPrx,
+    SoundState,
+    SpeechPrx,
+    SpeechState,
+)
 from visualhfsm._monitor.realm.body import BODY, STALE, BodyMonitor, Others
 from visualhfsm._monitor.realm.description import DescribedRobot
 from visualhfsm._monitor.realm.realm import DRY_RUN_PREFIX, MONITOR_PREFIX, Newest, PolledValue, has_interface
@@ -22,6 +33,8 @@ from zenoh_ice.data.text import printable
 _STALE_HEALTH: Final = 2.0
 """Wall seconds after which a report of health or safety, which are sent twice a second, is too old."""
 _LONGEST_REASON: Final = 200
+LONGEST_TEXT: Final = 2000
+LONGEST_NAME: Final = 100
 _PARTS: Final = frozenset({BODY, "Health", "Head"})
 """Identities of which every robot has one."""
 _ANNOUNCED: Final = "Safety"
@@ -55,6 +68,14 @@ class RobotState(msgspec.Struct, frozen=True, rename="camel"):
 def posed_robot(joints: dict[str, float], described: DescribedRobot) -> RobotState:
     """Return the state of a robot of which only the joints are known, such as the fake one of a dry run."""
     return RobotState(joints, *described.head(joints), sliding=described.sliding)
+
+
+def audible(speech: SpeechState | None, sound: SoundState | None) -> tuple[str, str]:
+    """Return the text that is said and the name of the sound that is played, cut to their bounds."""
+    return (
+        printable(speech.text, LONGEST_TEXT) if speech is not None and speech.speaking else "",
+        printable(sound.name, LONGEST_NAME) if sound is not None and sound.playing else "",
+    )
 
 
 class RobotPresence(NamedTuple):
@@ -102,7 +123,8 @@ class RobotMonitor:
         self.world: Final = WorldMonitor(communicator)
         self.others: Final = Others(communicator)
         """The other robots of its world, which who draws them updates."""
-        self.audible: Final = AudibleMonitor(communicator)
+        self._speech = Newest(SpeechPrx.uncheckedCast(proxy("Speech")).getSpeech.latest)
+        self._sound = Newest(SoundsPrx.uncheckedCast(proxy("Sounds")).getSound.latest)
 
     def update(self) -> None:
         """Request missing data; without a robot, request nothing."""
@@ -183,7 +205,7 @@ class RobotMonitor:
         oldest, oldest_health = (math.inf, math.inf) if stale else (STALE, _STALE_HEALTH)
         head, health = self._head(), self._health()
         pose = head.value if head is not None and head.age <= oldest else None
-        heard = self.audible.read()
+        says, sound = self.heard()
         return RobotState(
             joints=self.joints(oldest),
             pan=pose.pan if pose else None,
@@ -193,9 +215,16 @@ class RobotMonitor:
             objects=self.world.objects(),
             trouble=self._trouble(),
             sliding=described.sliding if (described := self.described) else (),
-            says=heard.says,
-            sound=heard.sound,
+            says=says,
+            sound=sound,
         )
+
+    def heard(self) -> tuple[str, str]:
+        """Return the text that is said and the name of the sound that is played; empty ones in silence."""
+        present = self._communicator.identities()
+        speech = self._speech() if "Speech" in present else None
+        sound = self._sound() if "Sounds" in present else None
+        return audible(speech.value if speech else None, sound.value if sound else None)
 
     def _trouble(self) -> str:
         """Return why the joints of a present robot are unknown, such as an interface that differs."""

@@ -10,15 +10,14 @@ import bisect
 import itertools
 import math
 import threading
-import time as wall
 import zlib
 from collections import deque
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 import msgspec
 
-from interfaces.hfsm import ComponentSnapshot, ComponentStatus, Mark
+from interfaces.hfsm import ComponentSnapshot, Mark
 from visualhfsm._monitor.realm.automata import LoggedChange, StateLog, number_in
 from visualhfsm._monitor.realm.robot import RobotState
 from zenoh_ice.data import typed
@@ -45,11 +44,6 @@ _LATEST: Final = 1e11
 _MOST_AUTOMATA: Final = 10_000
 _MOST_MARKS: Final = 128
 _MOST_JOINTS: Final = 128
-_MOST_INTERVENTIONS: Final = 1000
-_LONGEST_SETTING: Final = 10_000
-"""Characters of the JSON of a value that is kept."""
-_LATEST_AGE: Final = 0.2
-"""Wall seconds for which time is taken to go on after a moment; components send at least each 0.1 s."""
 _LONGEST_LABEL: Final = 60
 
 _NAN: Final = (math.nan,)
@@ -82,60 +76,6 @@ class Timeline(msgspec.Struct, frozen=True, rename="camel"):
     numbers: list[str]
 
 
-class Intervention(msgspec.Struct, frozen=True):
-    """Something that somebody did to a run: an operation of its monitor, with its arguments.
-
-    It was done after the component time `since` in s, and before about `time`. `value` is the JSON to which a
-    variable of the automaton, or with 0 a parameter, was set; None for one that is too long to be kept. One
-    that is not `confirmed` may not have taken place: the component did not answer.
-    """
-
-    action: str
-    since: float
-    time: float
-    confirmed: bool = True
-    automaton: int = 0
-    transition: int = 0
-    name: str = ""
-    value: str | None = ""
-
-
-class Interventions:
-    """What somebody did to a run, the newest thousand, oldest first. They may be used from any thread."""
-
-    def __init__(self, known: Iterable[Intervention] = ()) -> None:
-        self._kept: deque[Intervention] = deque(maxlen=_MOST_INTERVENTIONS)
-        self._lost = 0
-        self._lock = threading.Lock()
-        for each in known:
-            self.add(each)
-
-    @property
-    def kept(self) -> Sequence[Intervention]:
-        """Those that are kept, in the order of their times."""
-        with self._lock:
-            return sorted(self._kept, key=lambda each: each.since)
-
-    @property
-    def lost(self) -> int:
-        """How many older ones are not kept."""
-        return self._lost
-
-    def add(self, intervention: Intervention) -> None:
-        """Keep another one."""
-        if intervention.value is not None and len(intervention.value) > _LONGEST_SETTING:
-            intervention = msgspec.structs.replace(intervention, value=None)
-        with self._lock:
-            self._lost += len(self._kept) == _MOST_INTERVENTIONS
-            self._kept.append(intervention)
-
-    def precede(self, since: float) -> None:
-        """Let all that are kept have been done after a component time in s at most."""
-        with self._lock:
-            earlier = (msgspec.structs.replace(each, since=min(each.since, since)) for each in self._kept)
-            self._kept = deque(earlier, _MOST_INTERVENTIONS)
-
-
 class RunLog:
     """The moments of one run, the newest that fit. It may be used from any thread."""
 
@@ -149,14 +89,6 @@ class RunLog:
         self._log = StateLog()
         self._series = SeriesTable()
         self._newest: LiveSnapshot | None = None
-        self._first_parameters: Mapping[str, str] = {}
-        self.interventions: Final = Interventions()
-        """The interventions in the run, as far as they are known here."""
-
-    @property
-    def first_parameters(self) -> Mapping[str, str]:
-        """The parameters of the first moment that was seen, each as Python's repr."""
-        return self._first_parameters
 
     @property
     def newest(self) -> LiveSnapshot | None:
@@ -180,8 +112,6 @@ class RunLog:
         time = snapshot.component.time
         with self._lock:
             before, self._newest = self._newest, snapshot
-            if before is None:
-                self._first_parameters = snapshot.component.parameters
             if before is not None and time <= before.component.time:
                 return
             changed = self._log.add(snapshot.component)
@@ -195,17 +125,6 @@ class RunLog:
             while self._bytes > self._largest and len(self._packed) > 1:
                 self._times.popleft()
                 self._bytes -= len(self._packed.popleft())
-
-    def now(self) -> tuple[float, float]:
-        """Return the component time in s of the newest moment, and about what it is by now."""
-        newest = self._newest
-        if newest is None:
-            return 0.0, 0.0
-        component = newest.component
-        if component.status != ComponentStatus.Running:
-            return component.time, component.time
-        age = min(max(0.0, wall.time() - newest.at), _LATEST_AGE)
-        return component.time, component.time + age * (component.speed or 1.0)
 
     def at(self, time: float) -> msgspec.Raw | None:
         """Return the last moment at or before a component time as JSON, the first when all are later."""
@@ -252,26 +171,6 @@ class RunLog:
                 ],
                 self._series.names,
             )
-
-    def marked(self, camera: str) -> dict[str, list[tuple[float, float, float]]]:
-        """Return the marks on a camera's pictures by label: time, u and v of each."""
-        prefix = f"{_MARK}{camera}/"
-        with self._lock:
-            names = self._series.names
-        labels = [
-            name.removeprefix(prefix)[:-2] for name in names if name.startswith(prefix) and name[-1] == "u"
-        ]
-        read = self.series([f"{prefix}{label}.{axis}" for label in labels for axis in "uv"])
-        return {
-            label: [
-                (time, u, v)
-                for time, u, v in zip(
-                    read["times"], *(read["values"][f"{prefix}{label}.{axis}"] for axis in "uv"), strict=True
-                )
-                if u is not None and v is not None
-            ]
-            for label in labels
-        }
 
     def series(
         self, names: Sequence[str], start: float = 0.0, end: float = math.inf, points: int = CAPACITY

@@ -153,7 +153,6 @@ async def test_who_follows_gets_what_is_known_and_what_comes(page: Page) -> None
     assert known["structure"].structure.name == "dance_and_follow"
     assert known["snapshot"].component.time == 1.0
     assert {push.component for push in page.pushes.of(Snapshot)} == {"dance"}
-    assert (await page.service.past("dance")).parameters == {}
 
 
 @pytest.mark.parametrize("limits", [replace(LIMITS, silence=0.05)])
@@ -175,7 +174,6 @@ async def test_what_is_followed_no_more_is_not_steered_asked_nor_recorded(tmp_pa
     for asked in (
         page.service.steer("dance", "pause", {}),
         page.service.moment("dance", 1.0),
-        page.service.past("dance"),
         page.service.record("dance", tmp_path / "x.mcap", "", 0),
         page.service.exported("dance", None, ()),
     ):

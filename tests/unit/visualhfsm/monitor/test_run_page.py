@@ -24,7 +24,7 @@ from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._base.html_file import check_place
 from visualhfsm._document.serialization import parse
 from visualhfsm._monitor.realm.run_log import RunLog
-from visualhfsm._monitor.run_page import Figure, Run, run_page, write_run_page
+from visualhfsm._monitor.run_page import Run, run_page, write_run_page
 
 HOSTILE = "</script><script>alert(1)</script><img src=x onerror=alert(2)>"
 
@@ -121,15 +121,7 @@ def test_names_variables_and_code_cannot_become_script() -> None:
 
 def test_the_content_is_the_run() -> None:
     picture = b"\xff\xd8 a picture"
-    figures = [Figure(Message("lag"), Message.verbatim("3 ms"), Message("at most {time:.0f} ms", time=9.0))]
-    found, moments = content(run_page(run(pictures={"Camera": [(1.5, picture)]}, figures=figures)))
-    assert found["figures"] == [
-        {
-            "name": {"said": {"en": "lag", "es": "retraso"}},
-            "value": "3 ms",
-            "note": {"said": {"en": "at most 9 ms", "es": "como mucho 9 ms"}},
-        }
-    ]
+    found, moments = content(run_page(run(pictures={"Camera": [(1.5, picture)]})))
     assert found["name"] == "walker"
     assert found["times"] == [moment["component"]["time"] for moment in moments]
     assert found["timeline"]["end"] == pytest.approx(2.9)

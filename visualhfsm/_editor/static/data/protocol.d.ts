@@ -132,7 +132,6 @@ export interface Answers {
   save: Written;
   saveAs: SavedAs;
   saveRobot: SavedRobot;
-  saveTest: SavedTest;
   sayToRobot: string;
   search: Hits[];
   sendEvent: null;
@@ -1217,8 +1216,6 @@ export interface Requests {
   saveAs: {tab: number; path: string; overwrite?: boolean};
   /** Write the file of a robot in the folder `robots`, with `overwrite` also over another one. */
   saveRobot: {name: string; text: string; overwrite?: boolean};
-  /** Write what a followed component, or a recorded one, did as a new test. */
-  saveTest: {tab: number; component: string};
   /** Say something to the robot; the answer is what programs recognized in it. */
   sayToRobot: {text: string};
   /** Search names and code, in one document or in all open ones, for a text or a whole word. */
@@ -1342,12 +1339,6 @@ export interface SavedAs {
 export interface SavedRobot {
   bodies: KnownBody[];
   path: string;
-}
-
-/** A test that was written, and whether it leaves nothing out. */
-export interface SavedTest {
-  complete: boolean;
-  name: string;
 }
 
 /** What can be drawn as ready states: ours, then those of the project. */

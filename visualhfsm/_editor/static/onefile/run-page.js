@@ -5,9 +5,8 @@
  * @import {WorldShape} from "../robot3d/world-drawing.js"
  * @typedef {{name: string, began: number, shortened: string, structure: LiveStructure, timeline: Timeline,
  *   document: (Fields & {automata: Automaton[]}) | null, imported: Automaton[], world: WorldShape[], body: object,
- *   pictures: Record<string, [at: number, jpeg: string][]>, times: number[],
- *   figures: {name: string, value: string, note: string}[]}} Content the moments follow it, as JSON,
- *   at the component times `times`; pictures have wall times in s
+ *   pictures: Record<string, [at: number, jpeg: string][]>, times: number[]}} Content the moments
+ *   follow it, as JSON, at the component times `times`; pictures have wall times in s
  */
 
 import {html, nothing, render} from "lit";
@@ -110,7 +109,7 @@ async function show() {
 }
 
 /** @param {Content} content @param {HfsmCanvas} canvas */
-function layout({name, began, shortened, document, timeline, figures}, canvas) {
+function layout({name, began, shortened, document, timeline}, canvas) {
   const marked = timeline.numbers.some((each) => each.startsWith("mark."));
   const facts = {
     seconds: decimal(timeline.end - timeline.start, 1),
@@ -141,19 +140,6 @@ function layout({name, began, shortened, document, timeline, figures}, canvas) {
       ${marked || monitor.recording?.cameras.length ? html`<hfsm-cameras></hfsm-cameras>` : nothing}
       <hfsm-live-variables></hfsm-live-variables>
       <hfsm-plots></hfsm-plots>
-      ${
-        figures.length
-          ? html`<dl class="health live-values">
-              ${figures.map(
-                (each) =>
-                  html`<div>
-                    <dt>${each.note ? `${each.name}, ${each.note}` : each.name}</dt>
-                    <dd>${each.value}</dd>
-                  </div>`,
-              )}
-            </dl>`
-          : nothing
-      }
       <hfsm-live-errors></hfsm-live-errors>
       ${document ? html`<hfsm-selected-code></hfsm-selected-code>` : nothing}
     </aside>

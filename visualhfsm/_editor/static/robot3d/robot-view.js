@@ -7,7 +7,6 @@
 
 import {html, nothing} from "lit";
 
-import {icon} from "../kit/icons.js";
 import {messageOf, notify, notifyError} from "../kit/notices.js";
 import {required} from "../kit/existence.js";
 import {store} from "../data/store.js";
@@ -17,7 +16,6 @@ import {bodyOf} from "./bodies.js";
 import {MonitorElement, whyUnknown} from "../run/element.js";
 import {receiveFrames} from "./frames.js";
 import {Grabbing} from "./grabbing.js";
-import {Loudspeaker, SILENT, silenced} from "./robot-sound.js";
 import {monitor} from "../run/monitor.js";
 import {RobotDrawing} from "./robot-drawing.js";
 import {scrubbing} from "../run/scrubbing.js";
@@ -25,6 +23,7 @@ import {scrubbing} from "../run/scrubbing.js";
 const IDLE = 200; // ms between two frames that are received but not shown
 /** @type {WorldShape[]} */
 const NOTHING = [];
+const SILENT = {says: "", sound: ""};
 
 /** @type {{id: import("./viewpoints.js").View, label: string, title: string}[]} */
 const VIEWS = [
@@ -75,13 +74,10 @@ export class RobotView extends MonitorElement {
     this.says = false;
     /** Whether the robot has a camera. */
     this.sees = true;
-    /** What the present robot says and plays. @type {import("./robot-sound.js").Heard} */
+    /** The text that the present robot says, and the name of the sound that it plays. */
     this.heard = SILENT;
-    this.loudspeaker = new Loudspeaker();
     /** @type {ReturnType<typeof receiveFrames> | undefined} */
     this.frames = undefined;
-    /** The samples that the robot plays, while they are heard. @type {ReturnType<typeof receiveFrames> | undefined} */
-    this.samples = undefined;
     /** @type {RobotDrawing | undefined} */
     this.drawing = undefined;
     /** The present robot, by the hash of its description; "" while it is unknown. */
@@ -152,20 +148,6 @@ export class RobotView extends MonitorElement {
               )
             : nothing
         }
-        ${
-          monitor.recording
-            ? nothing
-            : html`<button
-                type="button"
-                class="sound"
-                title=${t("Sound: hear what the robot says and plays")}
-                aria-label=${t("Sound")}
-                aria-pressed=${this.loudspeaker.on}
-                @click=${this.#toggleSound}
-              >
-                ${icon("sound")}
-              </button>`
-        }
       </div>
       <div class="stage">${this.#caption()}</div>
       ${this.#mayTouch && this.says ? this.#sentence() : nothing}
@@ -185,14 +167,9 @@ export class RobotView extends MonitorElement {
     return !this.pushes && !this.watched && !monitor.looking && !monitor.recording && !viewing.on;
   }
 
-  /** What the present robot says and plays, unless another moment or a dry run is shown. */
-  get #heardNow() {
-    return monitor.looking || monitor.body || monitor.isDryRun ? silenced(this.heard) : this.heard;
-  }
-
   /** What is heard, in a region that is always there, so that screen readers read what comes into it. */
   #caption() {
-    const {says, sound} = monitor.looking?.robot ?? this.#heardNow;
+    const {says, sound} = monitor.looking?.robot ?? (monitor.body || monitor.isDryRun ? SILENT : this.heard);
     return html`<div class="heard" aria-live="polite">
       ${says ? html`<p dir="auto">${t("“{text}”", {text: says})}</p>` : nothing}
       ${sound ? html`<p><span aria-hidden="true">♪</span> ${sound}</p>` : nothing}
@@ -211,11 +188,6 @@ export class RobotView extends MonitorElement {
     }
     this.films = false;
     return undefined;
-  }
-
-  #toggleSound() {
-    this.loudspeaker.toggle();
-    this.requestUpdate();
   }
 
   /** The line in which somebody types what the robot is to hear. */
@@ -266,8 +238,6 @@ export class RobotView extends MonitorElement {
     this.#wear();
     this.#learn();
     this.#showPast();
-    this.loudspeaker.hear(this.#heardNow);
-    this.#listen();
     if (this.pointing) {
       this.pointing.enabled = this.#mayPoint && store.online;
       this.pointing.show();
@@ -276,19 +246,6 @@ export class RobotView extends MonitorElement {
     if (!this.grabbing) return;
     this.grabbing.enabled = this.#mayTouch && store.online;
     this.grabbing.pushes = this.pushes;
-  }
-
-  /** Receive the samples that the present robot plays, while somebody wants to hear them. */
-  #listen() {
-    const wanted = this.loudspeaker.on && this.isConnected && !this.impossible && !monitor.recording;
-    if (wanted)
-      this.samples ??= receiveFrames("samples", {draw: (block) => this.loudspeaker.hearSamples(block), lost() {}});
-    else this.#listenNoMore();
-  }
-
-  #listenNoMore() {
-    this.samples?.close();
-    this.samples = undefined;
   }
 
   /** What was drawn is kept when it moves to another place of the page. */
@@ -300,11 +257,9 @@ export class RobotView extends MonitorElement {
 
   #end() {
     this.frames?.close();
-    this.#listenNoMore();
     this.grabbing?.close();
     this.pointing?.close();
-    this.loudspeaker.close();
-    this.heard = silenced(this.heard);
+    this.heard = SILENT;
     this.drawing?.close();
     this.frames = this.drawing = this.grabbing = this.pointing = this.shown = undefined;
     this.worn = "";
@@ -340,12 +295,12 @@ export class RobotView extends MonitorElement {
           this.why = content.why;
           await this.#wear();
         } else if (content.world) this.#learn(content.world);
-        else if (content.heard) this.heard = {...content.heard, ages: content.ages};
+        else if (content.heard) this.heard = content.heard;
         else await this.#showNow(content);
       },
       lost: (reason) => {
         this.problem = reason || t("The editor is offline.");
-        this.heard = silenced(this.heard);
+        this.heard = SILENT;
       },
     });
   }

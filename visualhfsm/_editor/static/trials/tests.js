@@ -11,10 +11,10 @@ import {html, nothing} from "lit";
 import {ask} from "../data/commands.js";
 import {PageElement} from "../data/element.js";
 import {icon} from "../kit/icons.js";
-import {offers, wordButton} from "../kit/buttons.js";
+import {wordButton} from "../kit/buttons.js";
 import {tickBox} from "../kit/tick-box.js";
 import {monitor} from "../run/monitor.js";
-import {messageOf, notify} from "../kit/notices.js";
+import {messageOf} from "../kit/notices.js";
 import {page} from "../data/page.js";
 import {store} from "../data/store.js";
 import {decimal, n, t} from "../kit/texts.js";
@@ -70,7 +70,7 @@ class TestsPanel extends PageElement {
   render() {
     const {document, tabState} = page;
     if (!document || !tabState) return html`<p class="empty">${t("No document is open.")}</p>`;
-    if (tabState.recording) return this.#ofRecording();
+    if (tabState.recording) return html`<p class="empty">${t("A recording has no tests: open its document.")}</p>`;
     if (this.refusal) return html`<p class="empty">${this.refusal}.</p>`;
     const tests = store.tests.get(page.tab);
     if (!tests) return html`<p class="empty" role="status">${t("The tests are being looked for…")}</p>`;
@@ -83,13 +83,6 @@ class TestsPanel extends PageElement {
             : wordButton(tabState.dirty ? t("Save and run all tests") : t("Run all tests"), () => this.#run([]), {
                 disabled: !tests.tests.length || !store.online,
               })
-        }
-        ${
-          monitor.component && monitor.tab === page.tab && !running
-            ? wordButton(t("Record the run as a test"), () => this.#keepRun(), {
-                title: t("Write what the run did into a new file of tests, and run that"),
-              })
-            : nothing
         }
         <span role="status">${running ? t("Tests run…") : summary(tests.tests)}</span>
         <span class="room"></span>
@@ -183,9 +176,8 @@ class TestsPanel extends PageElement {
     const name = page.tabState?.path.replace(/^.*\//, "") ?? "";
     return html`<div class="empty">
       <p>
-        ${t("No test names {name} yet. Try it without a robot, and record that run as a test; or write a file whose name begins with test_, beside the document or in a folder tests.", {name})}
+        ${t("No test names {name} yet. Write a file whose name begins with test_, beside the document or in a folder tests.", {name})}
       </p>
-      ${offers({tryIt: t("Try it without a robot")}, this.context)}
     </div>`;
   }
 
@@ -194,43 +186,6 @@ class TestsPanel extends PageElement {
     const {tab} = page;
     if (page.tabState?.dirty && !(await (await import("../data/files.js")).save(tab))) return;
     await ask("startTests", {tab, names});
-  }
-
-  /** A recording has no tests, but can become one. */
-  #ofRecording() {
-    return html`<div class="list-panel">
-      <div class="list-tools">
-        ${wordButton(t("Make this recording a test"), () => this.#keepRecording(), {
-          disabled: !monitor.recording || monitor.tab !== page.tab || !store.online,
-        })}
-      </div>
-      <p class="empty">
-        ${t("The test runs the document as it is now, without a robot, with the parameters of the recording, the events from outside, and what was forced and set by hand. It expects the same states in the same order, each within half a second of its time.")}
-      </p>
-    </div>`;
-  }
-
-  /** Write what the shown recording contains as a test of the document of its name, and run it. */
-  async #keepRecording() {
-    const {component} = monitor;
-    const path = await (await import("../run/documents.js")).documentBelow();
-    if (!path) return;
-    await (await import("../data/files.js")).openPath(path);
-    if (page.tabState?.path === path) await this.#keepRun(component);
-  }
-
-  /** Write what a run did as a test of the shown document, and run it. */
-  async #keepRun(component = monitor.component) {
-    const {tab} = page;
-    const saved = await ask("saveTest", {tab, component});
-    if (!saved) return;
-    const name = saved.name.replace("::", ", ");
-    notify(
-      saved.complete
-        ? t("The run is now the test {name}.", {name})
-        : t("The run is now the test {name}. Its first lines say what it leaves out.", {name}),
-    );
-    await this.#run([saved.name]);
   }
 
   async #look() {

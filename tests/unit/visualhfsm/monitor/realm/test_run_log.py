@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time as wall
 from typing import Any
 
 import msgspec
@@ -12,13 +11,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from interfaces.hfsm import ComponentStatus
 from tests.support.component import ball_mark, dance_and_follow, snapshot
 from visualhfsm._monitor.realm.automata import Automata, StateLog, number_in
 from visualhfsm._monitor.realm.robot import RobotState
 from visualhfsm._monitor.realm.run_log import (
-    Intervention,
-    Interventions,
     LiveSnapshot,
     RunLog,
     SeriesTable,
@@ -229,13 +225,6 @@ def test_what_is_no_number_is_none(text: str) -> None:
     assert number_in(text) is None
 
 
-def test_marks_are_reported_by_their_label_and_while_they_are_there() -> None:
-    marked = log_of(12).marked("Camera")
-    assert set(marked) == {"red ball", "green ball"}
-    assert marked["green ball"][-1] == pytest.approx((9.9, 172.0, 116.25))
-    assert log_of(12).marked("CameraBottom") == {}
-
-
 def test_a_snapshot_with_an_unknown_automaton_is_of_other_automata() -> None:
     other = snapshot(6.0)
     assert AUTOMATA.fit(other)
@@ -258,41 +247,3 @@ def test_moments_are_fewer_when_all_would_be_too_large() -> None:
     assert len(fewer) >= 40
     assert fewer[-1] == every[-1]
     assert RunLog().moments(1 << 30) == []
-
-
-def test_it_is_later_by_now_than_at_the_newest_moment_while_time_goes_on() -> None:
-    made = RunLog()
-    assert made.now() == (0.0, 0.0)
-    running = msgspec.structs.replace(snapshot(3.0), speed=20.0)
-    made.add(LiveSnapshot(wall.time() - 0.1, running))
-    since, now = made.now()
-    assert since == 3.0
-    assert 5.0 <= now <= 7.0  # at most as long as until the next moment is expected
-    paused = msgspec.structs.replace(running, time=4.0, status=ComponentStatus.Paused)
-    made.add(LiveSnapshot(wall.time() - 0.1, paused))
-    assert made.now() == (4.0, 4.0)
-
-
-def test_the_parameters_are_known_as_they_were_at_first() -> None:
-    made = RunLog()
-    for at, speed in enumerate(("0.1", "0.2")):
-        made.add(LiveSnapshot(1e9, msgspec.structs.replace(snapshot(at), parameters={"speed": speed})))
-    assert made.first_parameters == {"speed": "0.1"}
-
-
-def test_the_newest_interventions_are_kept_in_order_and_long_values_are_not() -> None:
-    made = Interventions(
-        Intervention("setVariable", at, at, name="x", value="1" * (20_000 if at == 500 else 10))
-        for at in (*range(300, 1200), *range(300))
-    )
-    kept = made.kept
-    assert (len(kept), made.lost) == (1000, 200)
-    assert [each.since for each in kept] == [*range(300), *range(500, 1200)]
-    assert [each.since for each in kept if each.value is None] == [500]
-
-
-def test_what_was_done_before_keeps_its_place_when_the_last_is_found_to_be_earlier() -> None:
-    done = Interventions([Intervention("setVariable", 1.0, 1.1, name="x")])
-    done.precede(0.5)
-    done.add(Intervention("setVariable", 0.5, 1.2, name="bold"))
-    assert [each.name for each in done.kept] == ["x", "bold"]
