@@ -11,7 +11,7 @@ _MOST: Final = 1024
 class Commanders:
     """Know the clients that command, and which of them a person has to let go on. Not thread-safe.
 
-    A stop ends the commands of whoever commanded before it or does beside it. The loop of such a client may
+    A stop ends the commands of all that commanded before it or do beside it. The loop of such a client may
     not know of the stop, and no silence shows that it has ended: it may sleep, wait for something else, or be
     held, also for longer than its link lasts. A client that is new after the stop was started by a person.
     """

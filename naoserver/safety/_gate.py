@@ -111,7 +111,7 @@ class Gate:
             elif ended:
                 kind, name = "ended", printable(client, _LONGEST_HOLDER) or sentence("callers without a name")
                 why = sentence(f"the emergency stop ended the commands of {name}")
-                what = sentence("start its program anew, or let all go on: nao stop --reset --resume")
+                what = sentence("start its program again, or let all go on: nao stop --reset --resume")
             else:
                 return
         self._report(Severity.Warning, sentence(f"refused a command: {why}"), kind)

@@ -1,4 +1,4 @@
-"""Forms of code that may take longer than a period, or for ever, and others that certainly are quick.
+"""Forms of code that may take longer than a period, or forever, and others that certainly are quick.
 
 Names that a form does not bind are variables of its automaton; `k` is a number that a servant says.
 """

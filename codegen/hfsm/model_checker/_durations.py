@@ -1,4 +1,4 @@
-"""Find code that is not certainly quick: its cycle may last for longer than its period, or for ever.
+"""Find code that is not certainly quick: its cycle may last for longer than its period, or forever.
 
 While a cycle lasts, others fall due and are missed, so that timers that expire one after the other in the
 model may expire together; and what is to come may never come. Quick is what consists of the forms below and

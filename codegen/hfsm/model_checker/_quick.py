@@ -1,6 +1,6 @@
 """The table of what code may name and call so that a cycle certainly ends within its period.
 
-It is closed: whatever is not here may take longer, or for ever. `_durations` says how code may combine it.
+It is closed: whatever is not here may take longer, or forever. `_durations` says how code may combine it.
 """
 
 from __future__ import annotations

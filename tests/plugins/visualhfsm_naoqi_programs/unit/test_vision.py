@@ -41,6 +41,7 @@ def disc(color, radius=15, *, squeezed=1.0):
 
 def test_a_red_ball_is_where_it_is():
     region = find_red_ball(picture(disc((220, 20, 25)), 100, 50))
+    assert region is not None
     assert region[:2] == pytest.approx((115.5, 65.5), abs=0.1)
     assert region[2:] == pytest.approx((31, 31), abs=1.1)
 

@@ -218,7 +218,7 @@ def test_who_commands_on_is_named_with_what_to_do(rig):
     with pytest.raises(CommandRefused) as refusal:
         rig.gate.require("a")
     why = "the emergency stop ended the commands of a"
-    what = "start its program anew, or let all go on: nao stop --reset --resume"
+    what = "start its program again, or let all go on: nao stop --reset --resume"
     assert str(refusal.value) == f"{why}; {what}"
     assert refusal.value.holder == ""
     assert rig.newest_event() == HealthEvent(0.0, Severity.Warning, "Safety", f"refused a command: {why}")

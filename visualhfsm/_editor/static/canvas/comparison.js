@@ -11,7 +11,7 @@ import {confirm} from "../kit/dialog.js";
 import {chooseFile} from "../data/file-dialog.js";
 import {ownerOf} from "../data/outline.js";
 import {page} from "../data/page.js";
-import {wordOf} from "../code/places.js";
+import {wordOf} from "../data/places.js";
 import {store} from "../data/store.js";
 import {n, t} from "../kit/texts.js";
 import {MARKS} from "./glyphs.js";

@@ -25,7 +25,7 @@ import {store} from "../data/store.js";
 import {coded, t} from "../kit/texts.js";
 import {fixesFor, learnFixes} from "./fixes.js";
 import {declare, loadIdentities, served} from "./known-interfaces.js";
-import {problemsAt} from "./places.js";
+import {problemsAt} from "../data/places.js";
 
 /**
  * @typedef {{items: Problem[], current: boolean}} Known the problems of the document, and whether

@@ -14,7 +14,7 @@ import {messageOf} from "../kit/notices.js";
 import {required} from "../kit/existence.js";
 import {t} from "../kit/texts.js";
 import {Draft, flushEdits} from "./draft.js";
-import {commandFor, keyOf, samePlace} from "./places.js";
+import {commandFor, keyOf, samePlace} from "../data/places.js";
 
 /**
  * The field, with a separate shadow root: the editor's styles affect nothing else, and need no exception from the

@@ -4,7 +4,7 @@ import {Decoration, EditorView, StateField, WidgetType} from "codemirror";
 import {FAILED} from "../data/problems.js";
 import {coded} from "../kit/texts.js";
 import {recheck} from "./assistance.js";
-import {problemsAt} from "./places.js";
+import {problemsAt} from "../data/places.js";
 
 class Message extends WidgetType {
   /** @param {string} text @param {number} indent */

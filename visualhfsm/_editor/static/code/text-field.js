@@ -11,7 +11,7 @@ import {store} from "../data/store.js";
 import {coded, spokenTime, t, toMilliseconds} from "../kit/texts.js";
 import {Draft, isTooLong} from "./draft.js";
 import {fixButtons} from "./fixes.js";
-import {commandFor, keyOf, problemsAt} from "./places.js";
+import {commandFor, keyOf, problemsAt} from "../data/places.js";
 import {isVerdict} from "./verdicts.js";
 
 let count = 0;

@@ -2,7 +2,7 @@
 
 import {FAILED} from "../data/problems.js";
 import {t} from "../kit/texts.js";
-import {placeOf} from "./places.js";
+import {placeOf} from "../data/places.js";
 
 /**
  * @import {Problem} from "../data/protocol.js"

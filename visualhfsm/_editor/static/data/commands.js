@@ -9,7 +9,7 @@
 import {withContent} from "../measures/areas.js";
 import {messageOf, notify, notifyError, clearErrors} from "../kit/notices.js";
 import {page} from "./page.js";
-import {samePlace} from "../code/places.js";
+import {samePlace} from "./places.js";
 import {Sequence} from "../kit/sequence.js";
 import {store} from "./store.js";
 import {n, t} from "../kit/texts.js";

@@ -460,6 +460,7 @@ export interface Correction {
 export interface Counterexample {
   steps: Step[];
   repeats?: number | null;
+  guards?: string[];
 }
 
 /** The same of states that were cut. */

@@ -9,7 +9,7 @@
 
 import {html, nothing, render} from "lit";
 
-import {placeOf, wordsFor} from "../code/places.js";
+import {placeOf, wordsFor} from "../data/places.js";
 import {ASSUMPTIONS} from "../code/verdicts.js";
 import {covered, gapsIn, summary} from "../data/covered.js";
 import {page} from "../data/page.js";

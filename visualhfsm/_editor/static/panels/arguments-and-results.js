@@ -17,7 +17,7 @@ import {html, keyed, live, nothing} from "lit";
 import {apply} from "../data/commands.js";
 import {iconButton} from "../kit/icons.js";
 import {t, translated} from "../kit/texts.js";
-import {problemsOf} from "../code/places.js";
+import {problemsOf} from "../data/places.js";
 import {badge, problemLines} from "../kit/tabs.js";
 import {codeField} from "./fields.js";
 

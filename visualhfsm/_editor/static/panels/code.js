@@ -13,7 +13,7 @@ import {page} from "../data/page.js";
 import {FAILED} from "../data/problems.js";
 import {store} from "../data/store.js";
 import {t} from "../kit/texts.js";
-import {problemsOf} from "../code/places.js";
+import {problemsOf} from "../data/places.js";
 import {leave} from "./fields.js";
 import {annotationEditor} from "./annotation-editor.js";
 import {PARTS, isSetByArguments, stateEditor} from "./state-editor.js";

@@ -31,7 +31,7 @@ import {
 import {placed} from "../data/problems.js";
 import {importLink} from "../data/import-link.js";
 import {language, rich, t} from "../kit/texts.js";
-import {placeOf} from "../code/places.js";
+import {placeOf} from "../data/places.js";
 import {tabStrip} from "../kit/tabs.js";
 import {ASSUMPTIONS, verdictOf} from "../code/verdicts.js";
 

@@ -14,7 +14,7 @@ import {icon, iconButton} from "../kit/icons.js";
 import {spoken} from "../kit/keys.js";
 import {t} from "../kit/texts.js";
 import {fixButtons} from "../code/fixes.js";
-import {placeOf} from "../code/places.js";
+import {placeOf} from "../data/places.js";
 import {page} from "../data/page.js";
 import {problemLines} from "../kit/tabs.js";
 

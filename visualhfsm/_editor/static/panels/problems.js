@@ -15,7 +15,7 @@ import {coded, n, t} from "../kit/texts.js";
 import {fixButtons} from "../code/fixes.js";
 import {counterexamplePlayer, showStep} from "./counterexample.js";
 import {showNoMarks} from "../data/marks.js";
-import {placeOf, wordsFor} from "../code/places.js";
+import {placeOf, wordsFor} from "../data/places.js";
 import {moveAmongRows, pathOf} from "../kit/rows.js";
 import {judge, toTests, verdictOf} from "./verdict.js";
 

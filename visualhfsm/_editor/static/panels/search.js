@@ -11,7 +11,7 @@ import {page} from "../data/page.js";
 import {store} from "../data/store.js";
 import {n, t} from "../kit/texts.js";
 import {viewing} from "../kit/viewers.js";
-import {keyOf, wordsFor} from "../code/places.js";
+import {keyOf, wordsFor} from "../data/places.js";
 import {moveAmongRows, pathOf} from "../kit/rows.js";
 
 const PAUSE = 150; // ms

@@ -12,7 +12,7 @@ import {html, nothing} from "lit";
 import {apply} from "../data/commands.js";
 import {page} from "../data/page.js";
 import {t} from "../kit/texts.js";
-import {keyOf, placeOf, problemsOf} from "../code/places.js";
+import {keyOf, placeOf, problemsOf} from "../data/places.js";
 import {tickBox} from "../kit/tick-box.js";
 import {problemLines, tabStrip} from "../kit/tabs.js";
 import {codeField, nameField} from "./fields.js";

@@ -16,7 +16,7 @@ import {iconButton} from "../kit/icons.js";
 import {firstPart, outgoing} from "../data/outline.js";
 import {page} from "../data/page.js";
 import {rich, t} from "../kit/texts.js";
-import {problemsOf} from "../code/places.js";
+import {problemsOf} from "../data/places.js";
 import {problemLines} from "../kit/tabs.js";
 import {codeField, nameField, textField} from "./fields.js";
 

@@ -20,7 +20,7 @@ import {store} from "../data/store.js";
 import {decimal, n, t} from "../kit/texts.js";
 import {covered, gapsIn, highlightOf, summary} from "../data/covered.js";
 import {showMarks, showNoMarks, showTested} from "../data/marks.js";
-import {wordsFor} from "../code/places.js";
+import {wordsFor} from "../data/places.js";
 import {moveAmongRows, pathOf} from "../kit/rows.js";
 
 const MOST_GAPS = 300; // that are listed

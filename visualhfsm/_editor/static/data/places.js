@@ -1,12 +1,12 @@
 /**
  * Places in a document: of a problem, a search result or a field of a panel.
  *
- * @import {Annotation, Automaton, Place, Problem} from "../data/protocol.js"
- * @import {OpenDocument} from "../data/store.js"
+ * @import {Annotation, Automaton, Place, Problem} from "./protocol.js"
+ * @import {OpenDocument} from "./store.js"
  */
 
-import {ownerOf, pathTo, titleOf} from "../data/outline.js";
-import {placed} from "../data/problems.js";
+import {ownerOf, pathTo, titleOf} from "./outline.js";
+import {placed} from "./problems.js";
 import {t} from "../kit/texts.js";
 
 const LISTS = new Set(["parameters", "inputs", "outputs", "events", "properties", "libraries", "interfaces", "ros"]);
