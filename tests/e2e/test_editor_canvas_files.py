@@ -14,41 +14,17 @@ from xml.etree import ElementTree
 import pytest
 from playwright.sync_api import Locator, WebSocketRoute, expect
 
-from codegen.diagnostics import Diagnostics
-from codegen.hfsm import parse_document
 from tests.support.browser import EditorPage
 from tests.support.limits import PAGE_LIMIT
 from tests.support.panels import DOCUMENT as PANELS_DOCUMENT
 from tests.support.plugins import OLD_DOCUMENTS
 from tests.support.waiting import until
-from visualhfsm._drawing.svg import svg
 
 SPANISH = """<VisualHFSM><SubAutomata><idSub>1</idSub><Estado estado_inicial="true"><id>1</id><nombre>uno</nombre>
 <posx>100</posx><posy>100</posy></Estado></SubAutomata></VisualHFSM>"""
 SCXML = """<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" initial="open">
 <state id="open"><transition event="push" target="shut"/></state><final id="shut"/></scxml>"""
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
-DRAWN = """<VisualHFSM><SubAutomata id="1" idFather="0">
-<state id="1" initial="true" x="100" y="100"><name>walkToEnd</name><posx>100</posx><posy>100</posy>
-<idSubautomataSon>2</idSubautomataSon><child>3</child><history>restart</history><entry>a = 1</entry></state>
-<state id="2" final="true"><name>end</name><posx>400</posx><posy>100</posy><code>b = 2</code><exit>c = 3</exit></state>
-<state id="3"><name>Süd-Öffnung prüfen</name><posx>250.5</posx><posy>320</posy></state>
-<transition id="1"><origin>1</origin><destiny>2</destiny><name>late</name><trans type="time">1500</trans>
-<posx>250</posx><posy>40</posy><transcode>d = 4</transcode></transition>
-<transition id="2"><origin>1</origin><destiny>2</destiny><trans type="event">goal</trans><guard>self.fit</guard></transition>
-<transition id="3"><origin>2</origin><destiny>1</destiny><name>back</name><trans type="condition">lost &gt; 3</trans></transition>
-<transition id="4"><origin>1</origin><destiny>1</destiny><name>again</name><trans type="finished"></trans></transition>
-<transition id="5"><origin>1</origin><destiny>1</destiny><trans type="time">60000</trans></transition>
-<transition id="6"><origin>3</origin><destiny>1</destiny><priority>2</priority><trans type="time">20</trans></transition>
-<transition id="7"><origin>3</origin><destiny>2</destiny><priority>1</priority><trans type="time">30</trans>
-<posx>500</posx><posy>400</posy></transition>
-<annotation id="1" kind="note"><posx>100</posx><posy>380</posy><width>120</width><height>24</height><text>first
-it looks around until somebody comes
-  ¿Dónde está el balón? Où va-t-il ? Näher heran, größer! Где мяч? Πού είναι; 足球在哪里</text></annotation>
-<annotation id="2" kind="frame"><posx>40</posx><posy>-40</posy><width>500</width><height>300</height><text>all of it</text></annotation>
-</SubAutomata>
-<SubAutomata id="2" idFather="1"><state id="4" initial="true"><name>one</name></state></SubAutomata>
-<SubAutomata id="3" idFather="1"><state id="5" initial="true"><name>other</name></state></SubAutomata></VisualHFSM>"""
 
 
 @pytest.fixture
@@ -67,32 +43,6 @@ def drop(shown: EditorPage, name: str, text: str) -> None:
         [name, text],
     )
     shown.page.locator("hfsm-app").dispatch_event("drop", {"dataTransfer": transfer})
-
-
-def picture_parts(picture: ElementTree.Element) -> tuple[list[str], list[tuple[str, ...]], list[str]]:
-    """Return the paths of a picture, its circles with their styles, and the lines of its texts."""
-    space = "{http://www.w3.org/2000/svg}"
-    paths = [path.attrib["d"] for path in picture.iter(f"{space}path") if path.get("d")]
-    styles = ("r", "fill", "stroke", "stroke-width")
-    circles = [
-        tuple(computed(circle.get(name, "")) for name in styles[: 4 if has_line(circle) else 2])
-        for circle in picture.iter(f"{space}circle")
-    ]
-    lines = [line.strip() for text in picture.iter(f"{space}text") for line in text.itertext()]
-    return paths, circles, [line for line in lines if line]
-
-
-def has_line(circle: ElementTree.Element) -> bool:
-    """Return whether a circle is more than filled."""
-    return circle.get("stroke", "none") != "none"
-
-
-def computed(value: str) -> str:
-    """Return a color or a length without what the browser writes differently."""
-    numbers = re.fullmatch(r"rgb\((\d+), (\d+), (\d+)\)", value)
-    if numbers:
-        return "#" + "".join(f"{int(number):02x}" for number in numbers.groups())
-    return value.removesuffix("px")
 
 
 def tab(shown: EditorPage, name: str) -> Locator:
@@ -479,24 +429,6 @@ def test_a_comparison_shows_lines_that_differ_marks_what_is_new_and_draws_what_i
     shown.press("Escape")
     expect(legend).to_have_count(0)
     shown.expect_states("up", "front", "low", "bow")
-
-
-def test_python_draws_what_the_page_exports(shown: EditorPage) -> None:
-    document = parse_document(DRAWN.encode(), Path("drawn.xml"), Diagnostics())
-    assert document is not None
-    drop(shown, "drawn.xml", DRAWN)
-    shown.expect_states("walkToEnd", "end", "Süd-Öffnung prüfen")
-    shown.page.evaluate("window.print = () => {}")
-    shown.press("Control+e")
-    shown.page.get_by_role("button", name="The whole behavior").click()
-    pictures = shown.page.locator("body > .pages figure > svg")
-    expect(pictures).to_have_count(3)
-    for automaton, picture in zip(document.automata, pictures.all(), strict=True):
-        text = picture.evaluate("(each) => new XMLSerializer().serializeToString(each)")
-        page = picture_parts(ElementTree.fromstring(text))
-        ours = picture_parts(ElementTree.fromstring(svg(document, automaton.id, component="drawn")))
-        assert page == ours
-    shown.page.evaluate("dispatchEvent(new Event('afterprint'))")
 
 
 def test_imported_automata_that_come_late_are_printed(shown: EditorPage) -> None:

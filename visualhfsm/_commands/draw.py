@@ -50,8 +50,8 @@ def draw(
 ) -> None:
     """Draw one automaton of a document as an SVG picture, or all of them as a page of HTML.
 
-    Both are as the editor exports them. A page is one file, to look at and to send: it shows every automaton
-    with its code, needs no network, and changes nothing. Parts of imported documents are drawn, too.
+    A page is as the editor exports it: one file, to look at and to send, that shows every automaton with its
+    code, needs no network, and changes nothing. Parts of imported documents are drawn, too.
     """
     # Imported here: other commands need not wait for the reader of documents.
     from codegen.hfsm import read_document, resolve

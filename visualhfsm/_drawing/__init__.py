@@ -1,6 +1,4 @@
-"""The geometry of pictures of automata: what `visualhfsm._drawing.svg` draws without a browser.
+"""Pictures of automata without a browser: simpler than the page's canvas, with its glyphs and colours.
 
-`arcs` are the lines of transitions, `labels` the places of their names, `text` fits names into circles, and
-`symbols` has glyphs and colours. All of them agree with modules of the page, in `_editor/static/canvas/` and
-`_editor/static/measures/`: a change of one needs the same change of the other, and tests compare both.
+`arcs` are the lines of transitions, `text` fits names into circles, and `symbols` has glyphs and colours.
 """

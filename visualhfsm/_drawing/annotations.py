@@ -13,7 +13,7 @@ from visualhfsm._document.nodes import FARTHEST_PLACE
 from .arcs import Box
 from .elements import element, moved
 from .symbols import Colors
-from .text import BOLD, shortened, width, wrapped
+from .text import shortened, wrapped
 
 COLORS: Final = MappingProxyType(
     {
@@ -31,12 +31,8 @@ _LINE: Final = 18.0
 _PADDING: Final = 10.0
 _TITLE_AT: Final = 20.0
 """Pixels from the top of a frame to the foot of its title."""
-_DESCENT: Final = 0.3 * _SIZE
-"""Pixels from there to the bottom of its letters."""
 _MOST_LINES: Final = 200
 """A note grows for so many lines."""
-_BORDER: Final = 3.0
-"""Pixels on each side of a frame's border where nothing else is written."""
 
 
 def box_of(annotation: Annotation) -> Box:
@@ -46,25 +42,6 @@ def box_of(annotation: Annotation) -> Box:
         return box
     lines = len(wrapped(annotation.text.text, _SIZE, box.right - box.left - 2 * _PADDING))
     return box._replace(bottom=max(box.bottom, box.top + _height(min(_MOST_LINES, lines))))
-
-
-def occupied(annotation: Annotation) -> list[Box]:
-    """Return where no other words should be: all of a note, the title and the border of a frame."""
-    box = box_of(annotation)
-    if annotation.kind != "frame":
-        return [box]
-    left, top, right, bottom = box
-    sides = (
-        *((left, top, right, top), (left, bottom, right, bottom)),
-        *((left, top, left, bottom), (right, top, right, bottom)),
-    )
-    boxes = [
-        Box(side[0] - _BORDER, side[1] - _BORDER, side[2] + _BORDER, side[3] + _BORDER) for side in sides
-    ]
-    if title := _title_of(annotation, right - left):
-        wide = 2 * _PADDING + width(title, BOLD * _SIZE)
-        boxes.insert(0, Box(left, top, left + wide, top + _TITLE_AT + _DESCENT + _BORDER))
-    return boxes
 
 
 def _own_box(annotation: Annotation) -> Box:
@@ -112,15 +89,11 @@ def _drawn(annotation: Annotation) -> Element:
     return element("g", paper, *words, transform=moved(complex(box.left, box.top)))
 
 
-def _title_of(frame: Annotation, wide: float) -> str:
-    return shortened(" ".join(frame.text.text.split()), BOLD * _SIZE, wide - 2 * _PADDING)
-
-
 def _title(frame: Annotation, wide: float, colors: Colors) -> list[Element]:
     return [
         element(
             "text",
-            text=_title_of(frame, wide),
+            text=shortened(" ".join(frame.text.text.split()), _SIZE, wide - 2 * _PADDING),
             x=_PADDING,
             y=_TITLE_AT,
             font_size=_SIZE,

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
 from typing import Final, NamedTuple
 
 from codegen.hfsm.document import State, Transition
@@ -24,7 +23,8 @@ _HEAD_WIDTH: Final = 4.5
 _GAP: Final = 2.0
 """Pixels between the tip of an arrow and the circle to which it points."""
 _STRAIGHT: Final = 3.0
-"""An arc whose handle is nearer to the line between both states is straight."""
+"""The name of an arc whose handle is nearer to the line between both states stands above it."""
+_UPRIGHT: Final = 0.2
 _FAR_FROM_RIM: Final = 20.0
 _BESIDE_ARC: Final = 9.0
 _LOOP_OPENING: Final = 0.34
@@ -59,6 +59,12 @@ class Box(NamedTuple):
         ys = [point.imag for point in known]
         return cls(min(xs), min(ys), max(xs), max(ys))
 
+    def covered(self, other: Box) -> float:
+        """Return how many square pixels of it another one covers."""
+        wide = min(self.right, other.right) - max(self.left, other.left)
+        high = min(self.bottom, other.bottom) - max(self.top, other.top)
+        return max(0.0, wide) * max(0.0, high)
+
     def united(self, other: Box) -> Box:
         """Return the smallest rectangle with both."""
         return Box(
@@ -69,12 +75,11 @@ class Box(NamedTuple):
         )
 
 
-@dataclass(frozen=True, slots=True)
-class Arc:
+class Arc(NamedTuple):
     """A line from rim to rim with its arrow: `path` and `head` are data of SVG paths.
 
     `handle` is the point on it where its sign is, `normal` the best side for its name, and `rank` the place
-    of its number among the transitions out of its state. `start` and `end` are its ends at two rims.
+    of its number among the transitions out of its state.
     """
 
     path: str
@@ -83,18 +88,6 @@ class Arc:
     normal: complex
     rank: complex
     box: Box
-    start: complex | None = None
-    end: complex | None = None
-
-    def points(self, step: float) -> Iterator[complex]:
-        """Yield points of it, at most so many pixels apart; none where it has only one end."""
-        if self.start is None or self.end is None:
-            return
-        control = 2 * self.handle - (self.start + self.end) / 2
-        count = math.ceil((abs(self.handle - self.start) + abs(self.end - self.handle)) / step)
-        for index in range(count + 1):
-            part = index / count if count else 0.0
-            yield (1 - part) ** 2 * self.start + 2 * part * (1 - part) * control + part**2 * self.end
 
 
 def place(node: State | Transition) -> complex:
@@ -111,65 +104,12 @@ def arc(origin: complex | None, destination: complex | None, handle: complex, *,
         return _stub(origin, destination, handle)
     if is_loop or abs(destination - origin) < 1:
         return _loop(origin, handle)
-    middle = (origin + destination) / 2
-    along = destination - origin
-    across = _unit(along) * 1j
-    offset = _dot(handle - middle, across)
-    beside = abs(_dot(handle - middle, _unit(along)))
-    if abs(offset) < _STRAIGHT and beside < abs(along) / 2 - RADIUS:
-        return _straight(origin, destination, handle)
-    return _bent(origin, destination, handle, across * (math.copysign(1.0, offset) if offset else 1.0))
-
-
-def handles(transitions: Iterable[Transition], places: Mapping[int, complex]) -> list[complex]:
-    """Return the handle of each transition, given the places of states.
-
-    Each is where the file has it, or else halfway, but none where another one is: then in a fan between two
-    states, around a state for loops.
-    """
-    found: list[complex] = []
-    taken: set[str] = set()
-    following: dict[str, int] = {}
-    for transition in transitions:
-        origin = places.get(transition.origin, places.get(transition.destination, 0j))
-        destination = places.get(transition.destination, origin)
-        is_loop = abs(destination - origin) < 1
-        usual = origin - LOOP * 1j if is_loop else (origin + destination) / 2
-        wanted = place(transition) if transition.x or transition.y else usual
-        across = _unit(destination - origin) * 1j * (-1 if transition.origin > transition.destination else 1)
-        first = following.get(_at(wanted), 0)
-        for number in range(first, first + _TRIES):
-            handle = wanted + across * FAN * math.ceil(number / 2) * (1 if number % 2 else -1)
-            if is_loop:
-                handle = origin + (wanted - origin) * cmath.rect(1 + number // 6 / 2, number * math.pi / 3)
-            following[_at(wanted)] = number + 1
-            if _at(handle) not in taken:
-                break
-        taken.add(_at(handle))
-        found.append(handle)
-    return found
-
-
-def _straight(origin: complex, destination: complex, handle: complex) -> Arc:
-    along = _unit(destination - origin)
-    across = along * 1j
-    start = origin + along * RADIUS
-    tip = destination - along * (RADIUS + _GAP)
-    end = destination - along * (RADIUS + _HEAD_LENGTH)
-    is_upright = abs(across.imag) < 0.2
-    return Arc(
-        path=f"M{_at(start)}L{_at(end)}",
-        head=_head(tip, along),
-        handle=handle,
-        normal=1 + 0j if is_upright else across * -math.copysign(1.0, across.imag),
-        rank=start + along * _FAR_FROM_RIM + across * _BESIDE_ARC,
-        box=Box.of((start, tip, handle)),
-        start=start,
-        end=tip,
-    )
-
-
-def _bent(origin: complex, destination: complex, handle: complex, outside: complex) -> Arc:
+    across = _unit(destination - origin) * 1j
+    offset = ((handle - (origin + destination) / 2) * across.conjugate()).real
+    if abs(offset) < _STRAIGHT:
+        outside = 1 + 0j if abs(across.imag) < _UPRIGHT else across * -math.copysign(1.0, across.imag)
+    else:
+        outside = across * math.copysign(1.0, offset)
     # The control point that would make a curve between the middles pass through the handle gives the rims.
     bend = 2 * handle - (origin + destination) / 2
     start = origin + _unit(bend - origin) * RADIUS
@@ -184,9 +124,31 @@ def _bent(origin: complex, destination: complex, handle: complex, outside: compl
         normal=outside,
         rank=start + _unit(control - start) * _FAR_FROM_RIM - outside * _BESIDE_ARC,
         box=Box.of((start, tip, handle, (handle + control) / 2)),
-        start=start,
-        end=tip,
     )
+
+
+def handles(transitions: Iterable[Transition], places: Mapping[int, complex]) -> list[complex]:
+    """Return the handle of each transition, given the places of states.
+
+    Each is where the file has it, or else halfway, but none where another one is: then in a fan between two
+    states, around a state for loops.
+    """
+    found: dict[str, complex] = {}
+    for number, transition in enumerate(transitions):
+        origin = places.get(transition.origin, places.get(transition.destination, 0j))
+        destination = places.get(transition.destination, origin)
+        is_loop = abs(destination - origin) < 1
+        usual = origin - LOOP * 1j if is_loop else (origin + destination) / 2
+        wanted = place(transition) if transition.x or transition.y else usual
+        across = _unit(destination - origin) * 1j * (-1 if transition.origin > transition.destination else 1)
+        for turn in range(_TRIES):
+            handle = wanted + across * FAN * math.ceil(turn / 2) * (1 if turn % 2 else -1)
+            if is_loop:
+                handle = origin + (wanted - origin) * cmath.rect(1 + turn // 6 / 2, turn * math.pi / 3)
+            if _at(handle) not in found:
+                break
+        found[_at(handle) if _at(handle) not in found else str(number)] = handle
+    return [*found.values()]
 
 
 def _loop(state: complex, handle: complex) -> Arc:
@@ -207,8 +169,6 @@ def _loop(state: complex, handle: complex) -> Arc:
         normal=normal,
         rank=state + normal * (RADIUS + _FAR_FROM_RIM),
         box=Box.of((start, tip, handle, first, second)),
-        start=start,
-        end=tip,
     )
 
 
@@ -235,10 +195,6 @@ def _head(tip: complex, along: complex) -> str:
 
 def _unit(vector: complex) -> complex:
     return vector / (abs(vector) or 1.0)
-
-
-def _dot(one: complex, other: complex) -> float:
-    return (one * other.conjugate()).real
 
 
 def _at(point: complex) -> str:

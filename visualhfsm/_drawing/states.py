@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Sequence
 from typing import Final
 from xml.etree.ElementTree import Element
 
 from codegen.hfsm.document import State
 
 from .arcs import RADIUS, place
-from .elements import element, moved
+from .elements import element, moved, pixels
 from .symbols import BADGES, INK, PAPER, PARENT, PLAIN, Colors
-from .text import fit_circle
+from .text import fit_circle, width
 
 _RING: Final = RADIUS - 5
 _CODE_AT: Final = RADIUS - 13
@@ -21,20 +20,15 @@ _ABOVE_CODE: Final = 2.0
 """Pixels by which a name is higher when there is the dot of code below it."""
 _FOOT: Final = 0.35
 """From the middle of a line to the foot of its letters, as a part of their size."""
+_TIGHT: Final = 60.0
+"""Pixels that a line of a name has at most."""
 _BADGE: Final = 18.0
 _BAR_STEP: Final = 4.0
 _MOST_BARS: Final = 4
-_CLEAR: Final = 0.5
-"""Radians between a badge and an arc, or another badge."""
-_TURNS: Final = (0.0, 0.35, -0.35, 0.7, -0.7, 1.05, -1.05, 1.4, -1.4, 1.9, -1.9, 2.4, -2.4)
-"""Radians by which a badge may move, the best first."""
 
 
-def draw_state(state: State, touched: Sequence[float], *, is_importing: bool) -> Element:
-    """Return a state; `touched` are the angles in radians at which arcs touch its rim.
-
-    `is_importing` says that one of its automata comes from another file.
-    """
+def draw_state(state: State, *, is_importing: bool) -> Element:
+    """Return a state; `is_importing` says that one of its automata comes from another file."""
     colors = PARENT if state.children else PLAIN
     rim = (INK, 6.0) if state.final else (colors.line, 2.0)
     drawn = element(
@@ -48,40 +42,33 @@ def draw_state(state: State, touched: Sequence[float], *, is_importing: bool) ->
     drawn.append(_name(state, colors, has_code=has_code))
     if has_code:
         drawn.append(element("circle", cy=_CODE_AT, r=3, fill=colors.line))
-    drawn.extend(_badges(state, touched, colors, is_importing=is_importing))
+    drawn.extend(_badges(state, colors, is_importing=is_importing))
     return drawn
 
 
 def _name(state: State, colors: Colors, *, has_code: bool) -> Element:
-    fitted = fit_circle(state.name, has_ring=state.initial or state.final)
+    fitted = fit_circle(state.name)
     middle = _FOOT * fitted.size - (_ABOVE_CODE if has_code else 0.0)
     top = middle - (len(fitted.lines) - 1) * fitted.line_height / 2
-    lines = (
+    lines = [
         element("tspan", text=line, x=0, y=top + index * fitted.line_height)
         for index, line in enumerate(fitted.lines)
-    )
+    ]
+    for line in lines:
+        if width(line.text or "", fitted.size) > _TIGHT:  # in some font it would be too wide
+            line.attrib |= {"textLength": pixels(_TIGHT), "lengthAdjust": "spacingAndGlyphs"}
     return element("text", *lines, font_size=fitted.size, font_weight="500", fill=colors.ink)
 
 
-def _badges(state: State, touched: Sequence[float], colors: Colors, *, is_importing: bool) -> list[Element]:
-    """Return the badges at the rim, each as near to its usual place as arcs and other badges allow."""
-    history = state.history.text.strip()
-    wanted: list[tuple[float, str, int]] = []  # half turns, sign, how many
-    if state.children:
-        wanted.append((0.25, "child", len(state.children)))
-    if history:
-        wanted.append((0.75, "restart" if history == "restart" else "resume", 1))
-    if is_importing:
-        wanted.append((-0.75, "imported", 1))
-    taken = [*touched]
-    badges: list[Element] = []
-    for half_turns, sign, count in wanted:
-        usual = half_turns * math.pi
-        angles = (usual + turn for turn in _TURNS)
-        angle = next((each for each in angles if all(_apart(each, other) > _CLEAR for other in taken)), usual)
-        taken.append(angle)
-        badges.append(_badge(sign, count, angle, colors))
-    return badges
+def _badges(state: State, colors: Colors, *, is_importing: bool) -> list[Element]:
+    """Return the badges at the rim."""
+    history = "restart" if state.history.text.strip() == "restart" else "resume"
+    wanted = (
+        (0.25, "child", len(state.children)),
+        (0.75, history, bool(state.history.text.strip())),
+        (-0.75, "imported", is_importing),
+    )
+    return [_badge(sign, count, turns * math.pi, colors) for turns, sign, count in wanted if count]
 
 
 def _badge(sign: str, count: int, angle: float, colors: Colors) -> Element:
@@ -114,8 +101,3 @@ def _badge(sign: str, count: int, angle: float, colors: Colors) -> Element:
         ),
         transform=moved(cmath.rect(RADIUS, angle)),
     )
-
-
-def _apart(one: float, other: float) -> float:
-    """Return the angle between two directions in radians."""
-    return abs(math.remainder(one - other, math.tau))

@@ -1,27 +1,26 @@
-"""Draw an automaton as an SVG picture, without a browser, as the editor's canvas draws it."""
+"""Draw an automaton as an SVG picture, without a browser."""
 
 from __future__ import annotations
 
-import cmath
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import chain
 from typing import Final
 from xml.etree.ElementTree import Element
 
 from codegen.hfsm.document import Automaton, Document
 from visualhfsm._base.errors import MissingError
 from visualhfsm._document.geometry import spread
-from visualhfsm._drawing.annotations import box_of, draw_annotations, occupied
+from visualhfsm._drawing.annotations import box_of, draw_annotations
 from visualhfsm._drawing.arcs import RADIUS, Box, arc, handles, place
 from visualhfsm._drawing.elements import element, pixels, written
-from visualhfsm._drawing.labels import place_labels
 from visualhfsm._drawing.states import draw_state
 from visualhfsm._drawing.symbols import PAPER
 from visualhfsm._drawing.text import FAMILY
-from visualhfsm._drawing.transitions import DrawnTransition
+from visualhfsm._drawing.transitions import HANDLE, DrawnTransition
 
 _MARGIN: Final = 24.0
+_MANY: Final = 200
+"""Of more transitions each label stands at its best side, whatever is there."""
 _EMPTY: Final = Box(0.0, 0.0, 200.0, 100.0)
 
 
@@ -44,32 +43,16 @@ def svg(document: Document, automaton_id: int, *, component: str = "root") -> st
         )
     title = _title(document, automaton, component)
     automaton = spread(automaton)
-    transitions = list(_transitions(automaton))
-    labels = [each.label() for each in transitions]
-    middles = [place(state) for state in automaton.states]
-    spots = place_labels(
-        labels,
-        middles,
-        [each.arc for each in transitions],
-        occupied=chain.from_iterable(map(occupied, automaton.annotations)),
-    )
-    boxes = [Box.around(middle, 2 * RADIUS, 2 * RADIUS) for middle in middles]
+    transitions = _apart(automaton, list(_transitions(automaton)))
+    boxes = [Box.around(middle, 2 * RADIUS, 2 * RADIUS) for middle in map(place, automaton.states)]
     boxes += [each.arc.box for each in transitions]
-    boxes += [
-        Box.around(spot.middle, *label.sizes[spot.size])
-        for spot, label in zip(spots, labels, strict=True)
-        if spot is not None
-    ]
+    boxes += filter(None, (each.box() for each in transitions))
     boxes += map(box_of, automaton.annotations)
     layers = (
         *([draw_annotations(automaton.annotations)] if automaton.annotations else []),
         element("g", *(each.line() for each in transitions)),
-        element(
-            "g",
-            *(each.text(spot) for each, spot in zip(transitions, spots, strict=True)),
-            text_anchor="middle",
-        ),
-        element("g", *_states(document, automaton, transitions), text_anchor="middle"),
+        element("g", *(each.text() for each in transitions)),
+        element("g", *_states(document, automaton), text_anchor="middle"),
     )
     return written(_sheet(title, boxes, layers))
 
@@ -93,23 +76,28 @@ def _transitions(automaton: Automaton) -> Iterator[DrawnTransition]:
             handle,
             is_loop=transition.origin == transition.destination,
         )
-        yield DrawnTransition(transition, line, ranks.get(id(transition), 0))
+        yield DrawnTransition(transition, line, ranks.get(id(transition), 0), line.normal)
 
 
-def _states(
-    document: Document, automaton: Automaton, transitions: Sequence[DrawnTransition]
-) -> Iterator[Element]:
-    touched: dict[int, list[complex]] = {}
+def _apart(automaton: Automaton, transitions: list[DrawnTransition]) -> list[DrawnTransition]:
+    """Return the transitions with their labels off states, handles and each other where that is easy."""
+    if len(transitions) > _MANY:
+        return transitions
+    taken = [Box.around(place(state), 2 * RADIUS, 2 * RADIUS) for state in automaton.states]
+    taken += [Box.around(each.arc.handle, 2 * HANDLE, 2 * HANDLE) for each in transitions]
+    found = []
     for each in transitions:
-        if each.arc.start is not None and each.arc.end is not None:
-            touched.setdefault(each.transition.origin, []).append(each.arc.start)
-            touched.setdefault(each.transition.destination, []).append(each.arc.end)
+        found.append(each.beside(taken))
+        taken += filter(None, [found[-1].box()])
+    return found
+
+
+def _states(document: Document, automaton: Automaton) -> Iterator[Element]:
     foreign = {
         each.id for each in document.automata if each.imported is not None or each.path != automaton.path
     }
     for state in automaton.states:
-        angles = [cmath.phase(end - place(state)) for end in touched.get(state.id, ())]
-        yield draw_state(state, angles, is_importing=not foreign.isdisjoint(state.children))
+        yield draw_state(state, is_importing=not foreign.isdisjoint(state.children))
 
 
 def _title(document: Document, automaton: Automaton, component: str) -> str:

@@ -2,26 +2,30 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Final, TypeAlias
 from xml.etree.ElementTree import Element
 
 from codegen.hfsm.document import Transition
 
-from .arcs import Arc
+from .arcs import Arc, Box
 from .elements import element, moved
-from .labels import HANDLE, Label, Placed, Size
 from .symbols import ARC, INK, MUTED, PAPER, TRIGGERS, UNKNOWN_TRIGGER
 from .text import shortened, spoken_time, width
 
 _NAME: Final = 12.0
 _DETAIL: Final = 10.5
-_WIDTHS: Final = (400.0, 260.0, 150.0)
-"""Pixels of the longest line of a label, the less room there is, the shorter; more is cut off."""
+_WIDEST: Final = 190.0
+"""Pixels of the longest line of a label; more is cut off."""
+HANDLE: Final = 9.0
+"""Radius of the sign of a transition."""
+_GAP: Final = 5.0
 _LINE: Final = 13.5
 _FIRST_LINE: Final = 11.0
 """Pixels from the top of a label to the foot of its first line."""
 _RANK_FOOT: Final = 3.5
+_NOWHERE: Final = Box(0.0, 0.0, 0.0, 0.0)
 
 _Lines: TypeAlias = tuple[tuple[str, float, str], ...]
 """The lines of a label, each with its size and its colour."""
@@ -29,11 +33,15 @@ _Lines: TypeAlias = tuple[tuple[str, float, str], ...]
 
 @dataclass(frozen=True, slots=True)
 class DrawnTransition:
-    """A transition with its arc; `rank` is its place among those out of its state, 0 for the only one."""
+    """A transition with its arc; `rank` is its place among those out of its state, 0 for the only one.
+
+    Its label stands on a `side` of its handle.
+    """
 
     transition: Transition
     arc: Arc
     rank: int
+    side: complex
 
     def line(self) -> Element:
         """Return its arc, with the sign of what fires it and a dot when it has code."""
@@ -58,45 +66,50 @@ class DrawnTransition:
             sign,
         )
 
-    def label(self) -> Label:
-        """Return the sizes of its name and of what fires it, for `place_labels`."""
-        return Label(self.arc.handle, self.arc.normal, tuple(size for size, _ in self._texts()))
+    def box(self) -> Box | None:
+        """Return about where its label stands, beside its handle; None without one."""
+        lines = self._lines()
+        if not lines:
+            return None
+        wide = max(width(text, letters) + 6 for text, letters, _ in lines)
+        high = len(lines) * _LINE + 2
+        across, down = abs(self.side.real), abs(self.side.imag)
+        room = HANDLE + _GAP
+        reach = min((wide / 2 + room) / max(across, 1e-6), (high / 2 + room) / max(down, 1e-6))
+        return Box.around(self.arc.handle + self.side * reach, wide, high)
 
-    def text(self, placed: Placed | None) -> Element:
-        """Return its label where it was placed, and its number at the beginning of the arc."""
+    def beside(self, taken: Sequence[Box]) -> DrawnTransition:
+        """Return it with its label where that covers the least of some boxes, at its best side if it can."""
+        normal = self.arc.normal
+        sides = (replace(self, side=side) for side in (normal, -normal, -1j, 1j, 1 + 0j, -1 + 0j))
+        return min(sides, key=lambda each: sum(map((each.box() or _NOWHERE).covered, taken)))
+
+    def text(self) -> Element:
+        """Return its label, and its number at the beginning of the arc."""
         texts = []
         if self.rank:
             foot = self.arc.rank.imag + _RANK_FOOT
             texts.append(_text(str(self.rank), _DETAIL, MUTED, self.arc.rank.real, foot, weight="650"))
-        if placed is not None:
-            size, lines = self._texts()[placed.size]
-            top = placed.middle.imag - size.height / 2 + _FIRST_LINE
-            for index, (text, letters, color) in enumerate(lines):
+        if (box := self.box()) is not None:
+            x, anchor = (box.left + box.right) / 2, "middle"
+            if abs(self.side.real) > abs(self.side.imag):  # however wide the font is
+                x, anchor = (box.left, "start") if self.side.real > 0 else (box.right, "end")
+            for index, (text, letters, color) in enumerate(self._lines()):
                 weight = "500" if letters == _NAME else "400"
-                texts.append(
-                    _text(text, letters, color, placed.middle.real, top + index * _LINE, weight=weight)
-                )
+                y = box.top + _FIRST_LINE + index * _LINE
+                texts.append(_text(text, letters, color, x, y, weight=weight, anchor=anchor))
         return element("g", *texts)
 
-    def _texts(self) -> list[tuple[Size, _Lines]]:
-        """Return the texts that the label may have, each with its size, the longest first."""
-        found: list[tuple[Size, _Lines]] = []
-        for widest in _WIDTHS:
-            lines = self._lines(widest)
-            if not lines or (found and found[-1][1] == lines):
-                continue
-            wide = max(width(text, letters) + 6 for text, letters, _ in lines)
-            found.append((Size(wide, len(lines) * _LINE + 2), lines))
-        return found
-
-    def _lines(self, widest: float) -> _Lines:
-        name = shortened(self.transition.name.strip(), _NAME, widest)
-        detail = shortened(_what_fires(self.transition), _DETAIL, widest)
+    def _lines(self) -> _Lines:
+        name = shortened(self.transition.name.strip(), _NAME, _WIDEST)
+        detail = shortened(_what_fires(self.transition), _DETAIL, _WIDEST)
         lines = ((name, _NAME, INK), (detail, _DETAIL, MUTED))
         return tuple(line for line in lines if line[0])
 
 
-def _text(text: str, size: float, color: str, x: float, y: float, *, weight: str) -> Element:
+def _text(
+    text: str, size: float, color: str, x: float, y: float, *, weight: str, anchor: str = "middle"
+) -> Element:
     """Return a text with a rim in the colour of the paper, which keeps it apart from arcs below it."""
     return element(
         "text",
@@ -106,6 +119,7 @@ def _text(text: str, size: float, color: str, x: float, y: float, *, weight: str
         font_size=size,
         font_weight=weight,
         fill=color,
+        text_anchor=anchor,
         stroke=PAPER,
         stroke_width=4,
         stroke_linejoin="round",

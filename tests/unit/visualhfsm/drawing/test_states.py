@@ -1,20 +1,20 @@
-"""One state of a picture: its marks, and its badges between the arcs."""
+"""One state of a picture: its marks and its badges."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from xml.etree.ElementTree import Element
 
 from codegen.hfsm.document import State, Text
+from visualhfsm._drawing.arcs import RADIUS
 from visualhfsm._drawing.states import draw_state
 from visualhfsm._drawing.symbols import BADGES, INK, PARENT, PLAIN
 
 PLAIN_STATE = State(id=1, name="walk", x=10, y=20)
 
 
-def drawn(state: State, *touched: float, is_importing: bool = False) -> Element:
-    return draw_state(state, touched, is_importing=is_importing)
+def drawn(state: State, *, is_importing: bool = False) -> Element:
+    return draw_state(state, is_importing=is_importing)
 
 
 def circles(element: Element) -> list[tuple[str | None, str | None]]:
@@ -23,11 +23,6 @@ def circles(element: Element) -> list[tuple[str | None, str | None]]:
 
 def paths(element: Element) -> list[str]:
     return [each.get("d", "") for each in element.iter("path")]
-
-
-def badges(element: Element) -> list[str]:
-    """Return the places of the badges."""
-    return [each.get("transform", "") for each in element.iter("g") if each.find("rect") is not None]
 
 
 def test_marks_distinguish_initial_final_and_parent_states() -> None:
@@ -57,12 +52,11 @@ def test_badges_say_what_a_state_owns() -> None:
     ]
 
 
-def test_badges_stand_where_no_arc_is() -> None:
-    parent = replace(PLAIN_STATE, children=(2,))
-    (usual,) = badges(drawn(parent))
-    (same,) = badges(drawn(parent, math.pi, -math.pi / 2))
-    (other,) = badges(drawn(parent, math.pi / 4))
-    (round_,) = badges(drawn(parent, math.pi / 4 + 2 * math.pi))
-    assert usual == same != other == round_
-    everywhere = [step / 10 for step in range(63)]
-    assert badges(drawn(parent, *everywhere)) == [usual]
+def test_a_long_name_stays_in_its_circle_whatever_the_font() -> None:
+    lengths = [
+        [float(each.get("textLength", "0")) for each in drawn(replace(PLAIN_STATE, name=name)).iter("tspan")]
+        for name in ("walk", "followBall", "approach the ball slowly", "w" * 40)
+    ]
+    assert lengths[0] == [0.0]
+    assert any(lengths[1])
+    assert all(length <= 2 * RADIUS - 20 for each in lengths for length in each)

@@ -7,7 +7,7 @@ from typing import Final
 
 from visualhfsm._base.html_file import STATIC
 from visualhfsm._document import geometry
-from visualhfsm._drawing import arcs, labels, symbols, text
+from visualhfsm._drawing import arcs, symbols
 
 _GLYPH: Final = re.compile(r'(\w+) ?[:=] \{path: "([^"]+)", word: t\("[^"]+"\)(?:, filled: (true|false))?\}')
 _NUMBER: Final = re.compile(r"^(?:export )?const ([A-Z_]+) = ([\d.]+);", re.MULTILINE)
@@ -50,5 +50,3 @@ def test_the_colors_are_those_of_the_light_theme() -> None:
 def test_the_measures_are_those_of_the_canvas() -> None:
     page = measures("measures/geometry.js")
     assert (page["RADIUS"], page["FAN"], page["LOOP"]) == (arcs.RADIUS, geometry.FAN, geometry.LOOP)
-    assert measures("canvas/labels.js")["HANDLE"] == labels.HANDLE
-    assert text.fit_circle("two words").line_height == 13 * measures("measures/text.js")["LINE"]

@@ -7,20 +7,18 @@ from typing import Any
 import pytest
 
 from codegen.hfsm.document import Text, Transition
-from visualhfsm._drawing.arcs import arc
-from visualhfsm._drawing.labels import Placed
+from visualhfsm._drawing.arcs import Box, arc
 from visualhfsm._drawing.symbols import TRIGGERS, UNKNOWN_TRIGGER
-from visualhfsm._drawing.transitions import DrawnTransition
+from visualhfsm._drawing.transitions import HANDLE, DrawnTransition
 
 
 def drawn(type: str = "condition", *, rank: int = 0, **others: Any) -> DrawnTransition:
     transition = Transition(id=1, origin=1, destination=2, type=type, **others)
-    return DrawnTransition(transition, arc(0j, 300 + 0j, 150 + 40j, is_loop=False), rank)
+    return DrawnTransition(transition, arc(0j, 300 + 0j, 150 + 40j, is_loop=False), rank, 1j)
 
 
 def texts(each: DrawnTransition) -> list[str | None]:
-    placed = Placed(150 + 80j, 0) if each.label().sizes else None
-    return [text.text for text in each.text(placed)]
+    return [text.text for text in each.text()]
 
 
 @pytest.mark.parametrize("type", [*TRIGGERS, "unheard of"])
@@ -52,18 +50,32 @@ def test_the_label_has_the_first_lines_of_trigger_and_guard(
 ) -> None:
     plain = drawn(type, trigger=Text(trigger), guard=Text(guard))
     assert texts(plain) == label
-    assert len(plain.label().sizes) == len(label)
+    assert (plain.box() is not None) == bool(label)
     named = drawn(type, trigger=Text(trigger), guard=Text(guard), name="go", rank=3)
     assert texts(named) == ["3", "go", *label]
-    assert named.label().sizes[0].height == pytest.approx(13.5 * (1 + len(label)) + 2)
+    box = named.box()
+    assert box is not None
+    assert box.bottom - box.top == pytest.approx(13.5 * (1 + len(label)) + 2)
 
 
-def test_a_long_line_has_shorter_forms_for_where_there_is_less_room() -> None:
+def test_a_long_line_is_shortened_and_the_label_stays_beside_its_handle() -> None:
     long = drawn(name="n" * 200, trigger=Text("t" * 200))
-    widths = [size.width for size in long.label().sizes]
-    assert [round(each, -1) for each in widths] == [400, 260, 150]
-    assert all(each <= widest + 6 for each, widest in zip(widths, (400, 260, 150), strict=True))
-    shortest = long.text(Placed(0j, 2))
-    assert [str(text.text)[-1] for text in shortest] == ["…", "…"]
-    condition = "self.Head.getPose().pan < self.limit"
+    assert [str(text)[-1] for text in texts(long)] == ["…", "…"]
+    box = long.box()
+    assert box is not None
+    assert box.right - box.left <= 190 + 6
+    assert box.top >= long.arc.handle.imag + HANDLE
+    condition = "self.Head.getPose().pan < limit"
     assert texts(drawn(trigger=Text(condition))) == [condition]
+
+
+def test_a_label_stands_on_another_side_where_its_own_is_taken() -> None:
+    each = drawn(name="go")
+    best = each.box()
+    assert best is not None
+    assert each.beside([]) == each
+    other = each.beside([best]).box()
+    assert other is not None
+    assert other.bottom <= each.arc.handle.imag - HANDLE
+    everywhere = Box(-1e6, -1e6, 1e6, 1e6)
+    assert each.beside([everywhere]) == each
