@@ -111,7 +111,12 @@ def test_a_cycle_that_never_ends_is_reported_where_something_is_proved_to_come(
     runtime.tree.observers.append(reports)
     runtime.start()
     try:
-        until(lambda: (runtime.look_at_cycles(), reports.found.is_set())[1])
+
+        def is_noticed() -> bool:
+            runtime.look_at_cycles()
+            return reports.found.is_set()
+
+        until(is_noticed)
         assert not runtime.failed
     finally:
         pipe.write_text("")
