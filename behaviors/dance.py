@@ -149,6 +149,15 @@ class Dance(Component, document="dance.xml", on_error="stop"):
             ),
         )
 
+    _hfsm_proofs = (  # what the checks take for sure; the runtime looks
+        ("property",
+            "it never ends", "never", 0, False, (1,), ('finished', 1),
+        ),
+        ("property",
+            "low comes last", "never", 190000000, False, (1,), ('in', (1, 4)),
+        ),
+    )
+
 
 SOURCE_MAP = source_map(__file__, (  # the document, element by element: lines without code, and code
     ("file dance.xml",
@@ -158,7 +167,13 @@ SOURCE_MAP = source_map(__file__, (  # the document, element by element: lines w
         1,
     ),
     ("description of document",
-        1,
+        2,
+    ),
+    ("property it never ends",
+        4,
+    ),
+    ("property low comes last",
+        6,
     ),
     ("automaton 1",
         1,

@@ -370,6 +370,18 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
             ),
         )
 
+    _hfsm_proofs = (  # what the checks take for sure; the runtime looks
+        ("property",
+            "the arms move only in the dance", "always", 0, False, (1, 5), ('or', ('not', ('in', (1, 1))), ('not', ('active', 5))),
+        ),
+        ("property",
+            "one color at a time", "never", 0, False, (1, 2, 3, 4), ('and', ('active', 3), ('active', 4)),
+        ),
+        ("property",
+            "the dance comes", "eventually", 10000000000, True, (1,), ('in', (1, 2)),
+        ),
+    )
+
 
 SOURCE_MAP = source_map(__file__, (  # the document, element by element: lines without code, and code
     ("file dance_and_follow.xml",
@@ -379,7 +391,16 @@ SOURCE_MAP = source_map(__file__, (  # the document, element by element: lines w
         1,
     ),
     ("description of document",
-        1,
+        2,
+    ),
+    ("property the arms move only in the dance",
+        4,
+    ),
+    ("property one color at a time",
+        4,
+    ),
+    ("property the dance comes",
+        6,
     ),
     ("automaton 1",
         1,
@@ -480,7 +501,7 @@ SOURCE_MAP = source_map(__file__, (  # the document, element by element: lines w
     ("interface LeftElbowEncoders",
     ),
     ("file follow_ball.xml",
-        3,
+        9,
     ),
     ("automaton 3",
         0, "automaton 3", 0,

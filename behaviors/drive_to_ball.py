@@ -227,6 +227,15 @@ class DriveToBall(Component, document="drive_to_ball.xml", on_error="stop"):
             ),
         )
 
+    _hfsm_proofs = (  # what the checks take for sure; the runtime looks
+        ("property",
+            "it never ends", "never", 0, False, (1,), ('finished', 1),
+        ),
+        ("property",
+            "it goes before it is there", "never", 90000000, False, (1,), ('in', (1, 3)),
+        ),
+    )
+
 
 SOURCE_MAP = source_map(__file__, (  # the document, element by element: lines without code, and code
     ("file drive_to_ball.xml",
@@ -242,7 +251,13 @@ SOURCE_MAP = source_map(__file__, (  # the document, element by element: lines w
         2,
     ),
     ("parameter near",
-        7,
+        8,
+    ),
+    ("property it never ends",
+        4,
+    ),
+    ("property it goes before it is there",
+        6,
     ),
     ("automaton 1",
         1,

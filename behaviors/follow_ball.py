@@ -163,6 +163,12 @@ class FollowBall(Component, document="follow_ball.xml", on_error="stop"):
             ),
         )
 
+    _hfsm_proofs = (  # what the checks take for sure; the runtime looks
+        ("property",
+            "it never ends", "never", 0, False, (1,), ('finished', 1),
+        ),
+    )
+
 
 SOURCE_MAP = source_map(__file__, (  # the document, element by element: lines without code, and code
     ("file follow_ball.xml",
@@ -172,7 +178,10 @@ SOURCE_MAP = source_map(__file__, (  # the document, element by element: lines w
         1,
     ),
     ("description of document",
-        1,
+        2,
+    ),
+    ("property it never ends",
+        5,
     ),
     ("automaton 1",
         1,

@@ -129,6 +129,15 @@ class GetUp(Component, document="get_up.xml", on_error="stop"):
             ),
         )
 
+    _hfsm_proofs = (  # what the checks take for sure; the runtime looks
+        ("property",
+            "it lies still before it gets up", "never", 990000000, True, (1,), ('in', (1, 3)),
+        ),
+        ("property",
+            "it never ends", "never", 0, False, (1,), ('finished', 1),
+        ),
+    )
+
 
 SOURCE_MAP = source_map(__file__, (  # the document, element by element: lines without code, and code
     ("file get_up.xml",
@@ -144,7 +153,13 @@ SOURCE_MAP = source_map(__file__, (  # the document, element by element: lines w
         2,
     ),
     ("parameter activity",
-        7,
+        8,
+    ),
+    ("property it lies still before it gets up",
+        5,
+    ),
+    ("property it never ends",
+        5,
     ),
     ("automaton 1",
         1,

@@ -701,6 +701,12 @@ class Score(Component, document="score.xml", on_error="stop"):
             ),
         )
 
+    _hfsm_proofs = (  # what the checks take for sure; the runtime looks
+        ("property",
+            "it ends only with a goal", "always", 0, False, (1,), ('or', ('not', ('finished', 1)), ('in', (1, 6))),
+        ),
+    )
+
 
 SOURCE_MAP = source_map(__file__, (  # the document, element by element: lines without code, and code
     ("file score.xml",
@@ -725,7 +731,10 @@ SOURCE_MAP = source_map(__file__, (  # the document, element by element: lines w
         6,
     ),
     ("parameter goal_y",
-        7,
+        8,
+    ),
+    ("property it ends only with a goal",
+        5,
     ),
     ("automaton 1",
         1,

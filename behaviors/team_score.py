@@ -1069,6 +1069,15 @@ class TeamScore(Component, document="team_score.xml", on_error="stop"):
             ),
         )
 
+    _hfsm_proofs = (  # what the checks take for sure; the runtime looks
+        ("property",
+            "it does not play while it gets up", "never", 0, False, (1, 2, 3), ('and', ('in', (1, 2)), ('active', 2)),
+        ),
+        ("property",
+            "one role at a time", "never", 0, False, (1, 2, 3), ('and', ('active', 3), ('in', (2, 3))),
+        ),
+    )
+
 
 SOURCE_MAP = source_map(__file__, (  # the document, element by element: lines without code, and code
     ("file team_score.xml",
@@ -1081,7 +1090,13 @@ SOURCE_MAP = source_map(__file__, (  # the document, element by element: lines w
         1,
     ),
     ("world of document",
-        1,
+        2,
+    ),
+    ("property it does not play while it gets up",
+        4,
+    ),
+    ("property one role at a time",
+        5,
     ),
     ("automaton 1",
         1,
@@ -1206,7 +1221,7 @@ SOURCE_MAP = source_map(__file__, (  # the document, element by element: lines w
         6,
     ),
     ("parameter goal_y",
-        7,
+        13,
     ),
     ("automaton 3",
         0, "automaton 3", 0,

@@ -10,7 +10,7 @@ from enum import IntFlag
 from functools import lru_cache
 from typing import Final
 
-from ._possible_values import HARMLESS, NOTHING, PLAIN, SELF, SENDER, UNSURE, Value, Values, combined
+from ._possible_values import HARMLESS, NOTHING, PLAIN, SELF, SENDER, UNSURE, WHOLE, Value, Values, combined
 from .analysis import Analysis, Piece
 from .code.names import COMPONENT_ALIASES, COMPONENT_ATTRIBUTES, camel_case, component_name, reserved_names
 from .code.text import all_nodes, binds, bound_names, dotted, own_nodes
@@ -37,6 +37,9 @@ _OF_TUPLES: Final = frozenset({"_asdict", "_fields", "_make", "_replace"})
 _PURE: Final = frozenset({"abs", "bool", "float", "int", "isinstance", "len", "max", "min", "round", "str"})
 _TEXT_METHODS: Final = frozenset({"endswith", "isalpha", "isdigit", "lower", "startswith", "strip", "upper"})
 _OF_ARGUMENTS: Final = ("abs", "max", "min", "random.gauss", "random.uniform", "round", "str")
+_OF_WHOLE: Final = ("abs", "max", "min", "round")
+"""Those that give a whole number of whole ones."""
+_WHOLE: Final = ("bool", "int", "isinstance", "len", "random.randint", "random.randrange")
 _OF_MATH: Final = ("math.ceil", "math.floor", "math.prod", "math.sumprod", "math.trunc")
 """Functions whose result is of the kind of their arguments: they call methods of an object, or operators."""
 _NUMBERS: Final = ("random.randint", "random.random", "random.randrange")
@@ -277,12 +280,19 @@ class Definitions:
         is_method = is_of_text and isinstance(call.func, ast.Attribute) and call.func.attr in _TEXT_METHODS
         return full in _PURE or full.startswith("math.") or (is_method and not self.is_opaque)
 
+    def is_random_choice(self, call: ast.Call) -> bool:
+        """Return whether a call is one of `random.choice`."""
+        return self._full_name(dotted(call.func)) == "random.choice"
+
     def result_of(self, call: ast.Call, *, is_of_text: bool, arguments: list[Values]) -> Values:
         """Return what a call of a library gives."""
         path = dotted(call.func)
         full = self._full_name(path)
         if full in _OF_ARGUMENTS + _OF_MATH:
-            return combined(PLAIN, *arguments)
+            are_whole = bool(arguments) and combined(*arguments) == WHOLE and len(arguments) == len(call.args)
+            return WHOLE if are_whole and full in _OF_WHOLE else combined(PLAIN, *arguments)
+        if full in _WHOLE:
+            return WHOLE
         is_clock = path == ["self", "clock", "now"] and self.defined.isdisjoint(path)
         is_known = is_clock or full in (*_PURE, *_NUMBERS) or full.startswith("time.")
         return PLAIN if is_known or self.is_pure(call, is_of_text=is_of_text) else UNSURE

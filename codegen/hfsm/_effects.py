@@ -15,15 +15,18 @@ from typing import Any, Final, TypeVar
 from ..diagnostics import Location, Note
 from ..messages import Message
 from ._definitions import Definitions, is_static
-from ._evaluation import Evaluation
+from ._evaluation import Evaluation, ends
+from ._literals import literals_of
 from ._piece_effects import Effects, ProxyCall, anything
 from ._possible_values import (
     COMPONENT,
     DATA,
     NOTHING,
+    NUMBER,
     PLAIN,
     SELF,
     UNSURE,
+    WHOLE,
     Names,
     Value,
     Values,
@@ -52,13 +55,25 @@ class CodeEffects:
         document = analysis.document
         self.analysis: Final = analysis
         self.definitions = Definitions(analysis)
-        self.attributes: Names = {each.name: PLAIN for each in document.parameters}
+        self.attributes: Names = {each.name: _given(each) for each in document.parameters}
         """The values of attributes that code assigns."""
         self.escaped: set[Value] = {SELF} if self.definitions.is_exposed else set()
         """The capabilities that code has which cannot be followed, and `DATA` if it may change in place."""
         self.local: dict[str, Effects] = {}
         self.parameters: dict[str, Names] = {}
         """The effects of nested functions and lambdas, and the values of their parameters."""
+        self.waited: Final = sorted(
+            {
+                each.trigger.text.strip()
+                for automaton in document.automata
+                for each in automaton.transitions
+                if each.type == "event"
+            }
+        )
+        """The events that transitions wait for."""
+        self.literals: Final = literals_of(analysis)
+        self.is_total: dict[ast.Compare, bool] = {}
+        """Whether what each comparison compares is in order: whole numbers, or texts."""
         self.called_kinds: dict[ast.Call, frozenset[str]] = {}
         """The kinds of what each call may call."""
         self._known: dict[_Call, Effects] = {}
@@ -144,7 +159,9 @@ class CodeEffects:
                 return Effects(possible={ProxyCall(*value.name.split(".", 1))})
             case "function":
                 function = self.definitions.functions[value.name]
-                return self.called(value.name, dict.fromkeys(defaults_of(function), UNSURE))
+                found = self.called(value.name, dict.fromkeys(defaults_of(function), UNSURE))
+                self.escaped |= found.returned & {DATA}  # which may change in place then
+                return found
             case "local":
                 return self.local.get(value.name, Effects())
         return Effects()
@@ -181,9 +198,17 @@ class CodeEffects:
         found = {**self.attributes}, {**self.local}, {*self.escaped}, self.definitions.is_opaque
         return names, self._known, found
 
-    def _evaluate(self, body: Iterable[ast.AST], names: Names, context: str, automaton: int = 0) -> Effects:
-        """Evaluate code with these values of its names."""
-        walk = Evaluation(self, names, context, automaton)
+    def _evaluate(
+        self,
+        body: Iterable[ast.AST],
+        names: Names,
+        context: str,
+        automaton: int = 0,
+        *,
+        is_function: bool = False,
+    ) -> Effects:
+        """Evaluate code with these values of its names; what a function returns is followed."""
+        walk = Evaluation(self, names, context, automaton, is_function=is_function)
         try:
             for node in body:
                 walk.visit(node)
@@ -239,13 +264,17 @@ class CodeEffects:
         self._known[key] = self._last.get(key, Effects())  # in case functions call each other
         first = defaults_of(function) | passed | dict.fromkeys(own, COMPONENT)
         names = self._function_names.setdefault(key, first)
-        self._known[key] = self._evaluate(function.body, names, f"{name} {hash(key)}")
-        return self._known[key]
+        found = self._evaluate(function.body, names, f"{name} {hash(key)}", is_function=True)
+        if not ends(function.body):
+            found.returned |= NUMBER  # None
+        self._known[key] = found
+        return found
 
 
 def _given(item: Parameter) -> Values:
     """Return the values of an input whose argument is unknown: the runtime checks the types."""
-    return PLAIN if item.type.text.strip() in PARAMETER_TYPES else UNSURE
+    name = item.type.text.strip()
+    return WHOLE if name in ("bool", "int") else PLAIN if name in PARAMETER_TYPES else UNSURE
 
 
 def _until_passed(item: Parameter) -> Values:

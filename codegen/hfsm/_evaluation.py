@@ -22,13 +22,16 @@ assigned by no code that may run within the cycle.
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Final
 
 from ._definitions import FINDERS, UNKNOWN, Answer, is_static, yields
+from ._literals import Items
 from ._piece_effects import Effects, ProxyCall
 from ._possible_values import (
     AGE,
+    ANY,
     COMPONENT,
     DATA,
     FAILED_ON,
@@ -40,6 +43,7 @@ from ._possible_values import (
     SAME_PROXY,
     SELF,
     UNSURE,
+    WHOLE,
     Names,
     Value,
     Values,
@@ -47,10 +51,14 @@ from ._possible_values import (
     added,
     are_plain,
     are_texts,
+    as_values,
     combined,
+    matches,
     of_constant,
     parameters_of,
+    shapes_of,
     texts_of,
+    united,
 )
 from .code.text import binds, bound_names, child_nodes, evaluated_at_once
 
@@ -68,6 +76,8 @@ _STEADY: Final = frozenset(
 )
 _SERVED: Final = frozenset({"data", "operation", "proxy", "self"})
 """The kinds of the component, of servants and of their answers: nothing else assigns their attributes."""
+_NO_FUNCTIONS: Final = frozenset({"number", "shape", "text", "whole"})
+_FORMAT: Final = re.compile(r"%[^a-zA-Z%]*[a-zA-Z]|%%")
 _SIGNS: Final = (ast.expr_context, ast.boolop, ast.operator, ast.unaryop, ast.cmpop)
 _Argument = tuple[int | str | None, ast.expr, Values]  # its position or name, if it is single
 
@@ -79,8 +89,17 @@ class Evaluation:
     distinguishes nested functions of the same text.
     """
 
-    def __init__(self, code: CodeEffects, names: Names, context: str, automaton: int = 0) -> None:
+    def __init__(
+        self,
+        code: CodeEffects,
+        names: Names,
+        context: str,
+        automaton: int = 0,
+        *,
+        is_function: bool = False,
+    ) -> None:
         self.effects = Effects()
+        self._is_function = is_function
         self._code, self._definitions = code, code.definitions
         self._names, self._context, self._automaton = names, context, automaton
 
@@ -99,12 +118,16 @@ class Evaluation:
                     self._store(target, value)
             case ast.AnnAssign(target=target, value=ast.expr() as value):
                 self._store(target, value)
-            case ast.AugAssign(target=ast.Name() | ast.Attribute() as target, value=value):
-                added, old = self.value(value), self._identity(target)
-                self._give_away(node, added | old)  # it may change in place
-                self._give(target, combined(old, added))
+            case ast.AugAssign(target=ast.Name() | ast.Attribute() as target, op=op, value=value):
+                more, old = self.value(value), self._identity(target)
+                self._give_away(node, more | old)  # it may change in place
+                self._give(target, _result(op, old, more))
+            case ast.Return(value=ast.expr() as value) if self._is_function:
+                values = self.value(value)
+                self._escape(node, values)
+                self.effects.returned = united(self.effects.returned, values if are_plain(values) else UNSURE)
             case ast.For(target=target, iter=iterable) | ast.comprehension(target=target, iter=iterable):
-                elements = _elements(iterable)
+                elements = _elements(iterable) or self._known_elements(iterable)
                 for element in elements:
                     self._store(target, element)
                 self._inside(node, *([target, iterable] if elements else []))
@@ -149,7 +172,7 @@ class Evaluation:
                     self._note(UNKNOWN)  # to use it may run code
                 return values
             case ast.Call():
-                return self._call(node)
+                return self._taken(node) or self._call(node)
             case ast.IfExp(test=test, body=body, orelse=orelse):
                 self.value(test)
                 return self.value(body) | self.value(orelse)
@@ -166,11 +189,19 @@ class Evaluation:
             case ast.UnaryOp(op=ast.Not(), operand=operand):
                 self.value(operand)
                 return NUMBER
-            case ast.Compare(left=left, ops=operators, comparators=others):
-                return self._compare(operators, [left, *others])
-            case ast.BinOp(left=left, op=ast.Add(), right=right):
-                return added(self._operand(left), self._operand(right))
-            case ast.BinOp() | ast.UnaryOp() | ast.Subscript() | ast.Starred() | ast.Tuple():
+            case ast.Compare():
+                return self._compare(node)
+            case ast.BinOp(left=ast.Constant(value=str(text)), op=ast.Mod(), right=right):
+                values = self._operand(right)
+                return (
+                    as_values([_FORMAT.sub(ANY, text)]) if values and are_plain(values) else combined(values)
+                )
+            case ast.Subscript(value=owner, slice=index) if items := self._items(owner):
+                self._operand(index)
+                return NOTHING.union(*[self.value(each) for _, each in items])
+            case ast.BinOp(left=left, op=op, right=right):
+                return _result(op, self._operand(left), self._operand(right))
+            case ast.UnaryOp() | ast.Subscript() | ast.Starred() | ast.Tuple():
                 operands = [each for each in child_nodes(node) if isinstance(each, ast.expr)]
                 return combined(*[self._operand(each) for each in operands])
             case ast.JoinedStr(values=parts):
@@ -320,7 +351,7 @@ class Evaluation:
                 return frozenset({READER})
             case "operation" | "function" | "send" | "local" if name in ("__call__", "begin"):
                 return frozenset({owner})  # `begin` calls without waiting
-            case "data" | "number" | "plain" | "text":
+            case "data" | "number" | "plain" | "shape" | "text" | "whole":
                 return frozenset({owner}) if owner == DATA else PLAIN
         return UNSURE
 
@@ -330,15 +361,19 @@ class Evaluation:
         self._escape(node, values)
         return values
 
-    def _compare(self, operators: list[ast.cmpop], compared: list[ast.expr]) -> Values:
+    def _compare(self, node: ast.Compare) -> Values:
+        operators, compared = node.ops, [node.left, *node.comparators]
         if all(isinstance(each, ast.Is | ast.IsNot) for each in operators):
             for each in compared:
                 self._identity(each)
             return NUMBER
-        values = [self._operand(each) for each in compared]
+        values = [self._operand(each) if not self._items(each) else NUMBER for each in compared]
+        kinds = {value.kind for each in values for value in each}
+        is_total = len(operators) == 1 and (kinds <= {"whole"} or kinds <= {"text", "shape"})
+        self._code.is_total[node] = self._code.is_total.get(node, True) and is_total
         is_inside = [isinstance(each, ast.In | ast.NotIn) for each in operators]
         searched = [each for each, inside in zip(compared[1:], is_inside, strict=True) if inside]
-        if not all(isinstance(each, _DISPLAYS) for each in searched):
+        if not all(isinstance(each, _DISPLAYS) or self._items(each) for each in searched):
             self._note(UNKNOWN)  # it may be in a generator
         return NUMBER if all(is_inside) or are_plain(*values) else UNSURE
 
@@ -352,7 +387,8 @@ class Evaluation:
                 values = values and PLAIN
             if len(parts) == 1 and not are_plain(values):
                 return UNSURE  # what an object gives for its text may be more than a text
-            joined = added(joined, values if are_texts(values) else PLAIN)
+            is_text = all(each.kind in ("text", "shape") for each in values)
+            joined = added(joined, values if is_text else PLAIN)
         return joined
 
     def _call(self, call: ast.Call) -> Values:
@@ -366,7 +402,7 @@ class Evaluation:
         if isinstance(function, ast.Attribute):
             owners = self._identity(function.value)
             found = self._attribute(owners, function.attr, function)
-            found = frozenset(each for each in found if each.kind not in ("number", "text")) or found
+            found = frozenset(each for each in found if each.kind not in _NO_FUNCTIONS) or found
         else:
             is_finder = bool(self._definitions.finder(function))
             found = self._names.get(name, UNSURE) if is_finder else self._identity(function)
@@ -433,9 +469,15 @@ class Evaluation:
         events: list[str] = []
         for place, node, values in arguments:
             if place in (0, "name"):
-                events = texts_of(values)  # the runtime refuses what is no text
+                events = shapes_of(values)  # the runtime refuses what is no text
                 for event in events:
-                    self.effects.events.setdefault(event, set()).add(node)
+                    known = (
+                        [event]
+                        if ANY not in event
+                        else (each for each in self._code.waited if matches(event, each))
+                    )
+                    for each in known:
+                        self.effects.events.setdefault(each, set()).add(node)
             else:
                 self._escape(node, values)
         if not events:
@@ -456,10 +498,57 @@ class Evaluation:
             else:
                 self._give_away(node, values)
         if is_followed:
-            self.effects.add(self._code.called(value.name, passed), call)
-        else:
-            self._escape(call, frozenset({value}))
+            called = self._code.called(value.name, passed)
+            self.effects.add(called, call)
+            return called.returned
+        self._escape(call, frozenset({value}))
         return UNSURE
+
+    def _items(self, node: ast.expr) -> Items:
+        """Return the items of a literal that nothing changes; none of anything else."""
+        items: Items = []
+        match node:
+            case ast.Name(id=name) if items := self._code.literals.get(name, []):
+                self._note(self._definitions.answer_of_name(name))
+            case ast.Attribute(value=owner, attr=name) if items := self._code.literals.get(f".{name}", []):
+                if self._identity(owner) != COMPONENT or SELF in self._code.escaped:
+                    return []
+                self._note(self._definitions.answer_of_attribute(name, self._automaton))
+        return [] if self._definitions.is_opaque else items
+
+    def _known_elements(self, node: ast.expr) -> list[ast.expr]:
+        """Return the elements of something to loop over: of such a literal, or of a range."""
+        match node:
+            case ast.Call(func=ast.Attribute(value=owner, attr=name), args=[], keywords=[]):
+                items = self._items(owner)
+                if name == "items":
+                    return [ast.Tuple([key, value], ast.Load()) for key, value in items]
+                return [key if name == "keys" else value for key, value in items]
+            case ast.Call(func=ast.Name(id=name), args=[inner, *_] as given, keywords=[]):
+                elements: list[ast.expr] = []
+                if name == "enumerate" and len(given) == 1:
+                    inside = _elements(inner) or self._known_elements(inner)
+                    elements = [ast.Tuple([ast.Constant(0), each], ast.Load()) for each in inside]
+                elif name == "range" and all(are_plain(self.value(each)) for each in given):
+                    elements = [ast.Constant(0)]
+                return elements if self._definitions.is_builtin(name) else []
+        items = self._items(node)
+        are_places = all(getattr(key, "value", None) == place for place, (key, _) in enumerate(items))
+        return [value if are_places else key for key, value in items]
+
+    def _taken(self, call: ast.Call) -> Values:
+        """Return what a call takes out of a literal that nothing changes; nothing for any other call."""
+        match call:
+            case ast.Call(func=ast.Attribute(value=owner, attr="get"), args=[key, *default], keywords=[]):
+                if items := self._items(owner):
+                    self._operand(key)
+                    others = [self.value(each) for each in default] or [NUMBER]
+                    return NOTHING.union(*others, *[self.value(each) for _, each in items])
+            case ast.Call(func=ast.Attribute(value=ast.Name(), attr="choice"), args=[given], keywords=[]):
+                if self._definitions.is_random_choice(call) and (items := self._items(given)):
+                    self._note(Answer.OTHER)
+                    return NOTHING.union(*[self.value(each) for _, each in items])
+        return NOTHING
 
     def _getattr(self, call: ast.Call) -> Values:
         self._note(UNKNOWN)
@@ -489,6 +578,24 @@ class Evaluation:
                     self._give_away(call, frozenset(each for each in values if each.kind != "proxy"))
                     found |= values
         return found | UNSURE
+
+
+def _result(op: ast.operator, left: Values, right: Values) -> Values:
+    """Return what an operator gives of two values."""
+    if isinstance(op, ast.Add):
+        return added(left, right)
+    found = combined(left, right)
+    return NUMBER if found == WHOLE and isinstance(op, ast.Div | ast.Pow) else found
+
+
+def ends(body: list[ast.stmt]) -> bool:
+    """Return whether code certainly returns, or raises."""
+    match body:
+        case [*_, ast.Return() | ast.Raise()]:
+            return True
+        case [*_, ast.If(body=one, orelse=other)]:
+            return ends(one) and ends(other)
+    return False
 
 
 def _elements(node: ast.expr) -> list[ast.expr]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from ._definitions import UNKNOWN, Answer
+from ._possible_values import NOTHING, UNSURE, Values
 
 
 class ProxyCall(NamedTuple):
@@ -28,6 +29,8 @@ class Effects:
     any_event: list[ast.AST] = field(default_factory=list)
     any_call: list[ast.AST] = field(default_factory=list)
     """Places that may send any event, and those that may call any operation of any proxy."""
+    returned: Values = NOTHING
+    """What a function returns."""
 
     def add(self, other: Effects, call: ast.AST | None = None) -> None:
         """Add the effects of other code that runs here; `call` replaces its places."""
@@ -42,4 +45,4 @@ class Effects:
 
 def anything(node: ast.AST) -> Effects:
     """Return the effects of code that may do anything."""
-    return Effects(answer=UNKNOWN, any_event=[node], any_call=[node])
+    return Effects(answer=UNKNOWN, any_event=[node], any_call=[node], returned=UNSURE)

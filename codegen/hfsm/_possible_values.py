@@ -12,12 +12,15 @@ or an item, may run code, with another result each time.
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterable
 from typing import Final, NamedTuple
 
 MOST_TEXTS: Final = 20
 """The most texts that a name may be; more are unknown."""
-_PLAIN_KINDS: Final = frozenset({"data", "number", "plain", "text"})
+_PLAIN_KINDS: Final = frozenset({"data", "number", "plain", "shape", "text", "whole"})
+ANY: Final = "\0"
+"""In a shape: any text."""
 
 _NAMES: Final = ("call", "doc", "file", "init", "len", "module", "name", "qualname", "version")
 HARMLESS: Final = frozenset(f"__{name}__" for name in _NAMES)
@@ -42,8 +45,9 @@ class Value(NamedTuple):
 
     Its kind is `self` (the component), `proxy` (by its attribute), `operation`, `send` (the component's),
     `function` (of the component, by its name), `reader` (of the last value of a stream), `local` (a nested
-    function or lambda), or `other` for unknown values. Plain ones are a `text` that is known, a `number`,
-    which may also be a truth value or None, `data`, or just `plain`.
+    function or lambda), or `other` for unknown values. Plain ones are a `text` that is known, a `shape` of
+    texts, of which parts may be anything, a `whole` number or truth value, a `number` of any kind or None,
+    `data`, or just `plain`.
     """
 
     kind: str
@@ -77,6 +81,8 @@ NOTHING: Final[Values] = frozenset()
 """The values of a name to which nothing was given yet."""
 COMPONENT: Final[Values] = frozenset({SELF})
 NUMBER: Final[Values] = frozenset({Value("number")})
+WHOLE: Final[Values] = frozenset({Value("whole")})
+_NUMBERS: Final = NUMBER | WHOLE
 PLAIN: Final[Values] = frozenset({_PLAIN})
 """A plain value, which may be any text."""
 UNSURE: Final[Values] = frozenset({OTHER})
@@ -86,21 +92,37 @@ _UNKNOWN_TEXTS: Final = frozenset({OTHER, DATA, _PLAIN})
 
 def add_values(names: Names, name: str, values: Values) -> None:
     """Add values to those that a name may have; texts are lost among unknown values, and if they are many."""
-    if not values:
-        return
-    known = names.get(name, NOTHING) | values
+    if values:
+        names[name] = united(names.get(name, NOTHING), values)
+
+
+def united(first: Values, second: Values) -> Values:
+    """Return what may be one or the other value; texts are lost among unknown values, and if many."""
+    known = first | second
     if len(known) > MOST_TEXTS:
         known |= PLAIN
     if not _UNKNOWN_TEXTS.isdisjoint(known):
-        known = frozenset(value for value in known if value.kind != "text")
-    names[name] = known
+        known = frozenset(value for value in known if value.kind not in ("text", "shape"))
+    return known
 
 
 def texts_of(values: Values) -> list[str]:
     """Return all texts that a value may be if it is one, none if some are unknown."""
-    if not _UNKNOWN_TEXTS.isdisjoint(values):
+    if not _UNKNOWN_TEXTS.isdisjoint(values) or any(value.kind == "shape" for value in values):
         return []
     return sorted(value.name for value in values if value.kind == "text")
+
+
+def shapes_of(values: Values) -> list[str]:
+    """Return all texts that a value may be if it is one, some of them as shapes; none if nothing is known."""
+    if not _UNKNOWN_TEXTS.isdisjoint(values):
+        return []
+    return sorted(value.name for value in values if value.kind in ("text", "shape"))
+
+
+def matches(shape: str, text: str) -> bool:
+    """Return whether a text has a shape."""
+    return bool(re.fullmatch(".*".join(map(re.escape, shape.split(ANY))), text, re.DOTALL))
 
 
 def are_texts(values: Values) -> bool:
@@ -110,7 +132,10 @@ def are_texts(values: Values) -> bool:
 
 def as_values(texts: Iterable[str]) -> Values:
     """Return texts as values; many are any text."""
-    found = frozenset(Value("text", text) for text in texts)
+    shapes = {re.sub(f"{ANY}+", ANY, text) for text in texts}
+    if ANY in shapes:
+        return PLAIN
+    found = frozenset(Value("shape" if ANY in text else "text", text) for text in shapes)
     return found if len(found) <= MOST_TEXTS else PLAIN
 
 
@@ -127,15 +152,29 @@ def combined(*values: Values) -> Values:
         return UNSURE
     if any(DATA in each for each in values):
         return frozenset({DATA})
-    return NUMBER if all(each == NUMBER for each in values) else PLAIN
+    if all(each <= _NUMBERS for each in values):
+        return WHOLE if all(each == WHOLE for each in values) else NUMBER
+    return PLAIN
 
 
 def added(first: Values, second: Values) -> Values:
-    """Return what `first + second` may give: known texts, if there are no other values but numbers."""
-    if not are_texts((first | second) - NUMBER):
+    """Return what `first + second` may give: known texts or shapes, if there are no others but numbers.
+
+    A text and what may be any text make a shape.
+    """
+    one, other = shapes_of(first), shapes_of(second)
+    if not (one or other) or not (first and second) or DATA in first | second or not are_plain(first, second):
         return combined(first, second)
-    texts = as_values(one + other for one in texts_of(first) for other in texts_of(second))
-    return texts | (NUMBER & first & second)
+    if (first | second) & _NUMBERS and PLAIN & (first | second):
+        return PLAIN
+    texts = as_values(a + b for a in one or _any_of(first) for b in other or _any_of(second))
+    numbers = first & _NUMBERS, second & _NUMBERS
+    return texts | combined(*numbers) if all(numbers) else texts
+
+
+def _any_of(values: Values) -> list[str]:
+    """Return any text, unless all values are numbers."""
+    return [] if values <= _NUMBERS else [ANY]
 
 
 def parameters_of(function: ast.FunctionDef) -> list[str]:
@@ -145,7 +184,9 @@ def parameters_of(function: ast.FunctionDef) -> list[str]:
 
 def of_constant(value: object) -> Values:
     """Return a constant as values."""
-    return as_values([value]) if isinstance(value, str) else NUMBER
+    if isinstance(value, str):
+        return as_values([value]) if value != ANY else PLAIN
+    return WHOLE if isinstance(value, int) else NUMBER
 
 
 def defaults_of(function: ast.FunctionDef) -> Names:

@@ -44,6 +44,7 @@ _OTHER_FORMS: Final = (
     *(ast.AsyncFor, ast.AsyncFunctionDef, ast.AsyncWith, ast.Await, ast.MatMult, ast.LShift, ast.TryStar),
     *(each for each in (getattr(ast, name, None) for name in ("TypeAlias", "TemplateStr")) if each),
 )
+_MOST_SHOWN: Final = 3
 _MOST_WORK: Final = 100_000
 """The most nodes of its tree that a piece of code may run through."""
 _LENGTH: Final = 100
@@ -64,7 +65,7 @@ _LONG_FORMAT: Final = re.compile(r"%[^a-zA-Z%]*(\d{3}|\*)")
 def slow_code(effects: CodeEffects) -> tuple[tuple[Note, ...], tuple[Note, ...]]:
     """Return the places of code that is not certainly quick, and of code that may end the component.
 
-    There is at most one for each piece of code.
+    There is at most one for each piece of code, and few of code that is not quick: one is enough for all.
     """
     extension, finder = effects.analysis.extension, _Finder(effects)
     slow: list[Note] = []
@@ -80,7 +81,7 @@ def slow_code(effects: CodeEffects) -> tuple[tuple[Note, ...], tuple[Note, ...]]
                 (ending, _ENDS, finder.ending(piece)),
             ):
                 notes.extend(Note(message, piece.place(node)) for node in [next(found, None)] if node)
-    return tuple(slow), tuple(ending)
+    return tuple(slow[:_MOST_SHOWN]), tuple(ending)
 
 
 class _Finder:

@@ -253,7 +253,7 @@ class _Reader:
     def _definitions(self, source: Transition) -> Iterator[Definition]:
         piece = self._analysis.piece(condition_of(source)) if self._python else None
         if piece is not None and piece.expression is not None and truth(piece.expression) is None:
-            for literal, parts in definitions(piece.expression):
+            for literal, parts in definitions(piece.expression, self._effects.is_total):
                 yield _of_event((literal,), source)[0], _of_event(parts, source)
 
     def _is_constant(self, guard: Text) -> bool:
@@ -288,7 +288,7 @@ class _Reader:
         if self._python and text:
             piece = self._analysis.piece(guard)
             tree = None if piece is None else piece.expression
-            holds = conjunction(tree, text, unique, is_steady=is_steady)
+            holds = conjunction(tree, text, unique, is_steady=is_steady, total=self._effects.is_total)
             if holds == () and self._hears_refusals and self._effects.of(guard).answer is not Answer.SAME:
                 holds = ((unique, True),)  # a state hears what a servant refuses: the guard fails then
         if holds is None or not event:

@@ -151,7 +151,7 @@ def test_a_camera_that_fails_stops_the_head(behavior: MakeBehavior) -> None:
     b.advance(1.0)
     assert b.halted
     assert "HardwareFailedException" in b.errors[0].message
-    assert b.errors[0].location.endswith("(follow_ball.xml:64)")
+    assert b.errors[0].location.endswith("(follow_ball.xml:70)")
     assert [call.target for call in b.calls("Head")] == ["Head.stop"]
 
 

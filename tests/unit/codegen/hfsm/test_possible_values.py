@@ -15,6 +15,7 @@ from codegen.hfsm._possible_values import (
     SELF,
     SENDER,
     UNSURE,
+    WHOLE,
     Names,
     Value,
     Values,
@@ -92,4 +93,4 @@ def test_a_parameter_without_an_argument_has_its_default() -> None:
     (function,) = ast.parse(text).body
     assert isinstance(function, ast.FunctionDef)
     known = {name: values for name, values in defaults_of(function).items() if values != UNSURE}
-    assert known == {"b": NUMBER, "c": as_values(["x"]), "e": NUMBER}
+    assert known == {"b": WHOLE, "c": as_values(["x"]), "e": NUMBER}
