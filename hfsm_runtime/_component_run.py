@@ -345,10 +345,7 @@ class ComponentRun:
             self._supervision.thread_failed(location, message)
 
     def callback_failed(self, location: str, message: str, error: BaseException) -> None:
-        """Handle what a callback of user code has raised: an error as on a thread, unless it may pass.
-
-        So is a call for whose outcome the code does not ask.
-        """
+        """Handle what a callback of user code has raised: an error as on a thread, unless it may pass."""
         if not (self.ended.is_set() or self._supervision.may_pass(location, message, error)):
             self.thread_failed(location, message)
 

@@ -27,7 +27,7 @@ from ._advice import explain
 from ._automaton import Event, Transition
 from ._cycle import CycleEnded
 from ._limits import RuntimeLimits
-from ._own_threads import drops_anything, report_dropped
+from ._own_threads import report_ignored
 from ._timeline import Timeline
 from ._variables import short_repr
 from .component import Component, source_of
@@ -214,9 +214,8 @@ class Supervision(Observer):
             self._halt(exit_code_of(error) if isinstance(error, SystemExit) else 1)
 
     def succeeded(self, actor: Actor) -> None:
-        """End the outages that a completed cycle has recovered from; report what Python has dropped."""
-        if drops_anything():
-            report_dropped(self._component)
+        """End the outages that a completed cycle has recovered from; report what Python only writes."""
+        report_ignored()
         if self._hardware_failures and self._hardware_failures.get(actor, (0, -1))[1] != actor.cycle.count:
             self._hardware_failures.pop(actor, None)
         if self._refusals.waiting:
