@@ -225,7 +225,9 @@ def alone(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.usefixtures("alone")
 def test_what_python_wrote_the_time_before_is_no_error(behavior: MakeBehavior, tmp_path: Path) -> None:
     functions = f"failed = False\n{WRITTEN['a finalizer']}"
-    made = load(compile_to(tmp_path, document(sub(1, 0, state(1, "a", initial=True), functions=functions))))
+    made: Any = load(
+        compile_to(tmp_path, document(sub(1, 0, state(1, "a", initial=True), functions=functions)))
+    )
     behavior(type(made)).close()
     made.fail()
     run = behavior(type(made))
