@@ -20,7 +20,7 @@ from ._limits import LIMITS, RuntimeLimits
 from ._marks import Mark, Marks
 from ._own_threads import report_threads_of
 from ._proofs import Proofs
-from ._stop import stop_named
+from ._stop import begin_to_stop_robot
 from ._supervision import Refusal, Supervision
 from ._timeline import Timeline
 from ._variables import assign, convert, did_you_mean
@@ -108,7 +108,7 @@ class ComponentRun:
             on_refused,
             halt=self._halt,
             pause=self._pause_after,
-            stop=stop_named,
+            stop=begin_to_stop_robot,
             servers_present=servers_present,
             hand_over=limits.hand_over,
         )
@@ -345,10 +345,7 @@ class ComponentRun:
             self._supervision.thread_failed(location, message)
 
     def callback_failed(self, location: str, message: str, error: BaseException) -> None:
-        """Handle what a callback of user code has raised: an error as on a thread, unless it may pass.
-
-        So is a call for whose outcome the code does not ask.
-        """
+        """Handle what a callback of user code has raised: an error as on a thread, unless it may pass."""
         if not (self.ended.is_set() or self._supervision.may_pass(location, message, error)):
             self.thread_failed(location, message)
 

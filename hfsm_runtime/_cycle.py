@@ -51,10 +51,10 @@ class Supervisor(Protocol):
     def succeeded(self, actor: Actor) -> None:
         """Handle a cycle that was completed."""
 
-    def left_early(self, actor: Actor, code: Callable[[], object]) -> None:
+    def left_early(self) -> None:
         """Handle exit code that failed, before its exception, or that does not run as the entry did not end.
 
-        Its servants may hear nothing more.
+        Nobody may stop any more what it would have stopped.
         """
 
     def skipped(self, actor: Actor, transition: Transition) -> None:
@@ -244,9 +244,9 @@ def _run_exit_code(tree: Tree, actor: Actor, supervisor: Supervisor) -> None:
             continue
         try:
             if left.owed:  # it does not run, since the entry is not complete
-                supervisor.left_early(left, state.exit)
+                supervisor.left_early()
             else:
-                _call(tree, left, supervisor, _exit, left, state.exit, supervisor)
+                _call(tree, left, supervisor, _exit, state.exit, supervisor)
         except BaseException as end:  # noqa: BLE001 - raised below
             ends.append(end)
     if ends:
@@ -263,11 +263,11 @@ def _report_end(actor: Actor, end: BaseException, supervisor: Supervisor) -> Non
         supervisor.crashed(actor, end)
 
 
-def _exit(actor: Actor, code: Callable[[], object], supervisor: Supervisor) -> None:
+def _exit(code: Callable[[], object], supervisor: Supervisor) -> None:
     try:
         code()
     except BaseException:
-        supervisor.left_early(actor, code)
+        supervisor.left_early()
         raise
 
 

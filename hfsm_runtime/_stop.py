@@ -1,15 +1,11 @@
-"""Stop what a component commands: all of it, or what code commands that failed."""
+"""Stop what a component commands: all of it, or what nobody commands any more."""
 
 from __future__ import annotations
 
-import inspect
 import logging
-from collections import defaultdict, deque
-from collections.abc import Callable, Collection, Container, Iterable, Iterator
+from collections.abc import Container, Iterator
 from concurrent.futures import Future, wait
-from functools import lru_cache, partial
-from itertools import islice
-from types import CellType, CodeType, FunctionType, MethodType
+from functools import partial
 from typing import Any, Final
 
 from zenoh_ice import ObjectPrx, ZenohIceError
@@ -20,11 +16,6 @@ from .kinds import kinds_of
 
 _STOP_LIMIT: Final = 1.0
 """The longest wait in wall seconds for the robot's answer to being stopped."""
-
-_MOST_ITEMS: Final = 1000
-"""Of a list or a dictionary, in which code may have servants."""
-
-_Cached: Final = type(lru_cache(bool))
 
 _logger = logging.getLogger(__name__)
 
@@ -53,7 +44,7 @@ def stop_robot(component: Component) -> None:
     """
     calls = _begin_stops(component, proxies_of(component))
     for kind in kinds_of(component).values():
-        kind.stop(component, endpoints_of(component))
+        kind.stop(component)
     done, late = wait(calls, _STOP_LIMIT)
     for call in done:
         _report_stop(calls[call], call)
@@ -61,15 +52,14 @@ def stop_robot(component: Component) -> None:
         _logger.warning("self.%s did not say within %g s that it has stopped", name, _STOP_LIMIT)
 
 
-def stop_named(component: Component, code: Callable[..., object]) -> None:
-    """Begin to stop the servants that code names, and those that functions of the document name for it.
+def begin_to_stop_robot(component: Component) -> None:
+    """Begin to stop everything that a component may have commanded, since nobody may stop it any more.
 
-    Nobody waits for their answers; failures are logged.
+    Nobody waits for the answers of servants; failures are logged.
     """
-    names = names_in(component, code)
-    _stop_soon(component, names)
+    _stop_soon(component, proxies_of(component))
     for kind in kinds_of(component).values():
-        kind.stop(component, names)
+        kind.stop(component)
 
 
 def stop_removed(former: Component, component: Component) -> None:
@@ -100,61 +90,6 @@ def _report_stop(name: str, call: Future[Any]) -> None:
     failure = call.exception()
     if failure is not None:
         _logger.warning("self.%s could not be stopped: %s", name, failure)
-
-
-def names_in(component: Component, code: Callable[..., object]) -> set[str]:
-    """Return the names of attributes that code uses, with those in functions that it names.
-
-    It may use them by another name, which is a variable or an attribute, and any of them by `getattr`.
-    """
-    attributes, servants = vars(component), _connected(component)
-    used = {id(each): name for name, proxy in servants.items() for each in (proxy, *vars(proxy).values())}
-    found: set[str] = set()
-    compiled = getattr(code, "__code__", code)  # also of what stands for code that runs elsewhere
-    new: list[Any] = [code, *getattr(compiled, "co_names", ())]
-    seen: set[int] = set()
-    for each in new:  # grows
-        if isinstance(each, str):
-            if each not in found:
-                found.add(each)
-                new += attributes.get(each), inspect.getattr_static(type(component), each, None)
-        elif id(each) not in seen:
-            seen.add(id(each))
-            if isinstance(each, ObjectPrx | Call) and id(each) in used:
-                found.add(used[id(each)])
-            new += _consists_of(each, servants)
-    return found
-
-
-def _consists_of(value: Any, servants: Collection[str]) -> Iterable[object]:  # noqa: ANN401 - whatever code has
-    """Return what code names, or what holds some holds."""
-    kind = type(value)  # to ask the value may run code of the document
-    if kind is CodeType:  # also of lambdas, and of loops within brackets
-        names = value.co_names
-        inner = (each for each in value.co_consts if type(each) is CodeType)
-        return (*names, *inner, *(servants if "getattr" in names else ()))  # which may mean any of them
-    if kind is FunctionType:
-        return (value.__code__, *(cell.cell_contents for cell in value.__closure__ or () if _is_set(cell)))
-    if issubclass(kind, staticmethod | classmethod | MethodType):
-        return (value.__func__,)
-    if issubclass(kind, property):
-        return (value.fget,)
-    if kind is partial:
-        return (value.func, *value.args, *value.keywords.values())
-    if kind is _Cached:
-        return (value.__wrapped__,)
-    if kind in (dict, defaultdict):
-        value = value.values()
-    elif kind not in (list, tuple, set, frozenset, deque):
-        return ()
-    return islice((*value,), _MOST_ITEMS)
-
-
-def _is_set(cell: CellType) -> bool:
-    try:
-        return cell.cell_contents is not None
-    except ValueError:  # nothing has been assigned
-        return False
 
 
 def _stops_of(component: Component) -> Iterator[tuple[str, Call[..., Any], int]]:

@@ -27,7 +27,7 @@ from ._advice import explain
 from ._automaton import Event, Transition
 from ._cycle import CycleEnded
 from ._limits import RuntimeLimits
-from ._own_threads import drops_anything, report_dropped
+from ._own_threads import report_ignored
 from ._timeline import Timeline
 from ._variables import short_repr
 from .component import Component, source_of
@@ -90,7 +90,7 @@ class Supervision(Observer):
 
     `on_error` and `on_refused` are the policies, by default those of the document. `halt` is called with an
     exit code when an error is to stop the component, `pause` when a refused command is to pause it, and
-    `stop` to stop what exit code names that failed, or does not run.
+    `stop` to stop everything where exit code failed, or does not run.
 
     While a server is offline, the cycles that need it are ended, and tried again at their next time; the log
     reports once that it is offline and once that it is back. It is back when `servers_present` returns true
@@ -108,7 +108,7 @@ class Supervision(Observer):
         *,
         halt: Callable[[int], None],
         pause: Callable[[Refusal], None],
-        stop: Callable[[Component, Callable[[], object]], None],
+        stop: Callable[[Component], None],
         servers_present: Callable[[], bool] = lambda: True,
         hand_over: float = RuntimeLimits.hand_over,
     ) -> None:
@@ -214,9 +214,8 @@ class Supervision(Observer):
             self._halt(exit_code_of(error) if isinstance(error, SystemExit) else 1)
 
     def succeeded(self, actor: Actor) -> None:
-        """End the outages that a completed cycle has recovered from; report what Python has dropped."""
-        if drops_anything():
-            report_dropped(self._component)
+        """End the outages that a completed cycle has recovered from; report what Python only writes."""
+        report_ignored()
         if self._hardware_failures and self._hardware_failures.get(actor, (0, -1))[1] != actor.cycle.count:
             self._hardware_failures.pop(actor, None)
         if self._refusals.waiting:
@@ -230,9 +229,9 @@ class Supervision(Observer):
                 if seconds is not None:
                     self._log.warning("the server is back after %.1f s", seconds)
 
-    def left_early(self, actor: Actor, code: Callable[[], object]) -> None:  # noqa: ARG002
-        """Stop what exit code names that failed, or does not run: its servants may hear nothing more."""
-        self._stop(self._component, code)
+    def left_early(self) -> None:
+        """Stop everything since exit code failed, or does not run: nobody may stop it any more."""
+        self._stop(self._component)
 
     def skipped(self, actor: Actor, transition: Transition) -> None:
         """Report the code of a transition that does not run."""

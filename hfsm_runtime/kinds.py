@@ -9,7 +9,7 @@ the kind, and opens its ends also for components that declare none.
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Container, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
@@ -80,8 +80,8 @@ class Kind(Protocol):
     def replayed(self, component: Component, ask: Ask, differs: Differs) -> None:
         """Give a component what was recorded in place of ends. Raises ComponentError."""
 
-    def stop(self, component: Component, names: Container[str]) -> None:
-        """Stop what a component drives by some of its endpoints, within 0.5 s; failures are logged."""
+    def stop(self, component: Component) -> None:
+        """Stop what a component drives by its endpoints, within 0.5 s; failures are logged."""
 
 
 def kind_of(name: str) -> Kind:

@@ -23,7 +23,7 @@ from zenoh_ice.data.text import sentence
 
 from .._automaton import Automaton, State
 from .._component_run import ComponentRun
-from .._stop import stop_named, stop_removed
+from .._stop import begin_to_stop_robot, stop_removed
 from .._variables import cells_of, values_of
 from ..component import Component, make_automata, parameters_of, proxies_of, source_of
 from ..errors import ComponentError, ReloadRefusedError, describe
@@ -176,11 +176,11 @@ class Replacement:
         return replaced
 
     def _without_exit(self, left: State, *, is_active: bool) -> str:
-        """Stop what the exit code of an active state names, which does not run, and say so."""
+        """Stop everything if the state is active, since its exit code does not run, and say so."""
         if left.exit is None:
             return ""
         if is_active:
-            stop_named(self._former, left.exit)
+            begin_to_stop_robot(self._former)
         return f"; {sentence('its exit code did not run')}"
 
 

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from hfsm_runtime._recording.run import restore_random as restore_random
     from hfsm_runtime._recording.transport import ObservedTransport as ObservedTransport
     from hfsm_runtime._robot import connect as connect
-    from hfsm_runtime._stop import names_in as names_in
     from hfsm_runtime._variables import functions_of as functions_of
     from hfsm_runtime._variables import short_repr as short_repr
     from hfsm_runtime._variables import values_of as values_of

@@ -39,8 +39,6 @@ _LONGEST_CONDITION: Final = 300  # characters that are shown
 Ask = Callable[[str, int, int, str, Event | None], bool]
 """Runs a piece of code: its part, the ids of the automaton and of the state or transition, where it is in
 words, and the event."""
-Names = Callable[[str, int, int, str], Sequence[str]]
-"""Returns which proxies a piece of code names: as `Ask`, without the event."""
 Shown = dict[int, dict[str, CellType]]
 """The variables that are shown, by automaton and name."""
 
@@ -69,7 +67,6 @@ def make_component(
     *,
     begin: Callable[[Component], None],
     ask: Ask,
-    names: Names,
     shown: Shown,
     proofs: tuple[Any, ...] = (),
 ) -> type[Component]:
@@ -79,7 +76,7 @@ def make_component(
     is what its own component keeps. Raises DocumentInvalid for one that the compiler would not have taken.
     """
     try:
-        root = _Automata(document, path, ask, names, shown).root()
+        root = _Automata(document, path, ask, shown).root()
         body: dict[str, object] = {**_proxies(document, include), **_parameters(document)}
     except (ValueError, LookupError, TypeError, SyntaxError, MemoryError, RecursionError) as error:
         raise DocumentInvalid(f"{path.name} is no document that could run: {error}") from error
@@ -101,12 +98,11 @@ def make_component(
 class _Automata:
     """The automata of a document, as `codegen` would write them."""
 
-    def __init__(self, document: model.Document, path: Path, ask: Ask, names: Names, shown: Shown) -> None:
+    def __init__(self, document: model.Document, path: Path, ask: Ask, shown: Shown) -> None:
         self._shown: Final = shown
         self._document: Final = document
         self._path: Final = path
         self._ask: Final = ask
-        self._names: Final = names
         self._rate = 0.0
         """Cycles in a second of all automata so far."""
 
@@ -218,9 +214,8 @@ class _Automata:
         self, part: str, automaton: model.Automaton, id: int, where: str, *, takes_event: bool = False
     ) -> Callable[..., bool]:
         run = partial(self._ask, part, automaton.id, id, where)
-        names = partial(self._names, part, automaton.id, id, where)
         shown = self._shown.setdefault(automaton.id, {})
-        return _Piece(run if takes_event else partial(run, None), names, shown)
+        return _Piece(run if takes_event else partial(run, None), shown)
 
 
 class _Piece:
@@ -229,11 +224,8 @@ class _Piece:
     co_firstlineno = 0
     co_filename = ""
 
-    def __init__(
-        self, run: Callable[..., bool], names: Callable[[], Sequence[str]], shown: Mapping[str, CellType]
-    ) -> None:
+    def __init__(self, run: Callable[..., bool], shown: Mapping[str, CellType]) -> None:
         self._run: Final = run
-        self._names: Final = names
         self._shown: Final = shown
 
     def __call__(self, *event: Event) -> bool:
@@ -244,10 +236,6 @@ class _Piece:
     @property
     def __code__(self) -> _Piece:
         return self
-
-    @property
-    def co_names(self) -> tuple[str, ...]:
-        return tuple(self._names())
 
     @property
     def co_freevars(self) -> tuple[str, ...]:

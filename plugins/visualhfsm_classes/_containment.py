@@ -109,7 +109,6 @@ class Containment:
             self._include,
             begin=code.begin,
             ask=code.run,
-            names=code.names,
             shown=code.shown,
             proofs=read_proofs(submission.component),
         )
@@ -250,11 +249,6 @@ class _Code:
             for variable, value in sandbox.values(done.variables, where).items():
                 self._show(automaton, variable, value)
         return done.value
-
-    def names(self, part: str, automaton: int, id: int, where: str) -> list[str]:
-        """Return which proxies a piece of code names, as the submission's process says."""
-        sandbox, now = self._running
-        return sandbox.ask(protocol.ListNames(now, automaton, part, id), protocol.Names, where).names
 
     def variables(self, automaton: int) -> dict[str, Any]:
         """Return the variables of an automaton, as the submission's process says."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable, Container, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
 from typing import Any, Final
 
@@ -183,11 +183,11 @@ def used_by(component: Component) -> dict[str, Used]:
     return {name: used for name, used in found.items() if isinstance(used, Used)}
 
 
-def stop(component: Component, names: Container[str]) -> None:
-    """Stop what a component drives over ROS by the ends with some names; failures are logged."""
+def stop(component: Component) -> None:
+    """Stop what a component drives over ROS; failures are logged."""
     end = time.monotonic() + _LIMIT
     for name, used in used_by(component).items():
-        for stop_it in used._hfsm_stops() if name in names else ():
+        for stop_it in used._hfsm_stops():
             try:
                 stop_it(max(_LEAST, end - time.monotonic()))
             except (RosError, ZenohIceError) as error:

@@ -27,7 +27,6 @@ from hfsm_runtime.plugins import (
     functions_of,
     hand_over,
     make_event,
-    names_in,
     outputs_of,
     restore_random,
     short_repr,
@@ -90,8 +89,6 @@ class FarComponent:
                     self._transport.inlets[message.stream].push(message.sample)
                 case protocol.ListVariables():
                     return Done(variables=_encoded(self._variables(message.automaton)))
-                case protocol.ListNames():
-                    return protocol.Names(self._names(message))
         except protocol.PipeError:
             raise
         except BaseException as error:  # noqa: BLE001 - code of others may raise anything, also SystemExit
@@ -143,12 +140,6 @@ class FarComponent:
     def _variables(self, automaton: int) -> dict[str, object]:
         found = values_of(self._automata[automaton])
         return {name: _shown(value, _DEEPEST_NESTING) for name, value in list(found.items())[:_MOST_ELEMENTS]}
-
-    def _names(self, message: protocol.ListNames) -> list[str]:
-        code, component = self._code.get((message.automaton, message.part, message.id)), self._component
-        if code is None or component is None:
-            return []
-        return sorted(names_in(component, code) & proxies_of(component).keys())
 
     def _changed(self, automaton: int) -> dict[str, object]:
         """Return the variables that have changed since the last time."""

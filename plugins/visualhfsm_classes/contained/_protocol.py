@@ -36,7 +36,7 @@ ENDS: Final = {each.__name__: each for each in (CycleCutError, ComponentStoppedE
 
 Text = Annotated[str, msgspec.Meta(max_length=LARGEST_TEXT)]
 Name = Annotated[str, msgspec.Meta(max_length=200)]
-_MOST_NAMES: Final = 1000
+
 Plain = bool | int | float | str
 """A value of a parameter."""
 Values = Annotated[dict[Name, msgspec.Raw], msgspec.Meta(max_length=1000)]
@@ -127,15 +127,6 @@ class ListVariables(Timed):
     automaton: int
 
 
-class ListNames(Timed):
-    """Say which attributes of the component a piece of code names: answered by Names."""
-
-    automaton: int
-    part: str
-    """As in RunCode."""
-    id: int
-
-
 class Answered(Timed):
     """The answer to a request of the far end, with what that asks for."""
 
@@ -176,12 +167,6 @@ class Raised(Message):
     """Where, in the component and in the document."""
     detail: Name = ""
     """The second member of an exception of a servant, such as who holds the robot."""
-
-
-class Names(Message):
-    """The names of attributes, with those in functions that the code names."""
-
-    names: Annotated[list[Name], msgspec.Meta(max_length=_MOST_NAMES)]
 
 
 class Call(Message):
@@ -268,24 +253,11 @@ class Log(Message):
     text: Text
 
 
-Task = Begin | RunCode | Deliver | AskHolds | ListVariables | ListNames
+Task = Begin | RunCode | Deliver | AskHolds | ListVariables
 """What the far end is to do."""
 ToFar = Task | Answered | Failed
 ToNear = (
-    Done
-    | Raised
-    | Names
-    | Call
-    | Find
-    | Subscribe
-    | Poll
-    | Push
-    | Unsubscribe
-    | Wait
-    | Sleep
-    | Send
-    | SetMark
-    | Log
+    Done | Raised | Call | Find | Subscribe | Poll | Push | Unsubscribe | Wait | Sleep | Send | SetMark | Log
 )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import sys
-from collections.abc import Callable, Container, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from types import SimpleNamespace
@@ -87,8 +87,8 @@ class Signals:
 
     def replayed(self, component: Component, ask: Ask, differs: Differs) -> None: ...
 
-    def stop(self, component: Component, names: Container[str]) -> None:
-        self.stopped += [name for name in endpoints_of(component) if name in names]
+    def stop(self, component: Component) -> None:
+        self.stopped += endpoints_of(component)
 
 
 SIGNALS = Signals()

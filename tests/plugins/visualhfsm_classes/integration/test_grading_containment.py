@@ -157,7 +157,7 @@ def test_what_is_refused_is_heard_the_same_inside(containment: Containment, tmp_
     assert len(inside["variable"]) == 2
 
 
-def test_what_exit_code_names_that_is_cut_is_stopped_inside_as_outside(
+def test_everything_is_stopped_where_exit_code_is_cut_inside_as_outside(
     containment: Containment, tmp_path: Path
 ) -> None:
     leave = "<exit>self.sleep(5.0)\nself.hold()</exit></state>"

@@ -83,8 +83,8 @@ def test_stopping_again_publishes_nothing_more_and_one_failure_leaves_the_rest()
         raise CallError("gone")
 
     action.goals[1].cancel = fail  # type: ignore[method-assign]
-    stop(player, ["ball", "count"])
-    stop(player, ["ball", "count"])
+    stop(player)
+    stop(player)
     assert [each.x for each in ros.topic("/ball").messages] == [1.0, 0.0]
     assert [goal.done for goal in goals] == [True, False]
 
