@@ -16,7 +16,6 @@ from tests.support.panels import undo_names
 COLUMNS = 40
 STATES = 1200
 MIDDLE = STATES // 2 + COLUMNS // 2
-CHAIN = 160
 TWO_FRAMES = "() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
 
 
@@ -212,28 +211,3 @@ def test_a_box_may_be_drawn_while_another_window_adds_a_state_names_are_near_and
     mouse.click(area["x"] + area["width"] - 12, area["y"] + area["height"] - 12)
     expect(corner).to_be_in_viewport()
     expect(shown.state("state 1")).not_to_be_in_viewport()
-
-
-def test_a_long_chain_that_is_arranged_is_seen_whole(browser: Browser, root: Path) -> None:
-    states = "".join(f'<state id="{each}"><name>step {each}</name></state>' for each in range(1, CHAIN + 1))
-    arcs = "".join(
-        f'<transition id="{each}"><origin>{each}</origin><destiny>{each + 1}</destiny><name>go on</name>'
-        f'<trans type="time">1</trans></transition>'
-        for each in range(1, CHAIN)
-    )
-    path = root / "chain.xml"
-    path.write_text(f'<VisualHFSM><SubAutomata id="1" idFather="0">{states}{arcs}</SubAutomata></VisualHFSM>')
-    with editor(root, path) as running, editor_page(browser, running) as shown:
-        expect_selected(shown, f"{CHAIN} states, {CHAIN - 1} transitions")
-        shown.press("l")
-        expect(shown.page.locator(".last-step")).to_have_text("Arrange")
-        seen = shown.page.evaluate(
-            """() => {
-              const {viewport, drawing} = document.querySelector("hfsm-canvas");
-              const {seen} = viewport;
-              const isSeen = ({x, y}) => x > seen.left && x < seen.right && y > seen.top && y < seen.bottom;
-              return [viewport.scale, [...drawing.places.values()].filter(isSeen).length];
-            }"""
-        )
-        assert seen[1] == 2 * CHAIN - 1
-        assert seen[0] > 0.1  # so large that states look like circles
