@@ -7,7 +7,7 @@ from itertools import pairwise
 import pytest
 from playwright.sync_api import expect
 
-from tests.support.browser import EditorPage
+from tests.support.browser import Box, EditorPage
 from tests.support.documents import document as document_of
 from tests.support.documents import state, sub, transition
 
@@ -176,3 +176,55 @@ def test_a_bar_above_the_canvas_moves_nothing_in_the_window(shown: EditorPage) -
     expect(page.get_by_text("No connection since")).to_have_count(0)
     shown.expect_at("level1", place)
     assert shown.radius_of("level1") == radius
+
+
+MANY = 301
+CROWDED = document_of(
+    sub(
+        1,
+        0,
+        *(
+            placed(state(each, f"state {each}", initial=each == 1), each % 20 * 240, each // 20 * 200)
+            for each in range(1, MANY + 1)
+        ),
+        placed(transition(1, 1, 2, "self.ready", name="go"), 360, -60),
+    )
+)
+
+
+@pytest.mark.parametrize("document", [CROWDED], ids=["many states"])
+def test_many_states_are_all_drawn_moved_at_once_and_the_page_suggests_fewer(own: EditorPage) -> None:
+    expect(own.page.locator(".notice")).to_contain_text("More than 300 states in one automaton")
+    expect(own.page.locator("hfsm-canvas .state")).to_have_count(MANY)
+    status = own.page.locator("hfsm-status .about")
+    before = x, y = own.middle_of("state 150")
+    far = own.middle_of(f"state {MANY}")
+    own.page.locator("hfsm-canvas .surface").focus()
+    own.press("Control+a")
+    expect(status).to_have_text(f"{MANY} states, 1 transition")
+    mouse = own.page.mouse
+    mouse.move(x, y)
+    mouse.down()
+    mouse.move(x + 40, y + 60, steps=2)
+    own.expect_at(f"state {MANY}", (far[0] + 40, far[1] + 60))
+    own.press("Escape")
+    mouse.up()
+    own.expect_at(f"state {MANY}", far)
+    own.drag(before, (x + 40, y + 60))
+    expect(own.page.locator(".last-step")).to_have_text(f"Move {MANY} states and 1 transition")
+    own.expect_at(f"state {MANY}", (far[0] + 40, far[1] + 60))
+
+
+@pytest.mark.parametrize("document", [LONG], ids=["two states"])
+def test_a_box_may_be_drawn_while_another_window_adds_a_state(own: EditorPage) -> None:
+    canvas = Box.of(own.page.locator("hfsm-canvas"))
+    mouse = own.page.mouse
+    mouse.move(canvas.x + 4, canvas.y + 4)
+    mouse.down()
+    mouse.move(canvas.x + 40, canvas.y + 40)
+    with own.editor.window() as other:
+        other.ask("do", tab=1, command={"command": "addState", "automaton": 1, "x": 400, "y": 100})
+    expect(own.page.locator(".last-step")).to_have_text("Add a state")
+    mouse.move(canvas.x + canvas.width - 4, canvas.y + canvas.height - 4)
+    mouse.up()
+    expect(own.page.locator("hfsm-status .about")).to_have_text("2 states, 1 transition")

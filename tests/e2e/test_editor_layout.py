@@ -402,6 +402,31 @@ def test_eleven_documents_keep_their_names_and_a_menu_has_them_all(shown: Editor
     assert shown.violations("header") == []
 
 
+@pytest.mark.parametrize(("width", "height", "axis"), [(1280, 800, "x"), (390, 844, "y")])
+def test_states_are_arranged_in_the_direction_in_which_all_are_larger(
+    browser: Browser, root: Path, width: int, height: int, axis: str
+) -> None:
+    numbers = range(1, 9)
+    states = "".join(f'<state id="{each}"><name>step {each}</name></state>' for each in numbers)
+    arcs = "".join(
+        f'<transition id="{each}"><origin>{each}</origin><destiny>{each + 1}</destiny><name>go on</name>'
+        f'<trans type="time">1</trans></transition>'
+        for each in numbers[:-1]
+    )
+    path = root / "chain.xml"
+    path.write_text(f'<VisualHFSM><SubAutomata id="1" idFather="0">{states}{arcs}</SubAutomata></VisualHFSM>')
+    with editor(root, path) as running, editor_page(browser, running) as shown:
+        shown.resize(width, height)
+        shown.state("step 1").wait_for()
+        shown.press("l")
+        expect(shown.button("Undo")).to_be_enabled()
+        drawing = Box.of(shown.page.locator("hfsm-canvas"))
+        steps = [shown.state(f"step {each}").locator(".body") for each in numbers]
+        until(lambda: all(Box.of(each).is_within(drawing) for each in steps))
+        places = [getattr(Box.of(each), axis) for each in steps]
+        assert places == sorted(set(places))
+
+
 def test_a_name_that_is_cut_shows_where_it_differs_and_is_read_whole(shown: EditorPage) -> None:
     page = shown.page
     shown.resize(683, 800)

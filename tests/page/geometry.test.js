@@ -175,8 +175,8 @@ test("no name stands where another handle is nearer, which would seem to have it
   const labels = [{key: 1, handle: {x: 0, y: 0}, normal: {x: 0, y: -1}, sizes: [{width: 40, height: 20}]}];
   const around = {occupied: [{left: -200, right: 200, top: -15, bottom: 200}]};
   assert.deepEqual(placeLabels(labels, [], around).get(1)?.middle, {x: 0, y: -44});
-  const other = {handle: {x: 0, y: -64}, size: {width: 0, height: 0}};
-  assert.deepEqual(placeLabels(labels, [], {...around, placed: [other]}).get(1)?.middle, {x: 0, y: -24});
+  const other = {key: 2, handle: {x: 0, y: -64}, normal: {x: 0, y: -1}, sizes: [{width: 0, height: 0}]};
+  assert.deepEqual(placeLabels([...labels, other], [], around).get(1)?.middle, {x: 0, y: -24});
 });
 
 test("no name stands on other words, and words everywhere end no search", () => {

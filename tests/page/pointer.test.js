@@ -67,8 +67,6 @@ function drawn() {
     drawing: {
       places: new Map([...STATES.map((each) => [`s${each.id}`, each]), ["t1", ARC]]),
       view: () => undefined,
-      keyAt: () => undefined,
-      hold: () => undefined,
       preview: () => {},
     },
     order: {select: (key) => page.select({[key[0] === "s" ? "states" : "transitions"]: [Number(key.slice(1))]})},

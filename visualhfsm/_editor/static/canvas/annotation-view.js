@@ -9,7 +9,6 @@
 import {t} from "../kit/texts.js";
 import {fitTitle, LINE, linesOf, occupied, PADDING, SIZE, titleSize} from "../measures/annotation-text.js";
 import {areaOf, colorOf, FARTHEST, grown, isFrame, within} from "../measures/areas.js";
-import {touches} from "./plane.js";
 import {lettersAt} from "./viewport.js";
 import {make} from "./svg.js";
 
@@ -70,15 +69,14 @@ export class AnnotationLayer {
   }
 
   /**
-   * Write those that are in sight; the others have no text yet.
+   * Write all as it is read at a scale.
    *
-   * @param {Box} seen @param {number} scale
+   * @param {number} scale
    * @param {(box: Box) => Box[]} [inTheWay] what else is in a part of the drawing, which titles do not cover
    */
-  look(seen, scale = 1, inTheWay = () => []) {
+  look(scale = 1, inTheWay = () => []) {
     const size = titleSize(scale);
     for (const view of this.views.values()) {
-      if (!touches(view.box, seen)) continue;
       if (isFrame(view.annotation)) view.title(size, inTheWay);
       else view.write(Math.max(SIZE, lettersAt(scale)));
     }
@@ -186,7 +184,7 @@ export class AnnotationView {
     this.group.setAttribute("transform", `translate(${x},${y})`);
   }
 
-  /** Write the text of a note, once it is in sight. @param {number} letters their size */
+  /** Write the text of a note. @param {number} letters their size */
   write(letters) {
     if (this.wanted === letters) return;
     this.wanted = letters;

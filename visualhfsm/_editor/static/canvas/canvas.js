@@ -15,6 +15,7 @@ import {holdKeys} from "../kit/waiting-keys.js";
 import {keyOf} from "../kit/keys.js";
 import {isImporting} from "../data/outline.js";
 import {render, html, nothing} from "lit";
+import {notify} from "../kit/notices.js";
 import {offers} from "../kit/buttons.js";
 import {importLink} from "../data/import-link.js";
 import {page} from "../data/page.js";
@@ -22,14 +23,14 @@ import {errorBelow, problemOf} from "../data/problems.js";
 import {store} from "../data/store.js";
 import {rich, t} from "../kit/texts.js";
 import {boxOf, contains, distance, RADIUS, wider} from "../measures/geometry.js";
-import {Minimap} from "./minimap.js";
 import {Order} from "./order.js";
 import {Pointer} from "./pointer.js";
 import {Drawing} from "./drawing.js";
 import {make} from "./svg.js";
-import {FAR, FIT_LARGEST, TINY, VERY_FAR, Viewport} from "./viewport.js";
+import {FAR, FIT_LARGEST, NAMELESS, TINY, VERY_FAR, Viewport} from "./viewport.js";
 
 const REST = 300; // ms
+const MANY = 300; // states of one automaton
 /** For these canvas.css makes handles larger, the farther away. */
 const FINGERS = matchMedia("(pointer: coarse)");
 const FIRST_ACTS = {newState: t("Draw a state"), shelf: t("Take one from the shelf"), example: t("Open an example")};
@@ -52,7 +53,6 @@ export class HfsmCanvas extends HTMLElement {
   hint = division("hint");
   empty = division("empty");
   outside = document.createElement("button");
-  minimap = new Minimap(this);
   /** What edits names in place, once the canvas had the focus. @type {import("./rename.js").Rename | undefined} */
   rename = undefined;
   order = new Order(this);
@@ -97,7 +97,7 @@ export class HfsmCanvas extends HTMLElement {
     Object.assign(this.outside, {className: "outside", type: "button", hidden: true});
     this.outside.textContent = t("Everything is outside: show it ({key})", {key: keyOf("fit")});
     this.outside.addEventListener("click", () => this.fit());
-    this.append(this.surface, this.empty, this.outside, this.hint, this.minimap.element, this.speech);
+    this.append(this.surface, this.empty, this.outside, this.hint, this.speech);
     if (!this.readOnly) this.surface.addEventListener("focus", () => this.#renaming(), {once: true});
     new ResizeObserver(() => this.#resized()).observe(this);
     for (const kind of /** @type {const} */ (["document", "problems"])) {
@@ -136,13 +136,18 @@ export class HfsmCanvas extends HTMLElement {
     this.#showEmpty(automaton);
     if (other) this.#arrive(key);
     else this.#look();
+    if (other && automaton && automaton.states.length > MANY)
+      notify(
+        t("More than {most} states in one automaton are slow, and hard to read: group some below a state.", {
+          most: MANY,
+        }),
+      );
     this.drawing.select(page.states, page.transitions, page.annotations);
     this.drawing.showLive(this.#live);
     this.order.keep();
     this.rename?.follow();
     this.#offerEdges();
     if (other && this.hadFocus) this.focusSelected();
-    this.minimap.draw();
     this.#lookOutside();
   }
 
@@ -251,7 +256,7 @@ export class HfsmCanvas extends HTMLElement {
   /** Mark the state to which a transition is about to lead. @param {number} [id] */
   markTarget(id) {
     this.target?.classList.remove("target");
-    this.target = id === undefined ? undefined : this.drawing.hold("target", `s${id}`);
+    this.target = id === undefined ? undefined : this.drawing.find(`s${id}`)?.group;
     this.target?.classList.add("target");
   }
 
@@ -335,7 +340,6 @@ export class HfsmCanvas extends HTMLElement {
   #showSelection() {
     this.drawing.select(page.states, page.transitions, page.annotations);
     this.order.keep();
-    this.minimap.draw();
     this.#offerEdges();
   }
 
@@ -385,10 +389,9 @@ export class HfsmCanvas extends HTMLElement {
     this.svg.style.transform = `translate(${x.toFixed(2)}px, ${y.toFixed(2)}px) scale(${scale.toFixed(6)})`;
     this.classList.toggle("far", scale < FAR);
     this.classList.toggle("very-far", scale < VERY_FAR);
-    this.classList.toggle("nameless", scale < this.drawing.nameless);
+    this.classList.toggle("nameless", scale < NAMELESS);
     this.classList.toggle("tiny", scale < TINY);
     this.#look();
-    this.minimap.frame();
     this.rename?.follow();
     this.annotating?.follow();
     this.#lookOutside();
@@ -403,16 +406,15 @@ export class HfsmCanvas extends HTMLElement {
     this.#resting = setTimeout(() => {
       const places = [...this.drawing.places.values()];
       const {seen} = this.viewport;
-      this.drawing.rest();
       // Not in each frame: the browser would look at the style of everything.
       if (FINGERS.matches) this.style.setProperty("--scale", this.viewport.scale.toFixed(2));
       this.outside.hidden = !this.#size.width || !places.length || places.some((place) => isNear(place, seen));
     }, REST);
   }
 
-  /** Create the elements that come into view, once the size of the canvas is known. */
+  /** Write what is read at this scale, once the size of the canvas is known. */
   #look() {
-    if (this.#size.width) this.drawing.look(this.viewport.seen, this.viewport.scale);
+    if (this.#size.width) this.drawing.look(this.viewport.scale);
   }
 
   #view() {

@@ -2,35 +2,30 @@
  * The drawing of one automaton, in step with the document.
  *
  * A view exists as long as its state or transition, and only differences are drawn, so that a command in a document of
- * hundreds of states is drawn at once. Which views are on the page is up to the stage.
+ * hundreds of states is drawn at once.
  */
 
 import {outgoing} from "../data/outline.js";
 import {required} from "../kit/existence.js";
 import {AnnotationLayer} from "./annotation-view.js";
-import {bounds, boxOf, contains, handles, pointsOf, RADIUS, wider} from "../measures/geometry.js";
-import {placeLabels, roomOf} from "./labels.js";
+import {bounds, contains, handles, pointsOf, RADIUS, touches, wider} from "../measures/geometry.js";
+import {placeLabels} from "./labels.js";
 import {markState, markTransition} from "./live-marks.js";
-import {touches} from "./plane.js";
-import {Stage} from "./stage.js";
 import {StateView} from "./state-view.js";
+import {make} from "./svg.js";
 import {TransitionView} from "./transition-view.js";
 import {FAR, lettersAt, NAMELESS, nameLettersAt, VERY_FAR} from "./viewport.js";
 
-const LARGE = 1000; // states and transitions; of larger automata only what is seen is on the page
-const AROUND = 400; // pixels around an arc within which states may be in the way of its name
-const BESIDE_ARC = 200; // pixels around an arc within which its name may be
 const WIDEST = 8 * RADIUS; // name of a state
 const BETWEEN = 12; // pixels between two names of states
 const LINES = 2.4; // times the size of letters: the height of a name
-const MARKED = 200; // views with marks that are drawn one by one in any case
 
 /**
  * @import {Automaton, Problem, State, Transition} from "../data/protocol.js"
  * @import {AnnotationView} from "./annotation-view.js"
- * @import {View} from "./merged-elements.js"
  * @import {Box, Point} from "../measures/geometry.js"
  * @import {Live} from "./live-marks.js"
+ * @typedef {StateView | TransitionView} View
  * @typedef {{imported: (state: State) => boolean, problem: (kind: "state" | "transition", id: number) => Problem |
  *   undefined, marks?: Map<string, string>}} More what is drawn besides, by keys such as `s1` and `t2`
  */
@@ -46,17 +41,13 @@ export class Drawing {
   /** @type {Automaton | undefined} */
   automaton = undefined;
 
-  /** @param {{whole?: boolean}} [options] whether all of it is on the page, however large it is */
-  constructor({whole = false} = {}) {
-    this.whole = whole;
-  }
-
-  #stage = new Stage((views) => this.#drawn(views));
-  #count = 0; // of all views that there were
+  #arcs = make("g", {class: "arcs"});
+  #names = make("g", {class: "names", "aria-hidden": "true"});
+  #circles = make("g", {class: "circles"});
 
   /** All layers, from the lowest to the highest. */
   get layers() {
-    return [this.annotations.group, ...this.#stage.layers];
+    return [this.annotations.group, this.#arcs, this.#names, this.#circles];
   }
 
   /** What is drawn of a key such as `s1`, `t2` or `a3`. @param {string} key @returns {View | AnnotationView | undefined} */
@@ -69,23 +60,6 @@ export class Drawing {
     return key.startsWith("s") ? this.states.get(key) : this.transitions.get(key);
   }
 
-  /**
-   * Keep elements on the page, in place of those that were held for the same reason; returns the first of them.
-   *
-   * @param {string} reason @param {...string} keys
-   * @returns {SVGElement | undefined}
-   */
-  hold(reason, ...keys) {
-    const views = keys.flatMap((key) => this.view(key) ?? []);
-    this.#stage.hold(reason, views);
-    return this.find(keys[0] ?? "")?.group;
-  }
-
-  /** The key of what is at a point, where it is not on the page by itself. @param {Point} point */
-  keyAt(point) {
-    return this.#stage.at(point)?.key;
-  }
-
   /** Show an automaton as the document has it. @param {Automaton | undefined} automaton @param {More} more */
   update(automaton, more) {
     const other = automaton?.id !== this.automaton?.id;
@@ -95,28 +69,19 @@ export class Drawing {
       this.#clear();
       this.#detailed = true;
     }
-    this.#stage.cull(!this.whole && states.length + transitions.length > LARGE, this.#views());
     this.places.clear();
     let changed = other;
-    /** @param {View} view @param {boolean} rewritten @param {boolean} moved */
-    const put = (view, rewritten, moved) => {
-      if (moved) this.#stage.put(view);
-      else if (rewritten) this.#stage.change(view);
-      return rewritten || moved;
-    };
     /** @type {Map<number, Point>} */
     const points = new Map();
     /** @type {Map<number, string>} */
     const names = new Map();
     for (const {view, item: state, key} of this.#sync(this.states, states, "s", newState)) {
-      const rewritten = view.update(state, {
+      view.update(state, {
         problem: more.problem("state", state.id),
         imported: more.imported(state),
         mark: more.marks?.get(key),
       });
-      const moved = view.place(state);
-      put(view, rewritten, moved);
-      changed ||= moved;
+      changed = view.place(state) || changed;
       this.places.set(key, state);
       if (!points.has(state.id)) {
         points.set(state.id, state);
@@ -143,39 +108,27 @@ export class Drawing {
         handle,
         transition.origin === transition.destination,
       );
-      changed = put(view, rewritten, moved) || changed;
+      changed ||= rewritten || moved;
     }
-    this.#stage.settle(this.#views());
     if (changed || this.#moved) this.#stale = true;
     this.#moved = false;
-    this.#stage.draw();
     this.#placeDetails();
     if (!changed) return;
     this.annotations.refit();
     this.#lookAtAnnotations();
   }
 
-  /** What was last seen. @type {{seen: Box, scale: number} | undefined} */
-  #last = undefined;
+  /** The scale at which it is shown, once it is. @type {number | undefined} */
+  #scale = undefined;
 
-  /** Write the annotations that are seen. */
+  /** Write the annotations. */
   #lookAtAnnotations() {
-    if (!this.#last) return;
-    const {seen, scale} = this.#last;
-    this.annotations.look(seen, scale, (box) => this.#inTheWay(box, scale));
-  }
-
-  /** What titles of frames must not cover in a part of the drawing. @param {Box} box @param {number} scale */
-  #inTheWay(box, scale) {
-    const near = [...this.#stage.within(wider(box, BESIDE_ARC))];
-    const states = near.filter((view) => view instanceof StateView);
-    return [
-      ...states.map((view) => view.box),
-      ...this.#labels(
-        scale,
-        near.filter((view) => view instanceof TransitionView),
-      ),
-    ].filter((each) => touches(each, box));
+    const scale = this.#scale;
+    if (scale === undefined) return;
+    const states = [...this.states.values()];
+    this.annotations.look(scale, (box) =>
+      [...states.map((view) => view.box), ...this.#labels(scale)].filter((each) => touches(each, box)),
+    );
   }
 
   #moved = false;
@@ -190,15 +143,6 @@ export class Drawing {
   preview(moved, carried) {
     this.#moved = true;
     const {dx, dy, keys} = carried ?? {dx: 0, dy: 0, keys: new Set()};
-    const views = [...moved.keys()].flatMap((key) => this.view(key) ?? []);
-    if (carried && this.#stage.isLarge && !this.#stage.isLifted) {
-      const whole = new Set([...keys].map((key) => this.transitions.get(key)));
-      const isCarried = (/** @type {View} */ view) => view instanceof StateView || whole.has(view);
-      this.#stage.lift(
-        views.filter(isCarried),
-        views.filter((view) => !isCarried(view)),
-      );
-    }
     for (const [key, point] of moved) {
       this.places.set(key, point);
       this.states.get(key)?.place(point);
@@ -210,8 +154,6 @@ export class Drawing {
       if (keys.has(key)) view.carry(dx, dy);
       else this.#bend(key, view);
     }
-    if (carried) this.#stage.shift(dx, dy, views);
-    else this.#stage.settle(views);
   }
 
   /** Draw a transition between the present places of its states, with its name. @param {string} key @param {TransitionView} view */
@@ -226,127 +168,72 @@ export class Drawing {
 
   /** Whether all names and badges are to be placed again. */
   #stale = false;
-  /** Views that were drawn since names and badges were placed. @type {View[]} */
-  #fresh = [];
   #detailed = true; // whether names and badges are visible; they are placed only then
 
-  /** Draw a part of the drawing. @param {Box} seen @param {number} scale */
-  look(seen, scale) {
-    this.#last = {seen, scale};
-    this.#detailed = scale >= this.nameless;
-    if (!this.#stage.isLarge) this.#scaleLetters();
-    this.#stage.look(seen, scale);
+  /** Write what is read at a scale. @param {number} scale */
+  look(scale) {
+    this.#scale = scale;
+    this.#detailed = scale >= NAMELESS;
+    this.#scaleLetters();
     this.#placeDetails();
     this.#lookAtAnnotations();
   }
 
-  /** The view rests. */
-  rest() {
-    this.#scaleLetters();
-    this.#stage.rest();
-    this.#placeDetails();
-  }
-
   #letters = nameLettersAt(1);
-
-  get #scale() {
-    return this.#last?.scale ?? 1;
-  }
-
-  /** The scale below which nothing has a name. */
-  get nameless() {
-    return this.#stage.isLarge ? VERY_FAR : NAMELESS;
-  }
 
   /** Write names in letters that are readable now. */
   #scaleLetters() {
-    const letters = nameLettersAt(this.#scale);
+    const letters = nameLettersAt(this.#scale ?? 1);
     if (letters === this.#letters || !this.#detailed) return;
     this.#letters = letters;
-    for (const view of this.transitions.values()) view.scaleLetters(lettersAt(this.#scale));
+    for (const view of this.transitions.values()) view.scaleLetters(lettersAt(this.#scale ?? 1));
     this.#stale = true;
   }
 
-  /** Views have come onto the page. @param {View[]} views */
-  #drawn(views) {
-    for (const view of views) if (view.live) markView(view);
-    this.#fresh.push(...views);
-    this.#placeDetails();
-  }
-
   #placeDetails() {
-    if (!this.#detailed) return;
-    const fresh = this.#stale ? undefined : this.#fresh.filter(({group}) => group);
+    if (!this.#detailed || !this.#stale) return;
     this.#stale = false;
-    this.#fresh = [];
-    if (fresh?.length === 0) return;
-    if (this.#scale >= VERY_FAR) this.#placeNames(fresh);
-    this.#fitNames(fresh);
-    this.#placeBadges(fresh);
+    if ((this.#scale ?? 1) >= VERY_FAR) this.#placeNames();
+    this.#fitNames();
+    this.#placeBadges();
   }
 
-  /** Write names of states in the room that others leave: all that are drawn, or some. @param {View[]} [fresh] */
-  #fitNames(fresh = [...this.#stage.drawn]) {
+  /** Write names of states in the room that others leave. */
+  #fitNames() {
     const letters = this.#letters;
-    for (const view of fresh) {
-      if (!(view instanceof StateView)) continue;
+    const views = [...this.states.values()];
+    for (const view of views) {
       const {x, y} = view.middle;
-      const high = LINES * letters;
       let room = WIDEST;
-      for (const other of this.#stage.within(wider(boxOf([view.middle]), WIDEST, high)))
-        if (other instanceof StateView && other !== view && Math.abs(other.middle.y - y) < high)
+      for (const other of views)
+        if (other !== view && Math.abs(other.middle.y - y) < LINES * letters)
           room = Math.min(room, Math.abs(other.middle.x - x) - BETWEEN);
       if (view.letters !== letters || view.room !== room) view.scaleLetters(letters, room);
     }
   }
 
-  /** Place names so that none covers another: all that are drawn, or some beside the others. @param {View[]} [fresh] */
-  #placeNames(fresh = [...this.#stage.drawn]) {
-    const views = fresh.filter((view) => view instanceof TransitionView).sort(inOrder);
-    if (!views.length) return;
-    const {circles, others} = this.#around(views);
+  /** Place names so that none covers another. */
+  #placeNames() {
+    const views = [...this.transitions.values()];
+    const circles = this.#middles();
     const found = placeLabels(
       views.map((view) => view.asLabel()),
       circles,
-      {
-        arcs: views.map((view) => view.arc),
-        placed: others.map(({arc, nameAt, text}) => ({handle: arc.middle, middle: nameAt, size: text})),
-        room: roomOf(this.#circles()),
-        occupied: this.annotations.occupied(),
-      },
+      {arcs: views.map((view) => view.arc), occupied: this.annotations.occupied()},
     );
     for (const view of views) view.placeName(found.get(view)?.middle, found.get(view)?.size);
   }
 
-  /** What may be in the way of names. @param {TransitionView[]} views */
-  #around(views) {
-    if (!this.#stage.isLarge) return {circles: this.#circles(), others: []};
-    const placed = new Set(views);
-    const box = required(
-      bounds(
-        [],
-        views.map(({arc}) => arc),
-      ),
-      "arc",
-    );
-    const near = [...this.#stage.within(wider(box, AROUND))];
-    return {
-      circles: near.flatMap((view) => (view instanceof StateView ? view.middle : [])),
-      others: near.flatMap((view) => (view instanceof TransitionView && !placed.has(view) ? view : [])),
-    };
-  }
-
   /** The positions of the states. */
-  #circles() {
+  #middles() {
     return [...this.states.keys()].flatMap((key) => this.places.get(key) ?? []);
   }
 
-  /** Place badges where no arc begins or ends. @param {View[]} views by default all that are drawn */
-  #placeBadges(views = [...this.#stage.drawn]) {
+  /** Place badges where no arc begins or ends. */
+  #placeBadges() {
     /** @type {Map<number, {view: StateView, angles: number[]}>} */
     const states = new Map();
-    for (const view of views) if (view instanceof StateView) states.set(view.state.id, {view, angles: []});
-    if (!states.size) return;
+    for (const view of this.states.values()) states.set(view.state.id, {view, angles: []});
     for (const {arc, transition} of this.transitions.values()) {
       for (const {id, point} of [
         {id: transition.origin, point: arc.start},
@@ -368,10 +255,8 @@ export class Drawing {
    */
   select(states, transitions, annotations) {
     this.annotations.select(annotations);
-    for (const view of this.states.values()) if (view.select(states.has(view.state.id))) this.#stage.change(view);
-    for (const view of this.transitions.values())
-      if (view.select(transitions.has(view.transition.id))) this.#stage.change(view);
-    this.#stage.draw();
+    for (const view of this.states.values()) view.select(states.has(view.state.id));
+    for (const view of this.transitions.values()) view.select(transitions.has(view.transition.id));
   }
 
   /** @type {Map<string, Live>} */
@@ -383,19 +268,16 @@ export class Drawing {
       const view = this.view(key);
       if (!view) continue;
       view.live = live.get(key);
-      if (view.group) markView(view);
-      this.#stage.change(view);
+      markView(view);
     }
     this.#live = live;
-    this.hold("live", ...(live.size <= MARKED ? live.keys() : []));
-    this.#stage.draw();
   }
 
   /** The box around everything that is visible at a scale. */
   bounds(scale = 1) {
     const arcs = [...this.transitions.values()].map(({arc}) => arc);
     const boxes = [...this.#labels(scale), ...this.annotations.boxes()];
-    return bounds(this.#circles(), [...arcs, ...boxes.map((box) => ({box}))]);
+    return bounds(this.#middles(), [...arcs, ...boxes.map((box) => ({box}))]);
   }
 
   /** Whether something can be put into a box; only the title of a frame is in its way. @param {Box} box */
@@ -404,7 +286,7 @@ export class Drawing {
     const isIn = (/** @type {Point} */ {x, y}, /** @type {Box} */ part) =>
       contains(part, {left: x, right: x, top: y, bottom: y});
     return (
-      !this.#circles().some((place) => isIn(place, room)) &&
+      !this.#middles().some((place) => isIn(place, room)) &&
       ![...this.#labels(1), ...this.annotations.occupied()].some((other) => touches(other, box)) &&
       [...this.transitions.values()].every(
         ({arc}) => !touches(arc.box, box) || !pointsOf(arc, RADIUS / 2).some((point) => isIn(point, box)),
@@ -412,10 +294,10 @@ export class Drawing {
     );
   }
 
-  /** The boxes of the labels that are visible at a scale. @param {number} scale @param {Iterable<TransitionView>} views */
-  #labels(scale, views = this.transitions.values()) {
+  /** The boxes of the labels that are visible at a scale. @param {number} scale */
+  #labels(scale) {
     if (scale < VERY_FAR) return [];
-    return [...views].flatMap(({nameAt, text}) => {
+    return [...this.transitions.values()].flatMap(({nameAt, text}) => {
       const {name, detail, width, height, nameWidth} = text;
       const wide = scale >= FAR ? width : nameWidth;
       if (!nameAt || !wide) return [];
@@ -425,16 +307,11 @@ export class Drawing {
     });
   }
 
-  #views() {
-    return [...this.states.values(), ...this.transitions.values()];
-  }
-
   #clear() {
-    this.#stage.clear();
+    for (const layer of [this.#arcs, this.#names, this.#circles]) layer.replaceChildren();
     this.annotations.clear();
     this.states.clear();
     this.transitions.clear();
-    this.#fresh = [];
   }
 
   /**
@@ -459,8 +336,9 @@ export class Drawing {
       let view = views.get(key);
       if (!view) {
         view = made(item);
-        Object.assign(view, {key, order: this.#count++});
-        if (view instanceof TransitionView) view.scaleLetters(lettersAt(this.#scale));
+        if (view instanceof TransitionView) view.scaleLetters(lettersAt(this.#scale ?? 1));
+        (view instanceof StateView ? this.#circles : this.#arcs).append(view.group);
+        if (view.label) this.#names.append(view.label);
         views.set(key, view);
       }
       found.push({view, item, key});
@@ -468,7 +346,7 @@ export class Drawing {
     if (views.size === wanted.size) return found;
     for (const [key, view] of views) {
       if (wanted.has(key)) continue;
-      this.#stage.remove(view);
+      view.remove();
       views.delete(key);
     }
     return found;
@@ -480,10 +358,7 @@ const newState = (state) => new StateView(state);
 /** @param {Transition} transition */
 const newTransition = (transition) => new TransitionView(transition);
 
-/** @param {View} one @param {View} other */
-const inOrder = (one, other) => one.order - other.order;
-
-/** Show what a drawn view does. @param {View} view */
+/** Show what a view does. @param {View} view */
 function markView(view) {
   if (view instanceof StateView) markState(view, view.live);
   else markTransition(view, view.live);

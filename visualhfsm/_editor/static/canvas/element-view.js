@@ -13,11 +13,6 @@ import {MARKS} from "./glyphs.js";
 /** @typedef {(string | false | 0 | undefined)[]} Words those that do not hold are left out */
 
 export class ElementView {
-  /** Its elements on the page, while it is drawn. @type {SVGElement | undefined} */
-  group = undefined;
-  key = "";
-  /** Its place among all views. */
-  order = 0;
   words = "";
   selected = false;
   /** What it does in a running component. @type {Live | undefined} */
@@ -27,18 +22,24 @@ export class ElementView {
   /** The smallest size of the letters of its name. */
   letters = 0;
 
-  /** What of its name is not a part of its group. @type {Element | undefined} */
-  get label() {
-    return undefined;
+  /** @param {SVGElement} group its elements @param {SVGElement} [label] what of its name is not a part of them */
+  constructor(group, label) {
+    this.group = group;
+    this.label = label;
   }
 
-  /** Select it, or not; returns whether it looks different. @param {boolean} selected */
+  /** Remove its elements. */
+  remove() {
+    this.group.remove();
+    this.label?.remove();
+  }
+
+  /** Select it, or not. @param {boolean} selected */
   select(selected) {
-    if (this.selected === selected) return false;
+    if (this.selected === selected) return;
     this.selected = selected;
-    this.group?.setAttribute("aria-pressed", String(selected));
+    this.group.setAttribute("aria-pressed", String(selected));
     for (const each of [this.group, this.label]) each?.classList.toggle("selected", selected);
-    return true;
   }
 
   /** Its classes: of its kind, of its marks and of what it does. @param {Words} kinds @param {Marks} marks @param {Record<string, boolean>} doing */
@@ -57,7 +58,6 @@ export class ElementView {
   /** Say what it is. @param {string} key @param {string} classes @param {Words} words @param {Words} tip @param {Marks} marks */
   tell(key, classes, words, tip, {problem, mark = ""}) {
     const {group} = this;
-    if (!group) return;
     const message = problem && uncoded(problem.message);
     this.words = [...words, MARKS[mark], problem && `${SEVERITIES[problem.severity]}: ${message}`]
       .filter(Boolean)

@@ -28,14 +28,14 @@ const OF_THE_PAGE = "class tabindex role aria-label aria-pressed aria-hidden dat
  * @returns {SVGSVGElement}
  */
 export function picture(automaton, colors = "light", href) {
-  const drawing = new Drawing({whole: true});
+  const drawing = new Drawing();
   const live = make("svg", {class: "for-readers"}, ...drawing.layers);
   const {theme} = document.documentElement.dataset;
   document.documentElement.dataset.theme = colors;
   document.body.append(live);
   try {
     drawing.update(automaton, {imported: (state) => isImporting(page.shownDocument, state), problem: () => undefined});
-    drawing.annotations.look({left: -Infinity, top: -Infinity, right: Infinity, bottom: Infinity});
+    drawing.annotations.look();
     const box = drawing.bounds() ?? {left: 0, top: 0, right: 200, bottom: 100};
     const [width, height] = [
       Math.ceil(box.right - box.left + 2 * MARGIN),

@@ -18,8 +18,6 @@
 
 /** @typedef {{width: number, height: number}} Size */
 
-/** A handle, with its label if that stays where it is. @typedef {{handle: Point, middle?: Point, size: Size}} Placed */
-
 import {boxOf, contains, pointsOf, RADIUS, wider} from "../measures/geometry.js";
 
 const CELL = 96;
@@ -116,22 +114,18 @@ class Points {
  * @template K
  * @template {Size} S
  * @param {Label<K, S>[]} labels @param {Point[]} states
- * @param {{arcs?: Arc[], placed?: Placed[], room?: Box, occupied?: Iterable<Box>}} [around] what else is there: arcs,
- *   other labels, and boxes with words; and the room for labels at their full length
+ * @param {{arcs?: Arc[], room?: Box, occupied?: Iterable<Box>}} [around] what else is there: arcs, and boxes with words;
+ *   and the room for labels at their full length
  * @returns {Map<K, {middle: Point, size: S}>}
  */
-export function placeLabels(labels, states, {arcs = [], placed = [], room = roomOf(states), occupied = []} = {}) {
+export function placeLabels(labels, states, {arcs = [], room = roomOf(states), occupied = []} = {}) {
   const taken = new Boxes();
   const crossed = new Points();
   const handles = new Points();
-  for (const {handle} of [...labels, ...placed]) handles.add(handle);
+  for (const {handle} of labels) handles.add(handle);
   for (const box of occupied) taken.add(box);
   for (const place of states) for (const [width, height] of CIRCLE) taken.add(around(place, width, height));
   for (const {handle} of labels) taken.add(around(handle, HANDLE * 2, HANDLE * 2));
-  for (const {handle, middle, size} of placed) {
-    taken.add(around(handle, HANDLE * 2, HANDLE * 2));
-    if (middle) taken.add(around(middle, size.width, size.height));
-  }
   if (arcs.length <= MANY) for (const each of arcs) for (const point of pointsOf(each, STEP)) crossed.add(point);
   /** @type {Map<K, {middle: Point, size: S}>} */
   const found = new Map();

@@ -3,8 +3,8 @@
  *
  * @import {Automaton, Transition} from "../data/protocol.js"
  * @import {Area} from "./annotation-layout.js"
- * @import {Placed} from "./folding.js"
  * @import {Point} from "../measures/geometry.js"
+ * @typedef {[id: number, x: number, y: number]} Placed a state or a handle
  */
 
 import * as dagre from "dagre";
@@ -14,8 +14,7 @@ import {notify} from "../kit/notices.js";
 import {required} from "../kit/existence.js";
 import {n, t} from "../kit/texts.js";
 import {addAnnotations} from "./annotation-layout.js";
-import {fold} from "./folding.js";
-import {LOOP, RADIUS} from "../measures/geometry.js";
+import {bounds, LOOP, RADIUS} from "../measures/geometry.js";
 import {width} from "../measures/text.js";
 
 const BETWEEN_STATES = 70;
@@ -36,12 +35,13 @@ const rounded = (value) => Math.round(value / GRID) * GRID;
  * Choose positions for the states and handles of an automaton.
  *
  * @param {Automaton} automaton
+ * @param {"LR" | "TB"} rankdir whether transitions lead on from left to right, or from top to bottom
  * @returns {{automaton: number, states: Placed[], transitions: Placed[], annotations: Area[]}}
  */
-function placement(automaton) {
+function placement(automaton, rankdir) {
   const graph = new dagre.graphlib.Graph({multigraph: true, compound: true});
   graph.setGraph({
-    rankdir: "LR",
+    rankdir,
     nodesep: BETWEEN_STATES,
     ranksep: BETWEEN_RANKS,
     edgesep: 46,
@@ -61,25 +61,21 @@ function placement(automaton) {
   }
   const areas = addAnnotations(graph, automaton);
   dagre.layout(graph);
-  const {states, transitions, annotations} = fold(
-    {
-      states: automaton.states.map(({id}) => {
-        const {x, y} = graph.node(String(id));
-        return [id, rounded(x), rounded(y)];
-      }),
-      transitions: between.map(({id, origin, destination}) => {
-        const {x, y} = graph.edge(String(origin), String(destination), String(id));
-        return [id, rounded(x), rounded(y)];
-      }),
-      annotations: areas(),
-    },
-    between,
-  );
+  /** @type {Placed[]} */
+  const states = automaton.states.map(({id}) => {
+    const {x, y} = graph.node(String(id));
+    return [id, rounded(x), rounded(y)];
+  });
+  /** @type {Placed[]} */
+  const handles = between.map(({id, origin, destination}) => {
+    const {x, y} = graph.edge(String(origin), String(destination), String(id));
+    return [id, rounded(x), rounded(y)];
+  });
   return {
     automaton: automaton.id,
     states,
-    transitions: [...transitions, ...loopHandles(arcs, states, transitions)],
-    annotations,
+    transitions: [...handles, ...loopHandles(arcs, states, handles)],
+    annotations: areas(),
   };
 }
 
@@ -118,12 +114,29 @@ function loopHandles(arcs, states, handles) {
 /** @param {Point} from @param {Point} to */
 const direction = (from, to) => Math.atan2(to.y - from.y, to.x - from.x);
 
+/**
+ * Place an automaton so that the window shows it largest, if both ways are equal from left to right.
+ *
+ * @param {Automaton} automaton @param {import("./viewport.js").Viewport} viewport
+ */
+function fittingPlacement(automaton, viewport) {
+  const [across, down] = [placement(automaton, "LR"), placement(automaton, "TB")];
+  const [scale, other] = [across, down].map(({states, transitions, annotations}) => {
+    const points = [...states, ...transitions].map(([, x, y]) => ({x, y}));
+    const boxes = annotations.map(([, x, y, wide, high]) => ({
+      box: {left: x, top: y, right: x + wide, bottom: y + high},
+    }));
+    return viewport.scaleFor(bounds(points, boxes));
+  });
+  return other > scale ? down : across;
+}
+
 /** Arrange automata, as one step. @param {Automaton[]} automata @param {import("./canvas.js").HfsmCanvas} canvas */
 export async function arrange(automata, canvas) {
   const own = automata.filter(({imported, states}) => !imported && states.length);
   if (!own.length) return;
   const done = await apply("placeItems", {
-    placements: own.map(placement),
+    placements: own.map((each) => fittingPlacement(each, canvas.viewport)),
     name: own.length === 1 ? t("Arrange") : t("Arrange all automata"),
   });
   if (done === undefined) return;

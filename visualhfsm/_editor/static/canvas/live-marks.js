@@ -1,6 +1,5 @@
 /** Marks on states and transitions for the state of a running component. */
 
-import {required} from "../kit/existence.js";
 import {RADIUS} from "../measures/geometry.js";
 import {n, t} from "../kit/texts.js";
 import {make, set} from "./svg.js";
@@ -57,7 +56,7 @@ function toggle({classList}, classes) {
 /** @param {import("./state-view.js").StateView} view @param {Live} [live] */
 export function markState(view, live = {}) {
   const {status, finished = false, breakpoint, note, passed, failed, ended, most} = live;
-  const group = required(view.group, "drawn state");
+  const {group} = view;
   toggle(group, stateClasses(live));
   if (status === "active") group.setAttribute("aria-current", "true");
   else group.removeAttribute("aria-current");
@@ -77,11 +76,11 @@ export function markState(view, live = {}) {
 /** @param {import("./transition-view.js").TransitionView} view @param {Live} [live] */
 export function markTransition(view, live = {}) {
   const {timer = 0, remaining, fired = 0, guard, breakpoint, passed, failed} = live;
-  const group = required(view.group, "drawn transition");
+  const {group, parts} = view;
   toggle(group, transitionClasses(live));
-  if (view.timer) set(view.timer, "stroke-dasharray", timer > 0 ? `${timer.toFixed(3)} 1` : undefined);
-  if (view.glow) set(view.glow, "opacity", fired ? fired.toFixed(2) : undefined);
-  if (view.handle) markBreakpoint(view.handle, breakpoint, -9, -9, 5.5);
+  set(parts.timer, "stroke-dasharray", timer > 0 ? `${timer.toFixed(3)} 1` : undefined);
+  set(parts.glow, "opacity", fired ? fired.toFixed(2) : undefined);
+  markBreakpoint(parts.handle, breakpoint, -9, -9, 5.5);
   say(group, [
     view.words,
     timer > 0 && remaining !== undefined && t("in {seconds} s", {seconds: Math.ceil(remaining)}),

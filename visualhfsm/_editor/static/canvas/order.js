@@ -45,7 +45,7 @@ export class Order {
     const {drawing} = canvas;
     const known = [...canvas.selectedKeys(), this.#current].find((each) => drawing.find(each));
     const key = known ?? drawing.states.keys().next().value;
-    const group = key === undefined ? undefined : drawing.hold("focus", key);
+    const group = key === undefined ? undefined : drawing.find(key)?.group;
     const former = this.#focusable;
     if (former !== group) {
       former?.setAttribute("tabindex", "-1");
@@ -61,7 +61,7 @@ export class Order {
   focusSelected() {
     const {canvas} = this;
     const key = canvas.selectedKeys()[0] ?? this.#current;
-    (canvas.drawing.hold("focused", key || "s") ?? canvas.surface).focus({preventScroll: true});
+    (canvas.drawing.find(key)?.group ?? canvas.surface).focus({preventScroll: true});
   }
 
   /** Select the nearest element in a direction. @param {[number, number]} direction */
@@ -99,7 +99,7 @@ export class Order {
     this.select(key);
     const place = this.canvas.drawing.places.get(key);
     if (place) this.canvas.viewport.reveal(place);
-    this.canvas.drawing.hold("focused", key)?.focus({preventScroll: true});
+    this.canvas.drawing.find(key)?.group.focus({preventScroll: true});
   }
 
   /** @param {FocusEvent} event */

@@ -72,7 +72,6 @@ export class Pointer {
     // When the finger is lifted, the menu must keep the focus.
     surface.addEventListener("touchend", (event) => this.#opened && event.cancelable && event.preventDefault());
     surface.addEventListener("pointerover", (event) => this.#showTip(event));
-    surface.addEventListener("pointermove", (event) => this.#gesture || this.#groupAt(event));
     surface.addEventListener("dblclick", (event) => this.#doubleClick(event));
     surface.addEventListener("contextmenu", (event) => this.#menu(event));
     surface.addEventListener("wheel", (event) => this.#wheel(event), {passive: false});
@@ -112,21 +111,6 @@ export class Pointer {
     action?.();
   }
 
-  /**
-   * The state or transition at an event; one that was only drawn with others is then drawn by itself.
-   *
-   * @param {MouseEvent} event @param {EventTarget | null} target
-   * @returns {SVGElement | null | undefined}
-   */
-  #groupAt(event, target = event.target) {
-    const {canvas} = this;
-    if (!(target instanceof Element)) return null;
-    const group = /** @type {SVGElement | null} */ (target.closest("[data-key]"));
-    if (group || target !== canvas.surface) return group;
-    const key = canvas.drawing.keyAt(canvas.point(event));
-    return key === undefined ? undefined : canvas.drawing.hold("pointer", key);
-  }
-
   /** @param {KeyboardEvent} event */
   #key(event) {
     const {canvas} = this;
@@ -151,8 +135,8 @@ export class Pointer {
     const {canvas} = this;
     canvas.rename?.commit();
     canvas.annotating?.commit();
-    const group = this.#groupAt(event);
-    this.#pressed = event.target === canvas.surface ? (group ?? event.target) : event.target;
+    const group = groupAt(event.target);
+    this.#pressed = event.target;
     const pans = event.button === 1 || (event.button === 0 && this.#spaceHeld);
     if (event.button !== 0 && !pans) return;
     if (canvas.tool && !pans) {
@@ -171,7 +155,6 @@ export class Pointer {
     }
     this.#owners = new Set([event.pointerId]);
     this.#resting = event;
-    if (group) canvas.drawing.hold("pointer", group.dataset.key ?? "");
     // The group itself, or a double click would go to the whole drawing.
     if (this.#gesture) (group ?? canvas.surface).setPointerCapture(event.pointerId);
   }
@@ -293,7 +276,7 @@ export class Pointer {
   #doubleClick(event) {
     const {canvas} = this;
     const target = this.#pressed; // the event's target is the element that captured the pointer
-    const key = this.#groupAt(event, target)?.dataset.key;
+    const key = groupAt(target)?.dataset.key;
     if (!(target instanceof Element) || !key) {
       const {x, y} = canvas.point(event);
       if (!canvas.readOnly && page.automaton) canvas.add("state", "addState", {x: Math.round(x), y: Math.round(y)});
@@ -315,7 +298,7 @@ export class Pointer {
   #menu(event, target = event.target) {
     event.preventDefault();
     const {canvas} = this;
-    const key = this.#groupAt(event, target)?.dataset.key;
+    const key = groupAt(target)?.dataset.key;
     if (key && !canvas.selectedKeys().includes(key)) canvas.order.select(key);
     else if (!key) page.select({});
     this.#showMenu(event);
@@ -374,7 +357,7 @@ export class Pointer {
    */
   #showTip(event) {
     const {tip, drawing} = this.canvas;
-    const group = this.#groupAt(event);
+    const group = groupAt(event.target);
     if (tip.parentNode === group) return;
     tip.remove();
     if (!group) return;
@@ -382,3 +365,7 @@ export class Pointer {
     group.append(tip);
   }
 }
+
+/** The state, transition or annotation that a part of the drawing belongs to. @param {EventTarget | null} target */
+const groupAt = (target) =>
+  target instanceof Element ? /** @type {SVGElement | null} */ (target.closest("[data-key]")) : null;

@@ -30,27 +30,22 @@ const FEW_SIGNS = 12; // letters of a name that are larger than that leave no ro
 /** The angle between two directions. @param {number} a @param {number} b */
 const apart = (a, b) => Math.abs(((a - b + Math.PI * 3) % (Math.PI * 2)) - Math.PI);
 
-/** A path of a circle around a point. @param {Point} point @param {number} radius */
-const circle = ({x, y}, radius) =>
-  `M${x - radius},${y}a${radius},${radius} 0 1 0 ${2 * radius},0a${radius},${radius} 0 1 0 ${-2 * radius},0Z`;
-
 export class StateView extends ElementView {
   /** @param {State} state */
   constructor(state) {
-    super();
+    super(blank());
     this.state = state;
   }
 
   /** @type {SVGElement | undefined} */
   #badges = undefined;
-  /** @type {Element | undefined} */
-  #name = undefined;
+  #name = this.group.children[3];
   /** @type {Partial<More>} */
   #more = {};
   #x = NaN;
   #y = NaN;
 
-  /** Show a state as it is now; returns whether it looks different. @param {State} state @param {More} more */
+  /** Show a state as it is now. @param {State} state @param {More} more */
   update(state, more) {
     const {problem, imported} = more;
     const former = this.#more;
@@ -60,11 +55,10 @@ export class StateView extends ElementView {
       more.mark === former.mark &&
       sameProblem(problem, former.problem)
     )
-      return false;
+      return;
     this.state = state;
     this.#more = more;
     this.#write();
-    return true;
   }
 
   get classes() {
@@ -72,16 +66,6 @@ export class StateView extends ElementView {
     const hasCode = codesOf(this.state).length > 0;
     const kinds = ["state", children.length && "parent", initial && "initial", final && "final", hasCode && "has-code"];
     return this.classesOf(kinds, this.#more, this.live ? stateClasses(this.live) : {});
-  }
-
-  /** What is seen of it from far away: paths by their classes. @returns {[string, string][]} */
-  get outlines() {
-    const {middle, state, selected} = this;
-    /** @type {[string, string][]} */
-    const paths = [["body", circle(middle, RADIUS)]];
-    if (selected) paths.unshift(["glow", circle(middle, RADIUS + 6)]);
-    if (state.initial) paths.push(["ring", circle(middle, RADIUS - 5)]);
-    return paths;
   }
 
   /** The width of its name, where the letters are larger than usual. */
@@ -97,22 +81,7 @@ export class StateView extends ElementView {
   #drawName() {
     const {name, initial, final} = this.state;
     const hasCodes = this.letters < FEW_SIGNS && codesOf(this.state).length > 0;
-    if (this.#name) drawName(this.#name, visible(name), hasCodes, initial || final, this);
-  }
-
-  /** Make its elements. */
-  draw() {
-    const group = (this.group = blank());
-    this.#name = group.children[3];
-    if (!Number.isNaN(this.#x)) this.#move();
-    this.#write();
-    return group;
-  }
-
-  /** Remove its elements. */
-  erase() {
-    this.group?.remove();
-    this.group = this.#name = this.#badges = undefined;
+    drawName(this.#name, visible(name), hasCodes, initial || final, this);
   }
 
   #write() {
@@ -127,19 +96,16 @@ export class StateView extends ElementView {
       history.trim() === "restart" && BADGES.restart.word,
     ];
     this.tell(`s${state.id}`, this.classes, words, [name || t("unnamed state"), ...codesOf(state)], this.#more);
-    this.#drawDetails();
+    this.#drawName();
+    this.#drawBadges(state, this.#more.imported, this.#more.problem);
   }
 
   /** Move the state; returns whether its position changed. @param {Point} point */
   place({x, y}) {
     if (x === this.#x && y === this.#y) return false;
     [this.#x, this.#y] = [x, y];
-    this.#move();
+    this.group.setAttribute("transform", `translate(${x},${y})`);
     return true;
-  }
-
-  #move() {
-    this.group?.setAttribute("transform", `translate(${this.#x},${this.#y})`);
   }
 
   get middle() {
@@ -150,13 +116,6 @@ export class StateView extends ElementView {
   get box() {
     const {x, y} = this.middle;
     return {left: x - RADIUS, right: x + RADIUS, top: y - RADIUS, bottom: y + RADIUS};
-  }
-
-  #drawDetails() {
-    if (!this.#name) return;
-    const {state} = this;
-    this.#drawName();
-    this.#drawBadges(state, this.#more.imported, this.#more.problem);
   }
 
   /** Place the badges where no arc is, by the angles (rad) at which arcs touch the rim. @param {number[]} angles */
@@ -201,7 +160,7 @@ export class StateView extends ElementView {
     if (imported) all.push(badge("imported", -0.75, BADGES.imported.path));
     if (!all.length) return;
     this.#badges = make("g", {class: "badges", "aria-hidden": "true"}, ...all);
-    this.group?.append(this.#badges);
+    this.group.append(this.#badges);
     this.placeBadges(this.#angles);
   }
 }

@@ -2,7 +2,7 @@
  * One transition in the drawing: its arc, its handle and its name.
  *
  * @import {Problem, Transition} from "../data/protocol.js"
- * @import {Arc, Box, Point} from "../measures/geometry.js"
+ * @import {Arc, Point} from "../measures/geometry.js"
  * @typedef {{from: string, to: string, rank: number, problem?: Problem, mark?: string}} More `rank` is its place among
  *   the transitions out of its state, 0 when it is the only one
  */
@@ -59,37 +59,20 @@ export class TransitionView extends ElementView {
 
   /** @param {Transition} transition */
   constructor(transition) {
-    super();
+    const [group, label] = [blank(), blankLabel()];
+    super(group, label);
+    this.parts = partsOf(group, label);
     this.transition = transition;
   }
 
   #signature = "";
   /** @type {Partial<More>} */
   #more = {};
-  /** @type {ReturnType<typeof detailsOf> | undefined} */
-  #details = undefined;
-
-  get glow() {
-    return this.#details?.glow;
-  }
-
-  get handle() {
-    return this.#details?.handle;
-  }
-
-  get timer() {
-    return this.#details?.timer;
-  }
-
-  get label() {
-    return this.#details?.label;
-  }
 
   /**
-   * Show a transition as it is now.
+   * Show a transition as it is now; returns whether it looks different.
    *
    * @param {Transition} transition @param {More} more
-   * @returns {boolean} whether it looks different
    */
   update(transition, more) {
     const {from, to, rank, problem, mark = ""} = more;
@@ -133,37 +116,8 @@ export class TransitionView extends ElementView {
     return this.classesOf(kinds, this.#more, this.live ? transitionClasses(this.live) : {});
   }
 
-  /** What is seen of it from far away: paths by their classes. @returns {[string, string][]} */
-  get outlines() {
-    const {path, head} = this.arc;
-    return [
-      ["line", path],
-      ["head", head],
-    ];
-  }
-
-  /** Make its elements; the label is then to be placed. */
-  draw() {
-    const group = (this.group = blank());
-    this.#details = detailsOf(group, blankLabel());
-    this.#details.label.classList.toggle("selected", this.selected);
-    this.#shift();
-    this.#write();
-    this.#drawArc();
-    return group;
-  }
-
-  /** Remove its elements. */
-  erase() {
-    this.group?.remove();
-    this.label?.remove();
-    this.group = this.#details = this.nameAt = undefined;
-    this.text = NO_TEXT;
-  }
-
   #write() {
-    if (!this.#details) return;
-    const {label, glyph, rank: number} = this.#details;
+    const {label, glyph, rank: number} = this.parts;
     const {from = "", to = "", rank = 0} = this.#more;
     const {id, name, type, trigger, guard, code} = this.transition;
     const kind = TRIGGERS[type] ?? UNKNOWN_TRIGGER;
@@ -186,7 +140,7 @@ export class TransitionView extends ElementView {
   /** Write its name in letters of a size at least; it is then to be placed. @param {number} letters */
   scaleLetters(letters) {
     this.letters = letters;
-    if (this.#details) this.#writeLabel();
+    this.#writeLabel();
   }
 
   #writeLabel() {
@@ -196,16 +150,16 @@ export class TransitionView extends ElementView {
 
   /** @param {Text} text */
   #show(text) {
-    if (!this.#details || text === this.text) return;
+    if (text === this.text) return;
     this.text = text;
-    this.#details.nameSpan.textContent = text.name;
-    this.#details.detailSpan.textContent = text.detail;
-    this.#details.nameSpan.style.fontSize = text.size > NAME ? `${text.size}px` : "";
+    const {nameSpan, detailSpan} = this.parts;
+    nameSpan.textContent = text.name;
+    detailSpan.textContent = text.detail;
+    nameSpan.style.fontSize = text.size > NAME ? `${text.size}px` : "";
   }
 
   #drawArc() {
-    if (!this.#details) return;
-    const {hit, glow, line, head} = this.#details;
+    const {hit, glow, line, head} = this.parts;
     const {arc: drawn} = this;
     for (const each of [hit, glow, line]) each.setAttribute("d", drawn.path);
     head.setAttribute("d", drawn.head);
@@ -213,8 +167,7 @@ export class TransitionView extends ElementView {
   }
 
   #placeHandle() {
-    if (!this.#details) return;
-    const {handle, rank} = this.#details;
+    const {handle, rank} = this.parts;
     const {middle, first} = this.arc;
     handle.setAttribute("transform", `translate(${middle.x},${middle.y})`);
     if (!rank.textContent) return;
@@ -259,17 +212,6 @@ export class TransitionView extends ElementView {
       if (each) set(each, "transform", this.#carried && `translate(${x},${y})`);
   }
 
-  get middle() {
-    return this.arc.middle;
-  }
-
-  /** The box around its arc. @returns {Box} */
-  get box() {
-    const {left, right, top, bottom} = this.arc.box;
-    const {x, y} = this.#carried ?? {x: 0, y: 0};
-    return {left: left + x, right: right + x, top: top + y, bottom: bottom + y};
-  }
-
   /** The name as a label for `placeLabels`. */
   asLabel() {
     return {key: this, handle: this.arc.middle, normal: this.arc.normal, sizes: this.#texts};
@@ -282,10 +224,9 @@ export class TransitionView extends ElementView {
    * @param {Text} [text] one of its texts
    */
   placeName(middle, text = this.text) {
-    if (!this.#details) return;
     this.#show(text);
     middle ??= beside({handle: this.arc.middle, ...text}, this.arc.normal);
-    const {nameSpan, detailSpan} = this.#details;
+    const {nameSpan, detailSpan} = this.parts;
     const [x, y] = [middle.x.toFixed(1), middle.y];
     const top = y - text.height / 2 + text.size - 1;
     nameSpan.setAttribute("x", x);
@@ -301,7 +242,7 @@ export class TransitionView extends ElementView {
 const samePlace = (one, other) => one === other || (one?.x === other?.x && one?.y === other?.y);
 
 /** The parts of an arc with its handle, and of a label. @param {SVGElement} group @param {SVGElement} label */
-function detailsOf(group, label) {
+function partsOf(group, label) {
   const [hit, glow, line, head, handle] = group.children;
   const [, , glyph, timer] = handle.children;
   const [rank, text] = label.children;

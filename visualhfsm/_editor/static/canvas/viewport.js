@@ -9,7 +9,7 @@ const FINGERS = globalThis.matchMedia?.("(pointer: coarse)").matches;
 const READABLE = FINGERS ? 11 : 10;
 /** Sizes of letters in the drawing: each is readable down to another scale, the last one where no larger ones fit. */
 const LETTERS = [10, 10.5, 12, 14.5, 17.5, 21, 25];
-const NAMES = [...LETTERS, 30, 36, 44]; // of states, while there are few
+const NAMES = [...LETTERS, 30, 36, 44]; // of states
 /** The smallest letters that are readable at a scale. @param {number} scale */
 export const lettersAt = (scale, sizes = LETTERS) =>
   sizes.find((size) => size * scale >= READABLE) ?? sizes[sizes.length - 1];
@@ -18,7 +18,7 @@ export const nameLettersAt = (scale) => lettersAt(scale, NAMES);
 /** Below each of these scales, fewer details are drawn: see canvas.css. */
 export const FAR = READABLE / LETTERS[1]; // no second lines of labels
 export const VERY_FAR = READABLE / LETTERS[LETTERS.length - 1]; // no text
-export const NAMELESS = READABLE / NAMES[NAMES.length - 1]; // not even names of few states
+export const NAMELESS = READABLE / NAMES[NAMES.length - 1]; // not even names of states
 export const TINY = 0.15;
 const LEGIBLE = 0.55;
 

@@ -42,6 +42,10 @@ export const contains = (outer, box) =>
   box.top >= outer.top &&
   box.bottom <= outer.bottom;
 
+/** Whether two boxes have a point in common. @param {Box} one @param {Box} other */
+export const touches = (one, other) =>
+  one.left <= other.right && one.right >= other.left && one.top <= other.bottom && one.bottom >= other.top;
+
 /** A box that is larger on each side. @param {Box} box @param {number} x @returns {Box} */
 export const wider = ({left, right, top, bottom}, x, y = x) => ({
   left: left - x,

@@ -28,7 +28,7 @@ function layout({name, document: {description}}, /** @type {HfsmCanvas} */ canva
       ${iconButton("up", t("To the automaton above"), () => page.up(), {disabled: page.path.length < 2})}
       ${iconButton("minus", t("Zoom out"), () => canvas.viewport.zoom(0.8))}
       ${iconButton("add", t("Zoom in"), () => canvas.viewport.zoom(1.25))}
-      ${iconButton("fit", t("Show everything"), () => canvas.fit())} ${themeButton(() => canvas.minimap.draw())}
+      ${iconButton("fit", t("Show everything"), () => canvas.fit())} ${themeButton()}
     </header>
     <nav class="left" aria-label=${t("Tree of automata")}><hfsm-tree></hfsm-tree></nav>
     <main>${canvas}</main>

@@ -23,8 +23,8 @@ export function begin(show) {
   });
 }
 
-/** A button for light or dark. @param {() => void} redraw what does not follow by itself */
-export const themeButton = (redraw) =>
+/** A button for light or dark. @param {() => void} [redraw] what does not follow by itself */
+export const themeButton = (redraw = () => {}) =>
   iconButton(currentTheme() === "dark" ? "sun" : "moon", t("Light or dark"), () => {
     switchTheme();
     redraw();

@@ -129,7 +129,7 @@ function layout({name, began, shortened, document, timeline}, canvas) {
       >
         ${icon("target")}
       </button>
-      ${themeButton(() => canvas.minimap.draw())}
+      ${themeButton()}
     </header>
     <nav class="left" aria-label=${t("Tree of automata")}><hfsm-tree></hfsm-tree></nav>
     <main>

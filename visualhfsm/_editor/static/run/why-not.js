@@ -73,7 +73,7 @@ export function explainUnderPointer(canvas) {
 export function explainSelected(canvas) {
   if (shown?.pinned) return hide();
   const key = canvas.selectedKeys()[0] ?? `s${monitor.now(page.shownAutomaton.id)?.state}`;
-  const group = canvas.drawing.hold("explained", key);
+  const group = canvas.drawing.find(key)?.group;
   return group && show(canvas, group, true);
 }
 

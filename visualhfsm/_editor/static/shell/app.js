@@ -255,7 +255,6 @@ export class HfsmApp extends PageElement {
 
   toggleTheme() {
     switchTheme();
-    this.canvas.minimap?.draw();
   }
 
   /** Show the document beside the shown one. @param {number} step */
