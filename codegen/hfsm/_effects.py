@@ -20,6 +20,7 @@ from ._literals import literals_of
 from ._piece_effects import Effects, ProxyCall, anything
 from ._possible_values import (
     COMPONENT,
+    CONTAINER,
     DATA,
     NOTHING,
     NUMBER,
@@ -34,6 +35,7 @@ from ._possible_values import (
     defaults_of,
     of_constant,
     parameters_of,
+    united,
 )
 from .analysis import Analysis, AutomatonCode, Piece
 from .code._values import INPUT_TYPES, PARAMETER_TYPES, ValueTextError, parse_value
@@ -59,6 +61,8 @@ class CodeEffects:
         """The values of attributes that code assigns."""
         self.escaped: set[Value] = {SELF} if self.definitions.is_exposed else set()
         """The capabilities that code has which cannot be followed, and `DATA` if it may change in place."""
+        self.contents: Values = NOTHING
+        """What may be in containers."""
         self.local: dict[str, Effects] = {}
         self.parameters: dict[str, Names] = {}
         """The effects of nested functions and lambdas, and the values of their parameters."""
@@ -160,11 +164,19 @@ class CodeEffects:
             case "function":
                 function = self.definitions.functions[value.name]
                 found = self.called(value.name, dict.fromkeys(defaults_of(function), UNSURE))
-                self.escaped |= found.returned & {DATA}  # which may change in place then
+                self._give_away(found.returned)
                 return found
             case "local":
-                return self.local.get(value.name, Effects())
+                local = self.local.get(value.name, Effects())
+                self._give_away(local.returned)
+                return local
         return Effects()
+
+    def _give_away(self, values: Values) -> None:
+        """Let others have what a function returns: they may change it in place."""
+        self.escaped |= values & {DATA}
+        if values & CONTAINER:
+            self.contents = united(self.contents, UNSURE)
 
     def names_of_component(self) -> set[str]:
         """Return the attributes of the component that code can read, without special ones."""
@@ -195,7 +207,13 @@ class CodeEffects:
     def _snapshot(self) -> object:
         groups: tuple[dict[Any, Names], ...] = (self._names, self._function_names, self.parameters)
         names = [{key: {**names} for key, names in group.items()} for group in groups]
-        found = {**self.attributes}, {**self.local}, {*self.escaped}, self.definitions.is_opaque
+        found = (
+            {**self.attributes},
+            {**self.local},
+            {*self.escaped},
+            self.contents,
+            self.definitions.is_opaque,
+        )
         return names, self._known, found
 
     def _evaluate(

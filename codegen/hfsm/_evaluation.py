@@ -6,11 +6,14 @@ A capability (see `possible_values`) is followed only through these forms:
   `hasattr` with a name that is known, or of which a literal beginning or end is;
 - `=`, `:=`, a literal tuple or list that as many targets unpack, and `for` over a literal tuple, list or set;
 - `a if b else c`, `and`, `or`, `not`, `is`, the truth of a condition, and f-strings;
-- calls of `self.send`, of operations, of nested functions, and of functions of the document that are defined
-  once, undecorated (or as `staticmethod`) and no generators, with single arguments, by position or by name;
+- calls of `self.send`, of operations, of nested functions, and of functions of the document that are
+  defined once, undecorated (or as `staticmethod`) and no generators, with single arguments, by position or
+  by name;
 - `bool`, `print`, `repr` and `str` of it.
 
-A text is known if it is a literal, an f-string or a `+` of known texts, or comes through these forms. In any
+A text is known if it is a literal, an f-string or a `+` of known texts, or comes through these forms or out
+of a container. What code puts into any list, table or the like is kept together, so that no item is missed:
+an item of one may be any of them, and once something that is not followed has a container, anything. In any
 other form, and that is all else that Python has, a capability *escapes*, and the value is unknown. All code
 may use what has escaped, at any time, and a function that has escaped gets any arguments. Until something
 escapes, unknown values are objects of libraries, which neither send nor command.
@@ -33,6 +36,8 @@ from ._possible_values import (
     AGE,
     ANY,
     COMPONENT,
+    CONTAINER,
+    CONTAINERS,
     DATA,
     FAILED_ON,
     NOTHING,
@@ -42,6 +47,7 @@ from ._possible_values import (
     READER,
     SAME_PROXY,
     SELF,
+    TUPLE,
     UNSURE,
     WHOLE,
     Names,
@@ -60,7 +66,7 @@ from ._possible_values import (
     texts_of,
     united,
 )
-from .code.text import binds, bound_names, child_nodes, evaluated_at_once
+from .code.text import binds, bound_names, child_nodes, dotted, evaluated_at_once
 
 if TYPE_CHECKING:
     from ._effects import CodeEffects
@@ -71,11 +77,37 @@ _STEADY: Final = frozenset(
     {
         *(ast.Attribute, ast.BinOp, ast.BoolOp, ast.Call, ast.Compare, ast.IfExp, ast.JoinedStr, ast.Name),
         *(ast.Slice, ast.Starred, ast.Subscript, ast.UnaryOp, *_DISPLAYS, ast.FormattedValue, ast.keyword),
-        *(ast.AnnAssign, ast.Assert, ast.Assign, ast.Expr, ast.If, ast.Pass, ast.Raise, ast.Return),
+        *(ast.AnnAssign, ast.Assert, ast.Assign, ast.Expr, ast.If, ast.Pass, ast.Raise, ast.Return, ast.Try),
+        *(ast.Match, ast.match_case, ast.MatchOr, ast.MatchSingleton, ast.MatchValue),
     }
 )
 _SERVED: Final = frozenset({"data", "operation", "proxy", "self"})
 """The kinds of the component, of servants and of their answers: nothing else assigns their attributes."""
+_OF_TEXTS: Final = frozenset({"capitalize", "lower", "lstrip", "rstrip", "strip", "title", "upper"})
+_JOINING: Final = (ast.Add, ast.Mult, ast.Sub, ast.BitOr, ast.BitAnd, ast.BitXor)
+_OF_CONTAINERS: Final = frozenset(
+    {
+        *(
+            "add",
+            "append",
+            "appendleft",
+            "clear",
+            "copy",
+            "count",
+            "discard",
+            "extend",
+            "get",
+            "index",
+            "insert",
+        ),
+        *("items", "keys", "pop", "popitem", "popleft", "remove", "reverse", "setdefault", "sort", "update"),
+        "values",
+    }
+)
+_MAKING: Final = frozenset(
+    {"dict", "enumerate", "frozenset", "iter", "list", "reversed", "set", "sorted", "tuple", "zip"}
+)
+_TAKING_ONE: Final = frozenset({"max", "min", "next"})
 _NO_FUNCTIONS: Final = frozenset({"number", "shape", "text", "whole"})
 _FORMAT: Final = re.compile(r"%[^a-zA-Z%]*[a-zA-Z]|%%")
 _SIGNS: Final = (ast.expr_context, ast.boolop, ast.operator, ast.unaryop, ast.cmpop)
@@ -108,7 +140,7 @@ class Evaluation:
         if isinstance(node, ast.expr):
             self._give_away(node, self.value(node))
             return
-        if type(node) not in _STEADY:
+        if type(node) not in _STEADY and not _is_plain_part(node):
             self._note(UNKNOWN)
         match node:
             case ast.Expr(value=value):
@@ -120,17 +152,31 @@ class Evaluation:
                 self._store(target, value)
             case ast.AugAssign(target=ast.Name() | ast.Attribute() as target, op=op, value=value):
                 more, old = self.value(value), self._identity(target)
-                self._give_away(node, more | old)  # it may change in place
-                self._give(target, _result(op, old, more))
+                self._give_away(node, (more | old) - CONTAINERS)  # it may change in place
+                if old & CONTAINERS:
+                    self._put(value, self._item(more))
+                self._give(target, self._result(node, op, old, more))
+            case ast.AugAssign(target=ast.Subscript(value=owner) as target, op=op, value=value):
+                old, more = self._item(self.value(owner)), self.value(value)
+                self._give_away(node, more - CONTAINERS)
+                self._assign(target, self._result(node, op, old, more))
             case ast.Return(value=ast.expr() as value) if self._is_function:
                 values = self.value(value)
-                self._escape(node, values)
-                self.effects.returned = united(self.effects.returned, values if are_plain(values) else UNSURE)
+                self._escape(node, values - CONTAINERS)
+                is_known = are_plain(values - CONTAINER)
+                self.effects.returned = united(self.effects.returned, values if is_known else UNSURE)
             case ast.For(target=target, iter=iterable) | ast.comprehension(target=target, iter=iterable):
                 elements = _elements(iterable) or self._known_elements(iterable)
                 for element in elements:
                     self._store(target, element)
-                self._inside(node, *([target, iterable] if elements else []))
+                if not elements:
+                    values = self.value(iterable)
+                    self._escape(iterable, values - CONTAINERS)
+                    self._assign(target, self._item(values))
+                tests = node.ifs if isinstance(node, ast.comprehension) else []
+                for test in tests:
+                    self.value(test)
+                self._inside(node, target, iterable, *tests)
             case ast.If(test=test) | ast.While(test=test) | ast.Assert(test=test):
                 self.value(test)
                 self._inside(node, test)
@@ -141,6 +187,11 @@ class Evaluation:
                 for attribute in bound_names(ast.Module(node.body, [])):
                     self._give_away(node, self._names.get(attribute, NOTHING))
                 self._bind(node, name, UNSURE)
+            case ast.ExceptHandler(type=ast.Name(id=kind), name=None) if self._definitions.is_builtin(kind):
+                for each in node.body:
+                    self.visit(each)
+            case ast.MatchAs(pattern=None, name=None):
+                pass
             case ast.MatchClass(kwd_attrs=names):
                 for name in names:
                     self._attribute(UNSURE, name, node)
@@ -161,9 +212,11 @@ class Evaluation:
         if isinstance(getattr(node, "ctx", None), ast.Store | ast.Del):  # of an unknown value
             if isinstance(node, ast.Name | ast.Attribute):
                 self._give(node, UNSURE)
+            elif isinstance(node, ast.Subscript):
+                self._assign(node, UNSURE if isinstance(node.ctx, ast.Store) else NOTHING)
             else:
                 self._note(UNKNOWN)
-                self._inside(node)  # the owner of an item changes in place
+                self._inside(node)
             return NOTHING
         match node:
             case ast.Name() | ast.Attribute():
@@ -200,8 +253,21 @@ class Evaluation:
                 self._operand(index)
                 return NOTHING.union(*[self.value(each) for _, each in items])
             case ast.BinOp(left=left, op=op, right=right):
-                return _result(op, self._operand(left), self._operand(right))
-            case ast.UnaryOp() | ast.Subscript() | ast.Starred() | ast.Tuple():
+                return self._result(node, op, self._operand(left), self._operand(right))
+            case ast.Subscript(value=owner, slice=index):
+                owners, place = self._operand(owner), self._operand(index)
+                held = owners & CONTAINERS
+                taken = held if isinstance(index, ast.Slice) else self._item(held)
+                return taken if held and owners == held else taken | combined(owners - held, place)
+            case ast.List() | ast.Set() | ast.Tuple() | ast.Dict():
+                return self._display(node)
+            case ast.ListComp() | ast.SetComp() | ast.DictComp():
+                for generator in node.generators:
+                    self.visit(generator)
+                for each in [node.key, node.value] if isinstance(node, ast.DictComp) else [node.elt]:
+                    self._put(each, self.value(each))
+                return CONTAINER
+            case ast.UnaryOp() | ast.Starred():
                 operands = [each for each in child_nodes(node) if isinstance(each, ast.expr)]
                 return combined(*[self._operand(each) for each in operands])
             case ast.JoinedStr(values=parts):
@@ -224,6 +290,9 @@ class Evaluation:
     def _escape(self, node: ast.AST, values: Iterable[Value]) -> None:
         """Record that code that is not followed has values: whatever they can do, it may do."""
         for value in values:
+            if value in CONTAINER:
+                self._code.contents = united(self._code.contents, UNSURE)  # it may put anything in
+                continue
             if not value.is_plain and value not in (OTHER, READER):
                 self._code.escaped.add(value)
                 self.effects.add(self._code.effects_of(value), node)
@@ -241,10 +310,21 @@ class Evaluation:
     def _nested(self, node: ast.AST, body: Iterable[ast.AST], parameters: Iterable[str] = ()) -> Evaluation:
         """Evaluate the body of a nested function or class: it shares all names but the parameters."""
         context = f"{self._context} {id(node)}"
-        own = self._code.parameters.setdefault(context, dict.fromkeys(parameters, UNSURE))
-        walk = Evaluation(self._code, self._names | own, context, self._automaton)
+        own = self._code.parameters.setdefault(context, dict.fromkeys(parameters, NOTHING))
+        if Value("local", context) in self._code.escaped or not _is_followed(node):
+            for name in own:  # others may call it with anything
+                add_values(own, name, UNSURE)
+        is_function = isinstance(node, ast.FunctionDef)
+        walk = Evaluation(self._code, self._names | own, context, self._automaton, is_function=is_function)
         for each in body:
-            walk.visit(each)
+            if isinstance(node, ast.Lambda) and isinstance(each, ast.expr):
+                values = walk.value(each)
+                walk._escape(each, values - CONTAINERS)
+                walk.effects.returned = values if are_plain(values - CONTAINER) else UNSURE
+            else:
+                walk.visit(each)
+        if isinstance(node, ast.FunctionDef) and not ends(node.body):
+            walk.effects.returned |= NUMBER
         for name, values in walk._names.items():
             add_values(own if name in own else self._names, name, values)
         return walk
@@ -276,8 +356,79 @@ class Evaluation:
         elif isinstance(target, ast.Name | ast.Attribute):
             self._give(target, self.value(value))
         else:
-            self.visit(target)
-            self.visit(value)
+            values = self.value(value)
+            self._escape(value, values - CONTAINERS)
+            self._assign(target, values)
+
+    def _assign(self, target: ast.expr, values: Values) -> None:
+        """Give values to a target, whose parts get their items."""
+        match target:
+            case ast.Name() | ast.Attribute():
+                self._give(target, values)
+            case ast.Starred(value=inner):
+                self._put(target, values)
+                self._assign(inner, CONTAINER)
+            case ast.Tuple(elts=targets) | ast.List(elts=targets):
+                self._note(UNKNOWN)
+                for each in targets:
+                    self._assign(each, self._item(values))
+            case ast.Subscript(value=owner, slice=index):
+                self._note(UNKNOWN)
+                owners, place = self.value(owner), self.value(index)
+                self._give_away(owner, (owners - CONTAINERS) | (owners & {DATA}))  # it changes in place
+                for given in (values, place):
+                    self._put(target, given)
+                    if not owners or owners - CONTAINERS:
+                        self._give_away(target, given)
+
+    def _put(self, node: ast.AST, values: Values) -> None:
+        """Put values into a container."""
+        kept = frozenset(each for each in values if each.is_plain or each in CONTAINER)
+        self._give_away(node, (values - kept) | (values & {DATA}))
+        self._code.contents = united(self._code.contents, kept | (UNSURE if values - kept else NOTHING))
+
+    def _item(self, values: Values) -> Values:
+        """Return what an item of a value may be."""
+        contents, found = UNSURE if self._definitions.is_opaque else self._code.contents, NOTHING
+        for each in values:
+            if each in CONTAINER:
+                found |= contents
+            elif each in TUPLE:
+                found |= contents if are_plain(contents) else PLAIN
+            elif each.is_plain:
+                found |= frozenset({DATA}) if each == DATA else PLAIN
+            else:
+                found |= UNSURE
+        return found
+
+    def _display(self, node: ast.List | ast.Set | ast.Tuple | ast.Dict) -> Values:
+        """Return what is spelled out: a tuple of plain values is one, too."""
+        parts = [each for each in child_nodes(node) if isinstance(each, ast.expr)]
+        found: list[Values] = []
+        for each in parts:
+            values = self._item(self.value(each.value)) if isinstance(each, ast.Starred) else self.value(each)
+            if isinstance(node, ast.Dict) and node.keys[: len(node.keys)].count(None):
+                values |= self._item(values)  # of `**`
+            found.append(values)
+            self._put(each, values)
+        if isinstance(node, ast.Tuple) and are_plain(*found):
+            return frozenset({DATA}) if any(DATA in each for each in found) else TUPLE
+        return CONTAINER
+
+    def _result(self, node: ast.AST, op: ast.operator, left: Values, right: Values) -> Values:
+        """Return what an operator gives of two values."""
+        held = (left | right) & CONTAINERS
+        if held and (OTHER in left | right or not isinstance(op, _JOINING)):
+            self._escape(node, held)
+            return UNSURE
+        if held:
+            left, right = left - held, right - held
+            kind = CONTAINER if held & CONTAINER else TUPLE
+            return kind | self._result(node, op, left, right) if left and right else kind
+        if isinstance(op, ast.Add):
+            return added(left, right)
+        found = combined(left, right)
+        return NUMBER if found == WHOLE and isinstance(op, ast.Div | ast.Pow) else found
 
     def _give(self, target: ast.Name | ast.Attribute, values: Values) -> None:
         """Add values to those that a name or an attribute may have."""
@@ -336,6 +487,7 @@ class Evaluation:
             self._note(Answer.UNKNOWN)
         if name == FAILED_ON and OTHER in owners:
             self._escape(node, COMPONENT)
+        self._escape(node, owners & CONTAINER)  # a method may put anything in
         hidden = {each for each in owners if each.leaks_by(name)}
         self._escape(node, hidden - COMPONENT if name in self._definitions.defined else hidden)
         return NOTHING.union(*[self._attribute_of(each, name) for each in owners])
@@ -358,7 +510,7 @@ class Evaluation:
     def _operand(self, node: ast.expr) -> Values:
         """Return the values of an expression on which an operator works: it gets them."""
         values = self.value(node)
-        self._escape(node, values)
+        self._escape(node, values - CONTAINERS)
         return values
 
     def _compare(self, node: ast.Compare) -> Values:
@@ -431,7 +583,7 @@ class Evaluation:
         """Add the call of an operation, and return the answer: data, if it is not a future of data."""
         self._note(Answer.OTHER)
         for _, node, values in arguments:
-            self._escape(node, values)
+            self._escape(node, values - CONTAINERS)
         proxy, _, name = asked.name.partition(".")
         if name:
             (self.effects.calls if is_certain else self.effects.possible).add(ProxyCall(proxy, name))
@@ -444,10 +596,8 @@ class Evaluation:
     def _call_unknown(self, called: Value, call: ast.Call, owners: Values, given: list[_Argument]) -> Values:
         """Add a call that is not followed: what it gets escapes, unless it only computes with it."""
         if called.kind == "local":
-            self._note(UNKNOWN)
-            self.effects.add(self._code.local.get(called.name, Effects()), call)
-        else:
-            self._give_away(call, frozenset({called}))
+            return self._call_local(called, call, given)
+        self._give_away(call, frozenset({called}))
         is_text = are_plain(owners)
         self._note(self._definitions.answer_of_call(call, is_of_text=is_text))
         self._give_away(call, owners & {DATA})
@@ -460,9 +610,31 @@ class Evaluation:
         if name not in _HARMLESS or call.keywords or not self._definitions.is_builtin(name):
             keeps = not self._definitions.is_pure(call, is_of_text=is_text)
             for _, node, values in given:
-                (self._give_away if keeps else self._escape)(node, values)
+                if keeps:
+                    self._give_away(node, values - CONTAINERS if self._is_log(call) else values)
+                else:
+                    self._escape(node, values - CONTAINERS if name in ("len", "isinstance") else values)
         results = [values for _, _, values in given]
+        method = call.func.attr if isinstance(call.func, ast.Attribute) and not given else ""
+        if method in _OF_TEXTS and are_texts(owners) and not self._definitions.is_opaque:
+            return as_values(getattr(each, method)() for each in texts_of(owners))
         return self._definitions.result_of(call, is_of_text=is_text, arguments=results)
+
+    def _call_local(self, called: Value, call: ast.Call, given: list[_Argument]) -> Values:
+        """Add a call of a nested function, and the values of its parameters; return what it returns."""
+        self._note(UNKNOWN)
+        parameters = self._code.parameters.get(called.name, {})
+        names = dict(enumerate(parameters))
+        for place, node, values in given:
+            name = names.get(place, "") if isinstance(place, int) else place
+            if name in parameters:
+                add_values(parameters, name, values)
+            else:
+                self._escape(call, frozenset({called}))
+                self._give_away(node, values)
+        effects = self._code.local.get(called.name, Effects())
+        self.effects.add(effects, call)
+        return effects.returned
 
     def _send(self, call: ast.Call, arguments: list[_Argument]) -> Values:
         self._note(UNKNOWN)
@@ -536,19 +708,81 @@ class Evaluation:
         are_places = all(getattr(key, "value", None) == place for place, (key, _) in enumerate(items))
         return [value if are_places else key for key, value in items]
 
+    def _is_log(self, call: ast.Call) -> bool:
+        return dotted(call.func)[:2] == ["self", "log"] and self._definitions.defined.isdisjoint(["log"])
+
     def _taken(self, call: ast.Call) -> Values:
-        """Return what a call takes out of a literal that nothing changes; nothing for any other call."""
+        """Return what a call gives that only takes something out of containers or puts it in, or nothing."""
         match call:
-            case ast.Call(func=ast.Attribute(value=owner, attr="get"), args=[key, *default], keywords=[]):
-                if items := self._items(owner):
-                    self._operand(key)
-                    others = [self.value(each) for each in default] or [NUMBER]
-                    return NOTHING.union(*others, *[self.value(each) for _, each in items])
+            case ast.Call(func=ast.Attribute(value=owner, attr="get"), args=[key, *default], keywords=[]) if (
+                items := self._items(owner)
+            ):
+                self._operand(key)
+                others = [self.value(each) for each in default] or [NUMBER]
+                return NOTHING.union(*others, *[self.value(each) for _, each in items])
             case ast.Call(func=ast.Attribute(value=ast.Name(), attr="choice"), args=[given], keywords=[]):
-                if self._definitions.is_random_choice(call) and (items := self._items(given)):
+                if self._definitions.is_random_choice(call):
                     self._note(Answer.OTHER)
-                    return NOTHING.union(*[self.value(each) for _, each in items])
+                    items = self._items(given)
+                    if items:
+                        return NOTHING.union(*[self.value(each) for _, each in items])
+                    values = self.value(given)
+                    self._give_away(given, values - CONTAINERS)
+                    return self._item(values)
+            case ast.Call(func=ast.Attribute(value=owner, attr=name), keywords=keywords) if (
+                name in _OF_CONTAINERS
+            ):
+                values = self.value(owner) if isinstance(owner, ast.Name | ast.Attribute) else NOTHING
+                if values and values <= CONTAINERS and (not keywords or name == "sort"):
+                    return self._of_container(call, name)
+            case ast.Call(func=ast.Name(id=name), args=[_, *_] as given) if name in _MAKING | _TAKING_ONE:
+                is_known = self._definitions.is_builtin(name) and not any(
+                    isinstance(each, ast.Starred) for each in given
+                )
+                if is_known and not (name in ("max", "min") and len(given) > 1):
+                    return self._made(call, name)
         return NOTHING
+
+    def _of_container(self, call: ast.Call, name: str) -> Values:
+        """Return what a method of a container gives."""
+        self._note(self._definitions.answer_of_call(call, is_of_text=False))
+        for named in call.keywords:
+            self._give_away(named, self.value(named.value))
+        given = NOTHING
+        for each in call.args:
+            values = self.value(each)
+            given |= values
+            self._put(each, self._item(values) if name in ("extend", "update") else values)
+        if name in ("pop", "popleft", "get", "setdefault"):
+            return self._code.contents | given | NUMBER
+        return CONTAINER if name in ("copy", "items", "keys", "popitem", "values") else NUMBER
+
+    def _made(self, call: ast.Call, name: str) -> Values:
+        """Return what a function of Python makes of containers, or takes out of them."""
+        self._note(self._definitions.answer_of_call(call, is_of_text=False))
+        for named in call.keywords:
+            match named.value:
+                case ast.Attribute(value=owner, attr="count" | "get" | "index") if (
+                    owners := self.value(owner)
+                ) and owners <= CONTAINERS:
+                    pass  # it only reads
+                case value:
+                    self._give_away(named, self.value(value))
+                    if name == "dict":
+                        self._put(named, self.value(value))
+        first, *others = [self.value(each) for each in call.args]
+        self._escape(call, first - CONTAINERS)
+        if name in _TAKING_ONE:
+            return self._item(first).union(*others)
+        for values in (first, *others) if name == "zip" else (first,):
+            self._put(call, self._item(values))
+        for values in others if name != "zip" else ():
+            self._give_away(call, values)
+        if name == "enumerate":
+            self._put(call, WHOLE)
+        if name == "dict":
+            self._put(call, self._item(self._item(first)))
+        return CONTAINER
 
     def _getattr(self, call: ast.Call) -> Values:
         self._note(UNKNOWN)
@@ -580,12 +814,23 @@ class Evaluation:
         return found | UNSURE
 
 
-def _result(op: ast.operator, left: Values, right: Values) -> Values:
-    """Return what an operator gives of two values."""
-    if isinstance(op, ast.Add):
-        return added(left, right)
-    found = combined(left, right)
-    return NUMBER if found == WHOLE and isinstance(op, ast.Div | ast.Pow) else found
+def _is_plain_part(node: ast.AST) -> bool:
+    """Return whether a part of `try` or `match` binds no name: `except ValueError` and `case _`."""
+    match node:
+        case ast.ExceptHandler(type=ast.Name(), name=None) | ast.MatchAs(pattern=None, name=None):
+            return True
+    return False
+
+
+def _is_followed(node: ast.AST) -> bool:
+    """Return whether a nested function gets its arguments one by one, and has no others."""
+    match node:
+        case ast.FunctionDef(decorator_list=[], args=given) | ast.Lambda(args=given):
+            has_others = (
+                given.vararg or given.kwarg or given.defaults or given.kw_defaults or given.posonlyargs
+            )
+            return not has_others and not yields(node)
+    return False
 
 
 def ends(body: list[ast.stmt]) -> bool:

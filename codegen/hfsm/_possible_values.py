@@ -18,7 +18,7 @@ from typing import Final, NamedTuple
 
 MOST_TEXTS: Final = 20
 """The most texts that a name may be; more are unknown."""
-_PLAIN_KINDS: Final = frozenset({"data", "number", "plain", "shape", "text", "whole"})
+_PLAIN_KINDS: Final = frozenset({"data", "number", "plain", "shape", "text", "tuple", "whole"})
 ANY: Final = "\0"
 """In a shape: any text."""
 
@@ -46,8 +46,9 @@ class Value(NamedTuple):
     Its kind is `self` (the component), `proxy` (by its attribute), `operation`, `send` (the component's),
     `function` (of the component, by its name), `reader` (of the last value of a stream), `local` (a nested
     function or lambda), or `other` for unknown values. Plain ones are a `text` that is known, a `shape` of
-    texts, of which parts may be anything, a `whole` number or truth value, a `number` of any kind or None,
-    `data`, or just `plain`.
+    texts, of which parts may be anything, a `whole` number or truth value, a `number` of any kind or None, a
+    `tuple` of plain values, `data`, or just `plain`. A `container` is a list, a table or the like whose items
+    code has put in; what all of them may hold together is known.
     """
 
     kind: str
@@ -87,6 +88,9 @@ PLAIN: Final[Values] = frozenset({_PLAIN})
 """A plain value, which may be any text."""
 UNSURE: Final[Values] = frozenset({OTHER})
 """An unknown value."""
+CONTAINER: Final[Values] = frozenset({Value("container")})
+TUPLE: Final[Values] = frozenset({Value("tuple")})
+CONTAINERS: Final = CONTAINER | TUPLE
 _UNKNOWN_TEXTS: Final = frozenset({OTHER, DATA, _PLAIN})
 
 

@@ -161,8 +161,7 @@ def test_a_guard_may_command_as_code_does(guard: str, kind: str) -> None:
     [
         "self.Holder(self).move()",
         "helpers = [self.Head]\nhelpers[0].stop()",
-        "def steer(head):\n    head.stop()\nsteer(self.Head)",
-        "(lambda head: head.stop())(self.Head)",
+        "def steer(head):\n    head.stop()\nsteer(*[self.Head])",
         'getattr(self, random.choice(["Head", "LeftMotors"])).stop()',
         'side = "Left"\nside = pick()\ngetattr(self, f"{side}Motors").stop()',
         'text = ""\nwhile True:\n    text = text + "a"\n    getattr(self, text).stop()',
