@@ -40,7 +40,7 @@ def test_problems_lead_to_their_lines(shown: EditorPage) -> None:
     code = "first = 1\nsecond = 2\nif count\nthird = 3"
     place = {"kind": "state", "automaton": 2, "id": 1, "part": "exit"}
     shown.editor.do({"command": "setText", "place": place, "text": code})
-    problem = shown.page.get_by_role("button", name=re.compile("not valid Python"))
+    problem = shown.page.get_by_role("button", name=re.compile("^error: .*not valid Python"))
     expect(problem).to_contain_text("wait › look › exit code › line 3")
     expect(shown.page.get_by_role("button", name="1 Error", exact=True)).to_have_attribute(
         "aria-pressed", "true"

@@ -471,9 +471,9 @@ def test_a_stop_does_not_even_wait_for_earlier_changes(root: Path, monkeypatch: 
     gate = threading.Event()
     undo = EditedDocument.undo
 
-    def slow(session: EditedDocument) -> Change:
+    def slow(session: EditedDocument, *own: Any) -> Change:
         gate.wait(FOREVER)
-        return undo(session)
+        return undo(session, *own)
 
     class Steered(NoPart):
         async def steer(self, component: str, action: str, arguments: Mapping[str, Any]) -> object:
@@ -502,10 +502,10 @@ def test_requests_that_wait_do_not_fill_the_memory(root: Path, monkeypatch: pyte
     began, gate = threading.Event(), threading.Event()
     undo = EditedDocument.undo
 
-    def slow(session: EditedDocument) -> Change:
+    def slow(session: EditedDocument, *own: Any) -> Change:
         began.set()
         gate.wait(FOREVER)
-        return undo(session)
+        return undo(session, *own)
 
     monkeypatch.setattr(EditedDocument, "undo", slow)
     with editor(root, limits=Limits(waiting_bytes=5000)) as running, running.window() as window:

@@ -729,9 +729,21 @@ STAYS = [
     Form("n[k] > 1", "n = {1: 2, 3: 4}\nk = 1"),
     Form("n in m", "n = 1\nm = ['a', 1]"),
     Form("self.n[0] > 2", "self.n = (1, 2)"),
-    Form("self.safe(n)", "n = 2", "def safe(self, n):\n    try:\n        return 1 / n > 0.3\n    except ZeroDivisionError:\n        return False"),
-    Form("self.odd(n)", "n = 2", "def odd(self, n):\n    match n:\n        case 1 | 3:\n            return True\n        case _:\n            return False"),
-    Form("self.far(n)", "n = 2", "def far(self, distance):\n    if distance > 3:\n        return True\n    return False"),
+    Form(
+        "self.safe(n)",
+        "n = 2",
+        "def safe(self, n):\n    try:\n        return 1 / n > 0.3\n    except ZeroDivisionError:\n        return False",
+    ),
+    Form(
+        "self.odd(n)",
+        "n = 2",
+        "def odd(self, n):\n    match n:\n        case 1 | 3:\n            return True\n        case _:\n            return False",
+    ),
+    Form(
+        "self.far(n)",
+        "n = 2",
+        "def far(self, distance):\n    if distance > 3:\n        return True\n    return False",
+    ),
 ]
 """Guards that answer the same when they are asked again."""
 

@@ -310,5 +310,5 @@ def test_nothing_lasting_is_taken(marked: Class) -> None:
     assert marked.memory < MOST_MEMORY
     assert (marked.left, marked.processes) == ([], [])
     pages = [*(marked.folder / "marks").iterdir()]
-    assert len(pages) == 2 * len(marked.rows) + 2  # of each a page and its text
+    assert len(pages) == 2 * len(marked.rows) + 3  # of each a page and its text, and what was written last
     assert all("<script>\ud800" not in page.read_text("utf-8") for page in pages)

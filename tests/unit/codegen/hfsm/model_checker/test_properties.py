@@ -178,8 +178,8 @@ def test_of_what_is_in_order_one_is_true_of_more_and_not_more(pair: tuple[str, s
     doc = replace(doc, automata=(root,), parameters=parameters, interfaces=heads)
     is_known = value in IN_ORDER or ("not" in pair[1] and value != "{1}")
     assert (verdict(doc, "eventually", "s2 or s3", "100") == "holds") is is_known
-    mixed = replace(root, variables=Text(f"k = 1\nx = {value}\ny = {value}\nx = 0.5"))
-    mixed = replace(doc, automata=(mixed,))
+    root = replace(root, variables=Text(f"k = 1\nx = {value}\ny = {value}\nx = 0.5"))
+    mixed = replace(doc, automata=(root,))
     assert (verdict(mixed, "eventually", "s2 or s3", "100") == "holds") is (
         "not" in pair[1] and value != "{1}"
     )
