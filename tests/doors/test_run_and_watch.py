@@ -34,6 +34,7 @@ def test_dance_and_follow_goes_on_in_its_edited_document(
     fake: ServedRobot, stack: ExitStack, tmp_path: Path
 ) -> None:
     source = (ROOT / "behaviors" / "dance_and_follow.xml").read_text(encoding="utf-8")
+    source = source.replace("<within>10000<", "<within>4000000<")
     for milliseconds in ("8000", "10000"):  # nothing changes by itself, however long a command takes
         assert source.count(f">{milliseconds}<") == 2
         source = source.replace(f">{milliseconds}<", ">600000<")
