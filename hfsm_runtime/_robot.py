@@ -113,11 +113,11 @@ def servers_present(component: Component, communicator: Communicator) -> bool:
     return True
 
 
-def safeties_of(component: Component) -> list[SafetyPrx]:
+def _safeties_of(component: Component) -> list[SafetyPrx]:
     """Return `Safety` of each robot of another realm whose servants a component has proxies of."""
-    proxies = [vars(component).get(name) for name in proxies_of(component)]
     found = {}
-    for proxy in proxies:
+    for name in proxies_of(component):
+        proxy = vars(component).get(name)
         if isinstance(proxy, ObjectPrx):
             communicator, realm = proxy.ice_getCommunicator(), proxy.ice_getRealm()
             if realm != communicator.realm:
@@ -148,10 +148,10 @@ class Permission:
     def begin_again(self) -> None:
         """Forget the stop that was seen: a person has decided to go on."""
         self._stopped_by = self._told = ""
-        others = safeties_of(self._component) if self._component else []
-        for safety in (self._safety, *others):
+        others = _safeties_of(self._component) if self._component else []
+        for safety in (self._safety, *(each.ice_invocationTimeout(1000.0 * self._limit) for each in others)):
             with suppress(ZenohIceError):  # its next command says why
-                safety.ice_invocationTimeout(1000.0 * self._limit).resumeCommands()
+                safety.resumeCommands()
         with suppress(ZenohIceError):
             state = self._safety.getSafetyState()
             self._known = state.session, state.stops - state.stopped  # one that lasts is not over yet

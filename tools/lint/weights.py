@@ -18,6 +18,7 @@ from functools import cache
 from pathlib import Path
 from typing import Final
 
+from tools.lint.layout import GENERATED
 from tools.lint.sources import PROJECT, ROOT
 
 LIMITS: Final = "weights.toml"
@@ -99,9 +100,7 @@ def _set_aside(node: ast.AST) -> range:
 def _python() -> dict[str, int]:
     counts: Counter[str] = Counter()
     for path in _modules():
-        package, *rooms = path.relative_to(ROOT).parts[:-1]
-        depth = 2 if package == "plugins" else 1
-        counts["/".join([package, *rooms[: depth - 1 or 1]])] += lines_of_code(path.read_text("utf-8"))
+        counts["/".join(path.relative_to(ROOT).parts[:-1][:2])] += lines_of_code(path.read_text("utf-8"))
     return dict(counts)
 
 
@@ -109,7 +108,7 @@ def _python() -> dict[str, int]:
 def _modules() -> list[Path]:
     """Return the modules of the wheel that are written by hand."""
     packages = PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"]
-    written = [package for package in packages if package not in {"interfaces", "behaviors"}]
+    written = [package for package in packages if package not in GENERATED]
     return sorted(path for package in written for path in (ROOT / package).rglob("*.py"))
 
 
