@@ -95,13 +95,13 @@ class DanceAndFollow(Component, document="dance_and_follow.xml", on_error="stop"
             circle = cv2.circle(np.zeros_like(mask), (round(u), round(v)), int(radius), 255, -1)
             is_round = cv2.countNonZero(mask & circle) > 0.85 * cv2.countNonZero(circle)  # a box fills less
             if radius > 0.01 * width and (is_round or self.is_part(right, down, radius, known)):  # no speck
-                size = radius if is_round else known[2]
+                size = radius if is_round else float(known[2])
                 balls.append((is_round, size - 0.05 * math.hypot(right, down), right, down, size))
         if not balls:
             return None
-        *_, right, down, size = max(balls)  # the largest round one; of two alike, the one that it looks at
-        self.mark("Camera", right + (width - 1) / 2, down + (height - 1) / 2, f"{color} ball")
-        return right, down, size
+        *_, x, y, largest = max(balls)  # the largest round one; of two alike, the one that it looks at
+        self.mark("Camera", x + (width - 1) / 2, y + (height - 1) / 2, f"{color} ball")
+        return x, y, largest
 
     def is_part(self, right, down, radius, known):
         """Return whether something is where the known ball was, and no larger: a ball that is hidden in part."""

@@ -8,28 +8,13 @@ from typing import Final
 from ...diagnostics import Note
 from ...graphs import reached
 from ...messages import Message
+from .._calls import Lasts, lasts
 from ..analysis import Analysis, Piece, names_with
 from ..code._values import milliseconds, seconds, truth
 from ..code.text import full_name, own_nodes
 from ..codes import Code
 from ..report import Report
 
-_SLEEPS: Final = frozenset({"time.sleep", "self.sleep", "self.clock.sleep"})
-_WAITS: Final = frozenset(
-    {
-        *("input", "os.system", "os.wait", "os.waitpid", "sys.stdin.read", "sys.stdin.readline"),
-        *("getpass.getpass", "signal.pause"),
-    }
-)
-"""Calls that wait for a person or another program without a limit."""
-_WAITS_WITHOUT_TIMEOUT: Final = frozenset(
-    {
-        *(f"requests.{verb}" for verb in ("delete", "get", "head", "patch", "post", "put", "request")),
-        *(f"subprocess.{call}" for call in ("call", "check_call", "check_output", "run")),
-        *("socket.create_connection", "urllib.request.urlopen"),
-    }
-)
-_EXITS: Final = frozenset({"exit", "os._exit", "quit", "sys.exit"})
 _ENDLESS: Final = Message("this loop never ends")
 _LONGEST: Final = 86_400.0
 """A sleep of more s has no end that anybody waits for."""
@@ -61,7 +46,7 @@ def check_blocking(analysis: Analysis, report: Report) -> None:
 class _Checker:
     def __init__(self, analysis: Analysis, report: Report) -> None:
         self._libraries = analysis.libraries
-        self._sleeps = _SLEEPS - {f"self.{name}" for name in analysis.defined}
+        self._own = {f"self.{name}" for name in analysis.defined}
         self._report = report
 
     def check(self, piece: Piece, tree: ast.AST, self_name: str, period: float | None) -> None:
@@ -79,8 +64,9 @@ class _Checker:
             match node:
                 case ast.Call(func=func) as where:
                     name = full_name(func, modules)
-                    message = self._blocking(node, name, period)
-                    if message is not None and name in self._sleeps and _duration(node) > _LONGEST:
+                    how = Lasts.UNKNOWN if name in self._own else lasts(name)
+                    message = _blocking(node, name, how, period)
+                    if message is not None and how is Lasts.SLEEPS and _duration(node) > _LONGEST:
                         code = Code.ENDLESS_CODE
                 case ast.While(test=where) if truth(where) is True and not _has_way_out(node):
                     message = _ENDLESS
@@ -97,20 +83,20 @@ class _Checker:
             if message is not None:
                 self._report.warning(code, message, piece.place(where), [note])
 
-    def _blocking(self, call: ast.Call, name: str, period: float | None) -> Message | None:
-        """Return why a call of a function, given by its full name, blocks, or None if it does not."""
-        if name in _WAITS:
-            return Message("`{name}` waits without a limit", name=name)
-        has_timeout = any(keyword.arg in ("timeout", None) for keyword in call.keywords)
-        if name in _WAITS_WITHOUT_TIMEOUT and not has_timeout:
-            return Message("`{name}` waits without a limit: it has no `timeout`", name=name)
-        if name in self._sleeps and period is not None:
-            duration = _duration(call)
-            if duration * 1000 > period:
-                return Message(
-                    "`{name}` waits for {duration:g} s, longer than the period", name=name, duration=duration
-                )
-        return None
+
+def _blocking(call: ast.Call, name: str, how: Lasts, period: float | None) -> Message | None:
+    """Return why a call of a function, given by its full name, blocks, or None if it does not."""
+    has_timeout = any(keyword.arg in ("timeout", None) for keyword in call.keywords)
+    duration = _duration(call)
+    if how is Lasts.WAITS:
+        return Message("`{name}` waits without a limit", name=name)
+    if how is Lasts.WAITS_WITHOUT_TIMEOUT and not has_timeout:
+        return Message("`{name}` waits without a limit: it has no `timeout`", name=name)
+    if how is Lasts.SLEEPS and period is not None and duration * 1000 > period:
+        return Message(
+            "`{name}` waits for {duration:g} s, longer than the period", name=name, duration=duration
+        )
+    return None
 
 
 def _duration(sleep: ast.Call) -> float:
@@ -138,7 +124,7 @@ def _has_way_out(loop: ast.While | ast.For) -> bool:
             inner = [other for other in own_nodes(node) if isinstance(other, ast.Return | ast.Raise)]
             if inner or any(_has_break(statement) for statement in node.orelse):
                 return True
-        elif isinstance(node, ast.Call) and full_name(node.func, {}) in _EXITS:
+        elif isinstance(node, ast.Call) and lasts(full_name(node.func, {})) is Lasts.ENDS:
             return True
         elif not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef | ast.Lambda):
             pending += ast.iter_child_nodes(node)

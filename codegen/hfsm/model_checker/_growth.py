@@ -1,8 +1,10 @@
-"""Find code that makes something larger and larger, and loops whose body extends what they go through.
+"""Find code that makes something larger and larger whenever it runs.
 
-Names are those of variables, parameters, attributes (with a dot) and functions, wherever they stand. What
-a name gets is *bounded* if it comes from itself at most with a part that is added, as in `n = n + 1`. A float
-is never larger. All else may double whenever code runs, and takes longer each time.
+Names are those of variables, parameters, attributes (with a dot) and functions, wherever they stand. A name
+*comes from itself* if what it gets mentions it, or a name that comes from it. Then what it gets may mention
+one such name, once, and only take something out of it or add to it: `n = n + 1`, `xs.append(2)`,
+`xs = xs[1:]`. All else may double whenever it runs: `xs + xs`, `n * n`, `(x, 1)`. Floats and what servants
+answer come from nothing, and what does not come from itself is as large as the document spells out.
 """
 
 from __future__ import annotations
@@ -11,15 +13,17 @@ import ast
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from typing import Final
 
+from ...graphs import reached
+from .._calls import KEEPING, STORING, gives_float, has_fixed_size
+from .._definitions import is_static
 from ..code.text import all_nodes, binds, child_nodes
-from ._quick import CALCULATING, KEEPING, STORING, gives_float, is_quick_name
 
-Function = ast.FunctionDef | ast.Lambda
-_Given = Iterator[tuple[str, ast.expr | None]]
-_SAME_SIZE: Final = (ast.Div, ast.FloorDiv, ast.BitAnd, ast.BitOr, ast.BitXor, ast.RShift)
-_COPIES: Final = frozenset({"list", "range", "sorted", "tuple"})
-_ADDING: Final = frozenset({"add", "append", "appendleft", "insert", "setdefault"})
-SMALL: Final = 100
+_Function = ast.FunctionDef | ast.Lambda
+_Gift = tuple[ast.expr | None, ast.AST, bool]
+"""What a name gets, None if that is unknown; by which node; whether that changes the object of the name."""
+_NEW: Final = (ast.Dict, ast.JoinedStr, ast.List, ast.Set, ast.Tuple, ast.comprehension)
+_ANYTHING: Final = "*"
+"""The name of what may come from all names."""
 
 
 class Values:
@@ -29,230 +33,194 @@ class Values:
         self,
         nodes: Sequence[ast.AST],
         of_class: Collection[ast.AST],
-        given: Mapping[str, list[ast.expr | None]],
+        given: Mapping[str, ast.expr | None],
         full: Callable[[ast.AST], str],
         asks: Callable[[ast.Call], bool],
     ) -> None:
         self._full, self._asks = full, asks
-        self.given: dict[str, list[ast.expr | None]] = {name: [*values] for name, values in given.items()}
-        """The expressions from which the values of a name come; None for those that are unknown."""
-        self.functions: dict[str, list[Function]] = {}
+        self.functions: dict[str, list[_Function]] = {}
         """Functions, by names that nothing else has."""
-        self.parents = {child: node for node in nodes for child in child_nodes(node)}
-        self.uses: dict[str, list[ast.AST]] = {}
-        """Where names are read."""
-        calls: dict[str, list[ast.Call]] = {}
-        put: dict[str, list[ast.expr | None]] = {}
+        self._gifts: dict[str, list[_Gift]] = {each: [(given[each], ast.Pass(), False)] for each in given}
         for node in nodes:
             scope = "." if node in of_class else ""
-            for name, value in _given_by(node):
-                known = name if name.startswith(".") else f"{scope}{name}"
-                self.given.setdefault(known, []).append(value)
-                if _puts(node):
-                    put.setdefault(known, []).append(value)
+            for name, gift in _gifts_of(node):
+                self._gifts.setdefault(name if name.startswith(".") else f"{scope}{name}", []).append(gift)
             match node:
-                case ast.FunctionDef(name=name):
-                    self.functions.setdefault(f"{scope}{name}", []).append(node)
-                case ast.Assign(targets=[ast.Name(id=name)], value=ast.Lambda() as value):
-                    self.functions.setdefault(f"{scope}{name}", []).append(value)
-                case ast.Call(func=function):
-                    calls.setdefault(last_name(function), []).append(node)
-                case ast.Name(ctx=ast.Load()) | ast.Attribute(ctx=ast.Load()):
-                    self.uses.setdefault(last_name(node), []).append(node)
+                case ast.FunctionDef(name=name) as function:
+                    self.functions.setdefault(f"{scope}{name}", []).append(function)
+                case ast.Assign(targets=[ast.Name(id=name)], value=ast.Lambda() as function):
+                    self.functions.setdefault(f"{scope}{name}", []).append(function)
         for name in [*self.functions]:
-            if not all(isinstance(each, ast.Lambda) for each in self.given.get(name, ())):
+            if not all(isinstance(each, ast.Lambda) for each in self.given(name)):
                 del self.functions[name]
-        followed = {each: name for name, functions in self.functions.items() for each in functions}
-        for node in nodes:
-            if isinstance(node, Function):
-                name = followed.get(node, "")
-                called = calls.get(name, [])
-                is_followed = bool(name) and len(called) == len(self.uses.get(name, ()))
-                for parameter, value in _passed(node, called, is_method=name.startswith(".")):
-                    self.given.setdefault(parameter, []).append(value)
-                # who else has a function may call it with anything
-                for each in ast.walk(node.args) if not is_followed else ():
-                    if isinstance(each, ast.arg) and each.arg != "self":
-                        self.given.setdefault(each.arg, []).append(None)
+        self._pass_arguments(nodes)
         for name, functions in self.functions.items():
-            self.given[name] = [each for function in functions for each in _returned(function)]
-        self._share(put)
-        self._floats = {*self.given}
-        while unlike := [name for name in self._floats if not all(map(self.is_float, self.given[name]))]:
+            self._gifts[name] = [
+                (each, each, False) for function in functions for each in _returned(function)
+            ]
+        self._floats = {*self._gifts}
+        while unlike := [name for name in self._floats if not all(map(self._is_float, self.given(name)))]:
             self._floats.difference_update(unlike)
-        self._bounded = {False: set[str](), True: set[str]()}
-        for flat, names in self._bounded.items():
-            while more := [
-                each for each in self.given.keys() - names if self._is_bounded_name(each, flat=flat)
-            ]:
-                names.update(more)
+        sources = self._sources()
+        self._from = {name: reached([name], lambda each: sources.get(each, ())) for name in sources}
+        self._growing = {
+            node
+            for name, gifts in self._gifts.items()
+            for value, node, _ in gifts
+            if self._doubles(name, value)
+        }
 
-    def _share(self, put: dict[str, list[ast.expr | None]]) -> None:
-        """Give what is put into the object of a name also to all names from which the object may come."""
-        for name in (waiting := [*put]):  # grows
-            given = [each for each in self.given[name] if each is not None and each not in put[name]]
-            sources = {last_name(one) for each in given for one in ast.walk(each)}
-            for other in sources & self.given.keys() - {name}:
-                if new := [each for each in put[name] if each not in self.given[other]]:
-                    self.given[other].extend(new)
-                    put.setdefault(other, []).extend(new)
-                    waiting.append(other)
+    def given(self, name: str) -> list[ast.expr | None]:
+        """Return the expressions from which the values of a name come; None for those that are unknown."""
+        return [value for value, *_ in self._gifts.get(name, ())]
 
-    def is_float(self, node: ast.AST | None) -> bool:
+    def come_from(self, value: ast.expr, names: Collection[str]) -> bool:
+        """Return whether a value may come from some names."""
+        return any(not self._from.get(each, {each}).isdisjoint(names) for each in self._names(value))
+
+    def _pass_arguments(self, nodes: Sequence[ast.AST]) -> None:
+        """Give the parameters of functions what calls pass: anything, if others have the function."""
+        calls = [each for each in nodes if isinstance(each, ast.Call)]
+        uses = {each for each in nodes if isinstance(getattr(each, "ctx", None), ast.Load)}
+        others = {last_name(each) for each in uses.difference(each.func for each in calls)}
+        names = {each: name for name, functions in self.functions.items() for each in functions}
+        for function in (each for each in nodes if isinstance(each, _Function)):
+            name = names.get(function, "")
+            is_bound = name.startswith(".") and not (
+                isinstance(function, ast.FunctionDef) and is_static(function)
+            )
+            positional = [each.arg for each in (*function.args.posonlyargs, *function.args.args)][is_bound:]
+            every = [each.arg for each in ast.walk(function.args) if isinstance(each, ast.arg)]
+            gifts: list[tuple[str, ast.expr | None]] = [
+                (each, default) for default in _arguments(function.args) for each in every
+            ]
+            for call in (each for each in calls if last_name(each.func) == name):
+                gifts += [*zip(positional, call.args, strict=False)]
+                gifts += [(each.arg, each.value) for each in call.keywords if each.arg]
+                is_spread = any(isinstance(each, ast.Starred) for each in call.args)
+                is_spread |= len(call.args) > len(positional) or any(not each.arg for each in call.keywords)
+                gifts += [(each, None) for each in every if is_spread]
+            gifts += [(each, None) for each in every if not name or name in others]
+            for parameter, value in gifts:
+                if parameter != "self":
+                    self._gifts.setdefault(parameter, []).append((value, value or function, False))
+
+    def _sources(self) -> dict[str, set[str]]:
+        """Return what each name gets; what changes an object is got by all names that may have the object."""
+        sources = {name: {*self._names(*self.given(name))} for name in self._gifts}
+        sources[_ANYTHING] = {*self._gifts}
+        changed = [(name, False) for name, gifts in self._gifts.items() if any(each for *_, each in gifts)]
+        for name, is_part in changed:  # grows: what has a changed part may have got it by a change
+            values = [value for value, _, changes in self._gifts[name] if is_part or not changes]
+            for other in {*self._names(*values)} & self._gifts.keys() - {name}:
+                sources[other].add(name)
+                changed += [(other, True)] * ((other, True) not in changed)
+        return sources
+
+    def _doubles(self, name: str, value: ast.expr | None) -> bool:
+        """Return whether a name gets more than one that comes from it, or that within something new."""
+
+        def own(node: ast.AST | None) -> int:
+            return sum(name in self._from.get(each, ()) for each in self._names(node))
+
+        return own(value) > 1 or any(map(own, filter(self._makes, self._parts(value))))
+
+    def _makes(self, node: ast.AST | None) -> bool:
+        """Return whether a value may be much larger than what it is made of."""
+        if isinstance(node, ast.Call):
+            name = last_name(node.func)
+            return name not in self.functions and name.strip(".") not in KEEPING
+        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mult | ast.Pow):
+            return not ast.unparse(node).endswith("* -1")
+        return isinstance(node, _NEW)
+
+    def _names(self, *values: ast.AST | None) -> Iterator[str]:
+        """Yield the names of which values may have something, as often as they are mentioned."""
+        for node in (each for value in values for each in self._parts(value)):
+            if node is None or isinstance(node, ast.Name | ast.Attribute):
+                yield last_name(node) if node else _ANYTHING
+
+    def _parts(self, value: ast.AST | None) -> Iterator[ast.AST | None]:
+        """Yield a value and those that it may have in it."""
+        yield value
+        inside: Iterable[ast.AST | None] = child_nodes(value) if value else ()
+        match value:
+            case ast.Call(func=function) if last_name(function) in self.functions or self._is_fixed(value):
+                yield function
+                inside = ()
+            case ast.Call(func=ast.Name(name)):
+                inside = [None] if name == "getattr" else _arguments(value)
+            case ast.Subscript(value=inner):
+                inside = [inner]
+            case ast.ListComp(ast.Name(name) as inner, [ast.comprehension(ast.Name(same))]) if name == same:
+                inside = [inner]
+            case ast.Compare() | ast.Lambda() | ast.UnaryOp(op=ast.Not()):
+                inside = ()
+            case ast.expr() if self._is_float(value):
+                inside = ()
+        for each in inside:
+            yield from self._parts(each)
+
+    def _is_fixed(self, call: ast.Call) -> bool:
+        full = self._full(call.func)
+        return self._asks(call) or has_fixed_size(full or last_name(call.func)) or self._is_float(call)
+
+    def _is_float(self, node: ast.AST | None) -> bool:
         """Return whether a value is a float, or an array of them of the same size."""
         match node:
             case ast.Constant(value=float() | complex()) | ast.BinOp(op=ast.Div()):
                 return True
-            case ast.Name() | ast.Attribute(value=ast.Name("self")) if last_name(node) in self.given:
+            case ast.Name() | ast.Attribute(value=ast.Name("self")):
                 return last_name(node) in self._floats
-            case ast.Attribute(value=value, attr="real" | "imag") | ast.BinOp(left=value, op=ast.Mod()):
-                return self.is_float(value)
-            case ast.UnaryOp(op=ast.USub(), operand=value):
-                return self.is_float(value)
+            case ast.BinOp(left=value, op=ast.Mod()) | ast.UnaryOp(op=ast.USub(), operand=value):
+                return self._is_float(value)
             case ast.BinOp(left=left, op=ast.Add() | ast.Sub() | ast.Mult() | ast.Pow(), right=right):
-                return self.is_float(left) or self.is_float(right)
-            case ast.Call(func=function, args=[_, *_] as given):
-                is_one = self._full(function) in ("abs", "max", "min") and all(map(self.is_float, given))
-                return is_one or gives_float(self._full(function))
-            case ast.Call(func=function):
-                return gives_float(self._full(function))
-        return False
-
-    def _is_bounded_name(self, name: str, *, flat: bool) -> bool:
-        return all(each is not None and self._adds_to(name, each, flat=flat) for each in self.given[name])
-
-    def _adds_to(self, name: str, node: ast.expr, *, flat: bool) -> bool:
-        """Return whether a value is what a name has and a bounded part, or bounded."""
-        match node:
-            case ast.Name() | ast.Attribute(value=ast.Name("self")) if last_name(node) == name:
-                return True
-            case ast.BinOp(left=left, op=ast.Add() | ast.Sub() | ast.Mod(), right=right):
-                return self._adds_to(name, left, flat=flat) and self.is_bounded(right, flat=flat)
-        return self.is_bounded(node, flat=flat)
-
-    def is_bounded(self, node: ast.AST, *, flat: bool = False) -> bool:
-        """Return whether a value does not come from itself, or grows only by a part.
-
-        If it is to be `flat`, a part of it may come from itself: what is put into a tuple and taken from it.
-        """
-        match node:
-            case ast.Constant() | ast.Compare() | ast.Lambda() | ast.UnaryOp(op=ast.Not()):
-                return True
-            case ast.Subscript() if flat:
-                return True
-            case ast.Call(func=ast.Name("getattr" | "next")) | ast.Yield() | ast.YieldFrom():
-                return False
-            case ast.Call(func=function) if self._asks(node) or self._full(function).startswith(CALCULATING):
-                return True
-            case ast.Name() | ast.Attribute() if (name := last_name(node)) in self.given or name == ".data":
-                is_so = name in self._bounded[flat]
-                return is_so and all(self.is_bounded(each, flat=flat) for each in _expressions(node))
-        return self.is_float(node) or all(self.is_bounded(each, flat=flat) for each in _expressions(node))
-
-    def explodes(self, node: ast.AST) -> bool:
-        """Return whether a node may make something much larger than what it is made of."""
-        match node:
-            case ast.AugAssign(target=left, op=op, value=right) | ast.BinOp(left=left, op=op, right=right):
-                if self.is_float(left) or self.is_float(right):
-                    return isinstance(op, ast.Mod) and not self.is_float(left) and not self.is_bounded(left)
-                match op:
-                    case ast.Add() | ast.Sub():
-                        return not (self.is_bounded(left) or self.is_bounded(right))
-                    case ast.Pow():
-                        is_short = isinstance(right, ast.Constant) and right.value in (2, 3)
-                        return not (is_short and self.is_bounded(left))
-                    case ast.Mod() if isinstance(left, ast.BinOp) and _has_number(left):
-                        return False
-                    case ast.Mult() if isinstance(self.parents.get(node), ast.Compare) and _has_number(node):
-                        return False  # nothing keeps it
-                    case ast.Mult() if _is_repeated(left, right) or _is_repeated(right, left):
-                        return True
-                    case ast.Mult() | ast.Mod():
-                        inside = [each for one in (left, right) for each in ast.walk(one)]
-                        is_one = not any(isinstance(each, ast.Mult) for each in inside)
-                        return not (is_one and self.is_bounded(left) and self.is_bounded(right))
-                return not isinstance(op, _SAME_SIZE)
-            case ast.Assign(targets=targets, value=value) if any(
-                isinstance(each, ast.Subscript) for each in targets
+                return self._is_float(left) or self._is_float(right)
+            case ast.Call(func=function, args=[_, *_] as given) if self._full(function) in (
+                "abs",
+                "max",
+                "min",
             ):
-                return not self.is_bounded(value, flat=True)
-            case ast.Tuple() if self._is_spread(node):
-                return False  # its parts get names
-            case ast.Tuple(elts=parts) | ast.List(elts=parts) | ast.Set(elts=parts) | ast.Dict(values=parts):
-                return not isinstance(getattr(node, "ctx", None), ast.Store) and self._are_several(parts)
-            case ast.JoinedStr(values=parts):
-                return not all(map(self.is_bounded, parts))
-            case ast.ListComp() | ast.SetComp() | ast.GeneratorExp() | ast.DictComp():
-                return len(node.generators) > 1 and not self.is_bounded(node)
-            case ast.Call(func=function) if last_name(function) not in self.functions:
-                given, name, full = given_to(node), last_name(function).strip("."), self._full(function)
-                if name in _ADDING:
-                    return not all(self.is_bounded(each, flat=True) for each in given)
-                if name in KEEPING or full.startswith(CALCULATING) or gives_float(full):
-                    return name == "sum" and len(given) > 1 and not all(map(self.is_bounded, given))
-                is_changed = is_quick_name(full) or name in ("extend", "update")
-                if isinstance(function, ast.Attribute) and not is_changed:
-                    given = [*given, function.value]
-                return not all(map(self.is_bounded, given))
-        return False
+                return all(map(self._is_float, given))
+        return isinstance(node, ast.Call) and gives_float(self._full(node.func))
 
-    def _is_spread(self, node: ast.Tuple) -> bool:
-        parent = self.parents.get(node)
-        return isinstance(parent, ast.Assign) and all(isinstance(each, ast.Tuple) for each in parent.targets)
-
-    def _are_several(self, parts: Iterable[ast.expr]) -> bool:
-        parts = [*parts]
-        is_nested = any(isinstance(each, ast.Tuple | ast.List | ast.Dict) for each in parts)
-        return sum(not self.is_bounded(each, flat=not is_nested) for each in parts) > 1
-
-    def extends_itself(self, node: ast.AST) -> bool:
-        """Return whether what goes through something may extend that: a loop may be over a copy instead."""
+    def grows(self, node: ast.AST) -> bool:
+        """Return whether a node may make something much larger, now or whenever it runs."""
         match node:
-            case ast.For(iter=through, body=body):
-                return not self._is_copy(through) and self._extends(body)
-            case ast.ListComp() | ast.SetComp() | ast.GeneratorExp() | ast.DictComp():
-                return self._extends([node])
-            case ast.AugAssign(value=value):
-                return self._extends([node]) and not self._is_copy(value)
-            case ast.Call(func=function, args=given):
-                if last_name(function) in (".extend", ".update"):
-                    return not all(map(self._is_copy, given))
-                has_function = self._full(function) in ("filter", "map", "max", "min", "sorted")
-                return has_function and self._extends(given_to(node))
-        return False
+            case ast.AugAssign(left, op, right) | ast.BinOp(left, op, right) if isinstance(
+                op, ast.Mult | ast.Pow
+            ):
+                is_float = self._is_float(left) or self._is_float(right)
+                is_power = isinstance(op, ast.Pow) and getattr(right, "value", None) not in (2, 3)
+                inside = [each for one in (left, right) for each in ast.walk(one)]
+                is_nested = any(isinstance(each, ast.Mult | ast.Pow) for each in inside)
+                is_repeated = self._is_repeated(left, right) or self._is_repeated(right, left)
+                return node in self._growing or (not is_float and (is_power or is_nested or is_repeated))
+        return node in self._growing
 
-    def _is_copy(self, node: ast.expr) -> bool:
-        """Return whether an iterable is new, spelled out, or a text: no other name has it."""
+    def _is_repeated(self, one: ast.expr, other: ast.expr) -> bool:
+        """Return whether a list or a text is repeated as often as something else says."""
+        found = [one, *self.given(last_name(one))]
+        is_text = any(isinstance(getattr(each, "value", None), str) for each in found)
+        is_list = any(isinstance(each, ast.List | ast.Tuple | ast.JoinedStr) for each in found)
+        return (is_text or is_list) and not isinstance(other, ast.Constant)
+
+    def changes(self, nodes: Iterable[ast.AST]) -> bool:
+        """Return whether code may change an object in place, with the functions that it names."""
+        running = reached(
+            nodes,
+            lambda node: [f for each in ast.walk(node) for f in self.functions.get(last_name(each), ())],
+        )
+        return any(self._changes(each) for one in running for each in ast.walk(one))
+
+    def _changes(self, node: ast.AST) -> bool:
         match node:
-            case ast.Call(func=function):
-                full = self._full(function)
-                return full in _COPIES or full.startswith(CALCULATING) or self._asks(node)
-            case ast.Subscript(value=value) | ast.Attribute(value=value):
-                return isinstance(getattr(node, "slice", None), ast.Slice) or self._is_copy(value)
-            case ast.List(elts=parts) | ast.Tuple(elts=parts) | ast.Set(elts=parts):
-                return not any(isinstance(each, ast.Starred) for each in parts)
-        return isinstance(node, ast.Constant)
-
-    def _extends(self, body: Iterable[ast.AST], known: frozenset[str] = frozenset()) -> bool:
-        """Return whether code may extend something, with the functions that it names."""
-        for node in (each for one in body for each in ast.walk(one)):
-            match node:
-                case ast.Call(func=ast.Attribute(attr=name)) if name in STORING:
-                    return True
-                case ast.Subscript(ctx=ast.Store() | ast.Del()):
-                    return True
-                case ast.AugAssign(target=target, value=value) if not (
-                    self.is_float(value) or last_name(target) in self._floats
-                ):
-                    is_number = isinstance(value, ast.Constant) and not isinstance(value.value, str)
-                    if not is_number and not all(map(_is_plain, self.given.get(last_name(target), [None]))):
-                        return True
-                case ast.Name(id=name) | ast.Attribute(attr=name) if (
-                    name in self.functions and name not in known
-                ):
-                    if self._extends(self.functions[name], known | {name}):
-                        return True
-        return False
+            case ast.Call(func=ast.Attribute(attr=name)):
+                return name in STORING
+            case ast.AugAssign(target=target) if not self._is_float(target):  # numbers and texts are replaced
+                first = [value for value, _, changes in self._gifts.get(last_name(target), ()) if not changes]
+                return not first or not all(isinstance(each, ast.Constant | ast.BinOp) for each in first)
+        return isinstance(node, ast.Subscript) and not isinstance(node.ctx, ast.Load)
 
 
 def last_name(node: ast.AST) -> str:
@@ -265,104 +233,72 @@ def last_name(node: ast.AST) -> str:
     return ""
 
 
-def given_to(call: ast.Call) -> list[ast.expr]:
-    """Return the arguments of a call."""
-    return [*call.args, *(each.value for each in call.keywords)]
-
-
-def _given_by(node: ast.AST) -> _Given:
+def _gifts_of(node: ast.AST) -> Iterator[tuple[str, _Gift]]:
     """Yield the names to which a node gives values, or parts of them."""
     match node:
         case ast.Assign(targets=targets, value=value):
             for target in targets:
-                yield from _stored(target, value)
+                yield from _stored(target, value, node)
         case ast.AugAssign(target=target, op=op, value=value):
-            yield from _stored(target, ast.BinOp(target, op, value))
+            is_number = isinstance(value, ast.Constant) and not isinstance(value.value, str)
+            yield from _stored(target, ast.BinOp(target, op, value), node, changes=not is_number)
         case (
             ast.AnnAssign(target=target, value=ast.expr() as value)
             | ast.NamedExpr(target=target, value=value)
             | ast.For(target=target, iter=value)
             | ast.comprehension(target=target, iter=value)
-            | ast.withitem(context_expr=value, optional_vars=ast.expr() as target)
         ):
-            yield from _stored(target, value)
-        case ast.Call(func=ast.Attribute(attr=name, value=owner)) if name in STORING:
-            for each in given_to(node):
-                yield from _stored(owner, each)
+            yield from _stored(target, value, node)
+        case ast.Call(func=ast.Attribute(attr=name, value=owner), args=given) if name in STORING:
+            for each in given or [ast.Constant(None)]:
+                yield from _stored(owner, ast.BinOp(owner, ast.Add(), each), node, changes=True)
+        case ast.Call(func=ast.Attribute(value=ast.Name("self"), attr="send"), args=[_, data, *_]):
+            yield ".data", (data, node, False)
         case ast.FunctionDef() | ast.Name() | ast.alias():
             pass
         case _:
-            yield from ((name, None) for name in binds(node))
+            yield from ((name, (None, node, False)) for name in binds(node))
 
 
-def _puts(node: ast.AST) -> bool:
-    """Return whether a node changes an object, which may have other names."""
-    match node:
-        case ast.Assign(targets=targets):
-            return any(isinstance(each, ast.Subscript) for each in targets)
-        case ast.AugAssign(value=ast.Constant(value=int() | float())):
-            return False
-    return isinstance(node, ast.Call | ast.AugAssign)
-
-
-def _stored(target: ast.expr, value: ast.expr) -> _Given:
+def _stored(
+    target: ast.expr, value: ast.expr, node: ast.AST, *, changes: bool = False
+) -> Iterator[tuple[str, _Gift]]:
     match target, value:
         case (ast.Tuple(elts=targets), ast.Tuple(elts=parts)) if len(targets) == len(parts):
             for one, part in zip(targets, parts, strict=True):
-                yield from _stored(one, part)
+                yield from _stored(one, part, node)
         case ((ast.Tuple(elts=targets) | ast.List(elts=targets)), _):
             for one in targets:
-                yield from _stored(one, ast.Subscript(value, ast.Constant(0)))
-        case ((ast.Starred(value=inner) | ast.Subscript(value=inner)), _):
-            yield from _stored(inner, value)
+                yield from _stored(one, ast.Subscript(value, ast.Constant(0)), node)
+        case ast.Starred(value=inner), _:
+            yield from _stored(inner, value, node)
+        case ast.Subscript(value=inner), _:
+            is_added = isinstance(value, ast.BinOp) and ast.dump(value.left) == ast.dump(target)
+            yield from _stored(inner, value if is_added else ast.List([value]), node, changes=True)
         case _:
-            yield last_name(target), value
+            yield from ((last_name(target), (each, node, changes)) for each in _either(value))
 
 
-def _passed(function: Function, calls: Iterable[ast.Call], *, is_method: bool) -> _Given:
-    """Yield the parameters of a function, each with what calls and its definition give it."""
-    arguments = [*function.args.posonlyargs, *function.args.args][is_method:]
-    others = [each for each in ast.walk(function.args) if isinstance(each, ast.arg)]
-    for call in calls:
-        is_plain = not any(isinstance(each, ast.Starred) for each in call.args) and len(call.args) <= len(
-            arguments
-        )
-        for each in others if not is_plain or any(each.arg is None for each in call.keywords) else ():
-            yield from ((each.arg, value) for value in given_to(call))
-        yield from ((each.arg, value) for each, value in zip(arguments, call.args, strict=False))
-        yield from ((each.arg, each.value) for each in call.keywords if each.arg)
-    for default in (each for each in child_nodes(function.args) if isinstance(each, ast.expr)):
-        yield from ((each.arg, default) for each in others)
-
-
-def _is_repeated(one: ast.expr, other: ast.expr) -> bool:
-    """Return whether a list or a text is repeated as often as something else says."""
-    return isinstance(one, ast.List | ast.Tuple | ast.JoinedStr) and not isinstance(other, ast.Constant)
-
-
-def _has_number(node: ast.AST) -> bool:
-    """Return whether one side of an operation is a small whole number, or a float."""
-    sides = (getattr(node, name, None) for name in ("left", "right"))
-    return any(
-        isinstance(each, ast.Constant) and isinstance(each.value, int | float) and abs(each.value) <= SMALL
-        for each in sides
+def _returned(function: _Function) -> list[ast.expr]:
+    found = [each for each in all_nodes(function) if isinstance(each, ast.Return | ast.Yield | ast.YieldFrom)]
+    values = (
+        [function.body] if isinstance(function, ast.Lambda) else [each.value for each in found if each.value]
     )
+    return [inner for each in values for inner in _either(each)]
 
 
-def _returned(function: Function) -> list[ast.expr | None]:
-    if isinstance(function, ast.Lambda):
-        return [function.body]
-    found = (each for each in all_nodes(function) if isinstance(each, ast.Return | ast.Yield | ast.YieldFrom))
-    return [each.value or ast.Constant(None) for each in found]
+def _either(value: ast.expr) -> list[ast.expr]:
+    """Return the expressions of which a value is one."""
+    match value:
+        case ast.IfExp(body=one, orelse=other):
+            return [*_either(one), *_either(other)]
+        case ast.BoolOp(values=values):
+            return [inner for each in values for inner in _either(each)]
+    return [value]
 
 
-def _is_plain(node: ast.expr | None) -> bool:
-    """Return whether a value is a number or a text, to which others are added in place: it is no list."""
-    is_added = isinstance(node, ast.BinOp) and isinstance(getattr(node.left, "ctx", None), ast.Store)
-    return is_added or isinstance(node, ast.Constant)
-
-
-def _expressions(node: ast.AST) -> Iterator[ast.AST]:
-    return (
-        each for each in child_nodes(node) if isinstance(each, ast.expr | ast.comprehension | ast.keyword)
-    )
+def _arguments(node: ast.AST) -> list[ast.expr]:
+    """Return what a call passes, or what a definition takes by default."""
+    if isinstance(node, ast.Call):
+        return [*node.args, *(each.value for each in node.keywords)]
+    return [each for each in child_nodes(node) if isinstance(each, ast.expr)]

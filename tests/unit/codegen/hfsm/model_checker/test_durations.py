@@ -59,11 +59,11 @@ def test_other_code_leaves_proofs_as_they_are(code: str) -> None:
 
 
 @pytest.mark.parametrize("form", ["open('x').read()", "with open('x') as file:\n    x = file.readlines()"])
-def test_a_regular_file_that_is_there_is_read_at_once(form: str, tmp_path: Path) -> None:
+def test_a_file_may_last(form: str, tmp_path: Path) -> None:
     made, path = timed(form), tmp_path / "robot.xml"
     assert slow_code(made, path), "there is no such file"
     (tmp_path / "x").write_text("1")
-    assert not slow_code(made, path)
+    assert slow_code(made, path), "it may be on another computer"
     assert slow_code(timed(form.replace("'x'", "'x', 'a+'")), path), "it is written, too"
     assert slow_code(timed(form.replace("'x'", "name"), variables="name = 'x'"), path)
     (tmp_path / "x").unlink()
