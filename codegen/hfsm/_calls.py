@@ -28,7 +28,7 @@ def _names(*lines: str) -> frozenset[str]:
 
 _QUICK: Final = {
     "": "abs all any bool chr complex dict divmod enumerate filter float frozenset getattr hasattr id int "
-    "isinstance issubclass len list map max min next object ord print property range repr reversed "
+    "isinstance issubclass len list map max min next object open ord print property range repr reversed "
     "round set slice sorted staticmethod str sum tuple zip",
     "cmath": "cos e exp inf isfinite phase pi polar rect sin sqrt tau",
     "collections": "Counter deque",
@@ -50,6 +50,7 @@ _QUICK: Final = {
     "pathlib": "Path",
     "random": "choice gauss randint random randrange uniform",
     "self": "clock.now log.critical log.debug log.error log.exception log.info log.warning mark send",
+    "threading": "Lock RLock Thread",
     "time": "monotonic perf_counter time",
     "uuid": "uuid4",
 }
@@ -74,8 +75,9 @@ QUICK_METHODS: Final = _names(
     "add all any append appendleft argmax argmin astype cancel clear conjugate copy count difference discard",
     "endswith exists extend find flatten get index insert intersection is_file isalnum isalpha isdigit",
     "isspace issubset isupper item items join keys latest lower lstrip max mean min partition pop popleft",
-    "publish remove removeprefix removesuffix replace reshape reverse rstrip setdefault sort split",
-    "splitlines startswith std strip sum title tolist total_seconds union update upper values",
+    "publish read readline readlines remove removeprefix removesuffix replace reshape reverse rstrip",
+    "setdefault sort split splitlines start startswith std strip sum title tolist total_seconds union",
+    "update upper values",
 )
 """Methods of what the functions make, of literals, and of what servants answer, whichever object has them."""
 LOADED: Final = _names(
@@ -88,6 +90,7 @@ BASES: Final = _names("Exception enum.Enum enum.IntEnum enum.StrEnum object")
 DECORATORS: Final = _names(
     "functools.cache functools.cached_property functools.lru_cache property staticmethod"
 )
+LOCKS: Final = _names("threading.Lock threading.RLock")
 CALLED: Final = _names("abs bool float int len list max min round set sorted str sum tuple")
 """Functions that others may be given to call."""
 STORING: Final = _names(

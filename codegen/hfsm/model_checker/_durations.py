@@ -12,14 +12,16 @@ from __future__ import annotations
 
 import ast
 import re
+import stat
 from collections.abc import Iterator
 from itertools import islice
 from math import inf, prod
+from pathlib import Path
 from typing import Final
 
 from ...diagnostics import Location, Note
 from ...messages import Message
-from .._calls import BASES, CALLED, DECORATORS, LOADED, QUICK_METHODS, Lasts, lasts
+from .._calls import BASES, CALLED, DECORATORS, LOADED, LOCKS, QUICK_METHODS, Lasts, lasts
 from .._definitions import is_static
 from .._effects import CodeEffects
 from .._possible_values import HARMLESS
@@ -27,14 +29,13 @@ from ..analysis import Piece, names_with
 from ..code.names import COMPONENT_ATTRIBUTES
 from ..code.text import all_nodes, binds, child_nodes, dotted, own_nodes
 from ..document import Document
-from ._growth import Values, last_name
+from ._growth import Values, last_name, named
 
 _SLOW: Final = Message("this code may take longer than a period, and timers may expire in any order")
 _ENDS: Final = Message("this code may end the component")
 _OTHER_FORMS: Final = (
     *(ast.AsyncFor, ast.AsyncFunctionDef, ast.AsyncWith, ast.Await, ast.LShift, ast.MatMult, ast.TryStar),
     *(each for each in (getattr(ast, name, None) for name in ("TypeAlias", "TemplateStr")) if each),
-    *(ast.While, ast.With),
 )
 _MOST_SHOWN: Final = 3
 _MOST_WORK: Final = 100_000
@@ -42,7 +43,9 @@ _MOST_WORK: Final = 100_000
 _TURNS: Final = 100
 """How often a loop is taken to turn where nothing says how often."""
 _LARGEST: Final = 1 << 20
-"""The largest whole number that code may name."""
+"""The largest whole number that code may name, and the largest file that it may read, in bytes."""
+_LATER: Final = (ast.GeneratorExp, ast.Yield, ast.YieldFrom)
+"""What runs where others go through what it makes."""
 _COPIES: Final = ("list", "range", "sorted", "tuple")
 _WIDE: Final = re.compile(r"%[^a-zA-Z%]*(\d{3}|\*)")
 """A format that makes a long text."""
@@ -115,12 +118,25 @@ class _Finder:
         self._called = {each.func for each in nodes if isinstance(each, ast.Call)}
         self._parts = self._called | {each.value for each in attributes}
         self._work: dict[str, float] = {}
+        self._has_threads = "threading" in roots
+        self._sizes = {each: _size(each, analysis.path.parent) for each in nodes if self._calls(each, "open")}
+        entered = {each.context_expr for each in nodes if isinstance(each, ast.withitem)}
+        loaded = {each for each in nodes if isinstance(getattr(each, "ctx", None), ast.Load)}
+        self._read = {last_name(each) for each in loaded - entered}
+        self._later = [
+            each for each in nodes if isinstance(each, _LATER) or self._calls(each, "filter", "map")
+        ]
+        inner = [each for each in nodes if isinstance(each, ast.Nonlocal | ast.NamedExpr)]
+        self._set_elsewhere = {name for one in inner for each in ast.walk(one) for name in binds(each)}
 
     def full(self, node: ast.AST) -> str:
         """Return the full name of something of Python, of a library or of the component; else nothing."""
         first, *others = dotted(node) or [""]
         full = "" if first in self._bound else ".".join([self._modules.get(first, first), *others])
         return "" if full.startswith("?") else full
+
+    def _calls(self, node: ast.AST | None, *names: str) -> bool:
+        return isinstance(node, ast.Call) and self.full(node.func) in names
 
     def ending(self, piece: Piece) -> Iterator[ast.AST]:
         """Yield the nodes of a piece of code that may end the component."""
@@ -152,6 +168,10 @@ class _Finder:
                     bases, BASES
                 )
                 return bool(keywords) or not are_known or not all(map(_is_constant, body))
+            case ast.With(items=items, body=body):
+                return len(items) != 1 or not self._is_quick_context(items[0].context_expr, body)
+            case ast.While():
+                return self._rounds(node) == inf
             case ast.Import(names=names):
                 is_there = ast.unparse(node) in self._declared
                 return not is_there and not {each.name for each in names} <= LOADED
@@ -240,7 +260,7 @@ class _Finder:
     def _is_quick_function(self, call: ast.Call, full: str) -> bool:
         """Return whether something of the table is quick with these arguments, and calls only what is."""
         given, named = call.args, {each.arg: each.value for each in call.keywords}
-        called = [*(value for key, value in named.items() if key in ("function", "key"))]
+        called = [*(value for key, value in named.items() if key in ("function", "key", "target"))]
         called += given[:1] if full in ("filter", "map") else []
         is_spread = any(isinstance(each, ast.Starred) for each in given)
         if None in named or (called and is_spread) or not all(map(self._may_be_called, called)):
@@ -253,6 +273,13 @@ class _Finder:
             case "getattr" | "hasattr":
                 name = getattr(given[1], "value", "__") if len(given) > 1 and not is_spread else "__"
                 return self._gets_proxy(call) or (isinstance(name, str) and not _is_hidden(name))
+            case "open":
+                return self._sizes[call] <= _LARGEST
+            case ".join":  # of a text, not of a thread
+                owner = getattr(call.func, "value", None)
+                return isinstance(owner, ast.Constant | ast.JoinedStr) or not self._has_threads
+            case "threading.Thread":
+                return not given
             case "pathlib.Path" | "numpy.ones" | "numpy.zeros":
                 inside = [each for one in given[:1] for each in ast.walk(one) if isinstance(each, ast.expr)]
                 sizes = [getattr(each, "value", 1) for each in inside]
@@ -270,6 +297,29 @@ class _Finder:
         is_own = name in self._values.functions and (isinstance(node, ast.Name) or full == f"self{name}")
         return is_own or isinstance(node, ast.Lambda | ast.Constant) or full in CALLED
 
+    def _is_quick_context(self, context: ast.expr, body: list[ast.stmt]) -> bool:
+        """Return whether `with` enters a file, or a lock that is held while nothing enters another one."""
+        locks, running = self._values.given(last_name(context)), self._values.running([*body, *self._later])
+        is_lock = bool(locks) and all(self._calls(each, *LOCKS) for each in locks)
+        is_free = last_name(context) not in self._read and not any(
+            isinstance(each, ast.With | ast.Yield | ast.YieldFrom) for each in running
+        )
+        return context in self._sizes or (is_lock and is_free)
+
+    def _rounds(self, loop: ast.While) -> float:
+        """Return how often a loop turns that counts up to a number; infinite for all others."""
+        match loop.test:
+            case ast.Compare(ast.Name(name), [ast.Lt() | ast.LtE()], [ast.Constant() | ast.Name() as end]):
+                inside = [*ast.walk(loop)]
+                is_set_once = (
+                    sum(name in binds(each) for each in inside) == 1 and name not in self._set_elsewhere
+                )
+                counts = is_set_once and all(_counts(each, name) for each in self._values.given(name))
+                skips = any(isinstance(each, ast.Continue) for each in inside)
+                if counts and not skips and any(_raises(each, name) for each in loop.body):
+                    return self._number(end) + 2
+        return inf
+
     def _work_of(self, node: ast.AST, around: frozenset[str] = frozenset()) -> float:
         """Return how many nodes code runs through at most, with the functions that it names."""
         if isinstance(node, ast.FunctionDef):  # what it does is done where it is named
@@ -277,7 +327,7 @@ class _Finder:
         found = 1 + sum(self._work_of(each, around) for each in child_nodes(node))
         match node:
             case ast.Name() | ast.Attribute() | ast.Constant(value=str()):
-                name = last_name(node) or f".{getattr(node, 'value', '')}"
+                name = named(node)
                 if name in around:
                     return inf  # it calls itself
                 if name in self._values.functions and name not in self._work:
@@ -288,6 +338,8 @@ class _Finder:
             case ast.For(iter=through, body=body):
                 is_endless = self._values.changes(body) and not self._is_copy(through)
                 return inf if is_endless else found * self._turns(through)
+            case ast.While():
+                return found * self._rounds(node)
             case ast.ListComp() | ast.SetComp() | ast.GeneratorExp() | ast.DictComp():
                 turns = prod(self._turns(each.iter) for each in node.generators)
                 return inf if self._values.changes([node]) else found * turns
@@ -304,8 +356,11 @@ class _Finder:
             case ast.List(elts=parts) | ast.Tuple(elts=parts) | ast.Set(elts=parts):
                 return max(1, len(parts))
             case ast.Call(func=ast.Name("range"), args=given):
-                return max(map(self._number, given[:2]), default=inf)
-        return inf if self._values.come_from(through, _PICTURES) else _TURNS
+                return max(1, max(map(self._number, given[:2]), default=inf))
+        if self._values.come_from(through, _PICTURES):
+            return inf
+        is_of_file = self._values.come_from(through, ("open",))
+        return max(_TURNS, max(self._sizes.values(), default=0) if is_of_file else 0)
 
     def _number(self, node: ast.expr | None) -> float:
         """Return how large a number is at most; infinite if nothing says that."""
@@ -344,6 +399,39 @@ def _given(document: Document) -> dict[str, ast.expr | None]:
         **dict.fromkeys(exchanged | results),
         **{name: ast.Constant(0.0 if is_float else 0) for name, is_float in floats.items()},
     }
+
+
+def _size(call: ast.AST, folder: Path) -> float:
+    """Return the bytes of a regular file that a call of `open` opens to read it; infinite for all others."""
+    match call:
+        case ast.Call(_, [ast.Constant(str(name)), *others], options):
+            modes = [*others, *(each.value for each in options if each.arg == "mode")]
+            is_read = all(getattr(each, "value", None) in ("r", "rb", "rt") for each in modes)
+            are_known = {each.arg for each in options} <= {"encoding", "errors", "mode", "newline"}
+            try:
+                path = (folder / name).resolve(strict=True)
+                found = path.stat()
+            except (OSError, ValueError, RuntimeError):
+                return inf
+            is_regular = stat.S_ISREG(found.st_mode) and path.parts[1] not in ("dev", "proc", "sys")
+            return float(found.st_size) if is_read and are_known and is_regular else inf
+    return inf
+
+
+def _raises(node: ast.stmt, name: str) -> bool:
+    """Return whether a statement adds something to a name that counts."""
+    return (
+        isinstance(node, ast.AugAssign)
+        and last_name(node.target) == name
+        and getattr(node.value, "value", 0) != 0
+    )
+
+
+def _counts(node: ast.expr | None, name: str) -> bool:
+    """Return whether a value is a whole number that is spelled out, or a name plus such a number."""
+    if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add) and last_name(node.left) == name:
+        node = node.right
+    return isinstance(node, ast.Constant) and isinstance(node.value, int)
 
 
 def _is_constant(node: ast.stmt) -> bool:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from itertools import chain
 from typing import Final
 
 from ...graphs import reached
@@ -148,7 +149,7 @@ class Values:
             case ast.Call(func=function) if last_name(function) in self.functions or self._is_fixed(value):
                 yield function
                 inside = ()
-            case ast.Call(func=ast.Name(name)):
+            case ast.Call(func=ast.Name(name)) if name != "open":
                 inside = [None] if name == "getattr" else _arguments(value)
             case ast.Subscript(value=inner):
                 inside = [inner]
@@ -207,11 +208,14 @@ class Values:
 
     def changes(self, nodes: Iterable[ast.AST]) -> bool:
         """Return whether code may change an object in place, with the functions that it names."""
-        running = reached(
-            nodes,
-            lambda node: [f for each in ast.walk(node) for f in self.functions.get(last_name(each), ())],
-        )
-        return any(self._changes(each) for one in running for each in ast.walk(one))
+        return any(map(self._changes, self.running(nodes)))
+
+    def running(self, nodes: Iterable[ast.AST]) -> Iterator[ast.AST]:
+        """Yield the nodes of code, with those of the functions that it names."""
+        return chain.from_iterable(map(ast.walk, reached(nodes, self._named)))
+
+    def _named(self, node: ast.AST) -> list[_Function]:
+        return [one for each in ast.walk(node) for one in self.functions.get(named(each), ())]
 
     def _changes(self, node: ast.AST) -> bool:
         match node:
@@ -233,6 +237,11 @@ def last_name(node: ast.AST) -> str:
     return ""
 
 
+def named(node: ast.AST) -> str:
+    """Return the name of what a node may run: that of a variable or an attribute, or a text for `getattr`."""
+    return last_name(node) or f".{getattr(node, 'value', '')}"
+
+
 def _gifts_of(node: ast.AST) -> Iterator[tuple[str, _Gift]]:
     """Yield the names to which a node gives values, or parts of them."""
     match node:
@@ -247,6 +256,7 @@ def _gifts_of(node: ast.AST) -> Iterator[tuple[str, _Gift]]:
             | ast.NamedExpr(target=target, value=value)
             | ast.For(target=target, iter=value)
             | ast.comprehension(target=target, iter=value)
+            | ast.withitem(context_expr=value, optional_vars=ast.expr() as target)
         ):
             yield from _stored(target, value, node)
         case ast.Call(func=ast.Attribute(attr=name, value=owner), args=given) if name in STORING:
