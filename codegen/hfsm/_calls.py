@@ -93,11 +93,9 @@ DECORATORS: Final = _names(
 LOCKS: Final = _names("threading.Lock threading.RLock")
 CALLED: Final = _names("abs bool float int len list max min round set sorted str sum tuple")
 """Functions that others may be given to call."""
-STORING: Final = _names(
-    "add append appendleft clear discard extend insert pop popitem popleft remove reverse setdefault sort",
-    "update",
-)
-"""Methods that change their object."""
+ADDING: Final = _names("add append appendleft extend insert setdefault update")
+STORING: Final = ADDING | _names("clear discard pop popitem popleft remove reverse sort")
+"""Methods that add to their object, and all that change it."""
 KEEPING: Final = _names(
     "abs cancel copy deepcopy dict divmod enumerate filter frozenset get int items keys list lower map max",
     "min next pop popleft range reversed round set sorted sum tuple upper values zip",

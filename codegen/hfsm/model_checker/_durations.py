@@ -337,7 +337,8 @@ class _Finder:
                 return found + self._work.get(name, 0)
             case ast.For(iter=through, body=body):
                 is_endless = self._values.changes(body) and not self._is_copy(through)
-                return inf if is_endless else found * self._turns(through)
+                is_doubled = self._values.multiplies(through, body)
+                return inf if is_endless or is_doubled else found * self._turns(through)
             case ast.While():
                 return found * self._rounds(node)
             case ast.ListComp() | ast.SetComp() | ast.GeneratorExp() | ast.DictComp():

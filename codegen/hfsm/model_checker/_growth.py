@@ -15,7 +15,7 @@ from itertools import chain
 from typing import Final
 
 from ...graphs import reached
-from .._calls import KEEPING, STORING, gives_float, has_fixed_size
+from .._calls import ADDING, KEEPING, STORING, gives_float, has_fixed_size
 from .._definitions import is_static
 from ..code.text import all_nodes, binds, child_nodes
 
@@ -149,6 +149,8 @@ class Values:
             case ast.Call(func=function) if last_name(function) in self.functions or self._is_fixed(value):
                 yield function
                 inside = ()
+            case ast.Call(func=ast.Name("range")):
+                inside = [each for one in ast.walk(value) for each in getattr(one, "args", ())]
             case ast.Call(func=ast.Name(name)) if name != "open":
                 inside = [None] if name == "getattr" else _arguments(value)
             case ast.Subscript(value=inner):
@@ -210,6 +212,18 @@ class Values:
         """Return whether code may change an object in place, with the functions that it names."""
         return any(map(self._changes, self.running(nodes)))
 
+    def multiplies(self, through: ast.expr, body: Iterable[ast.AST]) -> bool:
+        """Return whether code that runs for each part of something may add to that."""
+        running = {*self.running(body)}
+        added = {
+            name
+            for name, gifts in self._gifts.items()
+            for value, node, changes in gifts
+            if node in running and isinstance(value, ast.BinOp)
+            if changes or not isinstance(value.right, ast.Constant)  # no number that counts
+        }
+        return self.come_from(through, added)
+
     def running(self, nodes: Iterable[ast.AST]) -> Iterator[ast.AST]:
         """Yield the nodes of code, with those of the functions that it names."""
         return chain.from_iterable(map(ast.walk, reached(nodes, self._named)))
@@ -261,7 +275,8 @@ def _gifts_of(node: ast.AST) -> Iterator[tuple[str, _Gift]]:
             yield from _stored(target, value, node)
         case ast.Call(func=ast.Attribute(attr=name, value=owner), args=given) if name in STORING:
             for each in given or [ast.Constant(None)]:
-                yield from _stored(owner, ast.BinOp(owner, ast.Add(), each), node, changes=True)
+                more = ast.BinOp(owner, ast.Add(), each)
+                yield from _stored(owner, more if name in ADDING else owner, node, changes=True)
         case ast.Call(func=ast.Attribute(value=ast.Name("self"), attr="send"), args=[_, data, *_]):
             yield ".data", (data, node, False)
         case ast.FunctionDef() | ast.Name() | ast.alias():
