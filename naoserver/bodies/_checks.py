@@ -5,16 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import chain
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import msgspec
 
 from naoserver.bodies import parts
+from naoserver.bodies.facts import Facts
 from naoserver.bodies.footsteps import Footsteps
 from naoserver.errors import RobotError
-
-if TYPE_CHECKING:
-    from naoserver.bodies.body import Body
 
 _FEWEST_POINTS: Final = 4
 """Of a hull: those of a tetrahedron."""
@@ -24,7 +22,7 @@ _ROUNDING: Final = 1e-6
 """Distance in rad or m that may be due to rounding."""
 
 
-def check(body: Body) -> None:
+def check(body: Facts) -> None:
     """Raise RobotError unless the parts of a body belong together, and all figures are finite."""
     links = [link.name for link in body.links]
     _require_distinct("link", links)
@@ -64,7 +62,7 @@ def check(body: Body) -> None:
     _require_finite(body.name, body.as_data())
 
 
-def _require_sound(joint: parts.Joint, body: Body) -> None:
+def _require_sound(joint: parts.Joint, body: Facts) -> None:
     """Raise RobotError for a joint, fixed or not, that cannot be."""
     what = f"joint {joint.name}"
     if not math.isclose(math.hypot(*joint.axis), 1.0, abs_tol=1e-6):
@@ -85,7 +83,7 @@ def _require_sound(joint: parts.Joint, body: Body) -> None:
         raise RobotError(f"{what}: its gear {joint.gear!r} has the stiffness 0: it would hold nothing")
 
 
-def _require_known_joints(body: Body) -> None:
+def _require_known_joints(body: Facts) -> None:
     """Raise RobotError when a part mentions a joint that is not there, or one joint twice."""
     for what, named in _named_joints(body):
         names = list(named)
@@ -100,7 +98,7 @@ def _require_known_joints(body: Body) -> None:
                 raise RobotError(f"{what}: {name} is there twice")
 
 
-def _require_whole_postures(body: Body) -> None:
+def _require_whole_postures(body: Facts) -> None:
     for name, posture in body.postures.items():
         named = {joint.name for joint in body.joints if not joint.passive}
         if missing := sorted(named - posture.angles.keys()):
@@ -109,7 +107,7 @@ def _require_whole_postures(body: Body) -> None:
         raise RobotError(f"rest: there is no posture {body.rest!r}")
 
 
-def _require_soles(body: Body) -> None:
+def _require_soles(body: Facts) -> None:
     """Raise RobotError unless a body has two soles or none, and those that its walk needs."""
     if isinstance(body.walk, parts.Steps | Footsteps) and not body.soles:
         raise RobotError("walk: it takes steps, but the body has no soles")
@@ -131,7 +129,7 @@ def _require_one_pair(what: str, pairs: Sequence[tuple[str, str]]) -> None:
             raise RobotError(f"{what}: {follower} depends on {leader}, so it must be in no other {what}")
 
 
-def _require_agreement(pair: parts.Coupling, body: Body) -> None:
+def _require_agreement(pair: parts.Coupling, body: Facts) -> None:
     """Raise RobotError when two joints cannot move together wherever the leader may be."""
     what = f"coupling of {pair.follower}"
     leader, follower = body.joint[pair.leader], body.joint[pair.follower]
@@ -148,7 +146,7 @@ def _require_agreement(pair: parts.Coupling, body: Body) -> None:
         )
 
 
-def _require_fast_wheels(body: Body, wheels: parts.Wheels) -> None:
+def _require_fast_wheels(body: Facts, wheels: parts.Wheels) -> None:
     """Raise RobotError when the motors of the wheels cannot drive as fast as the body says."""
     for name in (wheels.left, wheels.right):
         highest = body.joint[name].max_velocity * wheels.radius
@@ -177,7 +175,7 @@ def _require_distinct(what: str, names: Sequence[str]) -> None:
             raise RobotError(f"{what} {name}: there are two of this name")
 
 
-def _require_tree(body: Body, links: Sequence[str]) -> None:
+def _require_tree(body: Facts, links: Sequence[str]) -> None:
     """Raise RobotError unless joints carry each link but the first, and each after its parent."""
     carried: dict[str, str] = {}
     for joint in (*body.joints, *body.fixed_joints):
@@ -198,7 +196,7 @@ def _require_tree(body: Body, links: Sequence[str]) -> None:
             raise RobotError(f"link {link}: no joint carries it")
 
 
-def _named_joints(body: Body) -> Iterable[tuple[str, Iterable[str]]]:
+def _named_joints(body: Facts) -> Iterable[tuple[str, Iterable[str]]]:
     """Yield the names of joints that parts of a body mention, with what mentions them."""
     for pair in body.couplings:
         yield "coupling", (pair.leader, pair.follower)
@@ -221,7 +219,7 @@ def _named_joints(body: Body) -> Iterable[tuple[str, Iterable[str]]]:
         yield "walk", (body.walk.left, body.walk.right)
 
 
-def _named_links(body: Body) -> Iterable[tuple[str, str]]:
+def _named_links(body: Facts) -> Iterable[tuple[str, str]]:
     """Yield the names of links that parts of a body mention, with what mentions them."""
     for loop in body.loops:
         yield "loop", loop.first
