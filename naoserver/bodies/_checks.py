@@ -10,7 +10,7 @@ from typing import Final
 import msgspec
 
 from naoserver.bodies import parts
-from naoserver.bodies.facts import Facts
+from naoserver.bodies._facts import Facts
 from naoserver.bodies.footsteps import Footsteps
 from naoserver.errors import RobotError
 

@@ -1,6 +1,6 @@
 """What a robot is, as data: links, joints, groups, cameras, sensors, postures, and its way to move.
 
-`read_body` reads a facts file, whose entries `facts.py` declares, and checks it. Every part but the name and
+`read_body` reads a facts file, whose entries `_facts.py` declares, and checks it. Every part but the name and
 the links is optional: what a body lacks is not served. Units are SI and rad. Frames: x forward, y left, z
 up; a link's frame is at its parent joint and moves with the link. Quaternions are (w, x, y, z).
 """
@@ -17,7 +17,7 @@ from msgspec.structs import asdict, replace
 
 from naoserver.bodies import parts
 from naoserver.bodies._checks import check
-from naoserver.bodies.facts import Facts
+from naoserver.bodies._facts import Facts
 from naoserver.errors import RobotError
 from zenoh_ice.data.toml_file import convert
 
