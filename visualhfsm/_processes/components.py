@@ -182,7 +182,7 @@ class StartedComponents(PerDocument["StartedComponent"]):
 
 @dataclass(frozen=True, slots=True)
 class _Generated:
-    """A component that was written: its file, the origins of its lines, and whether it has unsaved changes."""
+    """A component that was written: its file, the origins of its lines, and if it has unsaved changes."""
 
     component: Path
     origins: Origins | None
