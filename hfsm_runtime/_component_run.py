@@ -33,7 +33,7 @@ from .errors import (
     ValueTypeError,
 )
 from .observer import Observer
-from .source_map import locate_frame
+from .places import locate_frame
 from .tree import Actor, Replaced, Tree
 
 _NOTHING: Final = nullcontext()
