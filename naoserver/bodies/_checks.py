@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from itertools import chain
 from typing import Final
 
@@ -33,8 +34,9 @@ def check(body: Facts) -> None:
     for joint in (*body.joints, *body.fixed_joints):
         _require_sound(joint, body)
     _require_known_joints(body)
+    known = set(links)
     for what, name in _named_links(body):
-        if name not in links:
+        if name not in known:
             raise RobotError(f"{what}: there is no link {name!r}")
     _require_one_pair("coupling", [(pair.leader, pair.follower) for pair in body.couplings])
     for pair in body.couplings:
@@ -86,15 +88,14 @@ def _require_sound(joint: parts.Joint, body: Facts) -> None:
 def _require_known_joints(body: Facts) -> None:
     """Raise RobotError when a part mentions a joint that is not there, or one joint twice."""
     for what, named in _named_joints(body):
-        names = list(named)
-        for name in names:
+        for name, times in Counter(iter(named)).items():
             if name not in body.joint:
                 raise RobotError(f"{what}: there is no joint {name!r}")
             if body.joint[name].passive and not what.startswith(_MAY_BE_PASSIVE):
                 raise RobotError(
                     f"{what}: {name} has no motor (max_torque = 0): give it one, or leave it out"
                 )
-            if names.count(name) > 1:
+            if times > 1:
                 raise RobotError(f"{what}: {name} is there twice")
 
 
@@ -170,8 +171,8 @@ def _require_sizes(shape: parts.Shape) -> None:
 
 
 def _require_distinct(what: str, names: Sequence[str]) -> None:
-    for name in names:
-        if names.count(name) > 1:
+    for name, times in Counter(names).items():
+        if times > 1:
             raise RobotError(f"{what} {name}: there are two of this name")
 
 
@@ -246,7 +247,7 @@ def _require_finite(path: str, value: object) -> None:
     if isinstance(value, float) and not math.isfinite(value):
         if math.isnan(value) or path.rsplit(".", 1)[-1] not in ("lower", "upper"):
             raise RobotError(f"{path} is {value}: it must be a finite number")
-    elif isinstance(value, Mapping):
+    elif isinstance(value, dict):
         for key, item in value.items():
             _require_finite(f"{path}.{key}", item)
     elif isinstance(value, (list, tuple)):

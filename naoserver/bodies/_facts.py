@@ -58,7 +58,7 @@ class Facts(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, eq=Fa
     """None for motors whose temperatures are not watched."""
     voice: bool = False
     """Whether it has a loudspeaker, on which it speaks and plays sounds."""
-    postures: dict[str, parts.Posture] = {}
+    postures: Annotated[dict[parts.Name, parts.Posture], Meta(max_length=parts.MOST_PARTS)] = {}
     rest: str = ""
     """The posture in which it starts; without one, joints are as near to 0 as their ranges let them."""
     falls: parts.FallRules | None = None

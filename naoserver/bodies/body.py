@@ -13,6 +13,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from functools import cached_property
 from typing import Any, Final
 
+from msgspec import inspect
 from msgspec.structs import asdict, replace
 
 from naoserver.bodies import parts
@@ -23,6 +24,8 @@ from zenoh_ice.data.toml_file import convert
 
 LARGEST_DESCRIPTION: Final = (1 << 20) - 64
 """Most characters of a body, and of its looks, as JSON: what fits into an answer."""
+_SERVANT: Final = "Description"
+"""What serves bodies."""
 
 
 class Body(Facts, frozen=True, forbid_unknown_fields=True, kw_only=True, eq=False, dict=True):
@@ -134,16 +137,53 @@ class Body(Facts, frozen=True, forbid_unknown_fields=True, kw_only=True, eq=Fals
 
 def read_body(text: str | bytes, file: str) -> Body:
     """Return the body that a facts file, in JSON, describes. Raises RobotError with file and entry."""
+    return _body_of(_parse(text, file), file)
+
+
+def read_description(text: str) -> Body:
+    """Return the body that a server describes in JSON. Raises RobotError, which names the entry.
+
+    What only a newer version knows of a body is left out.
+    """
+    if len(text) > LARGEST_DESCRIPTION:
+        raise RobotError(f"{_SERVANT}: {len(text)} characters, and at most {LARGEST_DESCRIPTION} are read")
+    return _body_of(_known(_parse(text, _SERVANT), inspect.type_info(Body)), _SERVANT)
+
+
+def _parse(text: str | bytes, file: str) -> Any:  # noqa: ANN401
     try:
-        described = json.loads(text, object_pairs_hook=_unique(file))
+        return json.loads(text, object_pairs_hook=_unique(file))
     except (ValueError, RecursionError) as problem:
         raise RobotError(f"{file}: not JSON: {problem}") from problem
+
+
+def _body_of(described: object, file: str) -> Body:
     try:
         return convert(described, Body, file, RobotError)
     except RobotError as error:
         if str(error).startswith(file):
             raise
         raise RobotError(f"{file}: {error}") from None
+
+
+def _known(value: Any, kind: inspect.Type) -> Any:  # noqa: ANN401
+    """Return data of a type without the entries that it does not have."""
+    match kind, value:
+        case inspect.StructType(), dict():
+            kinds = {field.encode_name: field.type for field in kind.fields}
+            found = {key: _known(value[key], kinds[key]) for key in value if key in kinds}
+            return found | {key: value[key] for key in value if key == kind.tag_field}
+        case inspect.DictType(), dict():
+            return {key: _known(item, kind.value_type) for key, item in value.items()}
+        case inspect.VarTupleType(), list():
+            return [_known(item, kind.item_type) for item in value]
+        case inspect.UnionType(), dict():
+            structs = (each for each in kind.types if isinstance(each, inspect.StructType))
+            tagged = (
+                each for each in structs if each.tag_field is None or value.get(each.tag_field) == each.tag
+            )
+            return next((_known(value, each) for each in tagged), value)
+    return value
 
 
 def write_body(body: Body) -> str:
