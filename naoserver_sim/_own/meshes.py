@@ -127,8 +127,6 @@ class Files:
     """The model's names of these files."""
     left_out: dict[str, str] = field(default_factory=dict)
     """The meshes that cannot be used, as the model calls them, with the reason."""
-    bare: bool = False
-    """True to read no mesh: each is a block, to see what else is wrong with the model."""
     _read: dict[Path, tuple[str, MeshFile]] = field(default_factory=dict)
     _used: int = 0
     _failed: int = 0
@@ -176,9 +174,6 @@ class Files:
 
     def mesh(self, name: str, source: Path, folder: str = "") -> tuple[str, MeshFile] | None:
         """Return the name by which MuJoCo gets a mesh, and the mesh; None if it is left out."""
-        if self.bare:
-            self.assets[f"0{_BLOCK.ending}"] = _BLOCK.content
-            return f"0{_BLOCK.ending}", _BLOCK
         try:
             if self._failed >= _MOST_FILES:
                 raise MeshError(f"it comes after {_MOST_FILES} that cannot be used")
@@ -274,10 +269,6 @@ def _unpacked(packed: bytes) -> MeshFile:
         return MeshFile(".stl", _stl(mesh.content), mesh.color)
     except (msgspec.MsgspecError, MeshError) as problem:
         raise ValueError(str(problem)) from None
-
-
-_BLOCK: Final = MeshFile(".stl", _written(np.eye(4, 3, -1)[[0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3]] / 10.0))
-"""A tetrahedron with edges of 0.1 m."""
 
 
 def _by_trimesh(content: bytes, ending: str) -> MeshFile:

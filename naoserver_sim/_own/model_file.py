@@ -14,7 +14,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Final, Literal
 
-import msgspec
 import mujoco
 import numpy as np
 
@@ -186,8 +185,6 @@ class ModelFile:
     """The compiled `spec`."""
     where: str = ""
     """The path of the file."""
-    bare: bool = False
-    """True if each of its meshes is a block, and none was read."""
 
     @cached_property
     def figure(self) -> Figure:
@@ -205,92 +202,43 @@ def _place(where: str | Path, lines: Mapping[tuple[str, str], int], name: str, *
     return f"{where}:{line}" if line else str(where)
 
 
-@dataclass
-class FoundModel:
-    """A model in a tree of all that its files say of a robot, before MuJoCo reads it; it is read once."""
-
-    root: Element
-    files: Files
-    notes: list[str]
-    balance: bool | None
-    facts: Mapping[str, Any]
-    """What a URDF says that MuJoCo does not keep."""
-
-    def content(self) -> Iterator[bytes]:
-        """Yield all on which it depends what is read."""
-        text, order = write_tree(self.root)
-        yield "\n".join((text, *(element.at for element in order))).encode()
-        files = self.files
-        said = str(files.model), self.notes, self.balance, self.facts, files.left_out, files.names
-        yield msgspec.msgpack.encode(said, order="deterministic")
-        yield from files.assets.values()
-
-    def read(self) -> ModelFile:
-        """Return what MuJoCo reads. Raises RobotError, as `find_model` does."""
-        files = self.files
-        try:
-            model = _Reading(self.root, files, self.notes, self.balance).read()
-        except ValueError as problem:
-            if "repeated name" not in str(problem):
-                raise
-            # That of a part of a planar joint or of a ball.
-            why = str(problem).removeprefix("Error:").strip()
-            raise RobotError(f"{files.model}: MuJoCo refuses it: {why}: choose another there") from None
-        return replace(
-            model,
-            **self.facts,
-            left_out=files.left_out,
-            notes=tuple(self.notes),
-            where=str(files.model),
-            bare=files.bare,
-        )
-
-
-def find_model(
-    path: Path,
-    meshes: Path,
-    *,
-    balance: bool | None = None,
-    arguments: Mapping[str, Argument] | None = None,
-    check: Callable[[ModelFile], object] | None = None,
-) -> FoundModel:
+def read_model(
+    path: Path, meshes: Path, *, balance: bool | None = None, arguments: Mapping[str, Argument] | None = None
+) -> ModelFile:
     """Return the model of an MJCF, URDF or xacro with `arguments`; `meshes` is the folder of its meshes.
 
     Only files in the folders of the model, of its ROS package and of its meshes are read, and nothing is
     fetched. What MuJoCo refuses or a robot cannot have is repaired or left out, where there is a sensible
     way, and noted. With `balance` True, inertias that no body can have are repaired without naming each;
-    with False they are refused. Raises RobotError, with file and line, for other faults; and what `check`
-    raises, which gets the model before its meshes are read, as large ones take time.
+    with False they are refused. Raises RobotError, with file and line, for other faults.
     """
     root = read_tree(path)
     if root.tag not in ("mujoco", "robot"):
         found = f"{path}: its root is <{root.tag[:60]}>"
         raise RobotError(f"{found}; an MJCF begins with <mujoco>, a URDF with <robot>")
     packages = packages_near(path)
+    files = Files(path, meshes, packages)
     notes: list[str] = []
+    facts: dict[str, Any] = {}
     if root.tag == "robot":
         root, notes = expanded(root, path, packages, arguments or {})
         urdf.take_as_urdfdom(root, notes)
-    elif arguments:
-        raise RobotError(f"{path}: {NO_XACRO}")
-    if check is not None and any(root.all("mesh", "include")):
-        bare = root.copied()
-        for mesh in bare.all("mesh"):
-            mesh.attributes.pop("scale", None)  # it would make a block huge
-        check(_found(bare, Files(path, meshes, packages, bare=True), [], balance).read())
-    return _found(root, Files(path, meshes, packages), notes, balance)
-
-
-def _found(root: Element, files: Files, notes: list[str], balance: bool | None) -> FoundModel:
-    """Return the model of a tree, which is changed, after notes on it."""
-    facts: dict[str, Any] = {}
-    if root.tag == "mujoco":
-        mjcf.prepare(root, files, notes)
-    else:
         facts |= {"kind": "urdf", "fixed": urdf.is_fixed(root), "speeds": urdf.speeds_of(root)}
         facts |= {"actuated": urdf.actuated_in(root), "sensors": tuple(urdf.sensors_in(root))}
         urdf.prepare(root, files, notes)
-    return FoundModel(root, files, notes, balance, facts)
+    elif arguments:
+        raise RobotError(f"{path}: {NO_XACRO}")
+    else:
+        mjcf.prepare(root, files, notes)
+    try:
+        model = _Reading(root, files, notes, balance).read()
+    except ValueError as problem:
+        if "repeated name" not in str(problem):
+            raise
+        # That of a part of a planar joint or of a ball.
+        why = str(problem).removeprefix("Error:").strip()
+        raise RobotError(f"{path}: MuJoCo refuses it: {why}: choose another there") from None
+    return replace(model, **facts, left_out=files.left_out, notes=tuple(notes), where=str(path))
 
 
 @dataclass
@@ -329,6 +277,7 @@ class _Reading:
             if more := self._weighed(spec):  # of links whose mass was that of a mesh that is left out
                 self.notes += more
                 compiled = self._compiled(spec)
+        mujoco.mj_clearCache(mujoco.mj_getCache())  # of meshes
         self.notes += self._full_of_water(spec, compiled)
         said = {" ".join(text.split()) for text in texts if "texture coordinate" not in text}  # not read
         self.notes += [f"{self.path}: MuJoCo says: {text}" for text in said]

@@ -83,12 +83,6 @@ class Element:
         self.children.append(Element(tag, attributes, self.source, self.line))
         return self.children[-1]
 
-    def copied(self) -> Element:
-        """Return a copy of this element with all within it, however deep that is."""
-        twin = Element(self.tag, dict(self.attributes), self.source, self.line, text=self.text)
-        twin.children = [child.copied() for child in self.children]
-        return twin
-
     def remove_where(self, unwanted: Callable[[Element], bool]) -> list[Element]:
         """Remove the elements within this one that are not wanted, with all in them; return them."""
         removed = []

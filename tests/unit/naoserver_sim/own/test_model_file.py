@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from naoserver.errors import RobotError
-from naoserver_sim._own.model_file import find_model
+from naoserver_sim._own.model_file import read_model
 from tests.support.meshes import cone, write_stl
 from tests.support.models import FOLDER
 from tests.support.robot_files import joint, link
@@ -52,7 +52,7 @@ def read(folder):
 
     def written(text, name="arm.urdf", **options):
         (folder / name).write_text(text)
-        return find_model(folder / name, folder, **options).read()
+        return read_model(folder / name, folder, **options)
 
     return written
 

@@ -4,7 +4,7 @@ import mujoco
 import pytest
 
 from naoserver.errors import RobotError
-from naoserver_sim._own.model_file import find_model
+from naoserver_sim._own.model_file import read_model
 from naoserver_sim._own.urdf import Sensor
 from tests.support.robot_files import BOX, INERTIAL, joint, link, urdf
 
@@ -17,7 +17,7 @@ BASE, ARM, SHOULDER = link("base"), link("arm"), joint("shoulder", "base", "arm"
 def read(tmp_path):
     def written(*parts, **options):
         (tmp_path / "r.urdf").write_text(urdf(*parts))
-        return find_model(tmp_path / "r.urdf", tmp_path, **options).read()
+        return read_model(tmp_path / "r.urdf", tmp_path, **options)
 
     return written
 

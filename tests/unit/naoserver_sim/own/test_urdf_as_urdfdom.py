@@ -8,7 +8,7 @@ import math
 import mujoco
 import pytest
 
-from naoserver_sim._own.model_file import find_model
+from naoserver_sim._own.model_file import read_model
 from naoserver_sim.appearance import NO_COLOR, color_of
 from tests.support.meshes import cone, write_stl
 from tests.support.robot_files import BOX, INERTIAL, joint, link
@@ -26,7 +26,7 @@ def read(tmp_path):
     def written(*parts, version=""):
         of = f' version="{version}"' if version else ""
         (tmp_path / "r.urdf").write_text(f'<robot name="r"{of}>\n' + "".join(parts) + "</robot>\n")
-        return find_model(tmp_path / "r.urdf", tmp_path).read()
+        return read_model(tmp_path / "r.urdf", tmp_path)
 
     return written
 
