@@ -222,7 +222,6 @@ def read_model(
     facts: dict[str, Any] = {}
     if root.tag == "robot":
         root, notes = expanded(root, path, packages, arguments or {})
-        urdf.take_as_urdfdom(root, notes)
         facts |= {"kind": "urdf", "fixed": urdf.is_fixed(root), "speeds": urdf.speeds_of(root)}
         facts |= {"actuated": urdf.actuated_in(root), "sensors": tuple(urdf.sensors_in(root))}
         urdf.prepare(root, files, notes)
@@ -343,7 +342,9 @@ class _Reading:
             if tag is None:
                 raise RobotError(f"{self.path}: MuJoCo refuses it: {why}")
             of, part = parts[int(tag[1])]
-            what = f"{places[int(tag[1])]}: {type(part).__name__[3:].lower()} {part.name!r}"
+            holder = getattr(part, "parent", None)
+            named = repr(part.name) if part.name or holder is None else f"of link {holder.name!r}"
+            what = f"{places[int(tag[1])]}: {type(part).__name__[3:].lower()} {named}"
             if of == "bodies" and "mjMINVAL" in why:
                 self.notes.append(f"{what} has no mass: it is taken as a small ball")
                 bound(part, moves=True)
@@ -371,7 +372,8 @@ class _Reading:
     def _at(self, part: mujoco.MjsElement) -> str:
         """Return the file and, if it is known, the line of a part."""
         element = mjcf.element_of(part, self.order)
-        return element.at if element else _place(self.path, self.lines, part.name, "link", "body", "joint")
+        known = part.name or getattr(part, "parent", part).name  # of a shape
+        return element.at if element else _place(self.path, self.lines, known, "link", "body", "joint")
 
 
 @contextmanager

@@ -92,6 +92,16 @@ class Element:
         return removed
 
 
+Fault = tuple[Element, str]
+"""An element that no model has, and what is wrong with it, and helps."""
+
+
+def refuse(faults: Iterator[Fault]) -> None:
+    """Raise RobotError, with file and line, for the first of some faults."""
+    for element, what in faults:
+        raise RobotError(f"{element.at}: {what}")
+
+
 def read_tree(path: Path) -> Element:
     """Return the tree of an XML file. Raises RobotError when it cannot be read, is too large or malformed."""
     try:
