@@ -32,8 +32,6 @@ _DENSITY: Final = 1000.0
 """Density in kg/m3 of the ball whose inertia a link without one has."""
 _FRAME: Final = 1e-3
 """Mass in kg up to which a fixed link without inertia is a mere frame."""
-_LITTLE: Final = 0.02
-"""Share of its largest moment by which an inertia may be off without being named by itself."""
 _ROUNDING: Final = 1e-6
 """Share of the largest moment up to which an inertia is that of a rod or a plate, but for rounding."""
 _LEAST: Final = 1e-14
@@ -50,7 +48,7 @@ def balance_inertias(
     With `free`, the root moves, too. Raises RobotError for a mass below 0, and with `balance` False for
     inertias that no body can have.
     """
-    little, light = [], []
+    light = []
     for body in spec.bodies[1:]:
         if body.mass < 0.0:
             raise RobotError(f"{at(body)}: the mass of {body.name!r} is {body.mass:g}: write 0 or more")
@@ -70,21 +68,16 @@ def balance_inertias(
         off = (moments[2] - moments[0] - moments[1]) / (2.0 * moments[2])
         if off < -_ROUNDING and moments[0] >= _LEAST:
             continue
-        if abs(off) <= _ROUNDING:
-            _set_tensor(body, _repaired(tensor))
-            continue
-        shown = ", ".join(f"{moment:.4g}" for moment in moments)
-        what = f"{at(body)}: the inertia of {body.name!r} has the moments {shown}, which no body has"
-        if balance is False:
-            raise RobotError(f"{what}: correct it, or write balance = true")
         _set_tensor(body, _repaired(tensor))
-        if off > _LITTLE and balance is None:
-            changed = ", ".join(f"{moment:.4g}" for moment in np.linalg.eigvalsh(_tensor(body)))
-            yield f"{what}: {changed} is taken (balance = true says that this is right)"
-        else:
-            little.append(body.name)
-    if little:
-        yield f"the inertias of {_listed(little)} are repaired: their moments are those of no body"
+        if off > _ROUNDING and not balance:
+            shown, taken = (
+                ", ".join(f"{moment:.4g}" for moment in each)
+                for each in (moments, np.linalg.eigvalsh(_tensor(body)))
+            )
+            what = f"{at(body)}: the inertia of {body.name!r} has the moments {shown}, which no body has"
+            if balance is False:
+                raise RobotError(f"{what}: correct it, or write balance = true")
+            yield f"{what}: {taken} is taken (balance = true says that this is right)"
     if light:
         ball = f"taken as a ball, of at least {LEAST_MASS:g} kg where they move"
         yield f"{_listed(light)} without mass or inertia: {ball}"
@@ -209,8 +202,8 @@ def read_model(
 
     Only files in the folders of the model, of its ROS package and of its meshes are read, and nothing is
     fetched. What MuJoCo refuses or a robot cannot have is repaired or left out, where there is a sensible
-    way, and noted. With `balance` True, inertias that no body can have are repaired without naming each;
-    with False they are refused. Raises RobotError, with file and line, for other faults.
+    way, and noted. With `balance` True, inertias that no body can have are repaired without a word; with
+    False they are refused. Raises RobotError, with file and line, for other faults.
     """
     root = read_tree(path)
     if root.tag not in ("mujoco", "robot"):
@@ -269,23 +262,16 @@ class _Reading:
                 for number, part in enumerate(parts, 1):
                     part.name = part.name or f"{kind} {number}"
             self.notes += mjcf.split_balls(spec, str(self.path))
-            self.notes += self._weighed(spec)
+            self.notes += balance_inertias(spec, self._at, self.balance, free=self.root.tag == "robot")
             for mesh in spec.meshes:
                 mesh.maxhullvert = MOST_POINTS
             compiled = self._compiled(spec)
-            if more := self._weighed(spec):  # of links whose mass was that of a mesh that is left out
-                self.notes += more
-                compiled = self._compiled(spec)
         mujoco.mj_clearCache(mujoco.mj_getCache())  # of meshes
         self.notes += self._full_of_water(spec, compiled)
         said = {" ".join(text.split()) for text in texts if "texture coordinate" not in text}  # not read
         self.notes += [f"{self.path}: MuJoCo says: {text}" for text in said]
         fixed = not any(joint.type == mujoco.mjtJoint.mjJNT_FREE for joint in spec.joints)
         return ModelFile(spec, lines=self.lines, fixed=fixed, compiled=compiled)
-
-    def _weighed(self, spec: mujoco.MjSpec) -> list[str]:
-        """Repair masses and inertias, and return notes on it."""
-        return list(balance_inertias(spec, self._at, self.balance, free=self.root.tag == "robot"))
 
     def _full_of_water(self, spec: mujoco.MjSpec, compiled: mujoco.MjModel) -> Iterator[str]:
         """Yield a note on the links of a URDF that weigh what their shapes do; in an MJCF it is said so."""

@@ -82,7 +82,7 @@ class OwnFile(Struct, frozen=True, kw_only=True):
     meshes: str = "."
     name: str = ""
     balance: bool | None = None
-    """True to repair inertias that no body can have; None to repair the ones that are only a little off."""
+    """Whether inertias that no body can have are repaired; None to name each that is."""
     slippery: tuple[str, ...] = ()
     """Links that slide over the floor, such as casters."""
     xacro: dict[str, str | bool | int | float] = {}
