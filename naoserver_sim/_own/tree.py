@@ -26,7 +26,6 @@ _TEXTS: Final = re.compile(
 )
 """Attributes whose values are names, even if they read as numbers."""
 _COMMENT: Final = re.compile(rb"<!--.*?(?:-->|\Z)", re.DOTALL)
-_WORD: Final = re.compile(r"\S+")
 _POINTER: Final = b"version https://git-lfs.github.com/spec/"
 """The first bytes of a file whose content Git LFS has not fetched (git-lfs 3.7, docs/spec.md)."""
 POINTER: Final = "is a pointer of Git LFS: run git lfs pull"
@@ -201,7 +200,7 @@ def numbers(element: Element, name: str, default: str = "") -> list[float]:
     text = element.get(name, default)
     found = [number(word) for word in text.split()]
     values = [value for value in found if value is not None and math.isfinite(value)]
-    if not found or len(values) < len(found):
+    if not values or len(values) < len(found):
         hint = ", with a point before the decimals" if "," in text else ""
         hint = "; this is xacro: run xacro first" if "${" in text else hint
         raise RobotError(f"{element.at}: {name} of <{element.tag}> is {text[:60]!r}: write numbers{hint}")
@@ -209,17 +208,8 @@ def numbers(element: Element, name: str, default: str = "") -> list[float]:
 
 
 def _require_finite(element: Element) -> None:
+    """Raise RobotError for a value that has only numbers, but not only finite ones."""
     for name, value in element.attributes.items():
-        if not _TEXTS.fullmatch(name) and _is_odd(value):
+        found = [] if _TEXTS.fullmatch(name) else [number(word) for word in value.split()]
+        if None not in found and not all(each is not None and math.isfinite(each) for each in found):
             raise RobotError(f"{element.at}: {name} of <{element.tag}> is {value[:60]!r}: it must be finite")
-
-
-def _is_odd(value: str) -> bool:
-    """Return whether a value has only numbers, but not only finite ones."""
-    odd = False
-    for word in _WORD.finditer(value):
-        found = number(word[0])
-        if found is None:
-            return False
-        odd = odd or not math.isfinite(found)
-    return odd
