@@ -277,9 +277,8 @@ class _Reading:
         """Yield a note on the links of a URDF that weigh what their shapes do; in an MJCF it is said so."""
         unsaid = {link.name for link in self.root.within("link") if not any(link.within("inertial"))}
         if names := [each.name for each in spec.bodies if each.name in unsaid and not each.explicitinertial]:
-            weights = sorted({f"{compiled.body(name).mass[0]:.3g}" for name in names}, key=float)
-            span = weights[0] if len(weights) == 1 else f"{weights[0]} to {weights[-1]}"
-            guess = f"taken as their shapes full of water, {span} kg each"
+            heaviest = max(compiled.body(name).mass[0] for name in names)
+            guess = f"taken as their shapes full of water, up to {heaviest:.3g} kg each"
             yield f"{self.path}: {_listed(names)} without mass: {guess}"
 
     def _parsed(self) -> mujoco.MjSpec:
