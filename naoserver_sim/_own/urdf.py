@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Final, Literal, NamedTuple
 
 from naoserver.bodies.parts import MOST_PARTS
@@ -110,11 +110,11 @@ def prepare(root: Element, files: Files, notes: list[str]) -> None:
 
     Raises RobotError, with file and line, for faults that have no repair.
     """
-    _keep_first(root, notes)
     folder = _set_options(root)
     for element in [root, *root.within("link")]:
         known = _READ[element.tag]
         element.children = [each for each in element.children if each.tag in known or each.tag == "mujoco"]
+    _keep_first(root, notes)
     for element in root.all():  # what an exporter leaves empty
         said = element.attributes.items()
         element.attributes = {name: text for name, text in said if text.strip() or name not in _NUMBERS}
@@ -217,15 +217,14 @@ def _keep_leaders(root: Element, notes: list[str]) -> None:
     kinds = {joint.name: joint.get("type") for joint in root.within("joint")}
     for joint in root.within("joint"):
         for mimic in list(joint.within("mimic")):
-            leader = mimic.get("joint")
-            if kinds.get(leader) in _MOVING and leader != joint.name:
-                continue
-            joint.children.remove(mimic)
-            why = (
-                f"joint {leader!r} is {kinds[leader]}" if leader in kinds else f"there is no joint {leader!r}"
-            )
-            if joint.get("type") in _MOVING:
-                why = "that is itself" if leader == joint.name else why
+            leader, why = mimic.get("joint"), ""
+            if leader not in kinds:
+                why = f"there is no joint {leader!r}"
+            elif leader == joint.name or kinds[leader] not in _MOVING:
+                why = "that is itself" if leader == joint.name else f"joint {leader!r} is {kinds[leader]}"
+            if why:
+                joint.children.remove(mimic)
+            if why and joint.get("type") in _MOVING:
                 notes.append(f"{mimic.at}: joint {joint.name!r} moves by itself, not after {leader!r}: {why}")
 
 
@@ -234,16 +233,25 @@ def _end(joint: Element, tag: str) -> str:
     return next(joint.within(tag)).get("link")
 
 
+def _above(joints: Iterable[Element]) -> dict[str, str]:
+    """Return the link that carries each link by some joints."""
+    return {_end(joint, "child"): _end(joint, "parent") for joint in joints}
+
+
+def _top(link: str, above: Mapping[str, str]) -> str:
+    """Return the link that carries a link in the end."""
+    while link in above:
+        link = above[link]
+    return link
+
+
 def _root_it(root: Element, notes: list[str]) -> None:
     """Leave one tree of links, on a root that MuJoCo takes. Raises RobotError for two."""
-    above = {_end(joint, "child"): _end(joint, "parent") for joint in root.within("joint")}
+    above = _above(root.within("joint"))
     tops: dict[str, list[Element]] = {}
     links = {link.name: link for link in root.within("link")}
-    for link in links.values():
-        name = link.name
-        while name in above:
-            name = above[name]
-        tops.setdefault(name, []).append(link)
+    for name, link in links.items():
+        tops.setdefault(_top(name, above), []).append(link)
     top = max(tops, key=lambda name: len(tops[name]))
     for name in [each for each in tops if each != top]:
         if len(tops[name]) > 1:
@@ -304,17 +312,10 @@ def _settle(joint: Element, notes: list[str]) -> None:
 
 def _weigh_nothing(root: Element) -> None:
     """Give a link without a mass none if it is fixed to one with a mass; others weigh as their shapes do."""
-    fixed = [joint for joint in root.within("joint") if joint.get("type") == "fixed"]
-    carriers = {_end(joint, "child"): _end(joint, "parent") for joint in fixed}
-
-    def carrier(name: str) -> str:
-        while name in carriers:
-            name = carriers[name]
-        return name
-
-    weighed = {carrier(link.name) for link in root.within("link") if any(link.within("inertial"))}
+    above = _above(joint for joint in root.within("joint") if joint.get("type") == "fixed")
+    weighed = {_top(link.name, above) for link in root.within("link") if any(link.within("inertial"))}
     for link in root.within("link"):
-        if carrier(link.name) in weighed and not any(link.within("inertial")):
+        if _top(link.name, above) in weighed and not any(link.within("inertial")):
             link.add("inertial").add("mass", value="0")
 
 
@@ -332,28 +333,21 @@ def _color(root: Element) -> None:
 
 
 def _keep_shapes(root: Element, files: Files, folder: str, notes: list[str]) -> None:
-    """Leave the shapes that MuJoCo can read, with their meshes."""
+    """Leave the shapes that MuJoCo can read, with their meshes and the colors of these."""
     for link in root.within("link"):
         for shape in [each for each in link.children if each.tag != "inertial"]:
             shape.attributes.clear()  # a name, which need not be the only one
             solid = next((each for tag in _SHAPES for each in shape.within("geometry", tag)), None)
+            color, fit = NO_COLOR, solid is not None
             if solid is None:
                 what = f"{shape.at}: a <{shape.tag}> of link {link.name!r} is left out"
                 notes.append(f"{what}: it has none of {', '.join(_SHAPES)}")
-            if solid is None or (solid.tag == "mesh" and not _read_mesh(shape, solid, files, folder)):
+            elif solid.tag == "mesh":
+                found = files.mesh(solid.get("filename"), solid.source, folder)
+                if fit := found is not None:
+                    solid.attributes["filename"], color = found[0], found[1].color or NO_COLOR
+            if not fit:
                 link.children.remove(shape)
             elif shape.tag == "visual" and not any(shape.within("material")):
-                # MuJoCo gives it the color of the visual before it.
-                shape.add("material", name="none").add("color", rgba=" ".join(map(str, NO_COLOR)))
-
-
-def _read_mesh(shape: Element, mesh: Element, files: Files, folder: str) -> bool:
-    """Give a mesh the name that MuJoCo gets, and its colors; return whether it can be used."""
-    found = files.mesh(mesh.get("filename"), mesh.source, folder)
-    if found is None:
-        return False
-    mesh.attributes["filename"], read = found
-    if read.color is not None and shape.tag == "visual" and not any(shape.within("material")):
-        color = " ".join(map(str, read.color))
-        shape.add("material", name=f"colors of {found[0]}").add("color", rgba=color)
-    return True
+                rgba = " ".join(map(str, color))  # else MuJoCo gives it that of the visual before it
+                shape.add("material", name=f"color {rgba}").add("color", rgba=rgba)
