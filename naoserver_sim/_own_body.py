@@ -33,7 +33,7 @@ from typing import Any, Final
 import msgspec
 import numpy as np
 
-from naoserver.bodies.looks.description import write_looks
+from naoserver.bodies.description import write_looks
 from naoserver.body import LARGEST_DESCRIPTION, Body, read_body, write_body
 from naoserver.errors import RobotError
 from naoserver_sim._own.guesses import Guesser, Guesses, guess_overlaps

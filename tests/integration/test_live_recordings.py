@@ -31,7 +31,7 @@ from hfsm_runtime.recording_file.messages import (
 )
 from hfsm_runtime.recording_file.writer import Entry, RecordingWriter
 from naoserver.bodies import find_body
-from naoserver.bodies.looks.description import write_looks
+from naoserver.bodies.description import write_looks
 from naoserver.bodies.parts import Axis
 from naoserver.body import write_body
 from tests.support.documents import compile_to, document, state, sub, transition

@@ -19,7 +19,7 @@ import msgspec
 from codegen.messages import NO_MESSAGE
 from interfaces.nao import DescriptionPrx
 from naoserver.bodies import DEFAULT_BODY, find_body
-from naoserver.bodies.looks.description import (
+from naoserver.bodies.description import (
     describe_looks,
     looks_of,
     read_described_looks,

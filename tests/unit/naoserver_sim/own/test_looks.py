@@ -8,7 +8,7 @@ import re
 import numpy as np
 import pytest
 
-from naoserver.bodies.looks.description import looks_of, plain_looks, write_looks
+from naoserver.bodies.description import looks_of, plain_looks, write_looks
 from naoserver.body import LARGEST_DESCRIPTION, write_body
 from naoserver.errors import RobotError
 from naoserver_sim._own.looks import MOST_TRIANGLES, MOST_VERTICES

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from naoserver.bodies import BODY_NAMES, find_body
-from naoserver.bodies.looks.description import write_looks
+from naoserver.bodies.description import write_looks
 from naoserver.bodies.parts import Joint, Link
 from naoserver.body import LARGEST_DESCRIPTION, Body, write_body
 from tests.support.drawn import drawn

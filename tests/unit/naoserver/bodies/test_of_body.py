@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from naoserver.bodies import BODY_NAMES, find_body
+from naoserver.bodies.description import describe_looks, looks_of, start_of
 from naoserver.bodies.looks import read_looks
-from naoserver.bodies.looks.description import describe_looks, looks_of, start_of
 from naoserver.bodies.parts import Link, Shape
 from naoserver.body import Body
 from naoserver_sim.appearance import add_appearance

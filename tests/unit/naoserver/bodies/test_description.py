@@ -6,8 +6,8 @@ import mujoco
 import numpy as np
 import pytest
 
+from naoserver.bodies.description import describe_looks
 from naoserver.bodies.looks import read_looks, skin_names
-from naoserver.bodies.looks.description import describe_looks
 from tests.support.looks import COLORS, model_of
 
 pytestmark = pytest.mark.sim
