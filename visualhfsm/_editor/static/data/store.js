@@ -47,17 +47,14 @@ const NO_ROBOT = {
   trouble: "",
 };
 /**
- * Why the server does not let this page in, so that it asks no more: all were locked out, the address for looking on was
- * withdrawn, or the server does not know this page.
+ * Why the server does not let this page in, so that it asks no more: the address for looking on was withdrawn, or the
+ * server does not know this page.
  *
- * @typedef {"lockedOut" | "notShared" | "unknown"} Refusal
+ * @typedef {"notShared" | "unknown"} Refusal
  */
 
-/** The codes with which the server closes connections for good. @type {Map<number, Refusal>} */
-const FOR_GOOD = new Map([
-  [4403, "lockedOut"],
-  [4410, "notShared"],
-]);
+/** The code with which the server closes the connections of viewers for good. */
+const WITHDRAWN = 4410;
 const FIRST_RETRY = 250; // ms
 const LAST_RETRY = 5000;
 /** Bytes of a message; a larger one would close the connection (`Limits` of visualhfsm/_editor/limits.py). */
@@ -158,10 +155,6 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
 
   /** The text for users while there is no connection. */
   get whyOffline() {
-    if (this.refused === "lockedOut")
-      return t(
-        "All pages were locked out, by the address for that in the terminal of the editor; STOP still works. Open the new address that it printed there: then this page connects again, too.",
-      );
     if (this.refused === "notShared")
       return t("The owner has withdrawn this address. To look on again, ask the owner for a new one.");
     if (viewing.on && this.refused)
@@ -291,7 +284,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
     this.#waiting.clear();
     if (this.online || !this.offlineSince) this.offlineSince = Date.now();
     this.online = false;
-    this.refused ??= FOR_GOOD.get(event.code);
+    if (event.code === WITHDRAWN) this.refused = "notShared";
     this.#emit("connection", {code: event.code, reason: event.reason});
     if (this.refused) return;
     this.#findOutWhy();
