@@ -23,7 +23,7 @@ import {viewing} from "../kit/viewers.js";
  * @typedef {{tab: number, text: string, typed: boolean}} Unsaved a text; `typed` while it is not sent
  * @typedef {Required<Omit<RobotPush, "push">>} Robot
  * @typedef {{connection: {code?: number, reason?: string}, workspace: {former: Workspace}, request: null, restarted: null,
- *   document: {tab: number, changed: Set<number>, whole: boolean}, failure: {error: Error}, closed: {tab: number},
+ *   document: {tab: number, changed: boolean}, failure: {error: Error}, closed: {tab: number},
  *   problems: ProblemsPush, fixes: {tab: number}, output: OutputPush, started: StartedPush, robot: RobotPush, shelf: ShelfPush, snapshot: SnapshotPush,
  *   structure: StructurePush, stale: StalePush, outside: OutsidePush,
  *   tests: TestsPush, trials: TrialsPush}} StoreEvents
@@ -55,6 +55,8 @@ const NO_ROBOT = {
 
 /** The code with which the server closes the connections of viewers for good. */
 const WITHDRAWN = 4410;
+/** What differs in a document that has changed; one that comes again, as after an outage, is the same. */
+const COMPARED = /** @type {const} */ (["revision", "dirty", "fields"]);
 const FIRST_RETRY = 250; // ms
 const LAST_RETRY = 5000;
 /** Bytes of a message; a larger one would close the connection (`Limits` of visualhfsm/_editor/limits.py). */
@@ -78,7 +80,7 @@ export class RequestError extends Error {
 }
 
 /**
- * Events: `connection`, `workspace`, `document` {tab, changed: Set of automaton ids, whole}, `problems` {tab},
+ * Events: `connection`, `workspace`, `document` {tab, changed: whether it was another one}, `problems` {tab},
  * `fixes` {tab} when what fixes these is known, `request` before one that others may have to precede, and one of the name of each further push (`output`, `started`,
  * `robot`, `shelf`, `snapshot`, `structure`, `stale`, `outside`, `tests`, `trials`, `closed`).
  */
@@ -244,7 +246,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
     const next = {...former, content};
     next.automata = withContent(next);
     this.documents.set(tab, next);
-    this.#emit("document", {tab, changed: new Set(next.automata.keys()), whole: false});
+    this.#emit("document", {tab, changed: true});
   }
 
   async #greet() {
@@ -323,9 +325,11 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
         this.#settle(message);
         return;
       case "document": {
-        const {document, changed} = updated(this.documents.get(message.tab), message);
+        const former = this.documents.get(message.tab);
+        const document = updated(former, message);
         this.documents.set(message.tab, document);
-        this.#emit("document", {tab: message.tab, changed, whole: Boolean(message.full)});
+        const changed = Boolean(former) && COMPARED.some((name) => former?.[name] !== document[name]);
+        this.#emit("document", {tab: message.tab, changed});
         return;
       }
       case "workspace": {
