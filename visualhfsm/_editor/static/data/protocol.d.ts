@@ -20,31 +20,6 @@ export type Words = (string | [tag: string, attributes: Record<string, string>, 
 /** A document without its automata. */
 export type Fields = DocumentFields & {name: string};
 
-/** What changed in a document, as visualhfsm/_editor/window.py finds it. */
-export interface Patch {
-  document?: Partial<Fields>;
-  automata?: Automaton[];
-  removed?: number[];
-  order?: number[];
-  parts?: Part[];
-}
-
-/** What changed in an automaton. */
-export interface Part {
-  id: number;
-  fields?: Partial<Automaton>;
-  states?: Change<State>;
-  transitions?: Change<Transition>;
-  annotations?: Change<Annotation>;
-}
-
-/** What changed in a list of items. */
-export interface Change<Item> {
-  changed?: Item[];
-  removed?: number[];
-  order?: number[];
-}
-
 /** What is new in one automaton, by id; the automaton itself may be new. */
 export interface Added {
   automaton: number;
@@ -517,7 +492,7 @@ export interface DocumentFields {
   ros: RosInterface[];
 }
 
-/** A document, whole in `full` or only its changes in `patch`; the steps come latest first. */
+/** A document, whole in `full` each time that it changes; the steps come latest first. */
 export interface DocumentPush {
   push: "document";
   tab: number;
@@ -525,8 +500,7 @@ export interface DocumentPush {
   undo: UndoStep[];
   redo: UndoStep[];
   dirty: boolean;
-  full?: Fields & {automata: Automaton[]};
-  patch?: Patch;
+  full: Fields & {automata: Automaton[]};
 }
 
 /** A step; `conflict` if somebody else had typed over the same words. */
