@@ -181,6 +181,7 @@ class RecordedRuntime(Runtime):
                 tree=partial(_RecordedTree, recorder=recorder),
                 **options,
             )
+        self.record_snapshot = recorder.snapshot
         recorder.component_time = partial(Timeline.now, timeline)  # not recorded as a reading
         settings = {
             "on_error": self._supervision.on_error.value,
