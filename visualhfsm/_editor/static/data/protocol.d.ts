@@ -359,14 +359,8 @@ export interface Commands {
   setPriority: {automaton: number; transition: number; priority: string};
   /** Evaluate a transition at position `index`, from 0, among those out of its state. */
   reorderTransition: {automaton: number; transition: number; index: number};
-  /** Pass a variable of the nearest automaton above that has it down to this one, as an input. */
-  passVariable: {automaton: number; name: string};
-  /** Hand a variable up to the nearest automaton above that has one of this name, as an output. */
-  handUpVariable: {automaton: number; name: string};
   /** Take an output below a state into a new variable, which begins with the default of the output. */
   takeOutput: {automaton: number; state: number; name: string; child?: number};
-  /** Give an input or output the default that the variables assign to it, and delete that there. */
-  takeDefault: {automaton: number; list: "inputs" | "outputs"; name: string};
   /** Keep a variable of the nearest automaton above that has it in the component, as `self.name`. */
   shareVariable: {automaton: number; name: string};
 }
