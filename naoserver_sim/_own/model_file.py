@@ -291,7 +291,7 @@ class _Reading:
                 why = str(problem).strip()
             place = _PLACE.search(why)
             element = self.order[int(place[1]) - 1] if place else self.root
-            why = " ".join(_PLACE.sub("", why).removeprefix("XML Error:").split())
+            why = " ".join(_PLACE.sub("", why).rpartition("Error:")[2].split())
             sections = (each for each in self.root.children if each.tag in _SECTIONS)
             section = [each for each in sections if element in each.children]
             name = f" {element.name!r}" if element.name else ""
