@@ -102,7 +102,9 @@ def test_links_whose_masses_are_guessed_by_their_shapes_are_named(read):
     ]
     notes = read(f"<robot>{''.join(parts + joints)}</robot>").notes
     (note,) = (each for each in notes if "without mass" in each)
-    assert note.endswith("arm.urdf: 'upper' without mass: taken as their shapes full of water, up to 1 kg each")
+    assert note.endswith(
+        "arm.urdf: 'upper' without mass: taken as their shapes full of water, up to 1 kg each"
+    )
 
 
 def _number(text, chance):
