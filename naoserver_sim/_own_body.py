@@ -38,7 +38,7 @@ from naoserver.body import LARGEST_DESCRIPTION, Body, read_body, write_body
 from naoserver.errors import RobotError
 from naoserver_sim._own.guesses import Guesser, Guesses, guess_overlaps
 from naoserver_sim._own.looks import looks_in
-from naoserver_sim._own.model_file import ModelFile, read_model
+from naoserver_sim._own.model_file import ModelFile, give_back_memory, read_model
 from naoserver_sim._own.parts import OwnFile, fit_name, parts_of
 from naoserver_sim._own.toml_text import toml_text, torques_to_paste
 from naoserver_sim._own.xacro import NO_XACRO
@@ -236,6 +236,7 @@ def _dressed(of: _Description, doubts: Iterable[str] = ()) -> Body:
         dressed = of.body
     for note in notes:
         _log.warning("%s", note)
+    give_back_memory()
     return dressed
 
 

@@ -20,8 +20,6 @@ from naoserver_sim._own.urdf import COMPILER, MOUNT, unused
 _UNUSED: Final = frozenset(("option", "size", "visual", "statistic", "custom", "texture", "hfield", "skin"))
 """Elements that say nothing of a robot's links: settings of a simulation, pictures and terrain."""
 _SOFT: Final = ("flexcomp", "flex", "deformable")
-_TREE: Final = ("body", "joint", "freejoint", "geom", "site", "camera")
-"""Elements whose names are unique within a model."""
 _MOST_INCLUDED: Final = 100
 _COUNTS: Final = {"params", "dim", "num", "actdim"}
 """Attributes by which an element takes memory: of meshes that MuJoCo makes, of sensors and actuators."""
@@ -74,8 +72,6 @@ def _set_options(root: Element) -> str:
     """Leave the options that are about links; return the folder in which they say that meshes are."""
     folder = ""
     for compiler in root.all("compiler"):
-        if compiler.get("coordinate") == "global":
-            raise RobotError(f"{compiler.at}: coordinate is 'global', which MuJoCo no longer reads")
         folder = compiler.get("meshdir") or compiler.get("assetdir") or folder
         kept = compiler.attributes.items()
         compiler.attributes = {name: value for name, value in kept if COMPILER.fullmatch(name)}
@@ -95,13 +91,6 @@ def _faults(root: Element) -> Iterator[Fault]:
             if max(map(abs, numbers(element, name))) > _LARGEST_COUNT:
                 found = f"{name} of <{element.tag}> is {element.get(name)[:60]!r}"
                 yield element, f"{found}: write at most {_LARGEST_COUNT}"
-    for world in root.within("worldbody"):
-        seen: dict[tuple[str, str], Element] = {}
-        for element in world.all(*_TREE):
-            kind = element.tag.removeprefix("free")
-            first = seen.setdefault((kind, element.name), element)
-            if element.name and first is not element:
-                yield element, f"a second {kind} {element.name!r}; the first is in {first.at}"
     bodies, parts = _count(root)
     if bodies > MOST_PARTS:
         yield root, f"{bodies:.0f} links; a robot has at most {MOST_PARTS}"

@@ -5,10 +5,11 @@ MuJoCo refuses masses and inertias that no body can have: those are repaired fir
 
 from __future__ import annotations
 
+import ctypes
 import re
 import warnings
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -233,6 +234,13 @@ def read_model(
     return replace(model, **facts, left_out=files.left_out, notes=tuple(notes), where=str(path))
 
 
+def give_back_memory() -> None:
+    """Give back what reading took, some 700 MB: MuJoCo keeps meshes, and glibc what was freed."""
+    mujoco.mj_clearCache(mujoco.mj_getCache())
+    with suppress(AttributeError):  # another C library
+        ctypes.CDLL(None).malloc_trim(0)
+
+
 @dataclass
 class _Reading:
     """What MuJoCo makes of a prepared tree, without what it refuses."""
@@ -266,7 +274,6 @@ class _Reading:
             for mesh in spec.meshes:
                 mesh.maxhullvert = MOST_POINTS
             compiled = self._compiled(spec)
-        mujoco.mj_clearCache(mujoco.mj_getCache())  # of meshes
         self.notes += self._full_of_water(spec, compiled)
         said = {" ".join(text.split()) for text in texts if "texture coordinate" not in text}  # not read
         self.notes += [f"{self.path}: MuJoCo says: {text}" for text in said]
@@ -291,7 +298,7 @@ class _Reading:
                 why = str(problem).strip()
             place = _PLACE.search(why)
             element = self.order[int(place[1]) - 1] if place else self.root
-            why = " ".join(_PLACE.sub("", why).removeprefix("XML Error:").split())
+            why = " ".join(_PLACE.sub("", why).rpartition("Error:")[2].split())
             sections = (each for each in self.root.children if each.tag in _SECTIONS)
             section = [each for each in sections if element in each.children]
             name = f" {element.name!r}" if element.name else ""

@@ -29,7 +29,7 @@ _MOVING: Final = ("revolute", "continuous", "prismatic")
 _READ: Final = {"robot": ("link", "joint", "material"), "link": ("inertial", "visual", "collision")}
 """The elements of which MuJoCo reads something."""
 COMPILER: Final = re.compile(
-    "angle|eulerseq|autolimits|inertiafromgeom|inertiagrouprange|settotalmass|alignfree|fitaabb"
+    "angle|coordinate|eulerseq|autolimits|inertiafromgeom|inertiagrouprange|settotalmass|alignfree|fitaabb"
     "|(balance|bound)(mass|inertia)"
 )
 """Options of MuJoCo's compiler that a model may set; others are about files, and about speed."""
@@ -289,23 +289,18 @@ def unused(name: str, root: Element) -> str:
 
 
 def _settle(joint: Element, notes: list[str]) -> None:
-    """Put the ends of a joint's range in order."""
+    """Give a joint the range that MuJoCo takes for that of the file."""
     for axis in joint.within("axis"):
         axis.attributes.setdefault("xyz", "1 0 0")
     if joint.get("type") == "planar":  # which has no limits, but MuJoCo gives them to the first of its slides
         joint.children = [each for each in joint.children if each.tag != "limit"]
     for limit in list(joint.within("limit")) or [joint.add("limit")]:
-        lower, upper = (numbers(limit, name, "0")[0] for name in _ENDS)
+        lower, upper = sorted(numbers(limit, name, "0")[0] for name in _ENDS)
         if lower == upper:  # as exporters write it that know no range
             if joint.get("type") in ("revolute", "prismatic"):
                 notes.append(f"{limit.at}: joint {joint.name!r} has no range, so it moves without end")
             limit.attributes = {name: text for name, text in limit.attributes.items() if name not in _ENDS}
             continue
-        if lower > upper:
-            notes.append(
-                f"{limit.at}: the limits of joint {joint.name!r} are exchanged: lower is above upper"
-            )
-            lower, upper = upper, lower
         # Both are written: an end that is left out is 0, but MuJoCo takes a range with one end for none.
         limit.attributes |= {"lower": str(lower), "upper": str(upper)}
 
