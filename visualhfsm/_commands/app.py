@@ -253,7 +253,7 @@ def watch(
 
 
 register_steering(app)
-app.command(cls=new.NewCommand, epilog=new.EPILOG)(new.new)
+app.command(epilog=new.EPILOG)(new.new)
 app.command(epilog=check.EPILOG)(check.check)
 app.command(epilog=convert.EPILOG)(convert.convert)
 app.command(epilog=diff.EPILOG)(diff.diff)
