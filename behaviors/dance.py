@@ -16,12 +16,13 @@ from hfsm_runtime import (
     State,
     Transition,
     main,
-    source_map,
 )
 from interfaces.jderobot import Pose3DEncodersPrx
 from interfaces.jderobot import Pose3DMotorsPrx
 
+# <libraries>
 from interfaces.jderobot import Pose3DMotorsData
+# </libraries>
 
 
 class Dance(Component, document="dance.xml", on_error="stop"):
@@ -158,86 +159,6 @@ class Dance(Component, document="dance.xml", on_error="stop"):
         ),
     )
 
-
-SOURCE_MAP = source_map(__file__, (  # the document, element by element: lines without code, and code
-    ("file dance.xml",
-        1,
-    ),
-    ("document",
-        1,
-    ),
-    ("description of document",
-        2,
-    ),
-    ("property it never ends",
-        4,
-    ),
-    ("property low comes last",
-        6,
-    ),
-    ("automaton 1",
-        1,
-    ),
-    ("state 1.1",
-        5, "code 1.1", 1,
-    ),
-    ("state 1.2",
-        5, "code 1.2", 1,
-    ),
-    ("state 1.3",
-        5, "code 1.3", 1,
-    ),
-    ("state 1.4",
-        5, "code 1.4", 1,
-    ),
-    ("transition 1.1",
-        7, "trigger 1.1", 1,
-    ),
-    ("transition 1.2",
-        7, "trigger 1.2", 1,
-    ),
-    ("transition 1.3",
-        7, "trigger 1.3", 1,
-    ),
-    ("transition 1.4",
-        7, "trigger 1.4", 1,
-    ),
-    ("iteration_time of automaton 1",
-        1,
-    ),
-    ("variables of automaton 1",
-        0, "variables 1", 0,
-    ),
-    ("functions of automaton 1",
-        0, "functions 1", 3,
-    ),
-    ("library from interfaces.jderobot import Pose3DMotorsData",
-        0, "library from interfaces.jderobot import Pose3DMotorsData", 2,
-    ),
-    ("interface RightShoulderMotors",
-        7,
-    ),
-    ("interface RightShoulderEncoders",
-        7,
-    ),
-    ("interface RightElbowMotors",
-        7,
-    ),
-    ("interface RightElbowEncoders",
-        7,
-    ),
-    ("interface LeftShoulderMotors",
-        7,
-    ),
-    ("interface LeftShoulderEncoders",
-        7,
-    ),
-    ("interface LeftElbowMotors",
-        7,
-    ),
-    ("interface LeftElbowEncoders",
-    ),
-))
 
 if __name__ == "__main__":
     main(Dance)

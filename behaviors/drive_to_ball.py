@@ -17,19 +17,20 @@ from hfsm_runtime import (
     State,
     Transition,
     main,
-    source_map,
 )
 from interfaces.jderobot import CameraPrx
 from interfaces.jderobot import EncodersPrx
 from interfaces.nao import PoseHeadPrx
 from interfaces.nao import WalkPrx
 
+# <libraries>
 import cmath
 import math
 import cv2
 import numpy as np
 from functools import cached_property
 from interfaces.nao import ActionStatus
+# </libraries>
 
 
 class DriveToBall(Component, document="drive_to_ball.xml", on_error="stop"):
@@ -236,95 +237,6 @@ class DriveToBall(Component, document="drive_to_ball.xml", on_error="stop"):
         ),
     )
 
-
-SOURCE_MAP = source_map(__file__, (  # the document, element by element: lines without code, and code
-    ("file drive_to_ball.xml",
-        1,
-    ),
-    ("document",
-        1,
-    ),
-    ("description of document",
-        1,
-    ),
-    ("world of document",
-        2,
-    ),
-    ("parameter near",
-        8,
-    ),
-    ("property it never ends",
-        4,
-    ),
-    ("property it goes before it is there",
-        6,
-    ),
-    ("automaton 1",
-        1,
-    ),
-    ("state 1.1",
-        5, "entry 1.1", 0, "code 1.1", 1,
-    ),
-    ("state 1.2",
-        5, "entry 1.2", 0, "code 1.2", 0, "exit 1.2", 1,
-    ),
-    ("state 1.3",
-        5, "entry 1.3", 0, "code 1.3", 1,
-    ),
-    ("transition 1.1",
-        6, "trigger 1.1", 1,
-    ),
-    ("transition 1.2",
-        6, "trigger 1.2", 1,
-    ),
-    ("transition 1.3",
-        6, "trigger 1.3", 1,
-    ),
-    ("transition 1.4",
-        6, "trigger 1.4", 1,
-    ),
-    ("transition 1.5",
-        6, "trigger 1.5", 1,
-    ),
-    ("iteration_time of automaton 1",
-        1,
-    ),
-    ("variables of automaton 1",
-        0, "variables 1", 0,
-    ),
-    ("functions of automaton 1",
-        0, "functions 1", 3,
-    ),
-    ("library cmath",
-        0, "library import cmath", 0,
-    ),
-    ("library math",
-        0, "library import math", 0,
-    ),
-    ("library cv2",
-        0, "library import cv2", 0,
-    ),
-    ("library numpy as np",
-        0, "library import numpy as np", 0,
-    ),
-    ("library from functools import cached_property",
-        0, "library from functools import cached_property", 0,
-    ),
-    ("library from interfaces.nao import ActionStatus",
-        0, "library from interfaces.nao import ActionStatus", 2,
-    ),
-    ("interface Camera",
-        7,
-    ),
-    ("interface Head",
-        7,
-    ),
-    ("interface Walk",
-        7,
-    ),
-    ("interface Encoders",
-    ),
-))
 
 if __name__ == "__main__":
     main(DriveToBall)

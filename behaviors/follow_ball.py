@@ -17,14 +17,15 @@ from hfsm_runtime import (
     State,
     Transition,
     main,
-    source_map,
 )
 from interfaces.jderobot import CameraPrx
 from interfaces.nao import PoseHeadPrx
 
+# <libraries>
 import math
 import cv2
 import numpy as np
+# </libraries>
 
 
 class FollowBall(Component, document="follow_ball.xml", on_error="stop"):
@@ -169,62 +170,6 @@ class FollowBall(Component, document="follow_ball.xml", on_error="stop"):
         ),
     )
 
-
-SOURCE_MAP = source_map(__file__, (  # the document, element by element: lines without code, and code
-    ("file follow_ball.xml",
-        1,
-    ),
-    ("document",
-        1,
-    ),
-    ("description of document",
-        2,
-    ),
-    ("property it never ends",
-        5,
-    ),
-    ("automaton 1",
-        1,
-    ),
-    ("state 1.1",
-        5, "code 1.1", 1,
-    ),
-    ("state 1.2",
-        5, "code 1.2", 1,
-    ),
-    ("transition 1.1",
-        7, "trigger 1.1", 1,
-    ),
-    ("transition 1.2",
-        5, "fired 1.2", 1, "trigger 1.2", 1,
-    ),
-    ("parameter 1.color",
-        6,
-    ),
-    ("iteration_time of automaton 1",
-        1,
-    ),
-    ("variables of automaton 1",
-        0, "variables 1", 0,
-    ),
-    ("functions of automaton 1",
-        0, "functions 1", 3,
-    ),
-    ("library math",
-        0, "library import math", 0,
-    ),
-    ("library cv2",
-        0, "library import cv2", 0,
-    ),
-    ("library numpy as np",
-        0, "library import numpy as np", 2,
-    ),
-    ("interface Camera",
-        7,
-    ),
-    ("interface Head",
-    ),
-))
 
 if __name__ == "__main__":
     main(FollowBall)

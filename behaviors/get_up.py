@@ -17,7 +17,6 @@ from hfsm_runtime import (
     State,
     Transition,
     main,
-    source_map,
 )
 from interfaces.jderobot import MotorsPrx
 from interfaces.nao import HealthPrx
@@ -25,8 +24,10 @@ from interfaces.nao import InertialUnitPrx
 from interfaces.nao import MotionsPrx
 from interfaces.nao import PosturesPrx
 
+# <libraries>
 from interfaces.jderobot import InvalidValueException
 from interfaces.nao import ActionStatus
+# </libraries>
 
 
 class GetUp(Component, document="get_up.xml", on_error="stop"):
@@ -138,92 +139,6 @@ class GetUp(Component, document="get_up.xml", on_error="stop"):
         ),
     )
 
-
-SOURCE_MAP = source_map(__file__, (  # the document, element by element: lines without code, and code
-    ("file get_up.xml",
-        1,
-    ),
-    ("document",
-        1,
-    ),
-    ("description of document",
-        1,
-    ),
-    ("world of document",
-        2,
-    ),
-    ("parameter activity",
-        8,
-    ),
-    ("property it lies still before it gets up",
-        5,
-    ),
-    ("property it never ends",
-        5,
-    ),
-    ("automaton 1",
-        1,
-    ),
-    ("state 1.1",
-        5, "code 1.1", 1,
-    ),
-    ("state 1.2",
-        7,
-    ),
-    ("state 1.3",
-        5, "entry 1.3", 2,
-    ),
-    ("state 1.4",
-        7,
-    ),
-    ("transition 1.1",
-        7, "trigger 1.1", 1,
-    ),
-    ("transition 1.2",
-        9,
-    ),
-    ("transition 1.3",
-        7, "trigger 1.3", 1,
-    ),
-    ("transition 1.4",
-        7, "trigger 1.4", 1,
-    ),
-    ("transition 1.5",
-        7, "trigger 1.5", 1,
-    ),
-    ("transition 1.6",
-        9,
-    ),
-    ("iteration_time of automaton 1",
-        1,
-    ),
-    ("variables of automaton 1",
-        0, "variables 1", 0,
-    ),
-    ("functions of automaton 1",
-        0, "functions 1", 3,
-    ),
-    ("library from interfaces.jderobot import InvalidValueException",
-        0, "library from interfaces.jderobot import InvalidValueException", 0,
-    ),
-    ("library from interfaces.nao import ActionStatus",
-        0, "library from interfaces.nao import ActionStatus", 2,
-    ),
-    ("interface Health",
-        7,
-    ),
-    ("interface InertialUnit",
-        7,
-    ),
-    ("interface Motions",
-        7,
-    ),
-    ("interface Motors",
-        7,
-    ),
-    ("interface Postures",
-    ),
-))
 
 if __name__ == "__main__":
     main(GetUp)

@@ -9,8 +9,6 @@ import ast
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any, Final, TypeVar
 
-from .source_rows import BEGIN
-
 Conjunction = tuple[tuple[str, bool], ...]
 """Atoms with their required values; the empty conjunction always holds."""
 
@@ -21,6 +19,9 @@ Form = tuple[Any, ...]
 PROOFS: Final = "_hfsm_proofs"
 """The attribute of a component that has what proofs about its document rely on."""
 
+START: Final = '\nif __name__ == "__main__":'
+"""What follows the class of a component."""
+
 _MOST_STEPS: Final = 300
 """The limit of steps in the search for values of guards that depend on each other."""
 
@@ -29,7 +30,7 @@ _Where = TypeVar("_Where")
 
 def read_proofs(component: str) -> tuple[Any, ...]:
     """Return what proofs rely on from the text of a component, whose class ends with it; () if nothing."""
-    before, _, _ = component.rpartition(BEGIN)
+    before, _, _ = component.rpartition(START)
     if not before.endswith("\n    )\n\n"):
         return ()
     rows: tuple[Any, ...] = ast.literal_eval(before.rpartition(f"\n    {PROOFS} = ")[2])

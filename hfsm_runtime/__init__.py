@@ -18,7 +18,6 @@ from ._automaton import Automaton, Event, Input, Output, State, Transition  # no
 from .component import Component, Parameter, Proxy  # noqa: E402
 from .ending import report_abrupt_ends  # noqa: E402
 from .errors import ComponentError  # noqa: E402
-from .source_map import source_map  # noqa: E402
 
 if program_file():
     report_abrupt_ends(program_file())  # before the document's libraries
@@ -45,7 +44,6 @@ __all__ = [
     "load_extension",
     "main",
     "run",
-    "source_map",
 ]
 
 _import, __dir__ = import_on_use(__name__)  # for tests

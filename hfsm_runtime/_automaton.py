@@ -12,7 +12,7 @@ from typing import Any, Final, NamedTuple, Never
 import msgspec
 
 from .errors import DefinitionError
-from .source_map import text_of_guard
+from .places import text_of_guard
 
 REQUIRED: Final = object()
 """The default of an input without a default value."""

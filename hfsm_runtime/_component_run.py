@@ -10,7 +10,7 @@ from traceback import walk_stack
 from types import FrameType
 from typing import Final
 
-from interfaces.hfsm import ComponentStatus, ErrorReport
+from interfaces.hfsm import ComponentSnapshot, ComponentStatus, ErrorReport
 from zenoh_ice.data.text import sentence
 from zenoh_ice.threads.clock import Clock
 
@@ -33,7 +33,7 @@ from .errors import (
     ValueTypeError,
 )
 from .observer import Observer
-from .source_map import locate_frame
+from .places import locate_frame
 from .tree import Actor, Replaced, Tree
 
 _NOTHING: Final = nullcontext()
@@ -94,6 +94,8 @@ class ComponentRun:
         """Seconds of component time per wall second in a dry run, where it can be changed; otherwise 0."""
         self.joints: Callable[[], dict[str, float]] = dict
         """Returns the joint angles in rad of a dry run's fake robot; none outside a dry run."""
+        self.record_snapshot: Callable[[ComponentSnapshot], object] | None = None
+        """Takes what the monitor shows, in a run that is recorded."""
         self.marks = Marks()
         """The component's marks on the pictures of its cameras."""
         equip(component, clock, self._sleep, self.send_by_code, self.mark)

@@ -16,7 +16,7 @@ from ._phases import BEGUN, ENTERED, ENTERING, PAUSED_AT_CODE, SETTLED, Phase, a
 from ._variables import convert, functions_of
 from .coroutine import current_coroutine
 from .errors import ArgumentError, ComponentStoppedError, CycleCutError, ValueTypeError
-from .source_map import locate, place_of_assignment, place_of_result, tell_place
+from .places import locate, place_of_assignment, place_of_result, tell_place
 from .tree import Tree
 
 

@@ -18,7 +18,7 @@ from zenoh_ice.objects.callbacks import failure_watchers
 
 from .component import Component, source_of
 from .errors import ComponentStoppedError, CycleCutError, describe
-from .source_map import locate
+from .places import locate
 
 
 class Run(Protocol):

@@ -23,7 +23,7 @@ from ._automaton import Transition
 from ._supervision import Supervision
 from .component import Component, source_of
 from .observer import Observer
-from .source_map import locate_frame
+from .places import locate_frame
 from .tree import Actor, ChangeKind, Tree
 
 _Place = tuple[int, int]

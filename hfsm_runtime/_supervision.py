@@ -33,7 +33,7 @@ from ._variables import short_repr
 from .component import Component, source_of
 from .errors import OnError, OnRefused, describe, exit_code_of, part_of_component
 from .observer import Observer
-from .source_map import locate
+from .places import locate
 from .tree import Actor, DropReason, Tree
 
 _KEPT: Final = 10_000

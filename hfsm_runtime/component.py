@@ -7,6 +7,7 @@ import logging
 import threading
 from collections.abc import Callable, Collection, Mapping
 from pathlib import PurePath
+from types import FunctionType
 from typing import Any, ClassVar, Generic, Self, TypeVar, overload
 
 from zenoh_ice.data.exceptions import ZenohIceError
@@ -24,7 +25,7 @@ from .errors import (
     VariablesError,
     describe,
 )
-from .source_map import locate
+from .places import keep_source, locate
 
 P = TypeVar("P")
 _D = TypeVar("_D", bound="_Declared[Any]")
@@ -150,6 +151,8 @@ class Component:
     ) -> None:
         super().__init_subclass__(**others)
         cls._hfsm_document = document
+        if document and isinstance(made := vars(cls).get("automaton"), FunctionType):
+            keep_source(made)
         cls._hfsm_on_error = OnError(on_error)
         cls._hfsm_on_refused = OnRefused(on_refused)
         cls._hfsm_ros_types = ros_types or {}

@@ -23,7 +23,7 @@ from zenoh_ice.application.last_cycle import CycleFile
 from ._automaton import Transition
 from ._cycle import run_cycle
 from .observer import Observer
-from .source_map import locate_frame
+from .places import locate_frame
 from .tree import Actor
 
 _FATAL: Final = frozenset((signal.SIGKILL, signal.SIGQUIT))

@@ -1,9 +1,9 @@
 """Kinds of endpoints that a component may declare beside its proxies; ROS is the first.
 
-What they do, plug-ins know: the entry points of `hfsm_runtime.kinds`, each a module or an object like `Kind`.
-Those of `hfsm_runtime.names` are what generated components import of `hfsm_runtime`, and those of
-`hfsm_runtime.options` make the options of a kind in the command of a component: the first one has the name of
-the kind, and opens its ends also for components that declare none.
+What they do, plug-ins know: the entry points of `visualhfsm.kinds`, each a package. Its module `components`
+is a `Kind`, and its module `names` has what generated components import of `hfsm_runtime`. The function
+`options` in the module of this name makes the options of the kind in the command of a component: the first
+has the name of the kind, and opens its ends also for components that declare none.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ class Kind(Protocol):
 def kind_of(name: str) -> Kind:
     """Return a kind of endpoints by its name. Raises ComponentError for one that is not installed."""
     try:
-        kind: Kind | None = plugins.find("hfsm_runtime.kinds", name)
+        kind: Kind | None = plugins.find(plugins.KINDS, name, "components")
     except plugins.PluginError as error:
         raise ComponentError(str(error)) from error
     if kind is None:
@@ -102,13 +102,13 @@ def kinds_of(component: Component | type[Component]) -> dict[str, Kind]:
 
 def options_of_kinds() -> dict[str, Sequence[inspect.Parameter]]:
     """Return the options of each kind that is installed, by its name."""
-    return {name: make() for name, make in plugins.each("hfsm_runtime.options")}
+    return {name: kind.options() for name, kind in plugins.each(plugins.KINDS, "options")}
 
 
 def imported(name: str) -> Any:  # noqa: ANN401
     """Return what a generated component imports by one of the NAMES. Raises MissingLibraryError."""
-    found = plugins.find("hfsm_runtime.names", name)
-    if found is None:
+    names = plugins.find(plugins.KINDS, "ros", "names")
+    if names is None:
         text = "the document uses ROS, which is not installed: `pip install 'visualhfsm[ros2]'`"
         raise MissingLibraryError(text, name=name)
-    return found
+    return getattr(names, name)

@@ -12,7 +12,7 @@ from typing import Annotated, Final
 import typer
 
 from naoserver.bodies import DEFAULT_BODY
-from naoserver.bodies.looks.description import write_looks
+from naoserver.bodies.description import write_looks
 from naoserver.body import write_body
 from naoserver.errors import RobotError
 from naoserver_sim._own_body import read_own_body

@@ -25,22 +25,20 @@ from __future__ import annotations
 import copy
 import logging
 import tomllib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
-from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
 import msgspec
 import numpy as np
 
-from naoserver.bodies.looks.description import write_looks
+from naoserver.bodies.description import write_looks
 from naoserver.body import LARGEST_DESCRIPTION, Body, read_body, write_body
 from naoserver.errors import RobotError
 from naoserver_sim._own.guesses import Guesser, Guesses, guess_overlaps
-from naoserver_sim._own.kept_bodies import Described, kept_body
 from naoserver_sim._own.looks import looks_in
-from naoserver_sim._own.model_file import FoundModel, ModelFile, find_model
+from naoserver_sim._own.model_file import ModelFile, give_back_memory, read_model
 from naoserver_sim._own.parts import OwnFile, fit_name, parts_of
 from naoserver_sim._own.toml_text import toml_text, torques_to_paste
 from naoserver_sim._own.xacro import NO_XACRO
@@ -88,10 +86,7 @@ def read_own_body(
     read or do not fit together.
     """
     if path.suffix.lower() not in (".toml", ".json"):
-        model = _model_alone(path, path.name, arguments)
-        return _reported(
-            kept_body(model, (path.name,), lambda: _said(*_guessed(model, path, path.name, arguments))), say
-        )
+        return _said(*_guessed(path, path.name, arguments), say)
     text = read_text(path, RobotError) if text is None else text
     is_json = path.suffix.lower() == ".json"
     own = OwnFile() if is_json else parse_toml(text, OwnFile, str(path), RobotError)
@@ -105,16 +100,10 @@ def read_own_body(
                 continue
         at = place(str(path), text, key)
         raise RobotError(f"{at} = {name!r}: it must be in the folder of this file, or in one below it")
+    files, given = (path.parent / own.model, path.parent / own.meshes), {**own.xacro, **arguments}
+    model = read_model(*files, balance=own.balance, arguments=given)
     document = {"name": _name(path)} | tomllib.loads(text)
-    described = partial(_Description, document, source=str(path), text=text)
-    model = find_model(
-        path.parent / own.model,
-        path.parent / own.meshes,
-        balance=own.balance,
-        arguments={**own.xacro, **arguments},
-        check=described,
-    )
-    return _reported(kept_body(model, (str(path), text), lambda: _dressed(described(model.read()), [])), say)
+    return _dressed(_Description(document, model, str(path), text))
 
 
 def write_own_body(
@@ -149,8 +138,8 @@ def write_own_body(
                 f"{target}: write it to the folder of {source.name}, or to one above: it names the model"
             )
         name = model.relative_to(folder).as_posix()
-        found, description = _guessed(_model_alone(source, name, arguments), source, name, arguments)
-        _reported(_said(found, description), say)
+        found, description = _guessed(source, name, arguments)
+        _said(found, description, say)
         text = toml_text(found.document, found.reasons, _HEAD.format(model=source.name, file=target.name))
     try:
         target.write_bytes(text.encode())
@@ -165,7 +154,7 @@ class _Description:
         self.source: Final = source
         self.model: Final = model
         own = convert(document, OwnFile, source, RobotError, text=text)
-        # Its tables are completed below, and the document may be read again.
+        # Its tables are completed below, and a guessed document is read again.
         described: dict[str, Any] = copy.deepcopy(
             {key: value for key, value in document.items() if key not in OwnFile.__struct_fields__}
         )
@@ -174,7 +163,7 @@ class _Description:
                 f"{source}: {taken[0]} come from the model: correct them there, or by [joint] and [servo]"
             )
         self.parts: Final = parts_of(model, own, mounted=bool(described.get("mounted")))
-        if self.parts.unsaid and not model.bare:  # which has other masses
+        if self.parts.unsaid:
             torques = {joint["name"]: joint["max_torque"] for joint in self.parts.tables["joints"]}
             raise RobotError(_unsaid({name: torques[name] for name in self.parts.unsaid}, source))
         described["name"] = own.name
@@ -203,16 +192,9 @@ class _Description:
             )
 
 
-def _model_alone(path: Path, name: str, arguments: Mapping[str, str]) -> FoundModel:
-    parts_in = partial(parts_of, own=OwnFile(model=name), mounted=False)
-    return find_model(path, path.parent, arguments=arguments, check=parts_in)
-
-
-def _guessed(
-    of: FoundModel, path: Path, name: str, arguments: Mapping[str, str]
-) -> tuple[Guesses, _Description]:
+def _guessed(path: Path, name: str, arguments: Mapping[str, str]) -> tuple[Guesses, _Description]:
     """Return the TOML file that a model alone stands for, called `name` in it, and what it describes."""
-    model = of.read()
+    model = read_model(path, path.parent, arguments=arguments)
     found = Guesses({"model": name, "name": _name(path), "xacro": dict(arguments)})
     parts = parts_of(model, OwnFile(model=name), mounted=False)
     Guesser(model, parts, found).guess()
@@ -220,10 +202,9 @@ def _guessed(
     return found, _Description(found.document, model, model.where)
 
 
-def _said(found: Guesses, description: _Description) -> Described:
-    """Return a guessed body, and what was guessed."""
-    dressed = _dressed(description, found.doubts)
-    body = dressed.body
+def _said(found: Guesses, description: _Description, say: Callable[[str], None]) -> Body:
+    """Return a guessed body, after saying what was guessed."""
+    body = _dressed(description, found.doubts)
     way = "mounted" if body.mounted else "free to move"
     lines = [
         f"{len(body.links)} links, {len(body.joints)} joints, {body.mass:.3g} kg, {way}",
@@ -231,18 +212,19 @@ def _said(found: Guesses, description: _Description) -> Described:
     ]
     if (more := len(lines) - 1 - _MOST_SAID) > 0:
         lines[1 + _MOST_SAID :] = [f"and {more} more guesses, which --write-body writes"]
-    name = Path(description.source).name
-    return dressed._replace(said=[f"{name}: {line}" for line in lines])
+    for line in lines:
+        say(f"{Path(description.source).name}: {line}")
+    return body
 
 
-def _dressed(of: _Description, doubts: list[str]) -> Described:
-    """Return the body with its looks, unless they are too large, and notes on what its model loses."""
+def _dressed(of: _Description, doubts: Iterable[str] = ()) -> Body:
+    """Return the body with its looks, unless they are too large, after logging what its model loses."""
     left_out = [f"the mesh {printable(mesh)} is left out: {why}" for mesh, why in of.model.left_out.items()]
     notes = [
         *of.model.notes,
         *of.parts.notes,
         *_unseen(of.body, of.source),
-        *(f"{of.model.where}: {note}" for note in left_out + doubts),
+        *(f"{of.model.where}: {note}" for note in (*left_out, *doubts)),
     ]
     if (more := len(notes) - _MOST_REPORTED) > 0:
         notes[_MOST_REPORTED:] = [f"{of.model.where}: and {more} more such notes"]
@@ -252,7 +234,10 @@ def _dressed(of: _Description, doubts: list[str]) -> Described:
         what = f"its looks have {size} bytes, and at most {LARGEST_DESCRIPTION} are served"
         notes.append(f"{of.source} is drawn by its contact shapes: {what}")
         dressed = of.body
-    return Described(dressed, notes, [])
+    for note in notes:
+        _log.warning("%s", note)
+    give_back_memory()
+    return dressed
 
 
 def _unseen(body: Body, source: str) -> Iterator[str]:
@@ -264,15 +249,6 @@ def _unseen(body: Body, source: str) -> Iterator[str]:
                 f"only those of the shape of its first size, {shape}, are rendered, up to {WIDEST_IMAGE} wide"
             )
             yield f"{source}: {camera.name} has no pictures of {', '.join(sizes)} here: {why}"
-
-
-def _reported(described: Described, say: Callable[[str], None]) -> Body:
-    """Return the body, after logging what is not kept of its model, and saying what was guessed."""
-    for note in described.notes:
-        _log.warning("%s", note)
-    for line in described.said:
-        say(line)
-    return described.body
 
 
 def _name(path: Path) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from naoserver.bodies.capabilities import Pose, Truth, Vector, WorldShape
-from naoserver.bodies.looks.description import rounded
+from naoserver.bodies.description import rounded
 from naoserver.bodies.parts import NO_TURN
 from naoserver.errors import InvalidCommand
 from naoserver.soccer_field.model import Field

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from naoserver.bodies import DEFAULT_BODY, find_body
+from naoserver.bodies.description import looks_of, start_of
 from naoserver.bodies.footsteps import Footsteps
-from naoserver.bodies.looks.description import looks_of, start_of
 from naoserver.bodies.parts import NO_TURN, CameraFacts, Coupling, JointFacts
 from naoserver.body import Body
 from naoserver.errors import RobotError

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from naoserver.bodies import DEFAULT_BODY, find_body
 from naoserver.bodies.capabilities import Color, JointCommand, OwnPostures
+from naoserver.bodies.description import write_looks
 from naoserver.bodies.footsteps import Footsteps
-from naoserver.bodies.looks.description import write_looks
 from naoserver.bodies.parts import Steps, Wheels
 from naoserver.body import Body
 from naoserver.errors import RobotError

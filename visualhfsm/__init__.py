@@ -68,10 +68,7 @@ if TYPE_CHECKING:
     from ._document.commands.transitions import RetargetTransition as RetargetTransition
     from ._document.commands.transitions import SetPriority as SetPriority
     from ._document.commands.transitions import SetTransitionType as SetTransitionType
-    from ._document.commands.variables import HandUpVariable as HandUpVariable
-    from ._document.commands.variables import PassVariable as PassVariable
     from ._document.commands.variables import ShareVariable as ShareVariable
-    from ._document.commands.variables import TakeDefault as TakeDefault
     from ._document.commands.variables import TakeOutput as TakeOutput
     from ._document.places import Place as Place
     from ._document.problems import CounterexampleView as CounterexampleView

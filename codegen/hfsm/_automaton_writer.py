@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
+from ..code_marks import key
 from ..python_layout import INDENT, bracketed
 from .analysis import AutomatonCode, Part, Piece
 from .code._values import delay, milliseconds, parse_value
@@ -23,8 +24,8 @@ _OURS: Final = RESERVED | {"Event", "Input", "Output", "bool", "float", "int", "
 class CodeLines:
     """Lines of the component with code of the document; `path` is the file that the code comes from.
 
-    `part`, `automaton` and `id` go to the source map, and the `name` of an argument. A block may have marks
-    before and after it; the single line of other code may end with one.
+    `part`, `automaton` and `id` go to its marks, and the `name` of an argument. A block may have them before
+    and after it; the single line of other code may end with one.
     """
 
     lines: Sequence[str]
@@ -35,6 +36,17 @@ class CodeLines:
     id: int = 0
     name: str = ""
     is_block: bool = True
+
+    def marked(self) -> tuple[list[str], int]:
+        """Return the lines with their marks, and how many of these come before the code."""
+        first, *others = self.lines
+        if self.part == "library":
+            return [first], 0
+        mark = key(self.part, self.automaton, self.id, self.name)
+        if not self.is_block:
+            return [f"{first}  # <{mark}/>", *others], 0
+        indent = first[: len(first) - len(first.lstrip())]
+        return [f"{indent}# <{mark}>", first, *others, f"{indent}# </{mark}>"], 1
 
 
 Line = str | CodeLines

@@ -20,9 +20,9 @@ from ..diagnostics import Location
 from ..messages import Message
 from ._extension import Extension, find_extension
 from .code._scopes import INSPECTING, free_names, local_names
+from .code.former import FormerNames, former_code
 from .code.language import first_foreign
 from .code.names import COMPONENT_ALIASES
-from .code.others import FormerNames, former_names
 from .code.text import (
     CodeError,
     CodeText,
@@ -386,7 +386,7 @@ class Analysis:
         own = self.defined | {access.name for access in self.accesses if access.is_stored}
         if self.extension is not None:
             own |= self.extension.attributes
-        return former_names(
+        return former_code().former_names(
             self.document, mentioned=mentioned, own=own, free=self.free, imported=self.imported.keys()
         )
 

@@ -1,6 +1,6 @@
 """Generate a component as Python that people can read, debug and compare.
 
-It ends with a source map, from the lines of people's code to their places in the document.
+People's code stands between marks, which lead from its lines to their places in the document.
 """
 
 from __future__ import annotations
@@ -11,16 +11,16 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
+from ..code_marks import LIBRARIES, read_marks
 from ..diagnostics import Diagnostics, Location
-from ..logic import PROOFS
+from ..logic import PROOFS, START
 from ..messages import Message
 from ..parsing import parse_python
 from ..python_layout import GENERATED_BY, INDENT
 from ._automaton_writer import AutomatonWriter, CodeLines, Line, Method
 from ._checks.component import ON_ERROR, ON_REFUSED
-from ._map_writer import MarkedLines
 from .analysis import Analysis, AutomatonCode
 from .code._values import parse_value
 from .code.names import (
@@ -38,7 +38,6 @@ from .code.text import FUTURE, CodeError, CodeText, bound_names, compile_source,
 from .codes import Code
 from .document import TF
 from .known_interfaces import KnownInterface, KnownInterfaces
-from .source_map import SourceMap, row_lines, written
 
 _METHOD: Final = "automaton"
 
@@ -49,13 +48,20 @@ _Place = tuple[Path, int, int]
 """A file, and a line and a column in it."""
 
 
+class GeneratedPiece(NamedTuple):
+    """A piece of code in lines `first` to `last` of the component."""
+
+    first: int
+    last: int
+    code: CodeLines
+
+
 @dataclass(frozen=True, slots=True)
 class GeneratedComponent:
-    """The text of a component; its source map has a row for each of the `pieces` of code."""
+    """The text of a component, and the pieces of code in it, in the order of its lines."""
 
     text: str
-    pieces: tuple[CodeLines, ...]
-    source_map: SourceMap
+    pieces: tuple[GeneratedPiece, ...]
 
 
 def generate(
@@ -79,23 +85,24 @@ def check_generated(component: GeneratedComponent, analysis: Analysis, diagnosti
     except CodeError as error:
         diagnostics.error(Code.BAD_CODE, error.message, _place(component, error, path))
         return
-    if SourceMap.read(component.text).rows != component.source_map.rows:
+    if [each[:2] for each in read_marks(component.text)] != [each[:2] for each in component.pieces]:
         _report_marks(component, diagnostics)
     declared = (*analysis.document.all_interfaces, *analysis.document.parameters)
-    for name in _ambiguous_names(component.text, component.source_map):
+    for name in _ambiguous_names(component):
         node = next((each for each in declared if each.name == name), analysis.document)
         place = Location(node.path or path, node.line, max(1, node.column))
         message = Message("`{name}` would have two meanings in the component: choose another name", name=name)
         diagnostics.error(Code.RESERVED_NAME, message, place)
 
 
-def _ambiguous_names(text: str, source_map: SourceMap) -> Iterator[str]:
-    """Yield the names in the text of a component that a generated line binds and another line binds, too.
+def _ambiguous_names(component: GeneratedComponent) -> Iterator[str]:
+    """Yield the names in a component that a generated line binds and another line binds, too.
 
     In its class, they are also those that a generated line reads after a line of the class has bound them:
     it means what the file has imported. Names that only people's code binds twice may be so on purpose.
     """
-    tree = parse_python(text)
+    tree = parse_python(component.text)
+    theirs = {line for piece in component.pieces for line in range(piece.first, piece.last + 1)}
     scopes: list[ast.Module | ast.ClassDef] = [tree]
     scopes += (node for node in tree.body if isinstance(node, ast.ClassDef))
     for scope in scopes:
@@ -103,7 +110,7 @@ def _ambiguous_names(text: str, source_map: SourceMap) -> Iterator[str]:
         written: set[str] = set()
         for statement in scope.body:
             bound = bound_names(ast.Module([statement], []))
-            if source_map.find(statement.lineno) is not None:
+            if statement.lineno in theirs:
                 yield from sorted(bound & generated)
                 written |= bound
             else:
@@ -118,11 +125,20 @@ def _read_at_once(statement: ast.stmt) -> set[str]:
     return {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)}
 
 
+def _rows(rows: Iterable[Sequence[object]]) -> Iterator[str]:
+    """Yield the lines of rows of literals: three for a row, so that changes of neighbors merge."""
+    for name, *items in rows:
+        yield f"{INDENT * 2}({literal(name)},"
+        if items:
+            yield f"{INDENT * 3}{', '.join(map(literal, items))},"
+        yield f"{INDENT * 2}),"
+
+
 def _report_marks(component: GeneratedComponent, diagnostics: Diagnostics) -> None:
     """Report the lines of code that would end it in the component."""
     lines = component.text.split("\n")
-    for row, piece in zip(component.source_map.rows, component.pieces, strict=True):
-        end = lines[row.last]
+    for _, last, piece in component.pieces:
+        end = lines[last]
         for index, line in enumerate(piece.lines):
             if line == end:
                 message = Message(
@@ -134,12 +150,12 @@ def _report_marks(component: GeneratedComponent, diagnostics: Diagnostics) -> No
 
 def _place(component: GeneratedComponent, wrong: CodeError, path: Path) -> Location:
     """Return the place of an error in the document; a generated line belongs to the code below it."""
-    found = list(zip(component.source_map.rows, component.pieces, strict=True))
+    found = component.pieces
     if not found:
         return Location(path)
-    row, piece = next((each for each in found if wrong.line <= each[0].last), found[-1])
+    first, _, piece = next((each for each in found if wrong.line <= each.last), found[-1])
     code = piece.code
-    index = min(max(0, wrong.line - row.first), len(code.lines) - 1)
+    index = min(max(0, wrong.line - first), len(code.lines) - 1)
     line = component.text.split("\n")[wrong.line - 1]
     error = code.error(wrong.message, index + 1, wrong.column - max(0, line.find(code.lines[index])))
     return Location(piece.path, error.line, error.column)
@@ -182,19 +198,23 @@ class _Generator:
             if by_method[self._methods[code.automaton.id].name] is code  # the first, if they share it
         ]
         automata = [line for writer in writers for line in ("", *writer.lines())]
-        if relied := [*row_lines(proofs, INDENT * 2)]:
+        if relied := [*_rows(proofs)]:
             automata += [
                 "",
                 f"    {PROOFS} = (  # what the checks take for sure; the runtime looks",
                 *relied,
                 "    )",
             ]
-        marked = MarkedLines(self._document, self._file)
-        for item in (*self._docstring(), *self._imports(writers), "", "", *self._class(), *automata, "", ""):
-            marked.add(item)
-        start = ["", 'if __name__ == "__main__":', f"    main({self._class_name})", ""]
-        text = "\n".join([*marked.lines, *written(marked.table()), *start])
-        return GeneratedComponent(text, tuple(marked.pieces), marked.source_map)
+        lines: list[str] = []
+        pieces: list[GeneratedPiece] = []
+        for item in (*self._docstring(), *self._imports(writers), "", "", *self._class(), *automata):
+            marked, before = ([item], 0) if isinstance(item, str) else item.marked()
+            if not isinstance(item, str):
+                first = len(lines) + before + 1
+                pieces.append(GeneratedPiece(first, first + len(item.lines) - 1, item))
+            lines += marked
+        text = "\n".join([*lines, "", START, f"    main({self._class_name})", ""])
+        return GeneratedComponent(text, tuple(pieces))
 
     def _root_first(self) -> Iterator[AutomatonCode]:
         """Yield the automata in the order of the monitor: the root, then those of each state in order."""
@@ -233,7 +253,7 @@ class _Generator:
         document, extension = self._document, self._extension
         yield FUTURE
         yield ""
-        used = {"Component", "main", "source_map"}.union(*(writer.needs for writer in writers))
+        used = {"Component", "main"}.union(*(writer.needs for writer in writers))
         used |= {"Parameter"} if document.parameters else set()
         used |= {"Proxy"} if document.interfaces else set()
         used |= {"Ros"} if document.ros else set()
@@ -264,10 +284,13 @@ class _Generator:
         if ours or theirs:
             yield ""
         yield from ours
+        if self._uses_tf:
+            theirs.pop(f"import {TF}", None)
+        yield from [f"# <{LIBRARIES}>"] if theirs else []
         for statement, library in reversed(theirs.items()):
-            if not (self._uses_tf and statement == f"import {TF}"):
-                code = CodeText((statement,), library.name.line)
-                yield CodeLines([statement], code, library.path or self._path, "library", is_block=False)
+            code = CodeText((statement,), library.name.line)
+            yield CodeLines([statement], code, library.path or self._path, "library", is_block=False)
+        yield from [f"# </{LIBRARIES}>"] if theirs else []
         if extension:
             where = f"__file__, __package__, {quoted(extension.path.stem)}, {quoted(extension.class_name)}"
             yield ""

@@ -1,12 +1,12 @@
 """Kinds of endpoints that a document may declare beside interfaces of servants; ROS is the first.
 
 Documents with endpoints are read, edited and written as they are; a plug-in knows what endpoints mean: the
-entry point of `codegen.kinds`.
+`Kind` in the module `documents` of the package that it adds to `visualhfsm.kinds`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Protocol
 
@@ -65,8 +65,9 @@ def find_kind(directories: Sequence[Path] = ()) -> Kind:
 
     Without its plug-in, a document with endpoints has one problem, which says what to install.
     """
-    make: Callable[[Sequence[Path]], Kind] | None = plugins.find("codegen.kinds", "ros")
-    return _NotInstalled() if make is None else make(directories)
+    ros = plugins.find(plugins.KINDS, "ros", "documents")
+    kind: Kind = _NotInstalled() if ros is None else ros.Kind(directories)
+    return kind
 
 
 class _NotInstalled(Kind):

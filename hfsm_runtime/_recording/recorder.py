@@ -12,6 +12,7 @@ import msgspec
 
 from hfsm_runtime.recording_file import messages
 from hfsm_runtime.recording_file.writer import Entry
+from interfaces.hfsm import ComponentSnapshot
 
 from .._automaton import Automaton, Event, Transition
 from .._variables import cells_of
@@ -20,7 +21,6 @@ from ..observer import Observer
 from ..tree import Actor, ChangeKind, Tree
 from .values import readable, without_addresses
 
-_SECOND: Final = 1_000_000_000
 _LONGEST_MESSAGE: Final = 4000
 TURN_LIMIT: Final = 0.1
 """Wall seconds that a thread waits for the lock: code that blocks unseen must not hold up the others."""
@@ -154,6 +154,11 @@ class Recorder(Observer):
         """Record a control command of the component."""
         self.put("/actions", messages.Action(kind, arguments))
 
+    def snapshot(self, component: ComponentSnapshot) -> None:
+        """Record what the monitor shows, for viewers."""
+        shown = messages.Snapshot.of(component)
+        self.put("/snapshots", shown, len(bytes(shown.component)))
+
     # The observer.
 
     def cycle_began(self, actor: Actor, at: int) -> None:
@@ -185,17 +190,10 @@ class Recorder(Observer):
         self._put(actor, "/cycles", messages.Cycle(actor.automaton.id, actor.automaton.name, False, at))
 
     def changed(self, now: int, actor: Actor, kind: ChangeKind) -> None:
-        """Record a change of state and the remaining times of timers."""
+        """Record a change of state."""
         automaton, state = actor.automaton, actor.current
         change = messages.Change(automaton.id, automaton.name, state.id, state.name, kind.value, now)
         self._put(actor, "/automata", change)
-        remaining = {
-            transition.name or str(transition.id): max(0, transition.delay - actor.active_time(now)) / _SECOND
-            for transition in automaton.outgoing(state)
-            if transition.delay is not None
-        }
-        if remaining:
-            self._put(actor, "/timers", messages.Timers(automaton.id, automaton.name, state.name, remaining))
 
     def event_sent(self, event: Event, now: int) -> None:  # noqa: ARG002
         """Record an event."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import inspect
+import linecache
 import logging
 import platform
 import random
@@ -32,7 +33,7 @@ from .._timeline import Timeline
 from ..component import Component, parameter_values, proxies_of, source_of
 from ..errors import ComponentError, ComponentStoppedError, CycleCutError, ReloadRefusedError
 from ..kinds import kinds_of
-from ..source_map import sources_of
+from ..places import read_source
 from ..tree import Actor, Phase, Replaced, Tree
 from .clocks import InterceptedClock, InterceptedTime, InterceptedTimeline
 from .recorder import LogRecorder, Recorder, automaton_context
@@ -180,6 +181,7 @@ class RecordedRuntime(Runtime):
                 tree=partial(_RecordedTree, recorder=recorder),
                 **options,
             )
+        self.record_snapshot = recorder.snapshot
         recorder.component_time = partial(Timeline.now, timeline)  # not recorded as a reading
         settings = {
             "on_error": self._supervision.on_error.value,
@@ -267,7 +269,7 @@ def _sources(component: Component) -> dict[str, str]:
     classes = (base for base in type(component).__mro__ if base not in (object, Component))
     if extension.name in {Path(inspect.getfile(base)).name for base in classes}:
         found[f"{by_hand}/{extension.name}"] = extension
-    names = sources_of(type(component).automaton.__globals__) - {component._hfsm_document}
+    names = read_source("".join(linecache.getlines(str(file)))).imported.values()
     found |= {f"{imported}/{name}": file.parent / name for name in names}
     texts: dict[str, str] = {}
     for name, path in found.items():

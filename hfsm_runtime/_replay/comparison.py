@@ -118,8 +118,6 @@ class Comparison:
         self.divergences.sort(key=lambda divergence: divergence.time)
 
     def _add(self, time: int, message: messages.Message, data: bytes, *, recorded: bool) -> None:
-        if isinstance(message, messages.Timers):  # they follow from the changes of state
-            return
         if isinstance(message, messages.EventSent):
             pair = self._pair(f"events of {message.context}", 0, message.context or "events from outside")
         elif isinstance(message, messages.OfAutomaton):

@@ -148,8 +148,9 @@ class Monitor(Observer):
     """Serve the monitor of a component as `Hfsm.<name>` during a `with` block.
 
     Snapshots are published every 0.1 s and at every change of state, while there are listeners. Changes that
-    are faster than they can be sent share a snapshot. The last snapshot is taken at the end.
-    `connect_proxies` connects proxies that a reload adds, by default over the same communicator.
+    are faster than they can be sent share a snapshot. The last snapshot is taken at the end. A run that
+    is recorded gets them all. `connect_proxies` connects proxies that a reload adds, by default over the
+    same communicator.
     Raises UnknownElementError and ValueTypeError for invalid breakpoints.
     """
 
@@ -193,9 +194,13 @@ class Monitor(Observer):
         last = reported = False
         while not last:
             last = self._closing
-            if publisher.listening:
+            record = self.runtime.record_snapshot
+            if publisher.listening or record is not None:
                 try:
-                    publisher.publish(self.servant.getSnapshot(), self.runtime.clock.now())
+                    snapshot = self.servant.getSnapshot()
+                    publisher.publish(snapshot, self.runtime.clock.now())
+                    if record is not None:
+                        record(snapshot)
                     reported = False
                 except BaseException:  # variables are user objects, whose errors must not end the monitor
                     if not reported:  # ten reports a second would hide everything else

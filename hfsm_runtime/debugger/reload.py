@@ -28,7 +28,7 @@ from .._variables import cells_of, values_of
 from ..component import Component, make_automata, parameters_of, proxies_of, source_of
 from ..errors import ComponentError, ReloadRefusedError, describe
 from ..loading import has_own_builtins, load_module, loading_again
-from ..source_map import locate
+from ..places import locate
 from ..tree import Actor, Phase, Replaced, Tree, grow
 from ._expressions import plain
 

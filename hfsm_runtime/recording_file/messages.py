@@ -84,13 +84,6 @@ class Variables(OfAutomaton, frozen=True):
     gone: list[str] = []
 
 
-class Timers(OfAutomaton, frozen=True):
-    """The remaining s of the timed transitions out of a state, by name, after a change of state."""
-
-    state_name: Text
-    remaining: dict[str, float]
-
-
 class EventSent(Message, frozen=True):
     """An event was sent, by the component's own code in a context, or from outside."""
 
@@ -280,9 +273,14 @@ class Picture(Message, frozen=True):
 
 
 class Snapshot(Message, frozen=True):
-    """A component as its monitor reported it to the watcher: a `hfsm::ComponentSnapshot` in JSON."""
+    """A component as its monitor shows it: a `hfsm::ComponentSnapshot` in JSON."""
 
     component: msgspec.Raw
+
+    @classmethod
+    def of(cls, component: msgspec.Struct) -> Snapshot:
+        """Return the message of a snapshot."""
+        return cls(msgspec.Raw(msgspec.json.encode(component)))
 
 
 class Gap(Message, frozen=True):
@@ -299,7 +297,7 @@ class Overlap(Message, frozen=True):
 
 
 _OURS: Final[tuple[type[Message], ...]] = (
-    Cycle, Change, Guard, Firing, Variables, Timers, Failure,
+    Cycle, Change, Guard, Firing, Variables, Failure,
     EventSent, Mark, RobotPose, World, Description, Action, Reading, Result, Gap, Overlap, Snapshot,
 )  # fmt: skip
 TO_LOOK_AT: Final[tuple[type[Message], ...]] = (

@@ -24,7 +24,7 @@ from .._variables import short_repr, values_of
 from ..component import Component, parameters_of, source_of
 from ..debugger.reload import Reloading
 from ..errors import OnRefused, describe
-from ..source_map import locate
+from ..places import locate
 from ..tree import Actor, Replaced
 from ._guards import GuardTable, path_of
 from ._journal import Call, Fired

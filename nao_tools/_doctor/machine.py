@@ -1,4 +1,4 @@
-"""Check the machine: what renders, its limits, addresses, clock, what plug-ins need, robots served on it."""
+"""Check the machine: what renders, its limits, addresses, clock, walls, robots served on it."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
 import msgspec
 
 from nao_tools.findings import Finding, fail, note, ok, warn
-from zenoh_ice import plugins
 from zenoh_ice.application.kept_stop import UNREADABLE, Kept, kept_directory, read_kept
 from zenoh_ice.application.processor import IN_PART, is_in_part, lacks_of_mujoco
 from zenoh_ice.data.text import printable, signal_name, text_of
+from zenoh_ice.plugins import NotInstalledError, optional
 from zenoh_ice.settings import LOOPBACK_6, has_address, has_only_ipv6
 
 _LIMIT: Final = 30.0  # s for another process; software rendering takes some to start
@@ -89,7 +89,7 @@ def check_machine() -> Iterator[Finding]:
     """Yield findings about the machine, which matter to the programs that run on it."""
     yield from _check_gl_choice()
     yield _check_rendering()
-    yield from _check_plugins()
+    yield from _check_grading()
     files, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
     if 0 <= files < _FEW_FILES:
         text = f"a process may open only {files} files; each link takes one"
@@ -140,14 +140,14 @@ def _check_rendering() -> Finding:
     return fail(f"the simulator cannot be loaded, it ends by {name}", _REPAIR)
 
 
-def _check_plugins() -> Iterator[Finding]:
-    """Yield what plug-ins find: entry points of the seam `nao_tools.checks`, functions that yield some."""
-    for name in plugins.names("nao_tools.checks"):
-        try:
-            check: Callable[[], Iterable[Finding]] | None = plugins.find("nao_tools.checks", name)
-            yield from check() if check is not None else ()
-        except (Exception, SystemExit) as error:  # noqa: BLE001 - whatever the code of others raises
-            yield fail(f"{name}: it cannot be checked: {' '.join(text_of(error).split())}", _REPAIR)
+def _check_grading() -> Iterator[Finding]:
+    """Yield whether submissions can be graded here, if there is the plug-in that grades."""
+    try:
+        yield from optional("visualhfsm_classes").check_grading()
+    except NotInstalledError:
+        return
+    except (Exception, SystemExit) as error:  # noqa: BLE001 - whatever a file that hides a package raises
+        yield fail(f"grading: it cannot be checked: {' '.join(text_of(error).split())}", _REPAIR)
 
 
 def _ran(program: str) -> subprocess.CompletedProcess[bytes] | None:

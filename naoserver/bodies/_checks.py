@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from itertools import chain
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import msgspec
 
 from naoserver.bodies import parts
+from naoserver.bodies._facts import Facts
 from naoserver.bodies.footsteps import Footsteps
 from naoserver.errors import RobotError
-
-if TYPE_CHECKING:
-    from naoserver.bodies.body import Body
 
 _FEWEST_POINTS: Final = 4
 """Of a hull: those of a tetrahedron."""
@@ -24,7 +23,7 @@ _ROUNDING: Final = 1e-6
 """Distance in rad or m that may be due to rounding."""
 
 
-def check(body: Body) -> None:
+def check(body: Facts) -> None:
     """Raise RobotError unless the parts of a body belong together, and all figures are finite."""
     links = [link.name for link in body.links]
     _require_distinct("link", links)
@@ -35,8 +34,9 @@ def check(body: Body) -> None:
     for joint in (*body.joints, *body.fixed_joints):
         _require_sound(joint, body)
     _require_known_joints(body)
+    known = set(links)
     for what, name in _named_links(body):
-        if name not in links:
+        if name not in known:
             raise RobotError(f"{what}: there is no link {name!r}")
     _require_one_pair("coupling", [(pair.leader, pair.follower) for pair in body.couplings])
     for pair in body.couplings:
@@ -64,7 +64,7 @@ def check(body: Body) -> None:
     _require_finite(body.name, body.as_data())
 
 
-def _require_sound(joint: parts.Joint, body: Body) -> None:
+def _require_sound(joint: parts.Joint, body: Facts) -> None:
     """Raise RobotError for a joint, fixed or not, that cannot be."""
     what = f"joint {joint.name}"
     if not math.isclose(math.hypot(*joint.axis), 1.0, abs_tol=1e-6):
@@ -85,22 +85,21 @@ def _require_sound(joint: parts.Joint, body: Body) -> None:
         raise RobotError(f"{what}: its gear {joint.gear!r} has the stiffness 0: it would hold nothing")
 
 
-def _require_known_joints(body: Body) -> None:
+def _require_known_joints(body: Facts) -> None:
     """Raise RobotError when a part mentions a joint that is not there, or one joint twice."""
     for what, named in _named_joints(body):
-        names = list(named)
-        for name in names:
+        for name, times in Counter(iter(named)).items():
             if name not in body.joint:
                 raise RobotError(f"{what}: there is no joint {name!r}")
             if body.joint[name].passive and not what.startswith(_MAY_BE_PASSIVE):
                 raise RobotError(
                     f"{what}: {name} has no motor (max_torque = 0): give it one, or leave it out"
                 )
-            if names.count(name) > 1:
+            if times > 1:
                 raise RobotError(f"{what}: {name} is there twice")
 
 
-def _require_whole_postures(body: Body) -> None:
+def _require_whole_postures(body: Facts) -> None:
     for name, posture in body.postures.items():
         named = {joint.name for joint in body.joints if not joint.passive}
         if missing := sorted(named - posture.angles.keys()):
@@ -109,7 +108,7 @@ def _require_whole_postures(body: Body) -> None:
         raise RobotError(f"rest: there is no posture {body.rest!r}")
 
 
-def _require_soles(body: Body) -> None:
+def _require_soles(body: Facts) -> None:
     """Raise RobotError unless a body has two soles or none, and those that its walk needs."""
     if isinstance(body.walk, parts.Steps | Footsteps) and not body.soles:
         raise RobotError("walk: it takes steps, but the body has no soles")
@@ -131,7 +130,7 @@ def _require_one_pair(what: str, pairs: Sequence[tuple[str, str]]) -> None:
             raise RobotError(f"{what}: {follower} depends on {leader}, so it must be in no other {what}")
 
 
-def _require_agreement(pair: parts.Coupling, body: Body) -> None:
+def _require_agreement(pair: parts.Coupling, body: Facts) -> None:
     """Raise RobotError when two joints cannot move together wherever the leader may be."""
     what = f"coupling of {pair.follower}"
     leader, follower = body.joint[pair.leader], body.joint[pair.follower]
@@ -148,7 +147,7 @@ def _require_agreement(pair: parts.Coupling, body: Body) -> None:
         )
 
 
-def _require_fast_wheels(body: Body, wheels: parts.Wheels) -> None:
+def _require_fast_wheels(body: Facts, wheels: parts.Wheels) -> None:
     """Raise RobotError when the motors of the wheels cannot drive as fast as the body says."""
     for name in (wheels.left, wheels.right):
         highest = body.joint[name].max_velocity * wheels.radius
@@ -172,12 +171,12 @@ def _require_sizes(shape: parts.Shape) -> None:
 
 
 def _require_distinct(what: str, names: Sequence[str]) -> None:
-    for name in names:
-        if names.count(name) > 1:
+    for name, times in Counter(names).items():
+        if times > 1:
             raise RobotError(f"{what} {name}: there are two of this name")
 
 
-def _require_tree(body: Body, links: Sequence[str]) -> None:
+def _require_tree(body: Facts, links: Sequence[str]) -> None:
     """Raise RobotError unless joints carry each link but the first, and each after its parent."""
     carried: dict[str, str] = {}
     for joint in (*body.joints, *body.fixed_joints):
@@ -198,7 +197,7 @@ def _require_tree(body: Body, links: Sequence[str]) -> None:
             raise RobotError(f"link {link}: no joint carries it")
 
 
-def _named_joints(body: Body) -> Iterable[tuple[str, Iterable[str]]]:
+def _named_joints(body: Facts) -> Iterable[tuple[str, Iterable[str]]]:
     """Yield the names of joints that parts of a body mention, with what mentions them."""
     for pair in body.couplings:
         yield "coupling", (pair.leader, pair.follower)
@@ -221,7 +220,7 @@ def _named_joints(body: Body) -> Iterable[tuple[str, Iterable[str]]]:
         yield "walk", (body.walk.left, body.walk.right)
 
 
-def _named_links(body: Body) -> Iterable[tuple[str, str]]:
+def _named_links(body: Facts) -> Iterable[tuple[str, str]]:
     """Yield the names of links that parts of a body mention, with what mentions them."""
     for loop in body.loops:
         yield "loop", loop.first
@@ -248,7 +247,7 @@ def _require_finite(path: str, value: object) -> None:
     if isinstance(value, float) and not math.isfinite(value):
         if math.isnan(value) or path.rsplit(".", 1)[-1] not in ("lower", "upper"):
             raise RobotError(f"{path} is {value}: it must be a finite number")
-    elif isinstance(value, Mapping):
+    elif isinstance(value, dict):
         for key, item in value.items():
             _require_finite(f"{path}.{key}", item)
     elif isinstance(value, (list, tuple)):

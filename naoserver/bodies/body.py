@@ -1,7 +1,7 @@
 """What a robot is, as data: links, joints, groups, cameras, sensors, postures, and its way to move.
 
-A facts file of `naoserver.bodies` describes a body; `read_body` reads and checks it. Every part but the name
-and the links is optional: what a body lacks is not served. Units are SI and rad. Frames: x forward, y left, z
+`read_body` reads a facts file, whose entries `_facts.py` declares, and checks it. Every part but the name and
+the links is optional: what a body lacks is not served. Units are SI and rad. Frames: x forward, y left, z
 up; a link's frame is at its parent joint and moves with the link. Quaternions are (w, x, y, z).
 """
 
@@ -11,86 +11,25 @@ import json
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from functools import cached_property
-from typing import Annotated, Any, Final
+from typing import Any, Final
 
-import msgspec
-from msgspec import Meta, Struct
+from msgspec import inspect
 from msgspec.structs import asdict, replace
 
 from naoserver.bodies import parts
 from naoserver.bodies._checks import check
-from naoserver.bodies.looks import Looks
+from naoserver.bodies._facts import Facts
 from naoserver.errors import RobotError
 from zenoh_ice.data.toml_file import convert
 
 LARGEST_DESCRIPTION: Final = (1 << 20) - 64
 """Most characters of a body, and of its looks, as JSON: what fits into an answer."""
+_SERVANT: Final = "Description"
+"""What serves bodies."""
 
 
-class Body(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, eq=False, dict=True):
+class Body(Facts, frozen=True, forbid_unknown_fields=True, kw_only=True, eq=False, dict=True):
     """A robot's body. Raises RobotError when its parts do not belong together, naming the part."""
-
-    name: parts.Name
-    """The manufacturer's name for it, such as `H25`."""
-    title: str = ""
-    """What a person calls it, such as `Nao H25`."""
-    links: Annotated[tuple[parts.Link, ...], Meta(min_length=1, max_length=parts.MOST_PARTS)]
-    """The rigid parts, the root first, each after the link that carries it."""
-    joints: Annotated[tuple[parts.Joint, ...], Meta(max_length=parts.MOST_PARTS)] = ()
-    """The joints in the order of every reading."""
-    fixed_joints: Annotated[tuple[parts.Joint, ...], Meta(max_length=parts.MOST_PARTS)] = ()
-    """Places where a link is fixed to another, at the angle 0."""
-    gears: dict[str, parts.Gear] = {}
-    gains: parts.Gains | None = None
-    """None for motors that follow positions only, as those of a Nao."""
-    play: parts.Play | None = None
-    """None for gears like those of a Nao."""
-    couplings: tuple[parts.Coupling, ...] = ()
-    """The pairs of joints that move together."""
-    loops: tuple[parts.Loop, ...] = ()
-    """What closes chains of links to loops."""
-    tables: tuple[parts.RangeTable, ...] = ()
-    """The ranges that keep parts of the body off each other."""
-    speed_rules: tuple[parts.SpeedRule, ...] = ()
-    groups: parts.Groups = parts.Groups()
-    hinges: dict[str, dict[parts.Axis, parts.HingeAxis]] = {}
-    """The Pose3D devices of the body by name."""
-    effectors: dict[parts.Name, parts.Place] = {}
-    """The parts whose places can be asked for and reached: hands, feet, the head, cameras."""
-    cameras: Annotated[tuple[parts.Camera, ...], Meta(max_length=parts.MOST_CAMERAS)] = ()
-    """The cameras, the most important one first."""
-    inertial_unit: parts.InertialUnit | None = None
-    soles: tuple[parts.Sole, ...] = ()
-    """The soles of the left and of the right foot, or none."""
-    sonar: parts.Sonar | None = None
-    touch: dict[parts.Name, parts.TouchSensor] = {}
-    """The touch sensors by name."""
-    lights: dict[str, parts.Lamp] = {}
-    battery: parts.Battery | None = None
-    motor_heat: parts.MotorHeat | None = None
-    """None for motors whose temperatures are not watched."""
-    voice: bool = False
-    """Whether it has a loudspeaker, on which it speaks and plays sounds."""
-    postures: dict[str, parts.Posture] = {}
-    rest: str = ""
-    """The posture in which it starts; without one, joints are as near to 0 as their ranges let them."""
-    falls: parts.FallRules | None = None
-    """None for a robot that cannot fall."""
-    walk: parts.Walk | None = None
-    kicks: dict[parts.Name, parts.Kick] = {}
-    """The motions that kick, by name."""
-    mounted: bool = False
-    """Whether its root is fixed to the floor, as an arm's on a table."""
-    shapes: Annotated[tuple[parts.Shape, ...], Meta(max_length=parts.MOST_PARTS)] = ()
-    intangible: tuple[str, ...] = ()
-    """Links whose shapes do not touch other links of the body."""
-    overlapping: tuple[tuple[str, str], ...] = ()
-    """Pairs of links whose shapes do not touch each other, besides neighbors."""
-    looks: Looks | None = None
-    """What is seen of it, if its model says so; else what `bodies.looks` has, or its shapes."""
-    sources: dict[str, str] = {}
-    """What the letters in `source` stand for."""
-    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         check(self)
@@ -99,11 +38,6 @@ class Body(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, eq=Fal
     def joint_names(self) -> tuple[str, ...]:
         """The names of `joints`."""
         return tuple(joint.name for joint in self.joints)
-
-    @cached_property
-    def joint(self) -> Mapping[str, parts.Joint]:
-        """The joints by name."""
-        return {joint.name: joint for joint in self.joints}
 
     @cached_property
     def moved_by(self) -> Mapping[str, parts.Joint]:
@@ -119,18 +53,6 @@ class Body(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, eq=Fal
     def mass(self) -> float:
         """In kg."""
         return sum(link.mass for link in self.links)
-
-    @cached_property
-    def following(self) -> Mapping[str, parts.Coupling]:
-        """The coupling of each joint that follows another one."""
-        return {pair.follower: pair for pair in self.couplings}
-
-    @cached_property
-    def motors(self) -> tuple[str, ...]:
-        """The joints with separate motors: those that neither are passive nor follow another one."""
-        return tuple(
-            joint.name for joint in self.joints if not joint.passive and joint.name not in self.following
-        )
 
     def hinge(self, name: str) -> parts.Hinge | None:
         """Return a Pose3D device of the body; None when it has no such."""
@@ -181,13 +103,6 @@ class Body(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, eq=Fal
         volts = self.battery.voltage if self.battery else math.inf
         return tuple(joint.motor.no_load_speed / volts if joint.motor else 0.0 for joint in self.joints)
 
-    def as_data(self) -> dict[str, Any]:
-        """Return its parts except the looks as tables, lists, texts and numbers."""
-        own = asdict(self)
-        del own["looks"]
-        data: dict[str, Any] = msgspec.to_builtins(own)
-        return data
-
     def without(self, name: str, title: str, joints: Collection[str], touch: Collection[str]) -> Body:
         """Return a copy called `name`: some joints are fixed at the angle 0, some touch sensors missing."""
 
@@ -222,16 +137,53 @@ class Body(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, eq=Fal
 
 def read_body(text: str | bytes, file: str) -> Body:
     """Return the body that a facts file, in JSON, describes. Raises RobotError with file and entry."""
+    return _body_of(_parse(text, file), file)
+
+
+def read_description(text: str) -> Body:
+    """Return the body that a server describes in JSON. Raises RobotError, which names the entry.
+
+    What only a newer version knows of a body is left out.
+    """
+    if len(text) > LARGEST_DESCRIPTION:
+        raise RobotError(f"{_SERVANT}: {len(text)} characters, and at most {LARGEST_DESCRIPTION} are read")
+    return _body_of(_known(_parse(text, _SERVANT), inspect.type_info(Body)), _SERVANT)
+
+
+def _parse(text: str | bytes, file: str) -> Any:  # noqa: ANN401
     try:
-        described = json.loads(text, object_pairs_hook=_unique(file))
+        return json.loads(text, object_pairs_hook=_unique(file))
     except (ValueError, RecursionError) as problem:
         raise RobotError(f"{file}: not JSON: {problem}") from problem
+
+
+def _body_of(described: object, file: str) -> Body:
     try:
         return convert(described, Body, file, RobotError)
     except RobotError as error:
         if str(error).startswith(file):
             raise
         raise RobotError(f"{file}: {error}") from None
+
+
+def _known(value: Any, kind: inspect.Type) -> Any:  # noqa: ANN401
+    """Return data of a type without the entries that it does not have."""
+    match kind, value:
+        case inspect.StructType(), dict():
+            kinds = {field.encode_name: field.type for field in kind.fields}
+            found = {key: _known(value[key], kinds[key]) for key in value if key in kinds}
+            return found | {key: value[key] for key in value if key == kind.tag_field}
+        case inspect.DictType(), dict():
+            return {key: _known(item, kind.value_type) for key, item in value.items()}
+        case inspect.VarTupleType(), list():
+            return [_known(item, kind.item_type) for item in value]
+        case inspect.UnionType(), dict():
+            structs = (each for each in kind.types if isinstance(each, inspect.StructType))
+            tagged = (
+                each for each in structs if each.tag_field is None or value.get(each.tag_field) == each.tag
+            )
+            return next((_known(value, each) for each in tagged), value)
+    return value
 
 
 def write_body(body: Body) -> str:

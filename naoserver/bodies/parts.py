@@ -18,11 +18,13 @@ from typing import Annotated, Final, Literal
 from msgspec import Meta, Struct
 from msgspec.structs import replace
 
-from naoserver.bodies.capabilities import Color, FootReading, Vector
+from naoserver.bodies.capabilities import Color, FootReading
 from naoserver.bodies.footsteps import Footsteps
 from naoserver.errors import RobotError
 from zenoh_ice.data.text import sentence
 
+_Length = Annotated[float, Meta(ge=-1000.0, le=1000.0, description="write m, from -1000 to 1000")]
+Vector = tuple[_Length, _Length, _Length]
 Quaternion = tuple[float, float, float, float]
 NO_TURN: Final[Quaternion] = (1.0, 0.0, 0.0, 0.0)
 NOWHERE: Final[Vector] = (0.0, 0.0, 0.0)
@@ -387,7 +389,7 @@ class Sole(_Part, frozen=True):
     """The sole of a foot: a plane below its link."""
 
     link: Name
-    outline: Annotated[tuple[tuple[float, float], ...], Meta(min_length=3)]
+    outline: Annotated[tuple[tuple[_Length, _Length], ...], Meta(min_length=3)]
     """Its convex outline in m, x and y in the link's frame."""
     height: _NotNegative
     """Height in m of the link's frame above the plane."""

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from naoserver.bodies import DEFAULT_BODY, capabilities, find_body
 from naoserver.bodies.body import Body
+from naoserver.bodies.description import write_looks
 from naoserver.bodies.kinematics import Matrix, kinematics_of, matrix_of
-from naoserver.bodies.looks.description import write_looks
 from naoserver.bodies.parts import Camera, CameraFacts, Coupling, JointFacts, Wheels
 from naoserver.errors import HardwareFailure
 from naoserver.protocol.expression import FadingLights, Ramp, TimedSounds, TimedVoice

@@ -10,7 +10,7 @@ from typing import Final, Protocol
 
 from naoserver.bodies import capabilities
 from naoserver.bodies.body import Body
-from naoserver.bodies.looks.description import write_looks
+from naoserver.bodies.description import write_looks
 from naoserver.bodies.parts import JointFacts
 from naoserver.errors import HardwareFailure, RobotError
 from naoserver.hardware.connection import Connection, HardwareLimits, Link, LinkLost, Reporter

@@ -12,7 +12,7 @@ from typing import Final
 
 from interfaces.nao import Severity
 from naoserver.bodies.body import Body
-from naoserver.bodies.looks.description import write_looks
+from naoserver.bodies.description import write_looks
 from naoserver.bodies.nao import H25
 from naoserver.bodies.parts import CameraFacts
 from naoserver.hardware.background import BackgroundCalls

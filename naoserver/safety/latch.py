@@ -128,7 +128,7 @@ class Latch:
         stop = kept.stop
         if kept.running and _UNCLEAN not in stop:
             stop = f"{stop} (then {_UNCLEAN})" if stop else _UNCLEAN
-        return self._as_of_body(msgspec.structs.replace(kept, running=False, stop=stop))
+        return self._as_of_body(msgspec.structs.replace(kept, stop=stop))
 
     def _as_of_body(self, kept: Kept) -> Kept:
         """Return what is kept for the robot of this server, of what the former server has left."""

@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Iterator
 from copy import copy
 from dataclasses import dataclass, field
-from itertools import combinations
+from itertools import combinations, product
 from typing import Any, Final
 
 import mujoco
@@ -353,20 +353,12 @@ class Guesser:
     def _guess_walk(self) -> None:
         """Take two driven wheels side by side for a drive."""
         wheels = [wheel for wheel in self._limbs.wheels if wheel.joint in self._driven]
+        pairs = product(wheels, wheels)
+        sides = [pair for pair in pairs if pair[0].place[1] > pair[1].place[1] and _pair(*pair)]
         if not wheels:
             return
-        sides = [
-            (left, right)
-            for left in wheels
-            for right in wheels
-            if left.place[1] > right.place[1] and _pair(left, right)
-        ]
         if not sides or any(wheel.steered for wheel in wheels):
-            why = (
-                "they are steered"
-                if sides
-                else "no two of them are side by side, with axes from left to right"
-            )
+            why = "that needs two side by side, with axes from left to right, and none steered"
             self._found.doubts.append(f"its wheels are joints, and no drive: {why}")
             return
         left, right = sides[0]

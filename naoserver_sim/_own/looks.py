@@ -9,8 +9,8 @@ from typing import Final, NamedTuple
 import mujoco
 import numpy as np
 
+from naoserver.bodies.description import GREY, plain_looks, seen
 from naoserver.bodies.looks import Looks, Material, Mesh, SeenShape, Shapes, Skin
-from naoserver.bodies.looks.description import GREY, plain_looks, seen
 from naoserver.bodies.parts import MOST_PARTS, SHAPE_SIZES, Shape
 from naoserver.body import Body
 from naoserver_sim._body import KINDS

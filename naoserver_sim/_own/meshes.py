@@ -14,15 +14,12 @@ from codecs import BOM_UTF8
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
-from typing import Annotated, Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
-import msgspec
 import numpy as np
 from numpy.typing import ArrayLike
 
-from naoserver_sim._own.cache import kept
 from naoserver_sim._own.tree import LARGEST_FILE, POINTER, is_pointer
-from zenoh_ice.data import typed
 
 LARGEST_MESH: Final = 3 * LARGEST_FILE
 """Largest size of a mesh in bytes."""
@@ -39,8 +36,6 @@ _LEVELS: Final = 5
 _MOST_SIBLINGS: Final = 500
 _BESIDE: Final = frozenset(("meshes", "mesh", "assets", "dae", "stl", "obj", "visual", "collision", "common"))
 """Folders beside that of the model which are read, too."""
-_CONVERTER: Final = 3
-"""To be counted up when `_by_trimesh` makes something else of a mesh."""
 _SCHEME: Final = re.compile(r"(?:(package|model|file):/*)?(.*)", re.DOTALL)
 _PACKAGE: Final = re.compile(rb"<name>\s*([\w.-]+)\s*</name>")
 _UNIT: Final = re.compile(rb"<unit[^>]{0,200}?\bmeter\s*=\s*[\"']\s*([\d.eE+-]{1,30})\s*[\"']")
@@ -56,15 +51,12 @@ class MeshError(Exception):
     """A mesh cannot be used: why, as the end of a sentence."""
 
 
-_Share = Annotated[float, msgspec.Meta(ge=0.0, le=1.0)]
-
-
 class MeshFile(NamedTuple):
     """A mesh in a format of MuJoCo; its color, if it has one, is red, green, blue and opacity."""
 
     ending: str
     content: bytes
-    color: tuple[_Share, _Share, _Share, _Share] | None = None
+    color: tuple[float, float, float, float] | None = None
 
 
 def packages_near(model: Path) -> dict[str, Path]:
@@ -127,8 +119,6 @@ class Files:
     """The model's names of these files."""
     left_out: dict[str, str] = field(default_factory=dict)
     """The meshes that cannot be used, as the model calls them, with the reason."""
-    bare: bool = False
-    """True to read no mesh: each is a block, to see what else is wrong with the model."""
     _read: dict[Path, tuple[str, MeshFile]] = field(default_factory=dict)
     _used: int = 0
     _failed: int = 0
@@ -176,9 +166,6 @@ class Files:
 
     def mesh(self, name: str, source: Path, folder: str = "") -> tuple[str, MeshFile] | None:
         """Return the name by which MuJoCo gets a mesh, and the mesh; None if it is left out."""
-        if self.bare:
-            self.assets[f"0{_BLOCK.ending}"] = _BLOCK.content
-            return f"0{_BLOCK.ending}", _BLOCK
         try:
             if self._failed >= _MOST_FILES:
                 raise MeshError(f"it comes after {_MOST_FILES} that cannot be used")
@@ -226,7 +213,7 @@ def read_mesh(path: Path) -> MeshFile:
     if ending == ".msh":
         return MeshFile(ending, content)
     if ending in (".dae", ".ply", ".off", ".glb"):
-        return _kept(content, ending)
+        return _by_trimesh(content, ending)
     raise MeshError(f"{ending or 'a file without an ending'} is no format of meshes that is read")
 
 
@@ -253,31 +240,6 @@ def _written(corners: ArrayLike) -> bytes:
     triangles = np.zeros(len(points), _TRIANGLE)
     triangles["corners"] = points
     return bytes(80) + len(points).to_bytes(4, "little") + triangles.tobytes()
-
-
-def _kept(content: bytes, ending: str) -> MeshFile:
-    """Return what trimesh reads of a mesh, or has read of it before."""
-    from importlib import metadata  # few robots have such meshes, and it takes long
-
-    try:
-        versions = " ".join(map(metadata.version, ("trimesh", "pycollada")))
-    except metadata.PackageNotFoundError:
-        return _by_trimesh(content, ending)
-    of = (f"{_CONVERTER} {versions} {ending}".encode(), content)
-    return kept(of, lambda: msgspec.msgpack.encode(_by_trimesh(content, ending)), _unpacked)
-
-
-def _unpacked(packed: bytes) -> MeshFile:
-    """Return a mesh that was kept. Raises ValueError for what is none."""
-    try:
-        mesh = typed.from_msgpack(packed, MeshFile)
-        return MeshFile(".stl", _stl(mesh.content), mesh.color)
-    except (msgspec.MsgspecError, MeshError) as problem:
-        raise ValueError(str(problem)) from None
-
-
-_BLOCK: Final = MeshFile(".stl", _written(np.eye(4, 3, -1)[[0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3]] / 10.0))
-"""A tetrahedron with edges of 0.1 m."""
 
 
 def _by_trimesh(content: bytes, ending: str) -> MeshFile:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from pathlib import PurePosixPath
 from typing import Final
 
@@ -13,14 +14,12 @@ from naoserver.bodies.parts import MOST_PARTS
 from naoserver.errors import RobotError
 from naoserver_sim._own.figure import HOME
 from naoserver_sim._own.meshes import Files, MeshError
-from naoserver_sim._own.tree import DEEPEST, MOST_ELEMENTS, Element, number, numbers, read_tree
+from naoserver_sim._own.tree import DEEPEST, MOST_ELEMENTS, Element, Fault, number, numbers, read_tree, refuse
 from naoserver_sim._own.urdf import COMPILER, MOUNT, unused
 
 _UNUSED: Final = frozenset(("option", "size", "visual", "statistic", "custom", "texture", "hfield", "skin"))
 """Elements that say nothing of a robot's links: settings of a simulation, pictures and terrain."""
 _SOFT: Final = ("flexcomp", "flex", "deformable")
-_TREE: Final = ("body", "joint", "freejoint", "geom", "site", "camera")
-"""Elements whose names are unique within a model."""
 _MOST_INCLUDED: Final = 100
 _COUNTS: Final = {"params", "dim", "num", "actdim"}
 """Attributes by which an element takes memory: of meshes that MuJoCo makes, of sensors and actuators."""
@@ -44,13 +43,7 @@ def prepare(root: Element, files: Files, notes: list[str]) -> None:
     for element in root.all():
         for name in ("texture", "nsample", "delay", "interp"):
             element.attributes.pop(name, None)
-        for name in _COUNTS & element.attributes.keys():
-            if max(map(abs, numbers(element, name))) > _LARGEST_COUNT:
-                found = f"{name} of <{element.tag}> is {element.get(name)[:60]!r}"
-                raise RobotError(f"{element.at}: {found}: write at most {_LARGEST_COUNT}")
-    for world in root.within("worldbody"):
-        _require_distinct(world)
-    _require_few(root)
+    refuse(_faults(root))
     _keep_meshes(root, files, folder)
     for element in root.all():
         if (name := element.get("file")) and name not in files.assets:
@@ -62,7 +55,7 @@ def _include(root: Element, files: Files) -> None:
     for _ in range(_MOST_INCLUDED):
         parent = next((each for each in root.all() if any(each.within("include"))), None)
         if parent is None:
-            return _require_shallow(root)
+            return
         include = next(parent.within("include"))
         try:
             part = read_tree(files.find(include.get("file"), include.source))
@@ -75,21 +68,10 @@ def _include(root: Element, files: Files) -> None:
     raise RobotError(f"{include.at}: more than {_MOST_INCLUDED} files are included, or one includes itself")
 
 
-def _require_shallow(root: Element) -> None:
-    """Raise RobotError when elements are too deep within each other, with the files that are included."""
-    level = [root]
-    for _ in range(DEEPEST):
-        level = [child for element in level for child in element.children]
-    if level:
-        raise RobotError(f"{level[0].at}: more than {DEEPEST} elements within each other, with all files")
-
-
 def _set_options(root: Element) -> str:
     """Leave the options that are about links; return the folder in which they say that meshes are."""
     folder = ""
     for compiler in root.all("compiler"):
-        if compiler.get("coordinate") == "global":
-            raise RobotError(f"{compiler.at}: coordinate is 'global', which MuJoCo no longer reads")
         folder = compiler.get("meshdir") or compiler.get("assetdir") or folder
         kept = compiler.attributes.items()
         compiler.attributes = {name: value for name, value in kept if COMPILER.fullmatch(name)}
@@ -97,30 +79,31 @@ def _set_options(root: Element) -> str:
     return folder
 
 
-def _require_distinct(world: Element) -> None:
-    """Raise RobotError when two parts of the tree of links have one name."""
-    seen: dict[tuple[str, str], Element] = {}
-    for element in world.all(*_TREE):
-        kind = element.tag.removeprefix("free")
-        first = seen.setdefault((kind, element.name), element)
-        if element.name and first is not element:
-            raise RobotError(f"{element.at}: a second {kind} {element.name!r}; the first is in {first.at}")
-
-
-def _require_few(root: Element) -> None:
-    """Raise RobotError when there are, with all replicas, more parts than MuJoCo should be asked for."""
-
-    def count(element: Element) -> tuple[float, float]:
-        inner = [count(child) for child in element.children]
-        times = abs(number(element.get("count")) or 1.0) if element.tag == "replicate" else 1.0
-        bodies = times * sum(few for few, _ in inner) + (element.tag == "body")
-        return bodies, times * (1 + sum(parts for _, parts in inner))
-
-    bodies, parts = count(root)
+def _faults(root: Element) -> Iterator[Fault]:
+    """Yield what no robot has, or what MuJoCo should not be asked for."""
+    level = [root]
+    for _ in range(DEEPEST):
+        level = [child for element in level for child in element.children]
+    for element in level:
+        yield element, f"more than {DEEPEST} elements within each other, with all files"
+    for element in root.all():
+        for name in _COUNTS & element.attributes.keys():
+            if max(map(abs, numbers(element, name))) > _LARGEST_COUNT:
+                found = f"{name} of <{element.tag}> is {element.get(name)[:60]!r}"
+                yield element, f"{found}: write at most {_LARGEST_COUNT}"
+    bodies, parts = _count(root)
     if bodies > MOST_PARTS:
-        raise RobotError(f"{root.source}: {bodies:.0f} links; a robot has at most {MOST_PARTS}")
+        yield root, f"{bodies:.0f} links; a robot has at most {MOST_PARTS}"
     if parts > MOST_ELEMENTS:
-        raise RobotError(f"{root.source}: more than {MOST_ELEMENTS} elements, with all replicas")
+        yield root, f"more than {MOST_ELEMENTS} elements, with all replicas"
+
+
+def _count(element: Element) -> tuple[float, float]:
+    """Return how many bodies and elements an element is, with all replicas."""
+    inner = [_count(child) for child in element.children]
+    times = abs(number(element.get("count")) or 1.0) if element.tag == "replicate" else 1.0
+    bodies = times * sum(few for few, _ in inner) + (element.tag == "body")
+    return bodies, times * (1 + sum(parts for _, parts in inner))
 
 
 def _keep_meshes(root: Element, files: Files, folder: str) -> None:

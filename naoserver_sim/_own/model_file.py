@@ -5,16 +5,16 @@ MuJoCo refuses masses and inertias that no body can have: those are repaired fir
 
 from __future__ import annotations
 
+import ctypes
 import re
 import warnings
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Final, Literal
 
-import msgspec
 import mujoco
 import numpy as np
 
@@ -33,8 +33,6 @@ _DENSITY: Final = 1000.0
 """Density in kg/m3 of the ball whose inertia a link without one has."""
 _FRAME: Final = 1e-3
 """Mass in kg up to which a fixed link without inertia is a mere frame."""
-_LITTLE: Final = 0.02
-"""Share of its largest moment by which an inertia may be off without being named by itself."""
 _ROUNDING: Final = 1e-6
 """Share of the largest moment up to which an inertia is that of a rod or a plate, but for rounding."""
 _LEAST: Final = 1e-14
@@ -51,7 +49,7 @@ def balance_inertias(
     With `free`, the root moves, too. Raises RobotError for a mass below 0, and with `balance` False for
     inertias that no body can have.
     """
-    little, light = [], []
+    light = []
     for body in spec.bodies[1:]:
         if body.mass < 0.0:
             raise RobotError(f"{at(body)}: the mass of {body.name!r} is {body.mass:g}: write 0 or more")
@@ -71,21 +69,16 @@ def balance_inertias(
         off = (moments[2] - moments[0] - moments[1]) / (2.0 * moments[2])
         if off < -_ROUNDING and moments[0] >= _LEAST:
             continue
-        if abs(off) <= _ROUNDING:
-            _set_tensor(body, _repaired(tensor))
-            continue
-        shown = ", ".join(f"{moment:.4g}" for moment in moments)
-        what = f"{at(body)}: the inertia of {body.name!r} has the moments {shown}, which no body has"
-        if balance is False:
-            raise RobotError(f"{what}: correct it, or write balance = true")
         _set_tensor(body, _repaired(tensor))
-        if off > _LITTLE and balance is None:
-            changed = ", ".join(f"{moment:.4g}" for moment in np.linalg.eigvalsh(_tensor(body)))
-            yield f"{what}: {changed} is taken (balance = true says that this is right)"
-        else:
-            little.append(body.name)
-    if little:
-        yield f"the inertias of {_listed(little)} are repaired: their moments are those of no body"
+        if off > _ROUNDING and not balance:
+            shown, taken = (
+                ", ".join(f"{moment:.4g}" for moment in each)
+                for each in (moments, np.linalg.eigvalsh(_tensor(body)))
+            )
+            what = f"{at(body)}: the inertia of {body.name!r} has the moments {shown}, which no body has"
+            if balance is False:
+                raise RobotError(f"{what}: correct it, or write balance = true")
+            yield f"{what}: {taken} is taken (balance = true says that this is right)"
     if light:
         ball = f"taken as a ball, of at least {LEAST_MASS:g} kg where they move"
         yield f"{_listed(light)} without mass or inertia: {ball}"
@@ -186,8 +179,6 @@ class ModelFile:
     """The compiled `spec`."""
     where: str = ""
     """The path of the file."""
-    bare: bool = False
-    """True if each of its meshes is a block, and none was read."""
 
     @cached_property
     def figure(self) -> Figure:
@@ -205,92 +196,49 @@ def _place(where: str | Path, lines: Mapping[tuple[str, str], int], name: str, *
     return f"{where}:{line}" if line else str(where)
 
 
-@dataclass
-class FoundModel:
-    """A model in a tree of all that its files say of a robot, before MuJoCo reads it; it is read once."""
-
-    root: Element
-    files: Files
-    notes: list[str]
-    balance: bool | None
-    facts: Mapping[str, Any]
-    """What a URDF says that MuJoCo does not keep."""
-
-    def content(self) -> Iterator[bytes]:
-        """Yield all on which it depends what is read."""
-        text, order = write_tree(self.root)
-        yield "\n".join((text, *(element.at for element in order))).encode()
-        files = self.files
-        said = str(files.model), self.notes, self.balance, self.facts, files.left_out, files.names
-        yield msgspec.msgpack.encode(said, order="deterministic")
-        yield from files.assets.values()
-
-    def read(self) -> ModelFile:
-        """Return what MuJoCo reads. Raises RobotError, as `find_model` does."""
-        files = self.files
-        try:
-            model = _Reading(self.root, files, self.notes, self.balance).read()
-        except ValueError as problem:
-            if "repeated name" not in str(problem):
-                raise
-            # That of a part of a planar joint or of a ball.
-            why = str(problem).removeprefix("Error:").strip()
-            raise RobotError(f"{files.model}: MuJoCo refuses it: {why}: choose another there") from None
-        return replace(
-            model,
-            **self.facts,
-            left_out=files.left_out,
-            notes=tuple(self.notes),
-            where=str(files.model),
-            bare=files.bare,
-        )
-
-
-def find_model(
-    path: Path,
-    meshes: Path,
-    *,
-    balance: bool | None = None,
-    arguments: Mapping[str, Argument] | None = None,
-    check: Callable[[ModelFile], object] | None = None,
-) -> FoundModel:
+def read_model(
+    path: Path, meshes: Path, *, balance: bool | None = None, arguments: Mapping[str, Argument] | None = None
+) -> ModelFile:
     """Return the model of an MJCF, URDF or xacro with `arguments`; `meshes` is the folder of its meshes.
 
     Only files in the folders of the model, of its ROS package and of its meshes are read, and nothing is
     fetched. What MuJoCo refuses or a robot cannot have is repaired or left out, where there is a sensible
-    way, and noted. With `balance` True, inertias that no body can have are repaired without naming each;
-    with False they are refused. Raises RobotError, with file and line, for other faults; and what `check`
-    raises, which gets the model before its meshes are read, as large ones take time.
+    way, and noted. With `balance` True, inertias that no body can have are repaired without a word; with
+    False they are refused. Raises RobotError, with file and line, for other faults.
     """
     root = read_tree(path)
     if root.tag not in ("mujoco", "robot"):
         found = f"{path}: its root is <{root.tag[:60]}>"
         raise RobotError(f"{found}; an MJCF begins with <mujoco>, a URDF with <robot>")
     packages = packages_near(path)
+    files = Files(path, meshes, packages)
     notes: list[str] = []
+    facts: dict[str, Any] = {}
     if root.tag == "robot":
         root, notes = expanded(root, path, packages, arguments or {})
-        urdf.take_as_urdfdom(root, notes)
-    elif arguments:
-        raise RobotError(f"{path}: {NO_XACRO}")
-    if check is not None and any(root.all("mesh", "include")):
-        bare = root.copied()
-        for mesh in bare.all("mesh"):
-            mesh.attributes.pop("scale", None)  # it would make a block huge
-        check(_found(bare, Files(path, meshes, packages, bare=True), [], balance).read())
-    return _found(root, Files(path, meshes, packages), notes, balance)
-
-
-def _found(root: Element, files: Files, notes: list[str], balance: bool | None) -> FoundModel:
-    """Return the model of a tree, which is changed, after notes on it."""
-    facts: dict[str, Any] = {}
-    if root.tag == "mujoco":
-        mjcf.prepare(root, files, notes)
-    else:
         facts |= {"kind": "urdf", "fixed": urdf.is_fixed(root), "speeds": urdf.speeds_of(root)}
         facts |= {"actuated": urdf.actuated_in(root), "sensors": tuple(urdf.sensors_in(root))}
         urdf.prepare(root, files, notes)
-    return FoundModel(root, files, notes, balance, facts)
+    elif arguments:
+        raise RobotError(f"{path}: {NO_XACRO}")
+    else:
+        mjcf.prepare(root, files, notes)
+    try:
+        model = _Reading(root, files, notes, balance).read()
+    except ValueError as problem:
+        if "repeated name" not in str(problem):
+            raise
+        # That of a part of a planar joint or of a ball.
+        why = str(problem).removeprefix("Error:").strip()
+        raise RobotError(f"{path}: MuJoCo refuses it: {why}: choose another there") from None
+    return replace(model, **facts, left_out=files.left_out, notes=tuple(notes), where=str(path))
+
+
+def give_back_memory() -> None:
+    """Give back what reading took, some 700 MB: MuJoCo keeps meshes, and glibc what was freed."""
+    mujoco.mj_clearCache(mujoco.mj_getCache())
+    with suppress(AttributeError):  # another C library
+        ctypes.CDLL(None).malloc_trim(0)
 
 
 @dataclass
@@ -322,30 +270,22 @@ class _Reading:
                 for number, part in enumerate(parts, 1):
                     part.name = part.name or f"{kind} {number}"
             self.notes += mjcf.split_balls(spec, str(self.path))
-            self.notes += self._weighed(spec)
+            self.notes += balance_inertias(spec, self._at, self.balance, free=self.root.tag == "robot")
             for mesh in spec.meshes:
                 mesh.maxhullvert = MOST_POINTS
             compiled = self._compiled(spec)
-            if more := self._weighed(spec):  # of links whose mass was that of a mesh that is left out
-                self.notes += more
-                compiled = self._compiled(spec)
         self.notes += self._full_of_water(spec, compiled)
         said = {" ".join(text.split()) for text in texts if "texture coordinate" not in text}  # not read
         self.notes += [f"{self.path}: MuJoCo says: {text}" for text in said]
         fixed = not any(joint.type == mujoco.mjtJoint.mjJNT_FREE for joint in spec.joints)
         return ModelFile(spec, lines=self.lines, fixed=fixed, compiled=compiled)
 
-    def _weighed(self, spec: mujoco.MjSpec) -> list[str]:
-        """Repair masses and inertias, and return notes on it."""
-        return list(balance_inertias(spec, self._at, self.balance, free=self.root.tag == "robot"))
-
     def _full_of_water(self, spec: mujoco.MjSpec, compiled: mujoco.MjModel) -> Iterator[str]:
         """Yield a note on the links of a URDF that weigh what their shapes do; in an MJCF it is said so."""
         unsaid = {link.name for link in self.root.within("link") if not any(link.within("inertial"))}
         if names := [each.name for each in spec.bodies if each.name in unsaid and not each.explicitinertial]:
-            weights = sorted({f"{compiled.body(name).mass[0]:.3g}" for name in names}, key=float)
-            span = weights[0] if len(weights) == 1 else f"{weights[0]} to {weights[-1]}"
-            guess = f"taken as their shapes full of water, {span} kg each"
+            heaviest = max(compiled.body(name).mass[0] for name in names)
+            guess = f"taken as their shapes full of water, up to {heaviest:.3g} kg each"
             yield f"{self.path}: {_listed(names)} without mass: {guess}"
 
     def _parsed(self) -> mujoco.MjSpec:
@@ -358,7 +298,7 @@ class _Reading:
                 why = str(problem).strip()
             place = _PLACE.search(why)
             element = self.order[int(place[1]) - 1] if place else self.root
-            why = " ".join(_PLACE.sub("", why).removeprefix("XML Error:").split())
+            why = " ".join(_PLACE.sub("", why).rpartition("Error:")[2].split())
             sections = (each for each in self.root.children if each.tag in _SECTIONS)
             section = [each for each in sections if element in each.children]
             name = f" {element.name!r}" if element.name else ""
@@ -394,7 +334,9 @@ class _Reading:
             if tag is None:
                 raise RobotError(f"{self.path}: MuJoCo refuses it: {why}")
             of, part = parts[int(tag[1])]
-            what = f"{places[int(tag[1])]}: {type(part).__name__[3:].lower()} {part.name!r}"
+            holder = getattr(part, "parent", None)
+            named = repr(part.name) if part.name or holder is None else f"of link {holder.name!r}"
+            what = f"{places[int(tag[1])]}: {type(part).__name__[3:].lower()} {named}"
             if of == "bodies" and "mjMINVAL" in why:
                 self.notes.append(f"{what} has no mass: it is taken as a small ball")
                 bound(part, moves=True)
@@ -422,7 +364,8 @@ class _Reading:
     def _at(self, part: mujoco.MjsElement) -> str:
         """Return the file and, if it is known, the line of a part."""
         element = mjcf.element_of(part, self.order)
-        return element.at if element else _place(self.path, self.lines, part.name, "link", "body", "joint")
+        known = part.name or getattr(part, "parent", part).name  # of a shape
+        return element.at if element else _place(self.path, self.lines, known, "link", "body", "joint")
 
 
 @contextmanager

@@ -9,7 +9,7 @@ import math
 import re
 from collections.abc import Sized
 from dataclasses import dataclass, field
-from itertools import count
+from itertools import chain, count
 from typing import Any, Final
 
 import msgspec
@@ -82,7 +82,7 @@ class OwnFile(Struct, frozen=True, kw_only=True):
     meshes: str = "."
     name: str = ""
     balance: bool | None = None
-    """True to repair inertias that no body can have; None to repair the ones that are only a little off."""
+    """Whether inertias that no body can have are repaired; None to name each that is."""
     slippery: tuple[str, ...] = ()
     """Links that slide over the floor, such as casters."""
     xacro: dict[str, str | bool | int | float] = {}
@@ -177,17 +177,15 @@ class _Reader:
 
     def _require_size(self, body: int) -> None:
         """Raise RobotError when a link, or one of its joints, is larger or heavier than any robot's."""
-        mj, geoms = self._mj, self._mj.geom_bodyid == body
+        mj, geoms, dofs = self._mj, self._mj.geom_bodyid == body, self._mj.dof_bodyid == body
+        bearings = (mj.dof_armature, mj.dof_frictionloss, mj.dof_damping)
         sizes: dict[str, Any] = {
             "mass": mj.body_mass[body],
             "inertia": mj.body_inertia[body],
             "place": [mj.body_pos[body], mj.body_ipos[body]],
             "shape": [mj.geom_size[geoms], mj.geom_pos[geoms]],
+            "joint's friction, damping or rotor": np.concatenate([each[dofs].ravel() for each in bearings]),
         }
-        for joint in np.flatnonzero(mj.jnt_bodyid == body).tolist():
-            dof, name = int(mj.jnt_dofadr[joint]), mj.joint(joint).name
-            bearings = (mj.dof_armature[dof], np.max(mj.dof_damping[dof]), mj.dof_frictionloss[dof])
-            sizes[f"friction, damping or rotor of {name!r}"] = bearings
         for what, values in sizes.items():
             if not (largest := float(np.abs(values).max(initial=0.0))) <= _LARGEST:
                 name = mj.body(body).name
@@ -278,14 +276,9 @@ class _Reader:
 
     def _fit(self, kind: str, name: str) -> str:
         """Return a name as a body may have it, which no other part of the kind has."""
-        fitting = fit_name(name)
-        taken = self._names[kind]
-        if fitting in taken:
-            fitting = next(
-                other
-                for number in count(2)
-                if (other := f"{fitting[: _LONGEST_NAME - 6]} {number}") not in taken
-            )
+        taken, fitting = self._names[kind], fit_name(name)
+        others = (f"{fitting[: _LONGEST_NAME - 6]} {number}" for number in count(2))
+        fitting = next(each for each in chain((fitting,), others) if each not in taken)
         if fitting != name:
             self._parts.notes.append(
                 f"{self._model.at(name, kind, 'body')}: {kind} {name[:80]!r} is called {fitting!r}"

@@ -9,6 +9,9 @@ from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
 _WIDTH: Final = 110
+_ROWS: Final = textwrap.TextWrapper(
+    _WIDTH, initial_indent="  ", subsequent_indent="  ", break_long_words=False, break_on_hyphens=False
+)
 _BARE: Final = re.compile(r"[A-Za-z0-9_-]+")
 _INLINE: Final = ("joint", "hinges")
 """Tables whose entries are a line each."""
@@ -76,22 +79,13 @@ def _is_table(item: object, path: tuple[str | int, ...]) -> bool:
 def _entry(name: str, value: object, why: str) -> Iterator[str]:
     """Yield the lines of a value, with the reason behind it if there is room, else before it."""
     line = f"{key(name)} = {value_text(value)}"
+    if why and len(line) + len(why) + 4 > _WIDTH:
+        yield from _comment(why)
+        why = ""
     if len(line) > _WIDTH and isinstance(value, (list, tuple)):
-        yield from _comment(why)
-        yield f"{key(name)} = ["
-        row = "  "
-        for item in map(value_text, value):
-            if len(row) + len(item) >= _WIDTH:
-                yield row.rstrip()
-                row = "  "
-            row += f"{item}, "
-        yield row.rstrip()
-        yield "]"
-    elif why and len(line) + len(why) + 4 > _WIDTH:
-        yield from _comment(why)
-        yield line
-    else:
-        yield f"{line}  # {why}" if why else line
+        items = ", ".join(value_text(item).replace(" ", "\0") for item in value)  # each in one row
+        line = "\n".join((f"{key(name)} = [", *_ROWS.wrap(items), "]")).replace("\0", " ")
+    yield f"{line}  # {why}" if why else line
 
 
 def _why(reasons: Mapping[tuple[str | int, ...], str], path: tuple[str | int, ...], value: object) -> str:

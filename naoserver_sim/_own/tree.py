@@ -26,7 +26,6 @@ _TEXTS: Final = re.compile(
 )
 """Attributes whose values are names, even if they read as numbers."""
 _COMMENT: Final = re.compile(rb"<!--.*?(?:-->|\Z)", re.DOTALL)
-_WORD: Final = re.compile(r"\S+")
 _POINTER: Final = b"version https://git-lfs.github.com/spec/"
 """The first bytes of a file whose content Git LFS has not fetched (git-lfs 3.7, docs/spec.md)."""
 POINTER: Final = "is a pointer of Git LFS: run git lfs pull"
@@ -83,12 +82,6 @@ class Element:
         self.children.append(Element(tag, attributes, self.source, self.line))
         return self.children[-1]
 
-    def copied(self) -> Element:
-        """Return a copy of this element with all within it, however deep that is."""
-        twin = Element(self.tag, dict(self.attributes), self.source, self.line, text=self.text)
-        twin.children = [child.copied() for child in self.children]
-        return twin
-
     def remove_where(self, unwanted: Callable[[Element], bool]) -> list[Element]:
         """Remove the elements within this one that are not wanted, with all in them; return them."""
         removed = []
@@ -96,6 +89,16 @@ class Element:
             removed += [child for child in parent.children if unwanted(child)]
             parent.children = [child for child in parent.children if not unwanted(child)]
         return removed
+
+
+Fault = tuple[Element, str]
+"""An element that no model has, and what is wrong with it, and helps."""
+
+
+def refuse(faults: Iterator[Fault]) -> None:
+    """Raise RobotError, with file and line, for the first of some faults."""
+    for element, what in faults:
+        raise RobotError(f"{element.at}: {what}")
 
 
 def read_tree(path: Path) -> Element:
@@ -197,7 +200,7 @@ def numbers(element: Element, name: str, default: str = "") -> list[float]:
     text = element.get(name, default)
     found = [number(word) for word in text.split()]
     values = [value for value in found if value is not None and math.isfinite(value)]
-    if not found or len(values) < len(found):
+    if not values or len(values) < len(found):
         hint = ", with a point before the decimals" if "," in text else ""
         hint = "; this is xacro: run xacro first" if "${" in text else hint
         raise RobotError(f"{element.at}: {name} of <{element.tag}> is {text[:60]!r}: write numbers{hint}")
@@ -205,17 +208,8 @@ def numbers(element: Element, name: str, default: str = "") -> list[float]:
 
 
 def _require_finite(element: Element) -> None:
+    """Raise RobotError for a value that has only numbers, but not only finite ones."""
     for name, value in element.attributes.items():
-        if not _TEXTS.fullmatch(name) and _is_odd(value):
+        found = [] if _TEXTS.fullmatch(name) else [number(word) for word in value.split()]
+        if None not in found and not all(each is not None and math.isfinite(each) for each in found):
             raise RobotError(f"{element.at}: {name} of <{element.tag}> is {value[:60]!r}: it must be finite")
-
-
-def _is_odd(value: str) -> bool:
-    """Return whether a value has only numbers, but not only finite ones."""
-    odd = False
-    for word in _WORD.finditer(value):
-        found = number(word[0])
-        if found is None:
-            return False
-        odd = odd or not math.isfinite(found)
-    return odd

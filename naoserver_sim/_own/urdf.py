@@ -5,42 +5,31 @@ from __future__ import annotations
 import math
 import re
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Final, Literal, NamedTuple
-
-import mujoco
-import numpy as np
 
 from naoserver.bodies.parts import MOST_PARTS
 from naoserver.errors import RobotError
-from naoserver_sim._own.figure import matrix_of
 from naoserver_sim._own.meshes import Files
-from naoserver_sim._own.tree import Element, number, numbers
+from naoserver_sim._own.tree import Element, Fault, number, numbers, refuse
 from naoserver_sim.appearance import NO_COLOR
 
 _TYPES: Final = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 TENSOR: Final = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 _NUMBERS: Final = {
-    *("xyz", "rpy", "lower", "upper", "effort", "velocity", "damping", "friction", "multiplier", "offset"),
+    *("lower", "upper", "effort", "velocity", "damping", "friction", "multiplier", "offset"),
     *("value", *TENSOR),
 }
-"""Attributes that have numbers; shapes and colors are left out where they have others, as urdfdom does."""
-_VECTORS: Final = ("xyz", "rpy")
+"""Attributes that have numbers which MuJoCo does not check, or that an exporter leaves empty."""
 _ENDS: Final = ("lower", "upper")
-_SHAPES: Final = {
-    "box": {"size": 3},
-    "cylinder": {"radius": 1, "length": 1},
-    "capsule": {"radius": 1, "length": 1},
-    "sphere": {"radius": 1},
-    "mesh": {"scale": 3},
-}
-"""The geometries that MuJoCo reads, and how many numbers say their sizes."""
+_SHAPES: Final = ("box", "cylinder", "capsule", "sphere", "mesh")
+"""The geometries that MuJoCo reads."""
 _MOVING: Final = ("revolute", "continuous", "prismatic")
 """The types of joints that another one can lead."""
 _READ: Final = {"robot": ("link", "joint", "material"), "link": ("inertial", "visual", "collision")}
 """The elements of which MuJoCo reads something."""
 COMPILER: Final = re.compile(
-    "angle|eulerseq|autolimits|inertiafromgeom|inertiagrouprange|settotalmass|alignfree|fitaabb"
+    "angle|coordinate|eulerseq|autolimits|inertiafromgeom|inertiagrouprange|settotalmass|alignfree|fitaabb"
     "|(balance|bound)(mass|inertia)"
 )
 """Options of MuJoCo's compiler that a model may set; others are about files, and about speed."""
@@ -51,15 +40,11 @@ _ONCE: Final = {
     "inertial": ("origin", "mass", "inertia"),
     "visual": ("origin", "geometry", "material"),
     "collision": ("origin", "geometry"),
-    "geometry": tuple(_SHAPES),
+    "geometry": _SHAPES,
     "material": ("color",),
     "joint": ("origin", "parent", "child", "axis", "limit", "dynamics", "mimic"),
 }
 """The elements that an element has once: urdfdom takes the first, MuJoCo refuses a second."""
-_OLD: Final = ("", "1", "1.0")
-"""The versions of URDF in which urdfdom ignores `quat_xyzw`."""
-_NOT_KEPT: Final = ("acceleration", "deceleration", "jerk")
-"""Limits of URDF 1.2, which a simulated joint has not."""
 
 
 class Sensor(NamedTuple):
@@ -120,55 +105,6 @@ def sensors_in(root: Element) -> Iterator[Sensor]:
             yield Sensor("imu" if "imu" in kind else "camera", sensor.name, link, pose, angle)
 
 
-def take_as_urdfdom(root: Element, notes: list[str]) -> None:
-    """Change a tree to what urdfdom, the reader of ROS, takes of it, and note what it leaves.
-
-    Raises RobotError, with file and line, for an orientation that is none, or is said twice.
-    """
-    parts = [part for part in root.children if part.tag in (*_READ["robot"], "sensor")]
-    second = []
-    for parent in (each for part in parts for each in part.all(*_ONCE)):
-        first: dict[str, Element] = {}
-        for child in [each for each in parent.children if each.tag in _ONCE[parent.tag]]:
-            kind = "shape" if parent.tag == "geometry" else child.tag
-            if first.setdefault(kind, child) is not child:
-                second.append(f"{child.at}: a second <{child.tag}> in one <{parent.tag}>")
-                parent.children.remove(child)
-    if second:
-        more = f", and {len(second) - 1} more such" if len(second) > 1 else ""
-        notes.append(f"{second[0]}{more}: the first one counts")
-    for origin in (each for part in parts for each in part.all("origin") if each.get("quat_xyzw")):
-        if root.get("version").strip() not in _OLD:
-            _turn(origin)
-        else:
-            notes.append(f"{origin.at}: quat_xyzw is not read: it counts in URDFs of version 1.1 and newer")
-    unkept = {
-        name: limit.at for limit in root.within("joint", "limit") for name in _NOT_KEPT if limit.get(name)
-    }
-    if unkept:
-        at = next(iter(unkept.values()))
-        notes.append(f"{at}: of limits, {', '.join(unkept)} are not kept: torques limit how joints move")
-
-
-def _turn(origin: Element) -> None:
-    """Give an origin the roll, pitch and yaw in rad of its quaternion, in place of it."""
-    if "rpy" in origin.attributes:
-        raise RobotError(f"{origin.at}: <origin> has both rpy and quat_xyzw: leave one of them out")
-    quaternion = np.array(numbers(origin, "quat_xyzw"))
-    if len(quaternion) != 4:
-        raise RobotError(
-            f"{origin.at}: quat_xyzw of <origin> is {origin.get('quat_xyzw')[:60]!r}: write 4 numbers"
-        )
-    turn = np.roll(quaternion, 1) / (np.abs(quaternion).max() or 1.0)  # whose squares are numbers
-    mujoco.mju_normalize4(turn)  # of no length: no turn, as in urdfdom
-    x, y, z = matrix_of(turn).T
-    yaw = math.atan2(x[1], x[0])
-    sine, cosine = math.sin(yaw), math.cos(yaw)
-    # Of the turn without its yaw, which may be any where the x axis points up or down.
-    roll = math.atan2(sine * z[0] - cosine * z[1], cosine * y[1] - sine * y[0])
-    origin.attributes["rpy"] = f"{roll!r} {math.atan2(-x[2], math.hypot(x[0], x[1]))!r} {yaw!r}"
-
-
 def prepare(root: Element, files: Files, notes: list[str]) -> None:
     """Change the tree of a URDF to what MuJoCo reads, and note repairs.
 
@@ -178,8 +114,11 @@ def prepare(root: Element, files: Files, notes: list[str]) -> None:
     for element in [root, *root.within("link")]:
         known = _READ[element.tag]
         element.children = [each for each in element.children if each.tag in known or each.tag == "mujoco"]
-    _require_numbers(root)
-    _require_names(root)
+    _keep_first(root, notes)
+    for element in root.all():  # what an exporter leaves empty
+        said = element.attributes.items()
+        element.attributes = {name: text for name, text in said if text.strip() or name not in _NUMBERS}
+    refuse(_faults(root))
     _keep_leaders(root, notes)
     _root_it(root, notes)
     for joint in root.within("joint"):
@@ -193,12 +132,10 @@ def prepare(root: Element, files: Files, notes: list[str]) -> None:
         tensor.attributes = dict.fromkeys(TENSOR, "0") | tensor.attributes
     for place, material in enumerate(root.all("material")):
         material.attributes["name"] = material.name or f"material {place}"
-        for color in [each for each in material.children if not _has(each, "rgba", 4)]:
+        for color in [each for each in material.children if len(each.get("rgba").split()) != 4]:
             material.children.remove(color)
-            if color.get("rgba"):
-                notes.append(
-                    f"{color.at}: a color is left out: its rgba is {color.get('rgba')[:60]!r}, not 4 numbers"
-                )
+            if rgba := color.get("rgba"):
+                notes.append(f"{color.at}: a color is left out: its rgba is {rgba[:60]!r}, not 4 numbers")
     _color(root)
     _keep_shapes(root, files, folder, notes)
 
@@ -216,44 +153,63 @@ def _set_options(root: Element) -> str:
     return given.get("meshdir", given.get("assetdir", ""))
 
 
-def _require_numbers(root: Element) -> None:
+def _keep_first(root: Element, notes: list[str]) -> None:
+    """Leave the first of elements that belong into another one once, as urdfdom, the reader of ROS, does."""
+    second = []
+    for parent in root.all(*_ONCE):
+        first: dict[str, Element] = {}
+        for child in [each for each in parent.children if each.tag in _ONCE[parent.tag]]:
+            kind = "shape" if parent.tag == "geometry" else child.tag
+            if first.setdefault(kind, child) is not child:
+                second.append(f"{child.at}: a second <{child.tag}> in one <{parent.tag}>")
+                parent.children.remove(child)
+    if second:
+        more = f", and {len(second) - 1} more such" if len(second) > 1 else ""
+        notes.append(f"{second[0]}{more}: the first one counts")
+
+
+def _faults(root: Element) -> Iterator[Fault]:
+    """Yield what no robot has; each holds of what follows that what is before it was not found."""
     for element in root.all():
+        if element.get("quat_xyzw"):
+            yield element, "quat_xyzw is not read: write rpy in its place"
         for name in _NUMBERS & element.attributes.keys():
-            if name == "value" and element.tag != "mass":
-                continue  # a word, as in <verbose value="Yes"/>
-            if not element.get(name).strip():
-                del element.attributes[name]
-            elif len(numbers(element, name)) > 1 and name not in _VECTORS:
-                found = f"{name} of <{element.tag}> is {element.get(name)[:60]!r}"
-                raise RobotError(f"{element.at}: {found}: write one number")
-
-
-def _require_names(root: Element) -> None:
-    """Raise RobotError unless each link and joint has another name, and the joints connect links."""
-    seen: dict[tuple[str, str], Element] = {}
-    for part in root.children:
-        if part.tag not in ("link", "joint"):
-            continue
+            # A value may be a word, as in <verbose value="Yes"/>.
+            if (name != "value" or element.tag == "mass") and len(numbers(element, name)) > 1:
+                yield element, f"{name} of <{element.tag}> is {element.get(name)[:60]!r}: write one number"
+    parts: dict[tuple[str, str], Element] = {}
+    for part in (*root.within("link"), *root.within("joint")):
         if not part.name:
-            raise RobotError(f'{part.at}: a {part.tag} without a name: write name="..."')
-        first = seen.setdefault((part.tag, part.name), part)
+            yield part, f'a {part.tag} without a name: write name="..."'
+        first = parts.setdefault((part.tag, part.name), part)
         if first is not part:
-            twice = f"a second {part.tag} {part.name!r}"
-            raise RobotError(f"{part.at}: {twice}; the first is in line {first.line}")
-    if not 0 < (count := sum(tag == "link" for tag, _ in seen)) <= MOST_PARTS:
-        raise RobotError(f"{root.at}: {count} links; a robot has 1 to {MOST_PARTS}")
+            yield part, f"a second {part.tag} {part.name!r}; the first is in line {first.line}"
+    links = [name for tag, name in parts if tag == "link"]
+    if not 0 < len(links) <= MOST_PARTS:
+        yield root, f"{len(links)} links; a robot has 1 to {MOST_PARTS}"
+    above: dict[str, Element] = {}
     for joint in root.within("joint"):
-        kind = joint.get("type")
+        what, kind = f"joint {joint.name!r}", joint.get("type")
         if kind not in _TYPES:
-            types = ", ".join(_TYPES)
-            raise RobotError(f"{joint.at}: joint {joint.name!r} has the type {kind!r}; write one of {types}")
+            yield joint, f"{what} has the type {kind!r}; write one of {', '.join(_TYPES)}"
         for tag in ("parent", "child"):
             ends = list(joint.within(tag))
             if len(ends) != 1:
-                found = f"{len(ends)} elements <{tag}>"
-                raise RobotError(f"{joint.at}: joint {joint.name!r} has {found}: write <{tag} link=.../>")
-            if ("link", link := ends[0].get("link")) not in seen:
-                raise RobotError(f"{ends[0].at}: joint {joint.name!r}: there is no link {link!r}")
+                yield joint, f"{what} has {len(ends)} elements <{tag}>: write <{tag} link=.../>"
+            if (link := ends[0].get("link")) not in links:
+                yield ends[0], f"{what}: there is no link {link!r}"
+        if (other := above.setdefault(link, joint)) is not joint:
+            yield ends[0], f"{link!r} is moved by {other.name!r} and by {joint.name!r}"
+        for axis in joint.within("axis"):
+            if kind != "fixed" and not any(numbers(axis, "xyz", "1 0 0")):
+                yield axis, f"the axis of {what} is 0: write its direction"
+    for link in links:
+        way = [link]
+        while way[-1] in above:
+            joint = above[way[-1]]
+            way.append(_end(joint, "parent"))
+            if len(way) > len(above) + 1:
+                yield joint, f"joint {joint.name!r} closes a circle of links"
 
 
 def _keep_leaders(root: Element, notes: list[str]) -> None:
@@ -261,41 +217,41 @@ def _keep_leaders(root: Element, notes: list[str]) -> None:
     kinds = {joint.name: joint.get("type") for joint in root.within("joint")}
     for joint in root.within("joint"):
         for mimic in list(joint.within("mimic")):
-            leader = mimic.get("joint")
-            if kinds.get(leader) in _MOVING and leader != joint.name:
-                continue
-            joint.children.remove(mimic)
-            why = (
-                f"joint {leader!r} is {kinds[leader]}" if leader in kinds else f"there is no joint {leader!r}"
-            )
-            if joint.get("type") in _MOVING:
-                why = "that is itself" if leader == joint.name else why
+            leader, why = mimic.get("joint"), ""
+            if leader not in kinds:
+                why = f"there is no joint {leader!r}"
+            elif leader == joint.name or kinds[leader] not in _MOVING:
+                why = "that is itself" if leader == joint.name else f"joint {leader!r} is {kinds[leader]}"
+            if why:
+                joint.children.remove(mimic)
+            if why and joint.get("type") in _MOVING:
                 notes.append(f"{mimic.at}: joint {joint.name!r} moves by itself, not after {leader!r}: {why}")
 
 
-def _end(joint: Element, tag: str) -> Element:
-    return next(joint.within(tag))
+def _end(joint: Element, tag: str) -> str:
+    """Return the link at an end of a joint."""
+    return next(joint.within(tag)).get("link")
+
+
+def _above(joints: Iterable[Element]) -> dict[str, str]:
+    """Return the link that carries each link by some joints."""
+    return {_end(joint, "child"): _end(joint, "parent") for joint in joints}
+
+
+def _top(link: str, above: Mapping[str, str]) -> str:
+    """Return the link that carries a link in the end."""
+    while link in above:
+        link = above[link]
+    return link
 
 
 def _root_it(root: Element, notes: list[str]) -> None:
-    """Leave one tree of links, on a root that MuJoCo takes. Raises RobotError for other graphs."""
-    above: dict[str, tuple[Element, str]] = {}
-    for joint in root.within("joint"):
-        child = _end(joint, "child")
-        if child.get("link") in above:
-            other = above[child.get("link")][0].name
-            raise RobotError(f"{child.at}: {child.get('link')!r} is moved by {other!r} and by {joint.name!r}")
-        above[child.get("link")] = joint, _end(joint, "parent").get("link")
+    """Leave one tree of links, on a root that MuJoCo takes. Raises RobotError for two."""
+    above = _above(root.within("joint"))
     tops: dict[str, list[Element]] = {}
-    for link in root.within("link"):
-        name, steps = link.name, 0
-        while name in above:
-            joint, name = above[name]
-            steps += 1
-            if steps > len(above):
-                raise RobotError(f"{joint.at}: joint {joint.name!r} closes a circle of links")
-        tops.setdefault(name, []).append(link)
     links = {link.name: link for link in root.within("link")}
+    for name, link in links.items():
+        tops.setdefault(_top(name, above), []).append(link)
     top = max(tops, key=lambda name: len(tops[name]))
     for name in [each for each in tops if each != top]:
         if len(tops[name]) > 1:
@@ -308,7 +264,7 @@ def _root_it(root: Element, notes: list[str]) -> None:
 
 def _set_down(root: Element, link: Element, notes: list[str]) -> None:
     """Let the root stand as MuJoCo wants it, which calls the ground `world` and lets only roots float."""
-    below = [joint for joint in root.within("joint") if _end(joint, "parent").get("link") == link.name]
+    below = [joint for joint in root.within("joint") if _end(joint, "parent") == link.name]
     bare = not link.children and len(below) == 1
     for joint in root.within("joint"):
         if joint.get("type") == "floating" and not (bare and joint in below):
@@ -333,44 +289,28 @@ def unused(name: str, root: Element) -> str:
 
 
 def _settle(joint: Element, notes: list[str]) -> None:
-    """Check the axis of a joint and its range, and put the ends of the range in order."""
+    """Give a joint the range that MuJoCo takes for that of the file."""
     for axis in joint.within("axis"):
         axis.attributes.setdefault("xyz", "1 0 0")
-        if not any(numbers(axis, "xyz", "1 0 0")):
-            if joint.get("type") != "fixed":
-                raise RobotError(f"{axis.at}: the axis of joint {joint.name!r} is 0: write its direction")
-            axis.attributes["xyz"] = "1 0 0"
     if joint.get("type") == "planar":  # which has no limits, but MuJoCo gives them to the first of its slides
         joint.children = [each for each in joint.children if each.tag != "limit"]
     for limit in list(joint.within("limit")) or [joint.add("limit")]:
-        lower, upper = (numbers(limit, name, "0")[0] for name in _ENDS)
+        lower, upper = sorted(numbers(limit, name, "0")[0] for name in _ENDS)
         if lower == upper:  # as exporters write it that know no range
             if joint.get("type") in ("revolute", "prismatic"):
                 notes.append(f"{limit.at}: joint {joint.name!r} has no range, so it moves without end")
             limit.attributes = {name: text for name, text in limit.attributes.items() if name not in _ENDS}
             continue
-        if lower > upper:
-            notes.append(
-                f"{limit.at}: the limits of joint {joint.name!r} are exchanged: lower is above upper"
-            )
-            lower, upper = upper, lower
         # Both are written: an end that is left out is 0, but MuJoCo takes a range with one end for none.
         limit.attributes |= {"lower": str(lower), "upper": str(upper)}
 
 
 def _weigh_nothing(root: Element) -> None:
     """Give a link without a mass none if it is fixed to one with a mass; others weigh as their shapes do."""
-    fixed = [joint for joint in root.within("joint") if joint.get("type") == "fixed"]
-    carriers = {_end(joint, "child").get("link"): _end(joint, "parent").get("link") for joint in fixed}
-
-    def carrier(name: str) -> str:
-        while name in carriers:
-            name = carriers[name]
-        return name
-
-    weighed = {carrier(link.name) for link in root.within("link") if any(link.within("inertial"))}
+    above = _above(joint for joint in root.within("joint") if joint.get("type") == "fixed")
+    weighed = {_top(link.name, above) for link in root.within("link") if any(link.within("inertial"))}
     for link in root.within("link"):
-        if carrier(link.name) in weighed and not any(link.within("inertial")):
+        if _top(link.name, above) in weighed and not any(link.within("inertial")):
             link.add("inertial").add("mass", value="0")
 
 
@@ -388,47 +328,21 @@ def _color(root: Element) -> None:
 
 
 def _keep_shapes(root: Element, files: Files, folder: str, notes: list[str]) -> None:
-    """Leave the shapes that MuJoCo can read, with their meshes."""
+    """Leave the shapes that MuJoCo can read, with their meshes and the colors of these."""
     for link in root.within("link"):
         for shape in [each for each in link.children if each.tag != "inertial"]:
             shape.attributes.clear()  # a name, which need not be the only one
             solid = next((each for tag in _SHAPES for each in shape.within("geometry", tag)), None)
-            fault = _fault(solid) if solid else f"it has none of {', '.join(_SHAPES)}"
-            if fault:
-                notes.append(f"{shape.at}: a <{shape.tag}> of link {link.name!r} is left out: {fault}")
-            if fault or (solid and solid.tag == "mesh" and not _read_mesh(shape, solid, files, folder)):
+            color, fit = NO_COLOR, solid is not None
+            if solid is None:
+                what = f"{shape.at}: a <{shape.tag}> of link {link.name!r} is left out"
+                notes.append(f"{what}: it has none of {', '.join(_SHAPES)}")
+            elif solid.tag == "mesh":
+                found = files.mesh(solid.get("filename"), solid.source, folder)
+                if fit := found is not None:
+                    solid.attributes["filename"], color = found[0], found[1].color or NO_COLOR
+            if not fit:
                 link.children.remove(shape)
             elif shape.tag == "visual" and not any(shape.within("material")):
-                # MuJoCo gives it the color of the visual before it.
-                shape.add("material", name="none").add("color", rgba=" ".join(map(str, NO_COLOR)))
-
-
-def _fault(solid: Element) -> str:
-    """Return why a geometry can be none; empty if it can."""
-    for name, count in _SHAPES[solid.tag].items():
-        if solid.tag == "mesh" and not solid.get(name).strip():
-            solid.attributes.pop(name, None)
-        elif not _has(solid, name, count):
-            needed = f"{count} numbers" if count > 1 else "a number"
-            return f"{name} of its <{solid.tag}> is {solid.get(name)[:60]!r}, not {needed}"
-        elif solid.tag != "mesh" and min(numbers(solid, name)) <= 0.0:
-            return f"its <{solid.tag}> has a size that is not above 0"
-    return ""
-
-
-def _has(element: Element, name: str, count: int) -> bool:
-    """Return whether an attribute has some number of numbers."""
-    found = [number(word) for word in element.get(name).split()]
-    return len(found) == count and all(each is not None and math.isfinite(each) for each in found)
-
-
-def _read_mesh(shape: Element, mesh: Element, files: Files, folder: str) -> bool:
-    """Give a mesh the name that MuJoCo gets, and its colors; return whether it can be used."""
-    found = files.mesh(mesh.get("filename"), mesh.source, folder)
-    if found is None:
-        return False
-    mesh.attributes["filename"], read = found
-    if read.color is not None and shape.tag == "visual" and not any(shape.within("material")):
-        color = " ".join(map(str, read.color))
-        shape.add("material", name=f"colors of {found[0]}").add("color", rgba=color)
-    return True
+                rgba = " ".join(map(str, color))  # else MuJoCo gives it that of the visual before it
+                shape.add("material", name=f"color {rgba}").add("color", rgba=rgba)

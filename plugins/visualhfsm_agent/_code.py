@@ -76,7 +76,7 @@ _CONSTANTS: Final = re.compile(
 )
 """The constants of cv2 that code may use."""
 _OF_RUNTIME: Final = _words("""
-    Automaton Component Event Input Output Parameter Proxy State Transition load_extension main source_map
+    Automaton Component Event Input Output Parameter Proxy State Transition load_extension main
 """)
 _NAMES: Final = _words("""
     breakpoint compile delattr eval exec exit getattr globals help input locals memoryview open quit setattr
@@ -104,7 +104,7 @@ _UNSET_OF_ARRAYS: Final = _words("data dtype shape strides")
 """What code may read of an array, and not set."""
 _METHODS: Final = _words("__call__ __init__ __iter__ __len__ __next__ __post_init__ __repr__ __str__")
 """Special methods that may be defined; others would see frames, or pretend to be values of other kinds."""
-_OF_GENERATED: Final = _words("Proxy __file__ __name__ __package__ load_extension main source_map")
+_OF_GENERATED: Final = _words("Proxy __file__ __name__ __package__ load_extension main")
 """Names that stand in generated code alone, as it uses them."""
 
 
@@ -206,8 +206,6 @@ def _as_generated(node: ast.AST) -> Iterator[ast.AST]:
             keywords=[],
         ) if all(isinstance(each, ast.Constant) and str(each.value).isidentifier() for each in rest):
             yield from (called, file, package)
-        case ast.Call(func=ast.Name(id="source_map") as called, args=[ast.Name(id="__file__") as file, _]):
-            yield from (called, file)
         case ast.Call(func=ast.Name(id="Proxy") as called, args=[ast.Constant(), ast.Name() as kind]):
             yield from (called, kind)
         case ast.If(

@@ -12,12 +12,14 @@ from zenoh_ice.lazy import import_on_use
 
 if TYPE_CHECKING:
     from visualhfsm_classes._containment import Containment as Containment
+    from visualhfsm_classes._doctor import check_grading as check_grading
     from visualhfsm_classes._errors import GradingError as GradingError
     from visualhfsm_classes._errors import SandboxUnavailable as SandboxUnavailable
     from visualhfsm_classes._exercise import Exercise as Exercise
     from visualhfsm_classes._exercise import read_exercise as read_exercise
     from visualhfsm_classes._grade import Grader as Grader
     from visualhfsm_classes._handout import points_table as points_table
+    from visualhfsm_classes._handout import pupils_folder as pupils_folder
     from visualhfsm_classes._judged_run import JudgedRun as JudgedRun
     from visualhfsm_classes._marks import Marks as Marks
     from visualhfsm_classes._sandbox import Allowance as Allowance

@@ -22,7 +22,7 @@ from codegen.messages import Message
 from hfsm_runtime import Component, Event
 from hfsm_runtime.component import parameter_values
 from hfsm_runtime.errors import ComponentError, VariablesError
-from hfsm_runtime.source_map import PLACE
+from hfsm_runtime.places import PLACE, documents_of
 from hfsm_runtime.virtual import BehaviorFailed
 from visualhfsm.simulation import Behavior, DocumentInvalid
 from visualhfsm_classes._compile import LARGEST_COMPONENT, LIMIT, READY
@@ -102,7 +102,7 @@ class Containment:
         """
         submission = self._submission(Path(document))
         path = submission.path
-        code = _Code(self._walls, self._allowance, f"{path.stem}.py", submission.component, shows=self._shows)
+        code = _Code(self._walls, self._allowance, submission, shows=self._shows)
         component = make_component(
             submission.document,
             path,
@@ -186,13 +186,12 @@ class _Submission:
 class _Code:
     """The code of a submission for one trial: its process, begun when its variables run."""
 
-    def __init__(self, walls: Walls, allowance: Allowance, file: str, text: str, *, shows: bool) -> None:
+    def __init__(self, walls: Walls, allowance: Allowance, submission: _Submission, *, shows: bool) -> None:
         self._shows: Final = shows
         self.shown: Final[Shown] = {}
         self._walls: Final = walls
         self._allowance: Final = allowance
-        self._file: Final = file
-        self._text: Final = text
+        self._submission: Final = submission
         self._sandbox: Sandbox | None = None
         self._requests: Requests | None = None
         self._sizes: Final[dict[tuple[int, str], int]] = {}
@@ -234,8 +233,17 @@ class _Code:
         requests = self._requests = Requests(self.behavior, sandbox.ask)
         sandbox.serve = requests.serve
         values: dict[str, Any] = parameter_values(component)
-        include, limits = self._walls.include, sandbox.limits
-        begin = protocol.Begin(requests.now, self._file, self._text, include, values, limits, self._shows)
+        path, text = self._submission.path, self._submission.component
+        begin = protocol.Begin(
+            requests.now,
+            f"{path.stem}.py",
+            text,
+            documents_of(text, path.parent),
+            self._walls.include,
+            values,
+            sandbox.limits,
+            self._shows,
+        )
         sandbox.ask(begin, protocol.Done, "its variables")
 
     def run(self, part: str, automaton: int, id: int, where: str, event: Event | None) -> bool:

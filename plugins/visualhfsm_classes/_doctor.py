@@ -14,7 +14,7 @@ _PACKAGE: Final = "sudo apt-get install bubblewrap"
 _FIX: Final = f"{_PACKAGE} (0.8 or newer), and allow user namespaces: docs/how-to/class.md"
 
 
-def check() -> Iterator[Finding]:
+def check_grading() -> Iterator[Finding]:
     """Yield whether submissions can be graded here; where nobody has prepared it, it may be intended."""
     try:
         check_walls()

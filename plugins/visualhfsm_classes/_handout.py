@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import os
+import shlex
+from collections.abc import Callable
 from mimetypes import guess_type
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from codegen.hfsm import write_document
 from codegen.hfsm.document import Automaton, Document
 from visualhfsm.plugins import system_languages
 from visualhfsm.trials import SUFFIX, documents_of
 from visualhfsm_classes._errors import GradingError
-from visualhfsm_classes._exercise import FILE, VISIBLE
+from visualhfsm_classes._exercise import FILE, VISIBLE, Exercise, read_exercise
 from visualhfsm_classes._words import figure, say
-
-if TYPE_CHECKING:
-    from visualhfsm_classes._exercise import Exercise
 
 _OURS: Final = "exercises"
 _PACKAGE: Final = Path(__file__).parent
@@ -42,6 +41,23 @@ def find_exercise(name: str) -> Path:
             ours=", ".join(ours),
         )
     return ours[name]
+
+
+def pupils_folder(exercise: str, language: str | None) -> tuple[dict[str, bytes], Callable[[Path], str]]:
+    """Return the files for a pupil, by name, and what is said when they are in a folder.
+
+    Without a `language` it is one of the system's. Raises GradingError.
+    """
+    found = read_exercise(find_exercise(exercise))
+    spoken = chosen_language(found, language)
+    files = handout(found, spoken)
+
+    def said(folder: Path) -> str:
+        wrote = [say(spoken, "wrote", file=str(folder / file)) for file in files]
+        next_ = say(spoken, "next", folder=shlex.quote(str(folder)), document=f"{found.name}.xml")
+        return "\n".join([*wrote, next_])
+
+    return files, said
 
 
 def chosen_language(exercise: Exercise, given: str | None) -> str:

@@ -15,7 +15,7 @@ from typing import Any, Final, NoReturn, TypeVar
 
 import msgspec
 
-from hfsm_runtime.source_map import PLACE
+from hfsm_runtime.places import PLACE
 from interfaces import jderobot
 from visualhfsm.plugins import explain_signal
 from visualhfsm_classes._errors import ComputerFailed, ComputerTooBusy

@@ -20,7 +20,6 @@ from weakref import WeakSet
 import msgspec
 import qi
 
-import visualhfsm_naoqi_programs
 from naoserver.errors import HardwareFailure
 from naoserver.naoqi.libqi import start_libqi
 from naoserver.protocol.jobs import JobThreads, Periodic
@@ -41,8 +40,8 @@ from zenoh_ice import WallClock
 from zenoh_ice.data import typed
 
 _MODULES: Final = [
-    import_module(f"visualhfsm_naoqi_programs.{module.name}")
-    for module in iter_modules(visualhfsm_naoqi_programs.__path__)
+    import_module(f"{__package__}.{module.name}")
+    for module in iter_modules([str(Path(__file__).parent)])
     if module.name != "__main__"
 ]
 SERVICES: Final[Mapping[str, tuple[type[Service], ...]]] = {

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Set
 from typing import Final
 
-from codegen.hfsm.code.others import FormerNames, Given
+from codegen.hfsm.code.former import FormerNames, Given
 from codegen.hfsm.document import Document
 from codegen.messages import Message
 

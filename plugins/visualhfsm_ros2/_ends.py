@@ -19,7 +19,7 @@ from hfsm_runtime.errors import ComponentError
 from zenoh_ice import Sample, ZenohIceError
 from zenoh_ros2 import QoS, RosError, Types
 
-from ._declared import Ros, ros_of
+from .names import Ros, ros_of
 
 _LIMIT: Final = 0.5
 """The longest wait in wall seconds for all goals of a component to be cancelled."""

@@ -16,9 +16,9 @@ from hfsm_runtime.errors import ComponentError
 from zenoh_ice import Settings
 from zenoh_ros2 import ActionClient, Node, QoS, RosError, settings_of_node
 
-from ._declared import Ros
 from ._ends import Endpoints
 from ._monitor import RosMonitor
+from .names import Ros
 
 
 @contextmanager

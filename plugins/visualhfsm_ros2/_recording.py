@@ -19,8 +19,8 @@ from hfsm_runtime.kinds import Ask, Differs
 from zenoh_ice import Sample
 from zenoh_ros2 import CallTimeoutError, MessageError, RosError, Status, Types
 
-from ._declared import Ros
 from ._ends import Endpoints, used_by
+from .names import Ros
 
 _LARGEST_MESSAGE: Final = 1 << 20
 """Bytes of the largest message that is recorded."""

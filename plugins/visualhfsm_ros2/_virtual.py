@@ -18,8 +18,8 @@ from zenoh_ice import Sample
 from zenoh_ice.objects.callbacks import CallFuture
 from zenoh_ros2 import CallError, CallTimeoutError, GoalRejectedError, QoS, RosError, Status, Types
 
-from ._declared import Ros
 from ._ends import Endpoints
+from .names import Ros
 
 __tracebackhide__ = says_it_all
 

@@ -8,11 +8,12 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Locator, expect
 
-from hfsm_runtime.recording_file.messages import Change
+from hfsm_runtime.recording_file.messages import Snapshot
 from hfsm_runtime.recording_file.writer import Entry, RecordingWriter
 from interfaces.nao import SoundsPrx, SpeechPrx
 from naoserver.fake import FakeRobot
 from tests.support.browser import Box, EditorPage, new_context, shared_address
+from tests.support.component import short_snapshot
 from tests.support.editor import editor
 from tests.support.monitor import (
     DOCUMENT,
@@ -247,7 +248,7 @@ def test_the_editor_shows_a_recording_among_its_files(browser: Browser, tmp_path
     file, root = tmp_path / "run.mcap", tmp_path / "root"
     root.mkdir()
     writer = RecordingWriter.watching(file, "walk", DOCUMENT)
-    writer.put(Entry("/automata/walk", 1, Change(1, "walk", 1, "wait", "entered", 0)))
+    writer.put(Entry("/snapshots", 1, Snapshot.of(short_snapshot(0.0))))
     writer.close()
     parts = patient_parts(Settings(listen=(), connect=(), clock="wall"))
     with editor(root, file, make_parts=parts) as running, monitor_page(browser, running) as shown:

@@ -153,17 +153,17 @@ def test_an_output_of_nobody_is_a_problem_at_its_result(shown: EditorPage, path:
     assert saved(shown, path).automata[0].states[0].results == ()
 
 
-def test_a_variable_of_the_automaton_above_is_handed_up_by_a_click(shown: EditorPage, path: Path) -> None:
+def test_a_variable_of_the_automaton_above_is_shared_by_a_click(shown: EditorPage, path: Path) -> None:
     shown.state("search").locator(".body").dblclick()
     shown.state("look").wait_for()
     code = edit(shown, "look")
     shown.press("Control+a")
     shown.insert("turns = 1\npass")
-    hand_up = shown.page.get_by_role("button", name="Hand turns up as an output")
-    shown.hover(code.locator(".cm-lintRange", has_text="turns"), shows=hand_up)
+    share = shown.page.get_by_role("button", name="Write self.turns in both")
+    shown.hover(code.locator(".cm-lintRange", has_text="turns"), shows=share)
 
     # The bubble below a mouse that rests stays while another mark comes, and while the same marks are found again.
-    open_now = hand_up.element_handle()
+    open_now = share.element_handle()
     with shown.editor.window() as other:
         (tab,) = other.documents
         command = {"command": "setText", "place": {"kind": "state", "automaton": 2, "id": 1, "part": "code"}}
@@ -177,10 +177,7 @@ def test_a_variable_of_the_automaton_above_is_handed_up_by_a_click(shown: Editor
     in_gutter = shown.page.locator(".cm-lint-marker").element_handle()
     code.evaluate(MARK_AGAIN)
     assert [each.is_visible() for each in (open_now, marked, in_gutter)] == [True] * 3
-    hand_up.click()
+    share.click()
     expect(code.locator(".cm-lintRange")).to_have_count(0)
     root, below = saved(shown, path).automata
-    assert [(each.name, each.type.text, each.default.text) for each in below.outputs] == [
-        ("turns", "int", "0")
-    ]
-    assert [(each.name, each.variable.text) for each in root.states[0].results] == [("turns", "turns")]
+    assert (root.variables.text, below.states[0].code.text) == ("self.turns = 0", "self.turns = 1\npass")

@@ -11,7 +11,7 @@ from pathlib import Path
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import compile_document, parse_document
 from codegen.hfsm.formats.writer import write_document
-from codegen.hfsm.source_map import SourceMap
+from hfsm_runtime.places import Line, read_source
 from tests.support.codegen_command import codegen
 from tests.support.documents import document, state, sub, transition
 from tests.support.limits import RUN_LIMIT
@@ -160,13 +160,16 @@ def merged(base: str, ours: str, theirs: str, folder: Path) -> str:
     ).stdout
 
 
-def lines_of(component: str, document: str) -> list[tuple[str, str]]:
-    """Return each line of code in a component, and the one of the document to which the map leads."""
-    made, written = component.split("\n"), document.split("\n")
+def lines_of(component: Path) -> list[tuple[str, str]]:
+    """Return each line of code in a component, and the one of the document to which it leads."""
+    text = component.read_text("utf-8")
+    made, written = text.split("\n"), component.with_suffix(".xml").read_text("utf-8").split("\n")
+    source = read_source(text)
+    lines = [line for code in source.codes for line in range(code.first, code.last + 1)]
+    places = [Line(str(component), line, source).in_document for line in lines]
     return [
-        (made[line - 1].strip(), written[row.line_of(line) - 1])
-        for row in SourceMap.read(component).rows
-        for line in range(row.first, row.last + 1)
+        (made[line - 1].strip(), written[int(place.removeprefix("patrol.xml:")) - 1])
+        for line, place in zip(lines, places, strict=True)
     ]
 
 
@@ -216,8 +219,7 @@ def test_branches_merge_and_the_merged_component_is_that_of_the_merged_document(
     git("merge", "other")
     checked = codegen("--check", "patrol.xml", cwd=tmp_path)
     assert checked.returncode == 0, checked.stdout
-    component, document = ((tmp_path / f"patrol.{kind}").read_text("utf-8") for kind in ("py", "xml"))
-    found = lines_of(component, document)
+    found = lines_of(tmp_path / "patrol.py")
     assert len(found) > 40
     for made, written in found:
         code = html.escape(made.partition("  # <")[0].removeprefix("return "), quote=False)

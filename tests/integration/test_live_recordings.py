@@ -17,7 +17,7 @@ import pytest
 
 from codegen import messages
 from hfsm_runtime._recording.run import RecordedRuntime, recording
-from hfsm_runtime.debugger.snapshot import structure_of
+from hfsm_runtime.debugger.snapshot import structure_of, take_snapshot
 from hfsm_runtime.loading import load_module
 from hfsm_runtime.recording_file.messages import (
     Change,
@@ -26,14 +26,16 @@ from hfsm_runtime.recording_file.messages import (
     Message,
     RobotPose,
     Shape,
+    Snapshot,
     Stamp,
     World,
 )
 from hfsm_runtime.recording_file.writer import Entry, RecordingWriter
 from naoserver.bodies import find_body
-from naoserver.bodies.looks.description import write_looks
+from naoserver.bodies.description import write_looks
 from naoserver.bodies.parts import Axis
 from naoserver.body import write_body
+from tests.support.component import short_snapshot
 from tests.support.documents import compile_to, document, state, sub, transition
 from tests.support.limits import CALL_LIMIT, RUN_LIMIT
 from tests.support.processes import free_endpoint
@@ -101,6 +103,8 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
             for cycle in range(1, CYCLES + 1):
                 until(partial(lambda number: runtime.actor(1).cycle.count == number, cycle))
                 clock.until_waiting(root)  # its cycle is counted before its time is taken
+                if cycle % 10 == 0:  # as often as a monitor does
+                    recorder.snapshot(take_snapshot(runtime, START / 1e9))
                 clock.advance(0.01)
         finally:
             runtime.stop()
@@ -162,17 +166,28 @@ def test_numbers_can_be_plotted(run: RecordedRun) -> None:
     assert beats[-1] > beats[0]
 
 
-def recorded(path: Path, *entries: tuple[str, Message]) -> RecordedRun:
-    """Return a run of some messages, 0.2 s apart."""
+def recorded(path: Path, *entries: tuple[str, Message | Callable[[float], Message]]) -> RecordedRun:
+    """Return a run of some messages, 0.2 s apart, or what makes them for a component time."""
     metadata = {"name": "test", "start": str(START), "proxies": '{"Eye": "CameraBottom"}'}
     writer = RecordingWriter(path, metadata, {}, START)
     for number, (topic, message) in enumerate(entries):
-        writer.put(Entry(topic, START + number * 200_000_000, message))
+        made = message(number / 5) if callable(message) else message
+        writer.put(Entry(topic, START + number * 200_000_000, made))
     writer.close()
     return open_recording(path)
 
 
-CHANGE = ("/automata/walk", Change(1, "walk", 1, "go", "entered", 0))
+def moment(time: float) -> Snapshot:
+    return Snapshot.of(short_snapshot(time))
+
+
+MOMENT = ("/snapshots", moment)
+
+
+def test_one_of_an_older_version_says_what_it_lacks(tmp_path: Path) -> None:
+    change = ("/automata/walk", Change(1, "walk", 1, "go", "entered", 0))
+    with pytest.raises(VisualHfsmError, match="has no snapshots of test: an older version made it"):
+        recorded(tmp_path / "run.mcap", change, change)
 
 
 def test_the_robot_and_its_world_are_those_of_the_moment(tmp_path: Path) -> None:
@@ -180,32 +195,33 @@ def test_the_robot_and_its_world_are_those_of_the_moment(tmp_path: Path) -> None
     ball = Shape("Ball", "sphere", [0.05, 0.0, 0.0], [0.0, 0.0, 0.0, *upright], [1.0, 0.5, 0.0])
     run = recorded(
         tmp_path / "run.mcap",
-        CHANGE,
+        MOMENT,
         ("/world", World([ball, Shape("", "teapot", [1.0, 1.0, 1.0], ball.at, ball.color)])),
         (
             "/robot",
             RobotPose({"HeadYaw": 0.1}, [1.0, 0.0, 0.3, *upright], {"Ball": [2.0, 0.0, 0.0, *upright]}),
         ),
+        MOMENT,
         ("/robot", RobotPose({"HeadYaw": 0.7}, [9e9, 0.0, 0.3, *upright], {"Ball": [2.0, 0.0]})),
-        CHANGE,
+        MOMENT,
     )
     assert [(shape.object, shape.kind) for shape in run.world] == [("Ball", "sphere")]
     assert at(run.log, 0.1).robot == RobotState()
-    then = at(run.log, 0.5).robot
+    then = at(run.log, 0.7).robot
     assert (then.joints, then.pan, then.torso) == ({"HeadYaw": 0.1}, 0.1, (1.0, 0.0, 0.3, *upright))
     assert then.objects == {"Ball": (2.0, 0.0, 0.0, *upright)}
-    later = at(run.log, 0.8).robot
+    later = at(run.log, 1.1).robot
     assert (later.joints, later.torso, later.objects) == ({"HeadYaw": 0.7}, None, {})
 
 
 def test_what_the_robot_says_and_plays_is_that_of_the_moment(tmp_path: Path) -> None:
     run = recorded(
         tmp_path / "run.mcap",
-        CHANGE,
+        MOMENT,
         ("/robot", RobotPose({}, says="Goal!\n" + "x" * 9000, sound="cheer")),
-        CHANGE,
+        MOMENT,
         ("/robot", RobotPose({})),
-        CHANGE,
+        MOMENT,
     )
     then, later = at(run.log, 0.5).robot, at(run.log, 0.9).robot
     assert then.says.startswith("Goal! x")
@@ -219,9 +235,9 @@ def test_the_robot_is_the_one_that_was_recorded(tmp_path: Path) -> None:
     run = recorded(
         tmp_path / "run.mcap",
         ("/description", Description.of(write_body(body), write_looks(body))),
-        CHANGE,
+        MOMENT,
         ("/robot", RobotPose({pan: 0.2})),
-        CHANGE,
+        MOMENT,
     )
     assert run.described.title == "Booster T1"
     assert run.exported(None).body == run.described.page
@@ -230,9 +246,9 @@ def test_the_robot_is_the_one_that_was_recorded(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("body", ["", "[]", '{"name": "X", "links": []}'])
 def test_a_recording_without_a_sound_description_shows_a_nao(tmp_path: Path, body: str) -> None:
-    run = recorded(tmp_path / "run.mcap", CHANGE, ("/description", Description(body, "{}")), CHANGE)
+    run = recorded(tmp_path / "run.mcap", MOMENT, ("/description", Description(body, "{}")), MOMENT)
     assert run.described == nao()
-    assert recorded(tmp_path / "old.mcap", CHANGE, CHANGE).described == nao()
+    assert recorded(tmp_path / "old.mcap", MOMENT, MOMENT).described == nao()
 
 
 def test_looks_that_are_too_large_for_a_recording_are_left_out() -> None:
@@ -248,10 +264,10 @@ def test_pictures_are_those_that_the_component_saw(tmp_path: Path) -> None:
 
     run = recorded(
         tmp_path / "run.mcap",
-        CHANGE,
+        MOMENT,
         image(250, "a" * 24),
         image(20, "b" * 24),
-        CHANGE,
+        MOMENT,
         image(9, "c" * 24, "mono"),
     )
     pictures, start = run.pictures, START / 1e9

@@ -27,6 +27,7 @@ from tests.support.robot_server import served
 from tests.support.waiting import until
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._commands.app import app
+from visualhfsm._monitor.recordings import open_recording
 
 SECONDS = 1.2  # of the recording
 
@@ -194,6 +195,19 @@ def test_a_killed_component_leaves_a_recording_that_is_replayed_as_far_as_it_goe
     assert done.returncode == 0, done.stderr
     assert "the recording was cut off" in done.stdout
     assert "identical" in done.stdout
+    assert open_recording(path).log.newest is not None
+
+
+def test_one_shows_what_its_monitor_showed(recorded: Path) -> None:
+    run = open_recording(recorded)
+    changes = [change[1:4] for change in run.log.timeline().changes]
+    assert changes[:2] == [(1, 1, 2), (1, 2, 1)]
+    newest = run.log.newest
+    assert newest is not None
+    (turner,) = newest.component.automata
+    assert newest.component.time > SECONDS - 0.3
+    assert int(turner.variables["looks"]) > 0
+    assert turner.cycles > 0
 
 
 def test_ctrl_c_leaves_a_whole_recording(tmp_path: Path, endpoint: str) -> None:

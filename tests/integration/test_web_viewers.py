@@ -160,6 +160,14 @@ def headers(running: Editor, cookie: str) -> dict[str, str]:
     return {"Host": running.host, "Origin": f"http://{running.host}", "Cookie": cookie}
 
 
+@pytest.mark.parametrize("path", ["/view/?token=wrong", "/?token=wrong", "/view/nothing?token=wrong"])
+def test_a_viewer_gets_no_cookie_of_the_editor_by_a_wrong_token(root: Path, path: str) -> None:
+    with editor(root) as running, running.window() as window:
+        cookie = viewer_cookie(running, window.ask("share")["address"])
+        status, answer, _ = running.get(path, {"Cookie": cookie})
+        assert (status, "set-cookie" in answer) == (403, False)
+
+
 def test_nobody_looks_on_before_it_is_shared(root: Path) -> None:
     with editor(root) as running:
         assert running.get("/view/")[0] == 403

@@ -45,17 +45,21 @@ const context = {app: {}, canvas: {}};
 
 /** Show a document; the actions work on it. */
 function show(...automata) {
+  push(1, [{name: "Move", revision: 0}], [], automata);
+  page.show(1);
+}
+
+/** Push a document and its steps. */
+const push = (revision, undo, redo, automata) =>
   socket.push({
     push: "document",
     tab: 1,
-    revision: 1,
-    undo: [{name: "Move", revision: 0}],
-    redo: [],
+    revision,
+    undo,
+    redo,
     dirty: true,
     full: {name: "a", parameters: [], automata},
   });
-  page.show(1);
-}
 
 /** What was asked last. */
 const asked = () => socket.sent.at(-1);
@@ -368,7 +372,7 @@ test("undo and redo that follow each other quickly are all done, each after the 
     const {id, op} = socket.sent.at(-1);
     steps.push(op);
     const [undo, redo] = op === "undo" ? [[], [undone]] : [[undone], []];
-    socket.push({push: "document", tab: 1, revision, undo, redo, dirty: true, patch: {}});
+    push(revision, undo, redo, [automaton(1, 0, [state(1)])]);
     socket.push({re: id, ok: {...undone, revision, added: [], place: null}});
   }
   assert.deepEqual(steps, ["undo", "redo", "undo", "redo"]);

@@ -22,19 +22,13 @@ before(async () => {
 });
 
 beforeEach(() => {
-  const undo = [{name: "Rename", revision: 1}];
-  socket.push({
-    push: "document",
-    tab: TAB,
-    revision: 2,
-    undo,
-    redo: [],
-    dirty: true,
-    full: {name: "walk", automata: []},
-  });
+  push(2, [{name: "Rename", revision: 1}], true);
   page.tab = TAB;
   socket.sent.length = 0;
 });
+
+const push = (revision, undo, dirty) =>
+  socket.push({push: "document", tab: TAB, revision, undo, redo: [], dirty, full: {name: "walk", automata: []}});
 
 const HERE = {kind: "document", part: "description"};
 
@@ -77,7 +71,7 @@ test("an error of a panel during a step is reported, and the next step is taken"
 });
 
 test("what is typed is undone before the server has it", async () => {
-  socket.push({push: "document", tab: TAB, revision: 3, undo: [], redo: [], dirty: false, changed: []});
+  push(3, [], false);
   assert.ok(!canStep("undo"));
   store.unsaved.set("code", {tab: TAB, typed: true, text: "x"});
   assert.ok(canStep("undo"));

@@ -7,7 +7,14 @@ const {store} = await import(new URL("data/store.js", STATIC).href);
 
 const state = (id, name = `s${id}`) => ({id, name, children: []});
 const transition = (id, origin, destination) => ({id, origin, destination});
-const automaton = (id, father, states, transitions = []) => ({id, father, imported: null, states, transitions});
+const automaton = (id, father, states, transitions = []) => ({
+  id,
+  father,
+  imported: null,
+  states,
+  transitions,
+  annotations: [],
+});
 
 /** @type {Socket} */
 let socket;
@@ -56,7 +63,8 @@ async function opened(...automata) {
 }
 
 const settled = () => new Promise((resolve) => setImmediate(resolve));
-const patch = (revision, changes) =>
+/** Push the document after a change. */
+const change = (revision, automata, fields = {name: "a"}) =>
   socket.push({
     push: "document",
     tab: 1,
@@ -64,7 +72,7 @@ const patch = (revision, changes) =>
     undo: [{name: "x", revision: 0}],
     redo: [],
     dirty: true,
-    patch: changes,
+    full: {...fields, automata},
   });
 
 test("a new connection greets, and is announced once the server has answered", async () => {
@@ -144,27 +152,22 @@ test("the page connects again, later and later, and greets again", async () => {
   assert.deepEqual(store.greeting, {version: "2"});
 });
 
-for (const [code, refusal] of [
-  [4403, "lockedOut"],
-  [4410, "notShared"],
-]) {
-  test(`the page asks no more when the server ends its connection with ${code}, until another page is let in`, async () => {
-    await settled();
-    const before = Socket.made.length;
-    socket.lose(code);
-    pass(3_600_000);
-    assert.equal(Socket.made.length, before);
-    assert.equal(store.refused, refusal);
-    Channel.made[0].dispatchEvent(new Event("message"));
-    assert.equal(Socket.made.length, before + 1);
-    socket = Socket.made.at(-1);
-    socket.open();
-    socket.push({re: socket.sent[0].id, ok: {version: "3"}});
-    await settled();
-    assert.equal(store.refused, undefined);
-    assert.equal(Channel.made[0].posted.at(-1), "admitted");
-  });
-}
+test("the page asks no more when its address was withdrawn, until another page is let in", async () => {
+  await settled();
+  const before = Socket.made.length;
+  socket.lose(4410);
+  pass(3_600_000);
+  assert.equal(Socket.made.length, before);
+  assert.equal(store.refused, "notShared");
+  Channel.made[0].dispatchEvent(new Event("message"));
+  assert.equal(Socket.made.length, before + 1);
+  socket = Socket.made.at(-1);
+  socket.open();
+  socket.push({re: socket.sent[0].id, ok: {version: "3"}});
+  await settled();
+  assert.equal(store.refused, undefined);
+  assert.equal(Channel.made[0].posted.at(-1), "admitted");
+});
 
 test("the page asks no more when the server that answers again does not know it", async (context) => {
   await settled();
@@ -187,12 +190,16 @@ test("a page that another one lets in connects only if it was refused", async ()
   assert.equal(Socket.made.length, before);
 });
 
-test("a patch of items changes only what it names", async () => {
+test("what is the same after a change is the same object", async () => {
   const former = await opened(
     automaton(1, 0, [state(1), state(2)], [transition(1, 1, 2)]),
     automaton(2, 1, [state(1)]),
   );
-  patch(2, {parts: [{id: 1, fields: {period: "50"}, states: {changed: [state(2, "new"), state(3)]}}]});
+  const [first, second] = former.automata.values();
+  change(2, [
+    {...automaton(1, 0, [state(1), state(2, "new"), state(3)], [transition(1, 1, 2)]), period: "50"},
+    automaton(2, 1, [state(1)]),
+  ]);
   const next = store.documents.get(1);
   const [one, two] = next.automata.values();
   assert.deepEqual(
@@ -200,16 +207,17 @@ test("a patch of items changes only what it names", async () => {
     ["s1", "new", "s3"],
   );
   assert.equal(one.period, "50");
-  assert.equal(one.states[0], former.automata.get(1).states[0]);
-  assert.equal(one.transitions, former.automata.get(1).transitions);
-  assert.equal(two, former.automata.get(2));
+  assert.equal(one.states[0], first.states[0]);
+  assert.equal(one.transitions[0], first.transitions[0]);
+  assert.equal(two, second);
+  assert.equal(next.fields, former.fields);
   assert.deepEqual([next.revision, next.dirty, next.undo], [2, true, [{name: "x", revision: 0}]]);
-  assert.deepEqual(events, [["document", {tab: 1, changed: new Set([1]), whole: false}]]);
+  assert.deepEqual(events, [["document", {tab: 1, changed: true}]]);
 });
 
-test("a patch removes items and puts them in order", async () => {
+test("items go, and stand in the order of the document", async () => {
   await opened(automaton(1, 0, [state(1), state(2), state(3)], [transition(1, 1, 2), transition(2, 2, 3)]));
-  patch(2, {parts: [{id: 1, states: {removed: [2], order: [3, 1]}, transitions: {removed: [1]}}]});
+  change(2, [automaton(1, 0, [state(3), state(1)], [transition(2, 2, 3)])]);
   const [only] = store.documents.get(1).automata.values();
   assert.deepEqual(
     only.states.map(({id}) => id),
@@ -221,18 +229,29 @@ test("a patch removes items and puts them in order", async () => {
   );
 });
 
-test("a patch adds, removes and orders automata", async () => {
+test("automata come, go, and stand in the order of the document", async () => {
   await opened(automaton(1, 0, [state(1)]), automaton(2, 1, []), automaton(3, 1, []));
-  patch(2, {automata: [automaton(4, 1, [])], removed: [2], order: [4, 1, 3]});
+  change(2, [automaton(4, 1, []), automaton(1, 0, [state(1)]), automaton(3, 1, [])]);
   assert.deepEqual([...store.documents.get(1).automata.keys()], [4, 1, 3]);
 });
 
-test("a patch of the document's own fields leaves the others", async () => {
+test("a change of the document's own fields leaves its automata", async () => {
   const former = await opened(automaton(1, 0, []));
-  patch(2, {document: {language: "Python"}});
+  change(2, [automaton(1, 0, [])], {name: "a", language: "Python"});
   const next = store.documents.get(1);
   assert.deepEqual(next.fields, {name: "a", language: "Python"});
   assert.equal(next.automata.get(1), former.automata.get(1));
+});
+
+test("a document that comes again, as after an outage, has not changed", async () => {
+  await opened(automaton(1, 0, [state(1)]));
+  change(1, [automaton(1, 0, [state(1)])]);
+  change(1, [automaton(1, 0, [state(1)])]);
+  change(1, [automaton(1, 0, [state(1)])], {name: "b"});
+  assert.deepEqual(
+    events.map(([, {changed}]) => changed),
+    [true, false, true], // unsaved; the same; of another name
+  );
 });
 
 test("imported automata stand where they are imported, as long as they are", async () => {
@@ -244,7 +263,7 @@ test("imported automata stand where they are imported, as long as they are", asy
   ]);
   const shown = store.documents.get(1).automata;
   assert.deepEqual([shown.get(2).father, shown.get(2).states[0].id, shown.get(5).father], [1, 9, 2]);
-  patch(2, {parts: [{id: 2, fields: {imported: null}}]});
+  change(2, [automaton(1, 0, [state(1)]), {...automaton(2, 1, []), imported: null}]);
   assert.deepEqual(store.documents.get(1).automata.get(2).states, []);
 });
 
@@ -253,7 +272,7 @@ test("problems belong to the document that they are of", async () => {
   socket.push({push: "problems", tab: 1, revision: 1, items: [{code: "E1"}], counts: {error: 1200}});
   assert.deepEqual(store.documents.get(1).counts, {error: 1200});
   assert.deepEqual([store.documents.get(1).problems, store.documents.get(1).checked], [[{code: "E1"}], 1]);
-  patch(2, {document: {}});
+  change(2, [automaton(1, 0, [])]);
   assert.deepEqual(store.documents.get(1).problems, [{code: "E1"}]);
 });
 

@@ -143,6 +143,11 @@ def snapshot(time: float, ball: tuple[float, float] | None = (12.5, -3.25)) -> C
     )  # fmt: skip
 
 
+def short_snapshot(time: float) -> ComponentSnapshot:
+    """Return a component whose one automaton has been in its first state since 0."""
+    return ComponentSnapshot(time=time, status=ComponentStatus.Running, automata=[_snapshot(1, time)])
+
+
 def _snapshot(id: int, time: float) -> AutomatonSnapshot:
     """Return an automaton that has been in its first state since 0."""
     return AutomatonSnapshot(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from naoserver.bodies.looks.description import write_looks
+from naoserver.bodies.description import write_looks
 from naoserver.body import Body, write_body
 from visualhfsm._monitor.realm.description import describe
 

@@ -333,10 +333,8 @@ class Window:
             self.workspace = message
         elif kind == "closed":
             self.documents.pop(message["tab"], None)
-        elif kind == "document" and "full" in message:
-            self.documents[message["tab"]] = message["full"]
         elif kind == "document":
-            patched(self.documents[message["tab"]], message["patch"])
+            self.documents[message["tab"]] = message["full"]
 
 
 def _handshake(path: str, headers: dict[str, str]) -> bytes:
@@ -349,31 +347,6 @@ def _handshake(path: str, headers: dict[str, str]) -> bytes:
     }
     lines = [f"GET {path} HTTP/1.1", *(f"{name}: {value}" for name, value in fields.items())]
     return "\r\n".join([*lines, "", ""]).encode()
-
-
-def patched(document: dict[str, Any], patch: dict[str, Any]) -> None:
-    """Apply a patch as docs/reference/protocol.md says."""
-    document.update(patch.get("document", {}))
-    automata = {automaton["id"]: automaton for automaton in document["automata"]}
-    automata.update({automaton["id"]: automaton for automaton in patch.get("automata", [])})
-    for part in patch.get("parts", []):
-        automaton = automata[part["id"]]
-        automaton.update(part.get("fields", {}))
-        for items in ("states", "transitions", "annotations"):
-            if items in part:
-                automaton[items] = _patched_items(automaton[items], part[items])
-    for number in patch.get("removed", []):
-        del automata[number]
-    order = patch.get("order", list(automata))
-    document["automata"] = [automata[number] for number in order]
-
-
-def _patched_items(items: list[dict[str, Any]], patch: dict[str, Any]) -> list[dict[str, Any]]:
-    by_id = {item["id"]: item for item in items}
-    for number in patch.get("removed", []):
-        del by_id[number]
-    by_id.update({item["id"]: item for item in patch.get("changed", [])})
-    return [by_id[number] for number in patch.get("order", list(by_id))]
 
 
 class SharedChecks(CheckProcess):

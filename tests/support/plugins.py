@@ -40,9 +40,14 @@ def write_distribution(folder: Path, name: str, points: Mapping[str, Mapping[str
 
 @contextmanager
 def installed(folder: Path, points: Mapping[str, Mapping[str, str]], **modules: str) -> Iterator[None]:
-    """Let a distribution `a-stranger` be installed in a folder, with entry points by group, and modules by name."""
+    """Let a distribution `a-stranger` be installed in a folder, with entry points by group.
+
+    It has `modules` by their dotted names.
+    """
     for name, code in modules.items():
-        (folder / f"{name}.py").write_text(code)
+        file = folder.joinpath(*name.split(".")).with_suffix(".py")
+        file.parent.mkdir(exist_ok=True)
+        file.write_text(code)
     write_distribution(folder, "a-stranger", points)
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(folder)
@@ -52,6 +57,7 @@ def installed(folder: Path, points: Mapping[str, Mapping[str, str]], **modules: 
         finally:
             for name in modules:
                 sys.modules.pop(name, None)
+                sys.modules.pop(name.partition(".")[0], None)
             _forget()
 
 

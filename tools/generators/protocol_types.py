@@ -54,31 +54,6 @@ export type Words = (string | [tag: string, attributes: Record<string, string>, 
 
 /** A document without its automata. */
 export type Fields = DocumentFields & {name: string};
-
-/** What changed in a document, as visualhfsm/_editor/window.py finds it. */
-export interface Patch {
-  document?: Partial<Fields>;
-  automata?: Automaton[];
-  removed?: number[];
-  order?: number[];
-  parts?: Part[];
-}
-
-/** What changed in an automaton. */
-export interface Part {
-  id: number;
-  fields?: Partial<Automaton>;
-  states?: Change<State>;
-  transitions?: Change<Transition>;
-  annotations?: Change<Annotation>;
-}
-
-/** What changed in a list of items. */
-export interface Change<Item> {
-  changed?: Item[];
-  removed?: number[];
-  order?: number[];
-}
 """
 """What the page makes of these types."""
 _NAMES: Final[Mapping[type, str]] = {
@@ -200,8 +175,7 @@ class _Writer:
         may_lack = shape.forbid_unknown_fields or shape.cls.__struct_config__.omit_defaults
         found = []
         for field in shape.fields:
-            is_unset = field.default is field.default_factory is msgspec.NODEFAULT
-            is_optional = not field.required and (may_lack or is_unset)
+            is_optional = may_lack and not field.required
             found.append(f"{field.encode_name}{'?' if is_optional else ''}: {self._type(field.type)}")
         return found
 

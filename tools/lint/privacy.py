@@ -34,9 +34,14 @@ def _named_on_pages() -> frozenset[str]:
 
 @cache
 def _entrances() -> frozenset[str]:
-    """Return the modules that the project declares as entry points, which are found without an import."""
-    declared = (each for group in PROJECT["project"]["entry-points"].values() for each in group.values())
-    return frozenset(each.partition(":")[0] for each in declared)
+    """Return the modules that the project declares as entry points, which are found without an import.
+
+    So are all modules of a package that is a kind of endpoints.
+    """
+    groups = PROJECT["project"]["entry-points"]
+    declared = {each.partition(":")[0] for group in groups.values() for each in group.values()}
+    kinds = [imports().find_children(package) for package in groups["visualhfsm.kinds"].values()]
+    return frozenset(declared.union(*kinds))
 
 
 def _package_of(module: str) -> str:

@@ -189,12 +189,6 @@ def _print_address(occasion: Occasion, address: str) -> None:
     match occasion:
         case "used":
             typer.echo(f"For another browser the editor is at {shown}")
-        case "used again":
-            typer.echo(
-                "An address was used twice: the second browser was refused. If the first one is not yours, "
-                "somebody has seen the address, and uses the editor as you. This one lets you in, and locks "
-                f"out all others: {shown}"
-            )
         case "started":
             typer.echo(f"The editor is at {shown}")
             if os.environ.get("SSH_CONNECTION") and (port := urlsplit(address).port):
@@ -259,7 +253,7 @@ def watch(
 
 
 register_steering(app)
-app.command(cls=new.NewCommand, epilog=new.EPILOG)(new.new)
+app.command(epilog=new.EPILOG)(new.new)
 app.command(epilog=check.EPILOG)(check.check)
 app.command(epilog=convert.EPILOG)(convert.convert)
 app.command(epilog=diff.EPILOG)(diff.diff)

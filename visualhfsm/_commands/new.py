@@ -5,16 +5,15 @@ from __future__ import annotations
 import shlex
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import Annotated, Final
 
 import typer
-from typer.core import TyperCommand
 
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._base.options import examples
-from visualhfsm._commands.plugged import plugged_commands
+from zenoh_ice.plugins import NotInstalledError, optional
 
-EPILOG: Final = examples("new my-robot", "new my-bust --hardware")
+EPILOG: Final = examples("new my-robot", "new my-bust --hardware", "new ana --exercise look --language es")
 
 _TEMPLATE: Final = Path(__file__).with_name("template")
 _HARDWARE: Final = Path(__file__).with_name("template_hardware")
@@ -51,12 +50,40 @@ def new(
         bool,
         typer.Option("--hardware", help="Make a robot of your own instead: a server of servos on a bus."),
     ] = False,
+    exercise: Annotated[
+        str | None,
+        typer.Option(
+            metavar="EXERCISE",
+            help="Make a pupil's folder instead: of an exercise, or the name of one of ours.",
+        ),
+    ] = None,
+    language: Annotated[
+        str | None,
+        typer.Option(metavar="CODE", help="Language of the task.", show_default="the system's"),
+    ] = None,
 ) -> None:
     """Make a project: an interface, a program that serves it, a behavior, its test, a stack, files for Git.
 
     They run at once, and are meant to be changed. With --hardware it is a robot: its server, its description,
     its test, its stack. Files that are there are never overwritten.
+
+    With --exercise it is a pupil's folder: a task, a document to draw in, the trials that pupils see.
     """
+    if exercise is not None and hardware:
+        raise typer.BadParameter("give either --hardware or --exercise")
+    if exercise is None and language is not None:
+        raise typer.BadParameter("--language needs --exercise EXERCISE")
+    if exercise is not None:
+        with VisualHfsmError.in_place_of(NotInstalledError):
+            classes = optional("visualhfsm_classes")
+        files, said = classes.pupils_folder(exercise, language)
+        _write(folder, files)
+        typer.echo(said(folder))
+    else:
+        _make_project(folder, hardware=hardware)
+
+
+def _make_project(folder: Path, *, hardware: bool) -> None:
     from codegen.command import generate
 
     template = _HARDWARE if hardware else _TEMPLATE
@@ -73,50 +100,6 @@ def new(
     if not hardware:
         generate([*folder.glob("interfaces/*.idl"), *folder.glob("behaviors/*.xml")])
     typer.echo((_NEXT_HARDWARE if hardware else _NEXT).format(folder=shlex.quote(str(folder))))
-
-
-class NewCommand(TyperCommand):
-    """`new` with what plug-ins can make instead, which is loaded when the command is named.
-
-    One of the seam `visualhfsm.templates` is an application of typer with one command, whose options are None
-    by default. If any is given, the command returns the files to write, by name, and a function of their
-    folder that returns what is said then.
-    """
-
-    def get_params(self, ctx: Any) -> list[Any]:  # noqa: ANN401 - typer brings a click of its own
-        """Return the parameters, with the options of plug-ins."""
-        own, number = super().get_params(ctx), len(self.params)
-        added = [option for _, command in _templates() for option in command.params]
-        return [*own[:number], *added, *own[number:]]
-
-    def format_help(self, ctx: Any, formatter: Any) -> None:  # noqa: ANN401
-        """Write the help, with that of plug-ins."""
-        for _, command in _templates():
-            self.help = f"{self.help}\n\n{command.help}"
-            self.epilog = f"{self.epilog}\n\n{command.epilog}"
-        super().format_help(ctx, formatter)
-
-    def invoke(self, ctx: Any) -> Any:  # noqa: ANN401
-        """Make the folder."""
-        chosen = None
-        for name, command in _templates():
-            given = {option.name: ctx.params.pop(option.name) for option in command.params}
-            if any(value is not None for value in given.values()):
-                chosen = name, command, given
-        if chosen is None:
-            return super().invoke(ctx)
-        name, command, given = chosen
-        if ctx.params["hardware"]:
-            raise typer.BadParameter(f"give either --hardware or --{name}", ctx)
-        folder = Path(ctx.params["folder"])
-        files, said = ctx.invoke(command.callback, **given)
-        _write(folder, files)
-        typer.echo(said(folder))
-        return None
-
-
-def _templates() -> list[tuple[str, Any]]:
-    return plugged_commands("visualhfsm.templates")
 
 
 def _write(folder: Path, files: Mapping[str, bytes]) -> None:

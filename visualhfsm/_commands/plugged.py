@@ -32,7 +32,7 @@ class WithPlugged(TyperGroup):
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:  # noqa: ANN401
         """Return a command by its name, None if there is none."""
-        return super().get_command(ctx, cmd_name) or _plugged(_SEAM, cmd_name)
+        return super().get_command(ctx, cmd_name) or _plugged(cmd_name)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:  # noqa: ANN401
         """Return the command that arguments begin with, and what follows.
@@ -48,23 +48,17 @@ class WithPlugged(TyperGroup):
         return super().resolve_command(ctx, args)
 
 
-def plugged_commands(seam: str) -> list[tuple[str, TyperCommand]]:
-    """Return the commands of all plug-ins that there are for a seam, by name."""
-    found = ((name, _plugged(seam, name)) for name in plugins.names(seam))
-    return [(name, command) for name, command in found if command is not None]
-
-
 @cache
-def _plugged(seam: str, name: str) -> TyperCommand | None:
+def _plugged(name: str) -> TyperCommand | None:
     """Return the command of a plug-in; of one that is broken, a command that says so."""
     try:
-        app = plugins.find(seam, name)
+        app = plugins.find(_SEAM, name)
     except plugins.PluginError as error:
         return _broken(name, str(error))
     if app is None:
         return None
     if not isinstance(app, typer.Typer) or len(app.registered_commands) != 1 or app.registered_groups:
-        return _broken(name, f"{name} of {seam} is no application of typer with one command")
+        return _broken(name, f"{name} of {_SEAM} is no application of typer with one command")
     join_lines(app)
     return cast("TyperCommand", typer.main.get_command(app))
 

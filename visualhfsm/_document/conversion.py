@@ -6,7 +6,7 @@ from pathlib import Path
 
 from codegen.diagnostics import Diagnostics, Location, Note
 from codegen.hfsm import parse_document, write_document
-from codegen.hfsm.code import others
+from codegen.hfsm.code.former import former_code
 from codegen.hfsm.code.language import code_of, is_foreign
 from codegen.hfsm.codes import Code
 from codegen.hfsm.document import Document
@@ -26,7 +26,7 @@ def convert_document(
     document = read(source, diagnostics)
     if document is None:
         return ""
-    if undeclared := others.language_of(document):
+    if undeclared := former_code().language_of(document):
         place = next(code_of(document, source)).place
         message = Message(
             "most of the code looks like {language}: it is kept, but cannot run", language=undeclared
@@ -34,7 +34,7 @@ def convert_document(
         note = Note(Message("if it is, declare it: `<language>{language}</language>`", language=undeclared))
         diagnostics.note(Code.KEPT_LANGUAGE, message, place, [note])
     elif not is_foreign(document):
-        document = others.modernize(document, source, diagnostics, fixes=fixes_python2)
+        document = former_code().modernize(document, source, diagnostics, fixes=fixes_python2)
     elif not any(each.code == Code.KEPT_LANGUAGE for each in diagnostics):  # the reader may have reported it
         language = document.language.text.strip()
         first = next(code_of(document, source), None)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Hashable, Iterator, Mapping, Sequence
-from typing import Final, Literal
+from typing import Final
 
 import msgspec
 
@@ -20,7 +20,7 @@ from visualhfsm._base.errors import EditError
 from .commands import AnyCommand, Command
 from .commands.component import AddEntry
 from .commands.text import Correction, CorrectName, SetText, StraightenText
-from .commands.variables import HandUpVariable, PassVariable, ShareVariable, TakeDefault, has_first_value
+from .commands.variables import ShareVariable
 from .places import Place, texts_in
 from .problems import Misspelt, Problem
 
@@ -91,8 +91,7 @@ class _Fixes:
             self._declared(problem),
             *self._corrected(problem, place),
             self._set(problem, place),
-            *self._exchanged(problem, place),
-            self._taken(problem, place),
+            self._shared(problem, place),
             self._straightened(problem, place),
         )
         return tuple(each for each in offered if each is not None)
@@ -142,37 +141,17 @@ class _Fixes:
         command = SetText(place=at, text=f"{before}\n{name} = 0" if before else f"{name} = 0")
         return self._once(Message("Declare the variable {name}", name=name), command, (automaton, name))
 
-    def _exchanged(self, problem: Problem, place: Place) -> Iterator[Fix | None]:
-        """Yield how a variable of an automaton above comes here, or goes there."""
-        name, automaton = self._rest(problem)[0], place.automaton
-        if problem.code == Code.VARIABLE_ABOVE:
-            if self._is_set_at_first(automaton, name):  # an argument is evaluated when the state is entered
-                passed = PassVariable(automaton=automaton, name=name)
-                yield self._if_possible(Message("Pass {name} as an input", name=name), passed)
-        elif problem.code == Code.ASSIGNED_VARIABLE_ABOVE:
-            handed_up = HandUpVariable(automaton=automaton, name=name)
-            yield self._if_possible(Message("Hand {name} up as an output", name=name), handed_up)
-        else:
-            return
-        shared = ShareVariable(automaton=automaton, name=name)
-        yield self._if_possible(Message("Write self.{name} in both", name=name), shared)
-
-    def _is_set_at_first(self, automaton: int, name: str) -> bool:
-        try:
-            return has_first_value(self._document, automaton, name)
-        except EditError:  # the document is newer than its problems
-            return False
-
-    def _taken(self, problem: Problem, place: Place) -> Fix | None:
-        """Return what takes the default of an input or output from the variables that set it."""
-        automaton = self._document.automaton(place.automaton)
-        if problem.severity != "error" or automaton is None or place.part not in ("inputs", "outputs"):
+    def _shared(self, problem: Problem, place: Place) -> Fix | None:
+        """Return what shares a variable of an automaton above, if it can be."""
+        if problem.code not in (Code.VARIABLE_ABOVE, Code.ASSIGNED_VARIABLE_ABOVE):
             return None
-        kind: Literal["inputs", "outputs"] = "inputs" if place.part == "inputs" else "outputs"
-        items = getattr(automaton, kind)
-        name = items[place.index].name if place.index < len(items) else ""
-        title = Message("Take the default of {name} from the variables", name=name)
-        return self._if_possible(title, TakeDefault(automaton=automaton.id, list=kind, name=name))
+        command = ShareVariable(automaton=place.automaton, name=self._rest(problem)[0])
+        if command not in self._made:
+            try:
+                command.apply(self._document)
+            except EditError:
+                self._made[command] = None
+        return self._once(Message("Write self.{name} in both", name=command.name), command, command)
 
     def _straightened(self, problem: Problem, place: Place) -> Fix | None:
         """Return what removes the characters of a word processor, if it is these that are refused."""
@@ -200,17 +179,6 @@ class _Fixes:
         rest = (line or [""])[0][max(0, problem.column - 1) :]
         found = _NAME.match(rest)
         return (found[0], rest[found.end() :]) if found else ("", rest)
-
-    def _if_possible(
-        self, name: Message, command: PassVariable | HandUpVariable | ShareVariable | TakeDefault
-    ) -> Fix | None:
-        key = type(command), command.automaton, command.name
-        if key not in self._made:
-            try:
-                command.apply(self._document)
-            except EditError:
-                self._made[key] = None
-        return self._once(name, command, key)
 
     def _once(self, name: Message, command: Command, key: Hashable) -> Fix | None:
         return self._made.setdefault(key, Fix(name=name, command=command))

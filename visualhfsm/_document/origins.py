@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Final, Literal, NamedTuple
 
+from codegen.code_marks import MarkedCode, code_at, library, read_marks
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import read_document
-from codegen.hfsm.document import Document
-from codegen.hfsm.source_map import SourceMap
+from codegen.hfsm.document import Document, Library
 from codegen.messages import NO_MESSAGE, Message
-from codegen.source_rows import SourceRow
 from visualhfsm._document.imported_places import ImportedPlaces
-from visualhfsm._document.places import Locator, Place, texts_at, texts_in
+from visualhfsm._document.places import Locator, Place, text_of, texts_at, texts_in
 
 _FRAME: Final = re.compile(r'\s*File "(.+)", line (\d+)')
-_STATE: Final = frozenset({"entry", "code", "exit", "argument"})
-_TRANSITION: Final = frozenset({"trigger", "guard", "fired"})
 
 
 class Origin(NamedTuple):
@@ -47,7 +44,7 @@ class Origins:
         document: Document,
         path: Path,
         component: Path,
-        source_map: SourceMap,
+        codes: Sequence[MarkedCode] = (),
         include: Sequence[Path] = (),
         *,
         home: Path | None = None,
@@ -56,11 +53,11 @@ class Origins:
         self._place = path, include, home
         self._name = path.name
         self._component = component
-        self._source_map = source_map
+        self._codes = codes
         self._logged = re.compile(rf"\({re.escape(path.name)}:(\d{{1,9}})\)")
         """The pattern of a place in the component's own log: `follow_ball.py:57 (follow_ball.xml:31)`."""
-        self._elsewhere = re.compile(rf"{re.escape(component.name)}:(\d{{1,9}}) \([^()]+:\d{{1,9}}\)")
-        """The same, of a line of the component whose code comes from another file."""
+        self._running = re.compile(rf"{re.escape(component.name)}:(\d{{1,9}}) \(")
+        """The line of the component in such a place: the document may have changed since it was saved."""
         self._unloaded = re.compile(r"[^ :]+: error: ([^ :]+):(\d{1,9}): ")
         """The pattern of a library that fails: `follow_ball.py: error: follow_ball.xml:9: `."""
 
@@ -91,18 +88,18 @@ class Origins:
         frame = _FRAME.match(line)
         if frame is not None:
             number = int(frame[2])
-            row = self._source_map.find(number) if Path(frame[1]).name == self._component.name else None
-            return self._of_row(row, number)
+            return self._of_line(number) if Path(frame[1]).name == self._component.name else None
         unloaded = self._unloaded.match(line)
         if unloaded is not None:
-            return self._library(unloaded[1], int(unloaded[2]))
+            return self._library_at(unloaded[1], int(unloaded[2]))
+        running = self._running.search(line)
+        if running is not None and (origin := self._of_line(int(running[1]))) is not None:
+            return origin
         logged = self._logged.search(line)
         if logged is None:
-            elsewhere = self._elsewhere.search(line)
-            number = int(elsewhere[1]) if elsewhere else 0
-            return self._of_row(self._source_map.find(number), number)
+            return None
         found = self._locator.find_code(int(logged[1]), automaton=automaton, state=state)
-        return Origin(found.place, found.line) if found else self._library(self._name, int(logged[1]))
+        return Origin(found.place, found.line) if found else self._library_at(self._name, int(logged[1]))
 
     def element(self, automaton: int, state: int, transition: int) -> Origin | None:
         """Return a state, or a transition unless its id is 0, as a whole; None for another document's."""
@@ -152,40 +149,42 @@ class Origins:
         owners = self._imports.owners(automaton)
         return origin._replace(file=found.file, source=found.source.place, where=found.name, owners=owners)
 
-    def _of_row(self, row: SourceRow | None, number: int) -> Origin | None:
-        """Return the place of a line of the component, in a row of its source map."""
-        if row is None:
+    def _of_line(self, number: int) -> Origin | None:
+        """Return the place of a line of the component, None for one that the generator wrote."""
+        code = code_at(self._codes, number)
+        if code is None:
             return None
-        line = row.line_of(number)
-        if row.part == "library":
-            return self._library(row.file, line)
-        kind: Literal["automaton", "state", "transition"] = "automaton"
-        if row.part in _STATE:
-            kind = "state"
-        elif row.part in _TRANSITION:
-            kind = "transition"
-        for placed in texts_in(self._whole):
-            place = placed.place
-            if (place.kind, place.automaton, place.id, place.part) != (kind, *row[4:], row.part):
-                continue
-            if placed.text is not None and 0 <= line - placed.line <= placed.text.count("\n"):
-                column = placed.column if line == placed.line else 1
-                return self._origin(Origin(place, line - placed.line + 1), line, column)
-        return None
+        if code.part == "library":
+            return self._library(lambda each: library(each.name.text) == code.text)
+        found = text_of(code, texts_in(self._whole))
+        if found is None:
+            return None
+        placed, before = found
+        line = before + number - code.first
+        column = 1 if line else placed.column
+        return self._origin(Origin(placed.place, line + 1), placed.line + line, column)
 
-    def _library(self, file: str, line: int) -> Origin | None:
+    def _library_at(self, file: str, line: int) -> Origin | None:
         """Return the library in a line of a file, by the file's name."""
-        for index, library in enumerate(self._whole.libraries):
+
+        def is_there(library: Library) -> bool:
             text = library.name
-            if not text.text or not text.line <= line <= text.line + text.text.count("\n"):
+            here = self._name if library.path is None else library.path.name
+            return here == file and text.line <= line <= text.line + text.text.count("\n")
+
+        return self._library(is_there)
+
+    def _library(self, is_meant: Callable[[Library], bool]) -> Origin | None:
+        for index, each in enumerate(self._whole.libraries):
+            text = each.name
+            if not text.text or not is_meant(each):
                 continue
-            if library.path is None and file == self._name:
+            if each.path is None:
                 return Origin(Place(kind="document", part="libraries", index=index, name="name"), 1)
-            if library.path is not None and file == library.path.name:
-                found = self._imports.find(library.path, text.line, text.column)
-                if found is not None and found.source is not None and found.owners:
-                    source = found.source.place
-                    return Origin(found.owners[0], 0, found.file, source, found.name, found.owners)
+            found = self._imports.find(each.path, text.line, text.column)
+            if found is not None and found.source is not None and found.owners:
+                source = found.source.place
+                return Origin(found.owners[0], 0, each.path.name, source, found.name, found.owners)
         return None
 
 
@@ -197,7 +196,7 @@ def read_origins(
     home: Path | None = None,
     content: Document | None = None,
 ) -> Origins | None:
-    """Return the source map of a component, or None without its document.
+    """Return the origins of a component's lines, or None without its document.
 
     Without its file, only lines that name the document are found. `include` are as for `resolve`, `home` is
     the document's own file where this one is a copy, and `content` the document if it was read already.
@@ -209,4 +208,4 @@ def read_origins(
         text = component.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError):
         text = ""
-    return Origins(read, document, component, SourceMap.read(text), include, home=home)
+    return Origins(read, document, component, read_marks(text), include, home=home)

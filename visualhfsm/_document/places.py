@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 from bisect import bisect_right
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice
 from typing import Final, Literal, NamedTuple
 
 import msgspec
 
+from codegen.code_marks import MarkedCode, plain
 from codegen.hfsm.document import Automaton, Document, Node, State, Text, Transition
 from codegen.messages import Message
 
@@ -97,6 +98,21 @@ def texts_in(document: Document) -> Iterator[PlacedText]:
     yield from _list(document_place, "libraries", document.libraries, ("name",))
     yield from _list(document_place, "interfaces", document.interfaces, ("name", "proxy", "type"))
     yield from _list(document_place, "ros", document.ros, ("name", "target", "type", "qos", "stop"))
+
+
+def text_of(code: MarkedCode, texts: Iterable[PlacedText]) -> tuple[PlacedText, int] | None:
+    """Return the text of marked code, and how many blank lines are before the code; None if it has none."""
+    owner = code.automaton, code.id, code.part, code.name
+    found = [
+        each
+        for each in texts
+        if each.text and (each.place.automaton, each.place.id, each.place.part, each.place.name) == owner
+    ]
+    placed = next((each for each in found if plain(each.text or "") == code.text), next(iter(found), None))
+    if placed is None:
+        return None
+    text = placed.text or ""
+    return placed, text.count("\n", 0, len(text) - len(text.lstrip()))
 
 
 def _automaton(automaton: Automaton) -> Iterator[PlacedText]:

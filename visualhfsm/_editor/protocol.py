@@ -782,20 +782,14 @@ class UndoStep(msgspec.Struct, frozen=True):
 
 
 class DocumentPush(Push, tag="document"):
-    """A document, whole in `full` or only its changes in `patch`; the steps come latest first.
-
-    `full` and `patch` of `visualhfsm._editor.window` document the content of both.
-    """
+    """A document, whole in `full` each time that it changes; the steps come latest first."""
 
     tab: int
     revision: int
     undo: tuple[UndoStep, ...]
     redo: tuple[UndoStep, ...]
     dirty: bool
-    full: Annotated[msgspec.Raw, of_page("Fields & {automata: Automaton[]}")] | msgspec.UnsetType = (
-        msgspec.UNSET
-    )
-    patch: Annotated[msgspec.Raw, of_page("Patch")] | msgspec.UnsetType = msgspec.UNSET
+    full: Annotated[Mapping[str, Any], of_page("Fields & {automata: Automaton[]}")]
 
 
 class Problems(Push):

@@ -51,19 +51,17 @@ class Resumption:
         return hmac.new(self.key, ":".join(parts).encode(), hashlib.sha256).hexdigest()
 
 
-def kept_key(directory: Path, root: Path, port: int, *, renewed: bool = False) -> bytes:
+def kept_key(directory: Path, root: Path, port: int) -> bytes:
     """Return the key of a root and port; the first call creates it and keeps it in a directory.
 
-    A `renewed` key replaces the one that was kept. A key that cannot be kept, or that others could have read,
-    is not used: then pages have to be opened again after a restart, which is logged.
+    A key that cannot be kept, or that others could have read, is not used: then pages have to be opened again
+    after a restart, which is logged.
     """
     name = hashlib.sha256(f"{root.resolve()}\0{port}".encode()).hexdigest()[:32]
     file = directory / f"{name}.key"
     key = secrets.token_bytes(_KEY_BYTES)
     try:
         directory.mkdir(parents=True, exist_ok=True, mode=0o700)
-        if renewed:
-            file.unlink(missing_ok=True)
         try:
             descriptor = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o600)
         except FileExistsError:

@@ -25,11 +25,10 @@ from codegen.messages import NO_MESSAGE, Message
 from .refusal import RefusalLog, refused
 from .resumption import Resumption
 from .site import Site
-from .viewers import VIEW, Viewers
+from .viewers import VIEW, Viewers, holds_cookie
 
 _POLICY_VIOLATION: Final = 1008  # RFC 6455, section 7.4.1
-_LOCKED_OUT: Final = 4403  # own codes, which the page knows
-_NOT_SHARED: Final = 4410
+_NOT_SHARED: Final = 4410  # an own code, which the page knows
 
 _HEADERS: Final = {
     "cache-control": "no-store",
@@ -44,18 +43,15 @@ _HEADERS: Final = {
 
 _RESUME: Final = "/resume"
 STOP: Final = "/stop"
-"""The path of the websocket that stops all that moves, also for pages that are locked out."""
-_UNKNOWN: Final = Message("Open the address that the command printed in its terminal.")
-_USED_BEFORE: Final = Message(
-    "Open the new address that the command printed in its terminal. By this one another browser has come in "
-    "before: if it is not yours, the terminal says how you lock it out."
+"""The path of the websocket that stops all that moves."""
+_UNKNOWN: Final = Message(
+    "Open the last address that the command printed in its terminal: each lets in one browser."
 )
 _WITHDRAWN: Final = Message("Ask for another address: the one that you had for looking on was withdrawn.")
 _OTHER_HOST: Final = Message(
     "Use the address that the command printed: the header Host names another machine."
 )
 _OTHER_SITE: Final = Message("Open the editor itself: the request comes from another site.")
-_WHY_LOCKED_OUT: Final = "an address of the editor that locks out all others was used"
 _NO_ORIGIN: Final = "use a browser: a websocket needs the header Origin"
 _ELSEWHERE: Final = frozenset({"cross-site", "same-site"})
 """The words of a browser (`Sec-Fetch-Site`) for a request to which a page of another site has led it."""
@@ -93,32 +89,19 @@ def content_security_policy(host: str, script_hash: str, style_nonce: str) -> st
 class Credentials:
     """The secrets of one run of the server.
 
-    A token is part of an address that is printed or opened. The browser sends it once and then has a cookie
-    with another secret, which scripts cannot read and other sites do not send. `resumption` lets in pages of
-    an earlier run.
-
-    A token that two browsers use may have been seen by somebody else. The second one is refused, and
-    `used_again` is called, once for each token. Only the user knows which of them is the thief, and may then
-    `lock_out` all who are in. All that they can do from then on is to stop what moves.
+    A token is part of an address that is printed or opened, and lets one browser in. That sends it once, and
+    then has a cookie with another secret, which scripts cannot read and other sites do not send. `resumption`
+    lets in pages of an earlier run.
 
     `viewers` have another address, which many may use, and no cookie of the editor.
     """
 
-    def __init__(
-        self, port: int, resumption: Resumption, used_again: Callable[[], None] = lambda: None
-    ) -> None:
-        self.resumption = resumption
-        self.cookie_name = f"visualhfsm-{port}"  # cookies are the same for all ports
+    def __init__(self, port: int, resumption: Resumption) -> None:
+        self.resumption: Final = resumption
+        self.cookie_name: Final = f"visualhfsm-{port}"  # cookies are the same for all ports
+        self.cookie: Final = secrets.token_urlsafe(32)
         self.viewers: Final = Viewers(port)
-        self.lockout = asyncio.Event()
-        """Set when all who are in now are locked out; then there is another event for the next ones."""
-        self._used_again = used_again
-        self.resumed = secrets.token_urlsafe(32)
-        """The cookie for pages of an earlier run."""
         self._unused: dict[str, Callable[[], None]] = {}
-        self._cookies: dict[str, str] = {}
-        self._reported: set[str] = set()
-        self._former: list[str] = []
 
     def new_token(self, used: Callable[[], None] = lambda: None) -> str:
         """Return a token for one browser; `used` is called before that is let in."""
@@ -127,43 +110,17 @@ class Credentials:
         return token
 
     def knows(self, token: str) -> bool:
-        """Whether this is a token of ours, even one that was used."""
-        return any(_same(token, each) for each in (*self._unused, *self._cookies))
+        """Whether this is a token by which no browser has come in yet."""
+        return any(hmac.compare_digest(token.encode(), each.encode()) for each in self._unused)
 
-    def redeem(self, token: str, cookies: str) -> str | None:
-        """Return the cookie for a known token; None when another browser has used it before.
+    def use_up(self, token: str) -> None:
+        """Forget a token, which lets in nobody else."""
+        if used := self._unused.pop(token, None):
+            used()
 
-        `cookies` is the header of the request: a browser may open an address again.
-        """
-        if token in self._unused:
-            self._unused.pop(token)()
-            cookie = self._cookies[token] = secrets.token_urlsafe(32)
-            return cookie
-        if self._holds(cookies, self._cookies[token]):
-            return self._cookies[token]
-        if token not in self._reported:
-            self._reported.add(token)
-            self._used_again()
-        return None
-
-    def accepts_cookie(self, header: str, *, stops: bool = False) -> bool:
-        """Whether a header `Cookie` holds one of our cookies; to stop, a former one will do."""
-        cookies = (self.resumed, *self._cookies.values(), *(self._former if stops else ()))
-        return any(self._holds(header, cookie) for cookie in cookies)
-
-    def _holds(self, header: str, cookie: str) -> bool:
-        # A strict parser would fail: other servers on loopback set cookies here, too, in any form.
-        pairs = (each.strip().partition("=") for each in header.split(";"))
-        return any(name == self.cookie_name and _same(value, cookie) for name, _, value in pairs)
-
-    def lock_out(self) -> None:
-        """Make void what lets anybody in, and close all connections."""
-        self._former += [self.resumed, *self._cookies.values()]
-        self._cookies, self._unused = {}, {}
-        self.resumed = secrets.token_urlsafe(32)
-        self.viewers.withdraw()
-        former, self.lockout = self.lockout, asyncio.Event()
-        former.set()
+    def accepts_cookie(self, header: str) -> bool:
+        """Whether a header `Cookie` holds ours."""
+        return holds_cookie(header, self.cookie_name, self.cookie)
 
 
 class Boundary:
@@ -191,7 +148,7 @@ class Boundary:
 
     def _answer(self, scope: Scope, headers: Headers, refusal: Message) -> ASGIApp:
         if refusal:
-            return refused(headers, scope["path"], refusal)
+            return refused(headers, refusal)
         if not scope["path"]:  # what the page names relative to its address would be looked for beside it
             folder = self._site.path.rstrip("/").rpartition("/")[2]
             query = scope["query_string"].decode("latin-1")
@@ -228,59 +185,51 @@ class Guard:
         headers = Headers(scope=scope)
         if scope["type"] == "websocket":
             if self._knows(scope, headers):
-                await self._serve(scope, receive, send)
+                await (self._serve_viewer if _is_view(scope) else self._app)(scope, receive, send)
                 return
             self._log.add(_unknown(scope))
             await _closed(_unknown(scope))(scope, receive, send)
         else:
             await self._answer(scope, headers)(scope, receive, send)
 
-    async def _serve(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Serve a websocket until it ends, or until all, or all viewers, are locked out."""
-        is_viewer = _is_view(scope)
-        ending = self._credentials.viewers.withdrawn if is_viewer else self._credentials.lockout
+    async def _serve_viewer(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve a websocket until it ends, or until the address of viewers is withdrawn."""
         serving = asyncio.ensure_future(self._app(scope, receive, send))
-        lockout = asyncio.ensure_future(ending.wait())
+        withdrawal = asyncio.ensure_future(self._credentials.viewers.withdrawn.wait())
         try:
-            await asyncio.wait({serving, lockout}, return_when=asyncio.FIRST_COMPLETED)
+            await asyncio.wait({serving, withdrawal}, return_when=asyncio.FIRST_COMPLETED)
         finally:
-            is_locked_out = not serving.done()
-            for task in (serving, lockout):
+            is_withdrawn = not serving.done()
+            for task in (serving, withdrawal):
                 task.cancel()
-            await asyncio.gather(serving, lockout, return_exceptions=True)
-        if is_locked_out:
+            await asyncio.gather(serving, withdrawal, return_exceptions=True)
+        if is_withdrawn:
             with suppress(RuntimeError):  # it is closed already
-                code, reason = (_NOT_SHARED, _WITHDRAWN) if is_viewer else (_LOCKED_OUT, _WHY_LOCKED_OUT)
-                await send({"type": "websocket.close", "code": code, "reason": reason})
+                await send({"type": "websocket.close", "code": _NOT_SHARED, "reason": _WITHDRAWN})
         else:
             serving.result()
 
     def _answer(self, scope: Scope, headers: Headers) -> ASGIApp:
         """Return the application that answers a request over HTTP."""
         if scope["path"] == _RESUME and scope["method"] == "GET":
-            return self._resumed(scope)
+            return self._resumed(scope, headers)
         if not self._knows(scope, headers):
-            return self._refused(scope, headers, _unknown(scope))
+            self._log.add(_unknown(scope))
+            return refused(headers, _unknown(scope))
         if scope["method"] not in {"GET", "HEAD"}:
             return PlainTextResponse("only GET and HEAD\n", 405, {"allow": "GET, HEAD"})
         if token := _query(scope).get("token"):
             return self._let_in(token, scope, headers)
         return self._app
 
-    def _refused(self, scope: Scope, headers: Headers, reason: Message) -> Response:
-        self._log.add(reason)
-        return refused(headers, scope["path"], reason)
-
     def _let_in(self, token: str, scope: Scope, headers: Headers) -> Response:
         """Give the browser that opened an address its cookie, and lead it to the page."""
         if _is_view(scope) and (cookie := self._credentials.viewers.redeem(token)):
             return self._led(scope, headers, "./", cookie, is_viewer=True)
-        cookie = self._credentials.redeem(token, headers.get("cookie", ""))
-        if cookie is None:
-            return self._refused(scope, headers, _USED_BEFORE)
+        self._credentials.use_up(token)
         # Relative: to any other a proxy may add the path that it took off.
         page = "./" + "../" * (scope["path"].count("/") - 1)
-        return self._led(scope, headers, page, cookie)
+        return self._led(scope, headers, page, self._credentials.cookie)
 
     def _led(
         self, scope: Scope, headers: Headers, page: str, cookie: str, *, is_viewer: bool = False
@@ -304,27 +253,29 @@ class Guard:
             secure=scope["scheme"] == "https",
         )
 
-    def _resumed(self, scope: Scope) -> Response:
+    def _resumed(self, scope: Scope, headers: Headers) -> Response:
         """Answer a page that the editor served before it was restarted."""
         query = _query(scope)
         resumption = self._credentials.resumption
         if "proof" not in query:
             return JSONResponse(resumption.prove(query.get("nonce", "")))
         if not resumption.accepts(query.get("challenge", ""), query["proof"]):
-            return PlainTextResponse(f"{_UNKNOWN}\n", 403)
+            return refused(headers, _UNKNOWN)
         response = Response(status_code=204)
-        self._set_cookie(response, self._credentials.resumed, scope)
+        self._set_cookie(response, self._credentials.cookie, scope)
         return response
 
     def _knows(self, scope: Scope, headers: Headers) -> bool:
-        """Whether a request has a token, or otherwise a cookie, of ours."""
+        """Whether a request has a token or a cookie of ours.
+
+        A browser that was let in may open any address again; a viewer needs the one of viewers for that.
+        """
         credentials, cookies = self._credentials, headers.get("cookie", "")
         viewers = credentials.viewers if _is_view(scope) else None
+        is_let_in = credentials.accepts_cookie(cookies)
         if token := _query(scope).get("token"):
             is_known = credentials.knows(token) or bool(viewers and viewers.redeem(token))
-            return scope["type"] == "http" and is_known
-        stops = scope["type"] == "websocket" and scope["path"] == STOP
-        is_let_in = credentials.accepts_cookie(cookies, stops=stops)
+            return scope["type"] == "http" and (is_let_in or is_known)
         return is_let_in or bool(viewers and viewers.accepts_cookie(cookies))
 
 
@@ -353,10 +304,6 @@ def _query(scope: Scope) -> dict[str, str]:
     """Return the fields of a request's query, the first of each name."""
     query = scope["query_string"].decode("latin-1")
     return {name: values[0] for name, values in parse_qs(query).items()} if len(query) < 1024 else {}
-
-
-def _same(given: str, expected: str) -> bool:
-    return hmac.compare_digest(given.encode(), expected.encode())
 
 
 def _with_headers(send: Send) -> Send:

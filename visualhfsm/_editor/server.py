@@ -44,7 +44,7 @@ from .launch import LaunchPage
 from .limits import Limits
 from .parts import MakeParts, Parts
 from .protocol import Answer
-from .refusal import RefusalLog, not_found
+from .refusal import RefusalLog
 from .resumption import Resumption, kept_key
 from .security import STOP, Boundary, Credentials, Guard
 from .site import Site
@@ -64,9 +64,8 @@ _NOT_AVAILABLE: Final = 4404  # an own code, RFC 6455, section 7.4.2
 _LONGEST_REASON: Final = 60  # characters of up to 2 bytes; a reason has 123 bytes
 _DRAW_LIMIT: Final = 60.0  # s that a window may take to draw a frame: hidden ones draw rarely
 
-Occasion = Literal["started", "used", "used again"]
-"""Why there is a new address: the page can be opened, a browser has come in by the former address, or another
-one was refused there. The address that is new then locks out all others."""
+Occasion = Literal["started", "used"]
+"""Why there is a new address: the page can be opened, or a browser has come in by the former address."""
 Report = Callable[[Occasion, str], None]
 """Shows the user an address, which lets one browser in."""
 
@@ -139,28 +138,17 @@ class Server:
         self._site = Site(options.base_path, hosts, trusts_proxy=options.trust_proxy)
         self._listener = _listen(options.port) if options.socket is None else _listen_at(options.socket)
         self.port: int = 0 if options.socket else self._listener.getsockname()[1]
-        self.credentials = Credentials(self.port, Resumption(self._key()), self._warn)
+        self.credentials = Credentials(self.port, Resumption(self._key()))
         self._stopping = stopping or threading.Event()
         self._wake: Callable[[], None] = lambda: None
         self._report = report
 
-    def _key(self, *, renewed: bool = False) -> bytes:
+    def _key(self) -> bytes:
         """Return the key by which pages are let in again after a restart on the same port."""
         if not self._options.port:
             return secrets.token_bytes(32)
         journals = self._options.journals or journal_directory()
-        return kept_key(journals.with_name("keys"), self._options.root, self.port, renewed=renewed)
-
-    def _warn(self) -> None:
-        """Report that another browser has used an address, and offer what may be wanted now."""
-        self._report("used again", self.new_address(self.lock_out))
-        self.offer("used")
-
-    def lock_out(self) -> None:
-        """Lock out all pages; the key is another one, since they know the former one."""
-        self.credentials.lock_out()
-        self.credentials.resumption = Resumption(self._key(renewed=True))
-        self.offer("used")
+        return kept_key(journals.with_name("keys"), self._options.root, self.port)
 
     def offer(self, occasion: Occasion) -> None:
         """Report an address, and another one when a browser has come in by it; of a socket, its path."""
@@ -452,8 +440,7 @@ def make_app(workspace: Workspace, site: Site, credentials: Credentials | None) 
         )
     ]
     routes.append(WebSocketRoute(STOP, _AtMost(workspace.limits.concurrent_operations)(stop)))
-    app = Starlette(routes=routes, exception_handlers={404: not_found})
-    log = RefusalLog()
+    app, log = Starlette(routes=routes), RefusalLog()
     return Boundary(Guard(app, credentials, log, site.path) if credentials else app, site, log)
 
 

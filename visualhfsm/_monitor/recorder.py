@@ -77,7 +77,7 @@ class Recorder:
                 objects = {name: [*place] for name, place in robot.objects.items()}
                 torso = None if robot.torso is None else [*robot.torso]
                 show("/robot", RobotPose(robot.joints, torso, objects, robot.says, robot.sound), at)
-                show("/snapshots", Snapshot(msgspec.Raw(msgspec.json.encode(component))), at)
+                show("/snapshots", Snapshot.of(component), at)
 
     async def close(self) -> None:
         """End the file."""

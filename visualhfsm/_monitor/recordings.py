@@ -1,4 +1,4 @@
-"""Open the recording of a run for the timeline: the same moments as those of a component that is followed."""
+"""Open the recording of a run for the timeline: it has the snapshots of a component that is followed."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, get_args
+from typing import Any, Final
 
 import msgspec
 
@@ -17,16 +17,7 @@ from codegen.messages import NO_MESSAGE, Message
 from codegen.reasons import reason
 from hfsm_runtime.recording_file import messages as recorded
 from hfsm_runtime.recording_file.reader import ImageHash, RawMessage, RecordingError, RecordingFile, decode
-from interfaces import hfsm
-from interfaces.hfsm import (
-    AutomatonSnapshot,
-    ComponentSnapshot,
-    ComponentStatus,
-    ComponentStructure,
-    ErrorReport,
-    GuardSnapshot,
-    TimerSnapshot,
-)
+from interfaces.hfsm import ComponentSnapshot, ComponentStructure
 from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._document.serialization import parse
 from visualhfsm._monitor.realm.description import DescribedRobot, describe, nao
@@ -38,31 +29,17 @@ from visualhfsm._monitor.run_page import MOST_PICTURES, Run
 from zenoh_ice.data import typed
 from zenoh_ice.data.text import printable
 
-_INTERVAL: Final = 100_000_000
-"""Nanoseconds between two moments, as of a monitor, unless a state changes."""
 _MOST_STEPS: Final = 600_000
 """The part of a recording that is read: some two hours of a behavior with four automata, in some 12 s.
 
 A message is one step, and another one for each 8 kB; a moment has one for each automaton.
 """
 _LONGEST_TEXT: Final = 120
-_MOST_ERRORS: Final = 20
 _MOST_AUTOMATA: Final = 10_000
-_MOST_MARKS: Final = 128
 _MOST_JOINTS: Final = 100
 _MOST_IMAGES: Final = 500_000
-_MARK_SHOWN: Final = 500_000_000
-"""Nanoseconds for which a mark is shown, as by a running component."""
 _JPEG: Final = b"\xff\xd8"
 _decode_snapshot: Final = typed.json_decoder(ComponentSnapshot)
-_OfAutomaton = (
-    recorded.Cycle
-    | recorded.Failure
-    | recorded.Firing
-    | recorded.Guard
-    | recorded.Timers
-    | recorded.Variables
-)
 
 
 @dataclass(frozen=True)
@@ -174,10 +151,12 @@ def open_recording(path: Path, most_steps: int = _MOST_STEPS) -> RecordedRun:
                 shortened = _shortened(run.seconds, recording)
                 break
             run.apply(message)
-    run.finish()
     if run.log.newest is None:
         raise VisualHfsmError.because(
-            "the recording {file} holds no state of {component}", file=path.name, component=recording.name
+            "the recording {file} has no snapshots of {component}: an older version made it, or it was cut "
+            "off at its beginning; record the run again",
+            file=path.name,
+            component=recording.name,
         )
     return RecordedRun(
         recording.name, run.structure, run.log, text, shortened, run.world, run.pictures, run.described
@@ -200,21 +179,6 @@ def _duration(seconds: float) -> str:
     return f"{minutes} min {rest} s" if minutes else f"{rest} s"
 
 
-class _Automaton:
-    """The state of one automaton at the moment that is being read."""
-
-    def __init__(self, id: int) -> None:
-        self.snapshot = AutomatonSnapshot(
-            id=id, state=0, ghost=True, finished=False, lastTransition=0, enteredAt=0.0, timers=[], guards=[],
-            variables={}, cycles=0, overruns=0, lastCycle=0.0, longestCycle=0.0,
-        )  # fmt: skip
-        self.timers: dict[int, float] = {}
-        """Seconds left, by transition, at the component time `timed_at` in ns."""
-        self.timed_at = 0
-        self.guards: dict[int, bool] = {}
-        self.began = 0
-
-
 class _Reader:
     def __init__(self, structure: ComponentStructure, start: int, pictures: RecordedPictures) -> None:
         self.structure = structure
@@ -227,22 +191,14 @@ class _Reader:
         self._wall_time = 0.0
         self._takers: Final[Mapping[type, Callable[[Any], None]]] = {
             recorded.Action: self._act,
-            recorded.Change: self._change,
             recorded.Description: self._describe,
-            recorded.Mark: self._mark,
             recorded.RobotPose: self._pose,
             recorded.Snapshot: self._show,
             recorded.World: self._build,
-            **dict.fromkeys(get_args(_OfAutomaton), self._note),
         }
-        self._automata: dict[int, _Automaton] = {}
-        self._next = 0
         self._now = 0
         self.steps = 0
         """The steps that were read so far, as `_MOST_STEPS` counts them."""
-        self._status = ComponentStatus.Running
-        self._errors: list[ErrorReport] = []
-        self._marks: dict[tuple[str, str], tuple[int, hfsm.Mark]] = {}
 
     @property
     def seconds(self) -> float:
@@ -250,52 +206,20 @@ class _Reader:
         return self._now / 1e9
 
     def apply(self, message: RawMessage) -> None:
-        """Process the next message; a malformed one is skipped."""
+        """Process the next message; those that only a replay needs are skipped, as are malformed ones."""
         self.steps += 1 + (len(message.data) >> 13)
-        is_picture = message.kind in (recorded.Image, recorded.Picture)
         take = self._takers.get(message.kind)
-        if take is None and not is_picture:
-            return
         with suppress(RecordingError):
-            if take is None:
+            if message.kind in (recorded.Image, recorded.Picture):
                 self.pictures.add(message)
-                return
-            decoded = decode(message, message.kind)
-            now = max(self._now, message.time - self._start)
-            if now > self._now and now >= self._next and self._automata:
-                self._add_moment()
-            self._now, self._wall_time = now, message.time / 1e9
-            take(decoded)
-
-    def finish(self) -> None:
-        """Note that there are no more messages."""
-        if self._automata:
-            self._add_moment()
-
-    def _change(self, change: recorded.Change) -> None:
-        if len(self._automata) >= _MOST_AUTOMATA and change.automaton not in self._automata:
-            return
-        found = self._automata.setdefault(change.automaton, _Automaton(change.automaton))
-        snapshot = found.snapshot
-        snapshot.ghost = change.kind == "ghost"
-        snapshot.finished = change.kind == "finished"
-        if change.kind == "entered":
-            snapshot.enteredAt = change.at / 1e9
-            found.guards = {}
-        if snapshot.state != change.state or change.kind == "entered":
-            found.timers = {}
-        else:
-            found.timers = self._remaining(found)
-        found.timed_at = change.at
-        snapshot.state = change.state
-        self._next = 0  # add a separate moment once everything that happened at this time is known
+            elif take is not None:
+                decoded = decode(message, message.kind)
+                self._now = max(self._now, message.time - self._start)
+                self._wall_time = message.time / 1e9
+                take(decoded)
 
     def _act(self, action: recorded.Action) -> None:
-        if action.kind == "pause":
-            self._status = ComponentStatus.Paused
-        elif action.kind == "resume":
-            self._status = ComponentStatus.Running
-        elif action.kind == "structure":
+        if action.kind == "structure":
             with suppress(msgspec.ValidationError):  # what happened in it is shown anyway
                 found = typed.convert(action.arguments, ComponentStructure)
                 if len(found.automata) <= _MOST_AUTOMATA:
@@ -309,9 +233,9 @@ class _Reader:
         self.world = sound_shapes(world.shapes)
 
     def _show(self, snapshot: recorded.Snapshot) -> None:
-        """Add a moment of a recording for viewing, which contains the snapshots themselves."""
         with suppress(msgspec.MsgspecError):
             component = _decode_snapshot(snapshot.component)
+            self.steps += len(component.automata)
             if is_sound(component):
                 self.log.add(LiveSnapshot(self._wall_time, component, self._robot))
 
@@ -333,71 +257,3 @@ class _Reader:
             says=printable(pose.says, LONGEST_TEXT),
             sound=printable(pose.sound, LONGEST_NAME),
         )
-
-    def _mark(self, mark: recorded.Mark) -> None:
-        self._marks = {key: made for key, made in self._marks.items() if self._now - made[0] <= _MARK_SHOWN}
-        if len(self._marks) < _MOST_MARKS:
-            made = hfsm.Mark(mark.camera, mark.u, mark.v, mark.label)
-            self._marks[mark.camera, mark.label] = self._now, made
-
-    def _note(self, message: _OfAutomaton) -> None:
-        automaton = self._automata.get(message.automaton)
-        if automaton is None:
-            return
-        snapshot = automaton.snapshot
-        match message:
-            case recorded.Cycle(begins=True, at=at):
-                automaton.began = at
-            case recorded.Cycle(at=at):
-                snapshot.cycles += 1
-                snapshot.lastCycle = max(0, at - automaton.began) / 1e9
-                snapshot.longestCycle = max(snapshot.longestCycle, snapshot.lastCycle)
-            case recorded.Guard(transition=transition, value=value):
-                automaton.guards[transition] = value
-            case recorded.Firing(transition=transition):
-                snapshot.lastTransition = transition
-            case recorded.Variables(values=values, gone=gone):
-                kept = {name: text for name, text in snapshot.variables.items() if name not in gone}
-                snapshot.variables = kept | {name: _shown(value) for name, value in values.items()}
-            case recorded.Timers(remaining=remaining):  # they follow a change, and are of its time
-                automaton.timers = self._timers(snapshot, remaining)
-            case recorded.Failure(message=text, location=location):
-                report = ErrorReport(self._now / 1e9, snapshot.id, snapshot.state, location, text)
-                self._errors = [*self._errors, report][-_MOST_ERRORS:]
-
-    def _timers(self, snapshot: AutomatonSnapshot, remaining: dict[str, float]) -> dict[int, float]:
-        """Return the seconds that are left by transition; a recording has them by its name."""
-        automata = (each for each in self.structure.automata if each.id == snapshot.id)
-        return {
-            transition.id: remaining[name]
-            for automaton in automata
-            for transition in automaton.transitions
-            if transition.origin == snapshot.state
-            and (name := transition.name or str(transition.id)) in remaining
-        }
-
-    def _remaining(self, automaton: _Automaton) -> dict[int, float]:
-        passed = 0.0 if automaton.snapshot.ghost else max(0, self._now - automaton.timed_at) / 1e9
-        return {number: max(0.0, left - passed) for number, left in automaton.timers.items()}
-
-    def _add_moment(self) -> None:
-        self._next = self._now + _INTERVAL
-        self.steps += len(self._automata)
-        automata = []
-        for automaton in self._automata.values():
-            snapshot = msgspec.structs.replace(automaton.snapshot)
-            snapshot.timers = [TimerSnapshot(*timer) for timer in self._remaining(automaton).items()]
-            snapshot.guards = [GuardSnapshot(*guard) for guard in automaton.guards.items()]
-            automata.append(snapshot)
-        component = ComponentSnapshot(
-            startedAt=self._start / 1e9, time=self._now / 1e9, status=self._status, generation=0,
-            automata=automata, parameters={}, stoppedAt=[], errors=self._errors,
-            marks=[mark for made, mark in self._marks.values() if self._now - made <= _MARK_SHOWN],
-        )  # fmt: skip
-        if is_sound(component):
-            self.log.add(LiveSnapshot((self._start + self._now) / 1e9, component, self._robot))
-
-
-def _shown(value: object) -> str:
-    """Return a value of JSON as Python shows it."""
-    return repr(value)[:_LONGEST_TEXT]

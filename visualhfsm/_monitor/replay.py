@@ -148,6 +148,7 @@ def _generate(document: Path, folder: Path, include: list[Path]) -> Path:
     from codegen.hfsm import compile_document, component_path, extension_path
 
     folder.mkdir()
+    shutil.copy(document, folder)  # beside its component, so that errors name its lines
     by_hand = extension_path(component_path(document, None))
     if by_hand.is_file():
         shutil.copy(by_hand, folder)
@@ -174,7 +175,7 @@ def _write_recorded(recorded: RecordingFile, folder: Path) -> Path:
     if "component" not in files:
         raise VisualHfsmError.because("the recording does not contain its component: name the document")
     folder.mkdir()
-    for kind in ("component", "extension"):
+    for kind in ("component", "extension", "document"):
         if kind in files:
             name, content = files[kind]
             (folder / name).write_bytes(content)

@@ -182,7 +182,7 @@ class StartedComponents(PerDocument["StartedComponent"]):
 
 @dataclass(frozen=True, slots=True)
 class _Generated:
-    """A component that was written: its file, its source map, and whether it has unsaved changes."""
+    """A component that was written: its file, the origins of its lines, and if it has unsaved changes."""
 
     component: Path
     origins: Origins | None
@@ -233,7 +233,7 @@ class StartedComponent:
 
     @property
     def origins(self) -> Origins | None:
-        """The source map of the running component, or of the last one if it has unsaved changes."""
+        """The origins of the lines of the running component, or of the last one if it has unsaved changes."""
         generated = self._generated
         if generated is None or not (self._process.is_running or generated.unsaved):
             return None

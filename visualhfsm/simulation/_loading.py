@@ -14,11 +14,18 @@ from types import ModuleType
 from typing import Any, Final
 
 from codegen.diagnostics import Diagnostics
-from codegen.hfsm import compile_document, interface_directories, read_document, resolve
+from codegen.hfsm import (
+    compile_document,
+    interface_directories,
+    read_document,
+    resolve,
+    write_document,
+)
 from codegen.hfsm.document import Document
 from hfsm_runtime import Component
 from hfsm_runtime.debugger.reload import components_in
 from hfsm_runtime.loading import naming_libraries
+from hfsm_runtime.places import documents_of, keep_in_memory
 from hfsm_runtime.virtual.errors import ExecutionError, says_it_all
 
 __tracebackhide__ = says_it_all
@@ -87,7 +94,10 @@ def load_component(
     if on_disk:
         linecache.checkcache(file)
     else:
-        linecache.cache[file] = (len(text), None, text.splitlines(keepends=True), file)
+        documents = documents_of(text, path.parent)
+        if content is not None:
+            documents[path.name] = write_document(content)
+        keep_in_memory(file, text, documents)
     module = ModuleType(f"{target.stem}{_MARK}{next(_numbers)}")
     module.__file__ = file
     vars(module)["__builtins__"] = dict(vars(builtins))  # with these, its imports can get a virtual `time`

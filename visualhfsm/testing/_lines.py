@@ -1,6 +1,6 @@
 """Which lines of a document's code a test runs, measured by coverage.py.
 
-It measures the component that is generated from the document; the source map leads its lines back. Lines
+It measures the component that is generated from the document; the marks in it lead its lines back. Lines
 count that hold code of a function: states, conditions and functions are functions, and their `def` lines say
 nothing.
 """
@@ -20,11 +20,11 @@ from typing import TYPE_CHECKING, Final
 
 import pytest
 
-from codegen.hfsm.source_map import SourceMap
+from codegen.code_marks import read_marks
 from codegen.messages import NO_MESSAGE, Message
 from hfsm_runtime import Component
 from hfsm_runtime.component import source_of
-from visualhfsm._document.places import CODE, Place, PlacedText, texts_in
+from visualhfsm._document.places import CODE, Place, PlacedText, text_of, texts_in
 from visualhfsm._processes.document_tests import CodeRun, version_of
 from visualhfsm.simulation import Behavior
 from visualhfsm.simulation._loading import COMPILED, DocumentInvalid, measurable, read
@@ -159,26 +159,21 @@ def _code_of(
 
     A line is its number in the component, and that in the piece.
     """
-    content: dict[tuple[int, int, str], list[PlacedText]] = {}
-    for placed in texts_in(read(document)):
-        place = placed.place
-        if placed.text and place.part in _PARTS:
-            content.setdefault((place.automaton, place.id, place.part), []).append(placed)
+    texts: dict[tuple[int, int], list[PlacedText]] = {}
+    for each in texts_in(read(document)):
+        texts.setdefault((each.place.automaton, each.place.id), []).append(each)
     lines = sorted(set(_lines_of(compile(text, file, "exec"))))
     found = []
-    for row in SourceMap.read(text).rows:
-        if row.part not in _PARTS:
+    for code in read_marks(text):
+        of = text_of(code, texts.get((code.automaton, code.id), ())) if code.part in _PARTS else None
+        if of is None:
             continue
-        for placed in content.get((row.automaton, row.id, row.part), ()):
-            assert placed.text is not None
-            begin = row.line_of(row.first) - placed.line  # lines of the piece before the code
-            if 0 <= begin <= placed.text.count("\n"):
-                inside = tuple(
-                    (each, each - row.first + begin + 1) for each in lines if row.first <= each <= row.last
-                )
-                if inside:
-                    found.append((placed.place, version_of(placed.text), inside))
-                break
+        placed, before = of
+        inside = tuple(
+            (line, line - code.first + before + 1) for line in lines if code.first <= line <= code.last
+        )
+        if inside:
+            found.append((placed.place, version_of(placed.text or ""), inside))
     return tuple(found)
 
 

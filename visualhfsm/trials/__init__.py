@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from ._plan import plan_of as plan_of
     from ._plan import read_plan as read_plan
     from ._processes import Processes as Processes
+    from ._processes import Task as Task
     from ._quantities import Quantity as Quantity
     from ._quantities import Spread as Spread
     from ._quantities import Value as Value
@@ -50,7 +51,6 @@ if TYPE_CHECKING:
     from ._trial import place_of as place_of
     from ._trial import quiet as quiet
     from ._trial import run_trial as run_trial
-    from ._worker import Task as Task
 
 # The command line is read before any of them is needed.
 __getattr__, __dir__ = import_on_use(__name__)

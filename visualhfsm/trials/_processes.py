@@ -1,9 +1,10 @@
-"""Run tasks in processes: one for each thread of the executor that runs them, here or on a cluster."""
+"""A trial as a task, and the processes that run tasks: one for each thread, here or on a cluster."""
 
 from __future__ import annotations
 
 import os
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Final
 
 import msgspec
@@ -12,14 +13,58 @@ from codegen.messages import Message
 from visualhfsm._base.line_process import KilledError, NoAnswerError, TooSlowError
 from visualhfsm._base.task_processes import EndedError, TaskProcesses
 
+from ._archive import Archive
 from ._errors import TrialsError
 from ._outcomes import Outcome
-from ._worker import Task, TaskResult
+from ._plan import Plan
 
 _ATTEMPTS: Final = 20
 """The most attempts at a trial whose process is killed: most probably it is no fault of the trial."""
 _DRAW_LIMIT: Final = 60.0
 """Limit in s for drawing the values of a trial without running it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """A trial to run: its plan, whose document is that of the archive, and its number."""
+
+    plan: Plan
+    number: int
+    archive: Archive
+    runs: bool = True
+    """Without it, only its values are drawn."""
+    recording: str = ""
+    """The file into which it is recorded, if it is to be; it is there once the trial has come to its end."""
+    quiet: bool = True
+    """True if nobody sees what it prints and logs."""
+
+    @property
+    def part(self) -> Path | None:
+        """The file of a recording that has not ended yet."""
+        return Path(f"{self.recording}.part") if self.recording else None
+
+    @property
+    def patience(self) -> float:
+        """How long it may take by the wall, in s."""
+        return self.plan.patience
+
+    def with_archive(self, archive: Archive) -> Task:
+        """Return the same trial with another archive, such as one without its content."""
+        return replace(self, archive=archive)
+
+    def run(self) -> Outcome:
+        """Run it in a process of the thread that calls this. Raises TrialsError."""
+        return _of_this_process.run(self)
+
+
+class TaskResult(msgspec.Struct, frozen=True):
+    """The outcome of a task, or why there is none."""
+
+    outcome: Outcome | None = None
+    refused: str = ""
+    """Why its plan is not possible."""
+    needs_archive: bool = False
+    """True if its content is to be sent along, once for all tasks with it."""
 
 
 class Processes(TaskProcesses[TaskResult]):
@@ -62,11 +107,6 @@ class Processes(TaskProcesses[TaskResult]):
 
 
 _of_this_process = Processes()
-
-
-def run_task(task: Task) -> Outcome:
-    """Run a task in a process of the thread that calls this: for the workers of a cluster."""
-    return _of_this_process.run(task)
 
 
 def processors() -> int:

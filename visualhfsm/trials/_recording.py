@@ -111,8 +111,7 @@ class BehaviorRecording(Observer):
             torso = None if truth is None else _place(truth.torso)
             objects = {} if truth is None else {name: _place(at) for name, at in truth.objects.items()}
             self._put("/robot", RobotPose(joints, torso, objects))
-        snapshot = take_snapshot(behavior, self._start)
-        self._put("/snapshots", Snapshot(msgspec.Raw(msgspec.json.encode(snapshot))))
+        self._put("/snapshots", Snapshot.of(take_snapshot(behavior, self._start)))
 
     def _put(self, topic: str, message: Action | Description | RobotPose | Snapshot | World) -> None:
         self._writer.show(topic, message, self._start + self._behavior.time)

@@ -1,8 +1,7 @@
 """Where trials run, behind which walls, and how parameters are searched: what plug-ins add.
 
-Ways to run many trials are entry points of the group `visualhfsm.runners`, functions that take an address and
-return a `Pool`, which is a context; ways to search are of the group `visualhfsm.tuners`, and are a `Tuner`;
-what contains the code of strangers is of the group `visualhfsm.sandboxes`, a context that is a `Sandbox`.
+`visualhfsm_cluster` runs many trials in a `Pool` of workers at an address, and searches as a `Tuner`;
+`visualhfsm_classes` contains the code of strangers in a `Sandbox`.
 """
 
 from __future__ import annotations
@@ -12,9 +11,9 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Protocol, Self, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
 
-from zenoh_ice import plugins
+from zenoh_ice.plugins import NotInstalledError, optional
 
 from ._archive import Archive
 from ._errors import TrialsError
@@ -26,10 +25,6 @@ if TYPE_CHECKING:
     from visualhfsm.simulation import Behavior
 
     from ._outcomes import Outcome
-
-RUNNERS: Final = "visualhfsm.runners"
-TUNERS: Final = "visualhfsm.tuners"
-SANDBOXES: Final = "visualhfsm.sandboxes"
 
 R = TypeVar("R")
 R_co = TypeVar("R_co", covariant=True)
@@ -130,13 +125,17 @@ def find_sandbox(
     Raises TrialsError without the plug-in; making and entering it raise VisualHfsmError where this computer
     can contain nothing.
     """
-    made = _found(SANDBOXES, "contained", "the code of others", "")
-    return cast("AbstractContextManager[Sandbox]", made(files=files, unsafe=unsafe, seconds=seconds))
+    classes = _plug_in("visualhfsm_classes")
+    sandbox: AbstractContextManager[Sandbox]
+    sandbox = classes.Containment(files=files, unsafe=unsafe, seconds=seconds)
+    return sandbox
 
 
 def find_runner(address: str) -> AbstractContextManager[Pool[Any]]:
     """Return the pool of workers at an address. Raises TrialsError."""
-    return cast("AbstractContextManager[Pool[Any]]", _found(RUNNERS, "cluster", "a cluster")(address))
+    cluster = _plug_in("visualhfsm_cluster", "visualhfsm[cluster]")
+    pool: AbstractContextManager[Pool[Any]] = cluster.Cluster(address)
+    return pool
 
 
 def find_tuner(plan: Plan, *, settings: int, cost: str) -> Tuner:
@@ -144,18 +143,11 @@ def find_tuner(plan: Plan, *, settings: int, cost: str) -> Tuner:
 
     Raises TrialsError, also for a plan in which nothing varies that can be searched.
     """
-    return cast(
-        "Tuner", _found(TUNERS, "tune", "the search for parameters")(plan, settings=settings, cost=cost)
-    )
+    cluster = _plug_in("visualhfsm_cluster", "visualhfsm[cluster]")
+    tuner: Tuner = cluster.Tuning(plan, settings=settings, cost=cost)
+    return tuner
 
 
-def _found(seam: str, name: str, what: str, extra: str = "[cluster]") -> Any:  # noqa: ANN401 - what a seam takes
-    with TrialsError.in_place_of(plugins.PluginError):
-        found = plugins.find(seam, name)
-    if found is None:
-        raise TrialsError.because(
-            "{what} needs a plug-in that is not installed: pip install 'visualhfsm{extra}'",
-            what=what,
-            extra=extra,
-        )
-    return found
+def _plug_in(module: str, install: str = "visualhfsm") -> Any:  # noqa: ANN401 - of what the core may not import
+    with TrialsError.in_place_of(NotInstalledError):
+        return optional(module, install)

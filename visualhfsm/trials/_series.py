@@ -20,11 +20,10 @@ from ._archive import Archive, make_archive
 from ._errors import TrialsError
 from ._outcomes import Header, Outcome, Record, versions
 from ._plan import Plan
-from ._processes import Processes, processors
+from ._processes import Processes, Task, processors
 from ._runners import Pool, R, R_co, Work, find_runner
 from ._scene import check_scene
 from ._summary import Summary, summarize
-from ._worker import Task
 
 _AHEAD: Final = 3
 """Tasks for each worker that an executor has at a time: so that none waits, and memory stays small."""

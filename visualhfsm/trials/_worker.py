@@ -13,7 +13,6 @@ import shutil
 import sys
 import tempfile
 from contextlib import nullcontext
-from dataclasses import dataclass, replace
 from pathlib import Path
 
 import msgspec
@@ -24,57 +23,12 @@ from visualhfsm._base.errors import VisualHfsmError
 from visualhfsm._base.task_processes import answer_tasks
 from zenoh_ice.application.tether import die_with
 
-from ._archive import INTERFACES, Archive, unpack
+from ._archive import INTERFACES, unpack
 from ._errors import TrialsError
 from ._functions import forget_functions
 from ._outcomes import Outcome
-from ._plan import Plan
+from ._processes import Task, TaskResult
 from ._trial import draw_values, quiet, run_trial
-
-
-@dataclass(frozen=True, slots=True)
-class Task:
-    """A trial to run: its plan, whose document is that of the archive, and its number."""
-
-    plan: Plan
-    number: int
-    archive: Archive
-    runs: bool = True
-    """Without it, only its values are drawn."""
-    recording: str = ""
-    """The file into which it is recorded, if it is to be; it is there once the trial has come to its end."""
-    quiet: bool = True
-    """True if nobody sees what it prints and logs."""
-
-    @property
-    def part(self) -> Path | None:
-        """The file of a recording that has not ended yet."""
-        return Path(f"{self.recording}.part") if self.recording else None
-
-    @property
-    def patience(self) -> float:
-        """How long it may take by the wall, in s."""
-        return self.plan.patience
-
-    def with_archive(self, archive: Archive) -> Task:
-        """Return the same trial with another archive, such as one without its content."""
-        return replace(self, archive=archive)
-
-    def run(self) -> Outcome:
-        """Run it in a process of the thread that calls this. Raises TrialsError."""
-        from ._processes import run_task  # which starts this module
-
-        return run_task(self)
-
-
-class TaskResult(msgspec.Struct, frozen=True):
-    """The outcome of a task, or why there is none."""
-
-    outcome: Outcome | None = None
-    refused: str = ""
-    """Why its plan is not possible."""
-    needs_archive: bool = False
-    """True if its content is to be sent along, once for all tasks with it."""
 
 
 class _Worker:

@@ -10,9 +10,9 @@ from ...diagnostics import Diagnostics, Location, Note
 from ...messages import Message
 from .._effects import CodeEffects
 from ..analysis import Analysis
+from ..code.former import former_code
 from ..code.language import first_foreign, report_foreign
 from ..code.names import COMPONENT_ATTRIBUTES, RESERVED, reserved_names
-from ..code.others import language_of, notes_about
 from ..codes import Code
 from ..document import TF
 from ..known_interfaces import KnownInterfaces
@@ -63,12 +63,12 @@ def check(analysis: Analysis, interfaces: KnownInterfaces, diagnostics: Diagnost
     if (foreign := first_foreign(document, path)) is not None:
         report_foreign(foreign, document.language.text.strip()[:20], diagnostics)
         return False
-    if len(analysis.problems) > 1 and (undeclared := language_of(document)):
+    if len(analysis.problems) > 1 and (undeclared := former_code().language_of(document)):
         _report_language(undeclared, analysis, report)
         return False
     for text, file, error in analysis.problems:
         place = Location(file, error.line, max(1, error.column))
-        report.error(Code.BAD_CODE, error.message, place, notes_about(text.text))
+        report.error(Code.BAD_CODE, error.message, place, former_code().notes_about(text.text))
     reserved = reserved_names(document)
     if extension is not None:
         reserved |= {"load_extension", extension.class_name}
@@ -98,7 +98,7 @@ def _report_language(language: str, analysis: Analysis, report: Report) -> None:
     place = Location(first.path, first.error.line, max(1, first.error.column))
     notes = [
         Note(Message("as Python it is wrong here: {error}", error=first.error.message)),
-        *notes_about(first.text.text),
+        *former_code().notes_about(first.text.text),
     ]
     message = Message(
         "most of the code looks like {language}: it is kept, but only Python can run", language=language

@@ -11,7 +11,7 @@ from ...diagnostics import Diagnostics, Location, Note
 from ...messages import Message
 from ..codes import Code
 from ..document import Automaton, Document, State, Text, Transition
-from .others import is_other_language
+from .former import former_code
 
 _PYTHON: Final = ("", "python", "py", "python3")
 
@@ -96,7 +96,8 @@ def first_foreign(document: Document, path: Path) -> DocumentCode | None:
     The language is that which the document declares; `path` is that of the document.
     """
     found = list(code_of(document, path)) if is_foreign(document) else []
-    return next((each for each in found if is_other_language(each.text.text)), found[0] if found else None)
+    is_certain = former_code().is_other_language
+    return next((each for each in found if is_certain(each.text.text)), found[0] if found else None)
 
 
 def report_foreign(first: DocumentCode, language: str, diagnostics: Diagnostics, *notes: Note) -> None:

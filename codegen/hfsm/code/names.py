@@ -10,9 +10,7 @@ from typing import Final
 
 from ..document import Document
 
-RESERVED: Final = frozenset(
-    {"Automaton", "Component", "Proxy", "SOURCE_MAP", "State", "Transition", "main", "self"}
-)
+RESERVED: Final = frozenset({"Automaton", "Component", "Proxy", "State", "Transition", "main", "self"})
 """Names that every generated component uses; `reserved_names` returns those of one document."""
 
 COMPONENT_ATTRIBUTES: Final = frozenset({"automaton", "clock", "log", "mark", "send", "sleep"})

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import builtins
-import linecache
 import logging
 import os
 import sys
@@ -20,6 +19,7 @@ from hfsm_runtime.component import Component, endpoints_of, equip, make_automata
 from hfsm_runtime.debugger.reload import components_in
 from hfsm_runtime.errors import ComponentError, VariablesError
 from hfsm_runtime.loading import naming_libraries
+from hfsm_runtime.places import keep_in_memory, locate
 from hfsm_runtime.plugins import (
     Mark,
     TimeModule,
@@ -32,7 +32,6 @@ from hfsm_runtime.plugins import (
     short_repr,
     values_of,
 )
-from hfsm_runtime.source_map import locate
 from interfaces.jderobot import JderobotException
 from visualhfsm_classes.contained import _protocol as protocol
 from visualhfsm_classes.contained._link import FarTransport, Link
@@ -190,7 +189,7 @@ def _load(message: Begin) -> type[Component]:
     """Run the module of a component in memory, and return its class."""
     file = f"<compiled>/{os.path.basename(message.file)}"  # noqa: PTH119 - it is no path
     text = message.text
-    linecache.cache[file] = (len(text), None, text.splitlines(keepends=True), file)
+    keep_in_memory(file, text, message.documents)
     module = ModuleType(_MODULE)
     module.__file__ = file
     vars(module)["__builtins__"] = dict(vars(builtins))  # with these, its imports can get a virtual `time`

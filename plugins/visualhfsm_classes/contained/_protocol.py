@@ -85,6 +85,8 @@ class Begin(Timed):
     file: str
     """The name of its file."""
     text: str
+    documents: dict[str, str]
+    """The texts of its document and of what that imports, to tell lines of them."""
     include: list[str]
     """Folders with packages of interfaces."""
     parameters: dict[str, Plain]

@@ -19,11 +19,12 @@ from hfsm_runtime._stop import may_move, stop_robot
 from hfsm_runtime.command import make_app
 from hfsm_runtime.component import Endpoint, endpoints_of
 from hfsm_runtime.errors import ComponentError, MissingLibraryError, NotConnectedError
-from hfsm_runtime.kinds import NAMES, Ask, Called, Differs, Ends, Kind, kinds_of, options_of_kinds
+from hfsm_runtime.kinds import NAMES, Ask, Called, Differs, Ends, Kind, kind_of, kinds_of, options_of_kinds
 from hfsm_runtime.virtual import VirtualWorld
 from tests.support.automata import automaton
 from tests.support.plugins import installed, without
 from zenoh_ice import Settings
+from zenoh_ice.plugins import KINDS
 
 FLAGS = """
 import inspect
@@ -92,19 +93,21 @@ class Signals:
 
 
 SIGNALS = Signals()
+COMPONENTS = f"""
+from {__name__} import SIGNALS
+
+opened, imitated, stop = SIGNALS.opened, SIGNALS.imitated, SIGNALS.stop
+recorded, replayed = SIGNALS.recorded, SIGNALS.replayed
+"""
 
 
 @pytest.fixture
 def kind(tmp_path: Path) -> Iterator[Kind]:
     """The kind, installed."""
-    points = {"kinds": {"signals": f"{__name__}:SIGNALS"}, "options": {"signals": f"{__name__}:options"}}
-    with installed(tmp_path, {f"hfsm_runtime.{group}": named for group, named in points.items()}):
+    modules = {"signals.components": COMPONENTS, "signals.options": FLAGS}
+    with installed(tmp_path, {KINDS: {"signals": "signals"}}, **modules):
         SIGNALS.stopped.clear()
-        yield SIGNALS
-
-
-def options() -> list[inspect.Parameter]:
-    return [inspect.Parameter("signals", inspect.Parameter.KEYWORD_ONLY, annotation=bool, default=False)]
+        yield kind_of("signals")
 
 
 def test_an_endpoint_is_connected_by_its_kind_and_stopped_by_it(kind: Kind) -> None:
@@ -123,13 +126,13 @@ def test_an_endpoint_is_connected_by_its_kind_and_stopped_by_it(kind: Kind) -> N
 
 @pytest.mark.usefixtures("kind")
 def test_its_options_are_those_of_every_component() -> None:
-    assert [each.name for each in options_of_kinds()["signals"]] == ["signals"]
+    assert [each.name for each in options_of_kinds()["signals"]] == ["flags"]
 
     class Plain(Component): ...
 
     (command,) = make_app(Plain).registered_commands
     assert command.callback is not None
-    assert "signals" in inspect.signature(command.callback).parameters
+    assert "flags" in inspect.signature(command.callback).parameters
 
 
 def test_a_kind_that_is_not_installed_is_named() -> None:
@@ -151,8 +154,8 @@ def test_a_command_then_has_no_options_of_ros() -> None:
 
 
 def test_a_plug_in_that_is_broken_keeps_no_component_from_its_command(tmp_path: Path) -> None:
-    points = {"hfsm_runtime.options": {"broken": "breaks:options"}}
-    with installed(tmp_path, points, breaks="raise ValueError('no wheels')"):
+    modules = {"breaks.options": "raise ValueError('no wheels')"}
+    with installed(tmp_path, {KINDS: {"broken": "breaks"}}, **modules):
         assert "broken" not in options_of_kinds()
 
 
@@ -161,8 +164,7 @@ def test_a_command_asks_plug_ins_for_options_only_where_its_line_needs_them(
 ) -> None:
     class Plain(Component, document="plain.xml"): ...
 
-    points = {"hfsm_runtime.options": {"flags": "flags:options"}}
-    with installed(tmp_path, points, flags=FLAGS):
+    with installed(tmp_path, {KINDS: {"flags": "flags"}}, **{"flags.options": FLAGS}):
         lean = make_app(Plain, lean=True)
         assert CliRunner().invoke(lean, ["--show-config", "--realm=lab"]).exit_code == 0
         assert "flags" not in sys.modules

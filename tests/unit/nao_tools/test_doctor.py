@@ -9,6 +9,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -22,7 +23,7 @@ from naoserver.safety.latch import Latch, latch_of
 from tests.support.limits import RUN_LIMIT
 from tests.support.nao_command import nao
 from tests.support.places import ROOT
-from tests.support.plugins import installed
+from tests.support.plugins import without
 from zenoh_ice.settings import Settings, load_settings
 
 RENAME = "rename it, or take its folder from PYTHONPATH"
@@ -217,21 +218,24 @@ def test_a_port_that_speaks_something_else_is_reported() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("error", ["RuntimeError", "SystemExit"])
-def test_what_plugins_find_is_reported_and_a_broken_one_leaves_the_others(error: str, tmp_path: Path) -> None:
-    code = f"""
-from nao_tools.findings import warn
+@pytest.mark.parametrize("error", [RuntimeError, SystemExit])
+def test_what_cannot_be_checked_leaves_the_rest(
+    error: type[BaseException], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def check_grading() -> Iterator[Finding]:
+        yield Finding(Level.WARNING, "dust on the lens", "wipe it")
+        raise error("no wheels")
 
-def dust():
-    yield warn("dust on the lens", "wipe it")
-
-def wheels():
-    raise {error}("no wheels")
-"""
-    with installed(
-        tmp_path, {"nao_tools.checks": {"dust": "stranger:dust", "wheels": "stranger:wheels"}}, stranger=code
-    ):
-        found = list(check_machine())
+    monkeypatch.setitem(sys.modules, "visualhfsm_classes", SimpleNamespace(check_grading=check_grading))
+    monkeypatch.setenv("TMPDIR", "/nonexistent")
+    found = list(check_machine())
     assert "dust on the lens | wipe it" in reported(iter(found), Level.WARNING)
-    (failure,) = (each for each in reported(iter(found), Level.FAILURE) if each.startswith("wheels"))
-    assert failure.startswith("wheels: it cannot be checked: no wheels")
+    (failure,) = (each for each in reported(iter(found), Level.FAILURE) if each.startswith("grading"))
+    assert failure.startswith("grading: it cannot be checked: no wheels")
+    assert any(each.text.startswith("TMPDIR=/nonexistent: ") for each in found)
+
+
+@pytest.mark.slow
+def test_without_the_plug_in_that_grades_nothing_is_said_of_it() -> None:
+    with without("visualhfsm_classes"):
+        assert not [each for each in check_machine() if each.text.startswith("grading")]

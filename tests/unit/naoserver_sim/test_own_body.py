@@ -275,33 +275,6 @@ def test_meshes_out_of_the_folder_of_its_file_are_not_read(written, tmp_path, fo
             read_own_body(path, given)
 
 
-@pytest.mark.parametrize(
-    ("model", "toml", "problem"),
-    [
-        (
-            ARM.replace('xyz="0 0 0.12"', 'xyz="0 0.12"'),
-            ARM_TOML,
-            "attribute 'xyz' does not have enough data",
-        ),
-        (ARM, ARM_TOML.replace('"elbow"', '"knee"'), "there is no joint 'knee'"),
-        (ARM, "gears = {}\n" + ARM_TOML, "gears come from the model"),
-        (
-            ARM.replace("</robot>", '<mujoco><compiler angle="grad"/></mujoco></robot>'),
-            None,
-            "invalid keyword",
-        ),
-    ],
-)
-def test_what_is_refused_is_refused_before_meshes_are_read(written, monkeypatch, model, toml, problem):
-    read = []
-    monkeypatch.setattr("naoserver_sim._own.meshes.read_mesh", lambda path: read.append(path))
-    path = written(model, toml or "")
-    (path.parent / "upper.dae").write_text("")
-    with pytest.raises(RobotError, match=problem):
-        read_own_body(path if toml else path.parent / "arm.urdf")
-    assert read == []
-
-
 def test_a_model_with_meshes_may_be_as_deep_as_any(written):
     chain = '<body><joint/><geom size="0.1" mass="1"/>' * 240 + "</body>" * 240
     meshes = '<asset><mesh name="m" file="none.stl"/></asset>'
@@ -309,19 +282,6 @@ def test_a_model_with_meshes_may_be_as_deep_as_any(written):
     path = written(model, 'model = "arm.xml"\nmounted = true\n', "arm.xml")
     with pytest.raises(RobotError, match="240 joints have no largest torque"):
         read_own_body(path)
-
-
-def test_meshes_of_included_files_are_not_read_before_either(written, monkeypatch):
-    read = []
-    monkeypatch.setattr("naoserver_sim._own.meshes.read_mesh", lambda path: read.append(path))
-    model = """<mujoco><include file="part.xml"/><worldbody><body name="a"><geom type="mesh" mesh="m"/>
-    <body name="b"><joint name="j"/><geom size="0.1"/></body></body></worldbody></mujoco>"""
-    path = written(model, 'model = "arm.xml"\nmounted = true\nhinges.Elbow.tilt = "knee"\n', "arm.xml")
-    (path.parent / "part.xml").write_text('<mujoco><asset><mesh name="m" file="m.stl"/></asset></mujoco>')
-    write_stl(path.parent / "m.stl", cone(0.1, 0.2, sides=6))
-    with pytest.raises(RobotError, match="there is no joint 'knee'"):
-        read_own_body(path)
-    assert read == []
 
 
 URDF_OF_MESHES = """<robot name="r">

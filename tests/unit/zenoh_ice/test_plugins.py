@@ -39,6 +39,32 @@ def test_what_was_removed_since_it_was_installed_is_not_there(tmp_path):
         assert list(plugins.each(SEAM)) == []
 
 
+def test_a_plug_in_adds_a_package_of_which_modules_are_loaded_when_they_are_asked_for(tmp_path):
+    modules = {"stranger.wheels": "made = 1", "stranger.legs": "raise ValueError('no legs')"}
+    with plugin.installed(tmp_path, {SEAM: {"one": "stranger"}}, **modules):
+        assert plugins.find(SEAM, "one", "wheels") is sys.modules["stranger.wheels"]
+        assert [(name, module.made) for name, module in plugins.each(SEAM, "wheels")] == [("one", 1)]
+        assert "stranger.legs" not in sys.modules
+        assert plugins.find(SEAM, "one", "arms") is None
+        assert list(plugins.each(SEAM, "arms")) == []
+        with pytest.raises(
+            plugins.PluginError, match=r"one of a-stranger \(stranger\) cannot be loaded: no legs"
+        ):
+            plugins.find(SEAM, "one", "legs")
+
+
+def test_a_plug_in_of_ours_is_imported_by_its_name_or_says_what_installs_it(tmp_path, monkeypatch):
+    (tmp_path / "visualhfsm_kites.py").touch()
+    (tmp_path / "visualhfsm_wind.py").write_text("import a_library_that_nobody_has")
+    wanted = r"visualhfsm_kites is not installed; type: pip install 'visualhfsm\[kites\]'"
+    with pytest.raises(plugins.NotInstalledError, match=wanted):
+        plugins.optional("visualhfsm_kites", "visualhfsm[kites]")
+    monkeypatch.syspath_prepend(tmp_path)
+    assert plugins.optional("visualhfsm_kites").__name__ == "visualhfsm_kites"
+    with pytest.raises(ModuleNotFoundError, match="a_library_that_nobody_has"):
+        plugins.optional("visualhfsm_wind")
+
+
 @pytest.mark.parametrize(
     ("code", "why"),
     [

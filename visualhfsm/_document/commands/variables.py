@@ -1,20 +1,18 @@
-"""Exchange variables with an automaton above: as inputs, as outputs, or both keep them in the component."""
+"""Take a variable from below, or share one with the automata below."""
 
 from __future__ import annotations
 
 import ast
 import re
 from collections.abc import Iterator
-from itertools import takewhile
 from pathlib import Path
-from typing import Annotated, Final, Literal
+from typing import Annotated, Final
 
 import msgspec
 
 from codegen.hfsm.analysis import Analysis, AutomatonCode, Piece, analyze
-from codegen.hfsm.document import NO_CHILD, Argument, Automaton, Document, Parameter, State, Text
+from codegen.hfsm.document import NO_CHILD, Automaton, Document, Text
 from codegen.messages import Message
-from codegen.parsing import parse_python
 from visualhfsm._base.errors import EditError
 
 from .. import nodes
@@ -23,97 +21,7 @@ from .base import Command, Id
 from .text import SetText
 
 _Name = Annotated[str, msgspec.Meta(max_length=1000)]
-_TYPES: Final = {int: "int", float: "float", bool: "bool", str: "str"}
 _NOWHERE: Final = Path()
-
-
-class PassVariable(Command, frozen=True, kw_only=True):
-    """Pass a variable of the nearest automaton above that has it down to this one, as an input."""
-
-    automaton: Id
-    name: _Name
-
-    def apply(self, document: Document) -> Document:
-        analysis = analyze(document, _NOWHERE)
-        owner = _owner(analysis, self.automaton, self.name)
-        target = nodes.find_automaton(document, self.automaton)
-        if any(self.name in piece.bound for piece in _code(analysis, target).sharing()):
-            raise EditError(
-                Message("Cannot pass “{name}”", name=self.name),
-                "this automaton also assigns it, which the other would not see",
-                Message("write self.{name} in both", name=self.name),
-            )
-        given = _type(owner, self.name)
-        for each in _below(document, owner, target):
-            document = self._handed_over(document, each, given)
-        return document
-
-    def title(self, document: Document) -> Message:  # noqa: ARG002
-        return Message("Pass “{name}” as an input", name=self.name)
-
-    def _handed_over(self, document: Document, automaton: Automaton, type: str) -> Document:
-        state = _state_of(document, automaton, Message("Cannot pass “{name}”", name=self.name))
-        declared = Parameter(name=self.name, type=Text(type), default=Text(), description=Text())
-        document = nodes.with_automaton(
-            document, automaton.id, lambda each: nodes.changed(each, inputs=(*each.inputs, declared))
-        )
-        several = len(state.children) > 1
-        argument = Argument(name=self.name, value=Text(self.name), child=automaton.id if several else 0)
-
-        def pass_on(father: Automaton) -> Automaton:
-            states = tuple(
-                nodes.changed(each, arguments=(*each.arguments, argument)) if each.id == state.id else each
-                for each in father.states
-            )
-            return nodes.changed(father, states=states)
-
-        return nodes.with_automaton(document, automaton.father, pass_on)
-
-
-class HandUpVariable(Command, frozen=True, kw_only=True):
-    """Hand a variable up to the nearest automaton above that has one of this name, as an output."""
-
-    automaton: Id
-    name: _Name
-
-    def apply(self, document: Document) -> Document:
-        analysis = analyze(document, _NOWHERE)
-        owner = _owner(analysis, self.automaton, self.name)
-        target = nodes.find_automaton(document, self.automaton)
-        what = Message("Cannot hand “{name}” up", name=self.name)
-        variables = _code(analysis, target).variables
-        if variables is not None and self.name in variables.bound:
-            raise EditError(
-                what, "this automaton's variables set it", "delete it there: an output has a default"
-            )
-        if any(each.name == self.name for each in owner.automaton.inputs):
-            raise EditError(what, "it is an input of the automaton above", "give the output another name")
-        declared = Parameter(
-            name=self.name,
-            type=Text(_type(owner, self.name)),
-            default=Text(_default(owner, self.name)),
-            description=Text(),
-        )
-        for each in _below(document, owner, target):
-            if self.name not in each.declared:
-                document = nodes.with_automaton(
-                    document,
-                    each.id,
-                    lambda automaton: nodes.changed(automaton, outputs=(*automaton.outputs, declared)),
-                )
-            document = self._taken(document, each)
-        return document
-
-    def title(self, document: Document) -> Message:  # noqa: ARG002
-        return Message("Hand “{name}” up as an output", name=self.name)
-
-    def _taken(self, document: Document, automaton: Automaton) -> Document:
-        state = _state_of(document, automaton, Message("Cannot hand “{name}” up", name=self.name))
-        child = automaton.id if len(state.children) > 1 else NO_CHILD
-        place = Place(
-            kind="state", automaton=automaton.father, id=state.id, part="result", name=self.name, child=child
-        )
-        return SetText(place=place, text=self.name).apply(document)
 
 
 class TakeOutput(Command, frozen=True, kw_only=True):
@@ -144,43 +52,6 @@ class TakeOutput(Command, frozen=True, kw_only=True):
 
     def title(self, document: Document) -> Message:  # noqa: ARG002
         return Message("Take the output {name} into a new variable", name=self.name[:30])
-
-
-class TakeDefault(Command, frozen=True, kw_only=True):
-    """Give an input or output the default that the variables assign to it, and delete that there."""
-
-    automaton: Id
-    list: Literal["inputs", "outputs"]
-    name: _Name
-
-    def apply(self, document: Document) -> Document:
-        automaton = nodes.find_automaton(document, self.automaton)
-        items: tuple[Parameter, ...] = getattr(automaton, self.list)
-        item = next((each for each in items if each.name == self.name), None)
-        pattern = re.compile(rf"^{re.escape(self.name)}\s*(?::[^=\n]*)?=(.+)\n?", re.MULTILINE)
-        found = pattern.search(automaton.variables.text)
-        try:
-            tree = parse_python(found[1].strip() if found else "", mode="eval")
-            value = ast.literal_eval(tree)
-        except (SyntaxError, ValueError, TypeError, MemoryError, RecursionError):
-            item = None
-        if item is None:
-            raise EditError(
-                Message("Cannot take the default of “{name}”", name=self.name[:30]),
-                "the variables do not set it to a literal in a separate line",
-                "write the default, and delete the line yourself",
-            )
-        kind, given = _TYPES.get(type(value), "object"), item.type.text.strip()
-        fits = given in (kind, "object") or (given, kind) == ("float", "int")
-        new = nodes.changed(item, type=given if fits else kind, default=ast.unparse(tree))
-        fields = {
-            self.list: nodes.swapped(items, item, new),
-            "variables": pattern.sub("", automaton.variables.text, count=1),
-        }
-        return nodes.with_automaton(document, self.automaton, lambda each: nodes.changed(each, **fields))
-
-    def title(self, document: Document) -> Message:  # noqa: ARG002
-        return Message("Take the default of “{name}” from the variables", name=self.name[:30])
 
 
 class ShareVariable(Command, frozen=True, kw_only=True):
@@ -296,13 +167,6 @@ class ShareVariable(Command, frozen=True, kw_only=True):
         return False
 
 
-def has_first_value(document: Document, automaton: int, name: str) -> bool:
-    """Return whether a variable of an automaton above has a value before any state is entered."""
-    owner = _owner(analyze(document, _NOWHERE), automaton, name)
-    variables = owner.variables
-    return name in owner.automaton.declared or (variables is not None and name in variables.bound)
-
-
 def _code(analysis: Analysis, automaton: Automaton) -> AutomatonCode:
     for each in analysis.automata:
         if each.automaton is automaton:
@@ -321,41 +185,3 @@ def _owner(analysis: Analysis, id: int, name: str) -> AutomatonCode:
         "no automaton above has such a variable",
         "declare it there first",
     )
-
-
-def _below(document: Document, owner: AutomatonCode, target: Automaton) -> Iterator[Automaton]:
-    """Yield an automaton and those above it, up to below the one that has a variable."""
-    return takewhile(lambda each: each.id != owner.automaton.id, (target, *document.above(target)))
-
-
-def _state_of(document: Document, automaton: Automaton, what: Message) -> State:
-    """Return the state that owns an automaton. Raises EditError, which begins with `what`."""
-    state = document.owner(automaton)
-    if state is None:
-        raise EditError(what, "no state owns the automaton")
-    return state
-
-
-def _type(owner: AutomatonCode, name: str) -> str:
-    """Return the type of an input or output for a variable: that of its first value if it is a literal."""
-    for item in (*owner.automaton.inputs, *owner.automaton.outputs):
-        if item.name == name:
-            return item.type.text
-    return _TYPES.get(type(_literal(owner, name)), "object")
-
-
-def _default(owner: AutomatonCode, name: str) -> str:
-    """Return the default of an output for a variable: the variable's first value if it is a literal."""
-    for item in owner.automaton.outputs:
-        if item.name == name:
-            return item.default.text
-    return repr(_literal(owner, name))
-
-
-def _literal(owner: AutomatonCode, name: str) -> object:
-    """Return the first value of a variable; None if it is no literal."""
-    first = owner.first_value(name)
-    try:
-        return None if first is None else ast.literal_eval(first)
-    except (ValueError, TypeError, MemoryError, RecursionError):
-        return None

@@ -29,8 +29,8 @@ from codegen.hfsm.document import (
 )
 from codegen.hfsm.generator import generate
 from codegen.hfsm.known_interfaces import KnownInterfaces
+from codegen.logic import START
 from codegen.python_layout import INDENT
-from codegen.source_rows import SOURCE_MAP
 from visualhfsm._document.places import Place, texts_in
 
 _TYPED, _SHARED, _FUNCTIONS = "_hfsm_typed", "_hfsm_shared", "_hfsm_functions"
@@ -127,7 +127,7 @@ def generate_around(
         ),
     )
     analysis = analyze(reduced, path)
-    text, _, _ = generate(analysis, interfaces).text.partition(f"\n{SOURCE_MAP} = ")
+    text, _, _ = generate(analysis, interfaces).text.rpartition(START)
     for written, read in _READ_EASILY:
         text = written.sub(read, text)
     text = interfaces.kind.readable(text, reduced.ros)

@@ -141,7 +141,6 @@ _WILD = [
     "from hfsm_runtime import main\nclass A: pass\nmain(A)",
     "__name__ = '__main__'",
     "match '__main__':\n    case __name__:\n        pass",
-    "from hfsm_runtime import source_map\nsource_map('/etc/hostname', [])",
     "def Proxy(identity, kind):\n    pass",
     "from hfsm_runtime import Proxy\nP = Proxy",
     "import component\ncomponent.main",

@@ -13,7 +13,7 @@ import pytest
 from hfsm_runtime.kinds import Kind
 from tests.support.limits import RUN_LIMIT
 from tests.support.places import ROOT
-from visualhfsm_ros2 import _components
+from visualhfsm_ros2 import components
 
 PLUGINS = ("visualhfsm_ros2", "zenoh_ros2")
 CORE = (
@@ -61,7 +61,7 @@ def test_tests_of_the_core_import_nothing_of_ros() -> None:
 
 
 def test_the_kind_is_one() -> None:
-    kind: Kind = _components  # which mypy checks
+    kind: Kind = components  # which mypy checks
     assert all(
         callable(getattr(kind, name)) for name in ("opened", "imitated", "recorded", "replayed", "stop")
     )

@@ -12,7 +12,7 @@ from codegen.diagnostics import Diagnostics
 from codegen.hfsm.loading import check_document
 from tests.support.documents import document, problems, state, sub
 from visualhfsm_ros2 import _ends as ros
-from visualhfsm_ros2._documents import ROS_OPERATIONS
+from visualhfsm_ros2.documents import ROS_OPERATIONS
 
 FAULTY = sorted((Path(__file__).parents[1] / "data" / "faulty").glob("*.xml"))
 SCAN = ("subscribe", "scan", "/scan", "sensor_msgs/msg/LaserScan")

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 from codegen.hfsm._checks.component import STANDARD_OPTIONS
 from hfsm_runtime import Component
 from hfsm_runtime.command import make_app
-from visualhfsm_ros2._options import options
+from visualhfsm_ros2.options import options
 
 
 class Plain(Component, document="plain.xml"):

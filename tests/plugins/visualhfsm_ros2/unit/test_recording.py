@@ -10,10 +10,10 @@ import pytest
 
 from hfsm_runtime._recording.values import readable
 from hfsm_runtime.kinds import Differs
-from visualhfsm_ros2._declared import Ros
 from visualhfsm_ros2._ends import KINDS
 from visualhfsm_ros2._recording import ENDS
 from visualhfsm_ros2._virtual import FakeRos
+from visualhfsm_ros2.names import Ros
 from zenoh_ros2 import CallTimeoutError, MessageError, QoS, RosError, Status
 
 STRING = "std_msgs/msg/String"

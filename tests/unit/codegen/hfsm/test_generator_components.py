@@ -15,7 +15,6 @@ import pytest
 
 from codegen.diagnostics import Diagnostics, Severity
 from codegen.hfsm import compile_document
-from codegen.source_rows import SOURCE_MAP
 from hfsm_runtime import VirtualRun
 from tests.support.documents import generate, load
 from tests.support.places import DATA, ROOT
@@ -28,7 +27,7 @@ IN_GIT = [
     path
     for folder in ("behaviors", "examples")
     for path in sorted((ROOT / folder).rglob("*.py"))
-    if f"{SOURCE_MAP} = " in path.read_text()
+    if "(Component, document=" in path.read_text()
 ]
 
 behaviors: dict[str, Callable[[VirtualRun], None]] = {}

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
-from hfsm_runtime import Automaton, Component, Input, Parameter, Proxy, State, Transition
+from hfsm_runtime import Automaton, Component, Input, Output, Parameter, Proxy, State, Transition
 from hfsm_runtime.errors import ReloadRefusedError
 from hfsm_runtime.tree import ChangeKind
 from hfsm_runtime.virtual import Execution
@@ -409,6 +410,74 @@ def test_inputs_and_events_on_their_way_are_kept() -> None:
     run.advance(0.1)
     assert run.active == "s/b"
     assert user(run).color == "blue"
+
+
+def test_outputs_are_kept_while_their_type_stays() -> None:
+    taken: list[dict[str, object]] = []
+
+    def version(kind: type, default: object) -> Automaton:
+        outputs = Output(name="count", type=int, default=0), Output(name="size", type=kind, default=default)
+        child = Automaton(
+            id=2, name="child", period=10.0, states=(State(id=1, name="a", initial=True),), outputs=outputs,
+            set_outputs=lambda values: None, get_outputs=lambda: {"count": 3, "size": 4},
+        )  # fmt: skip
+        state = State(
+            id=1, name="s", initial=True, children=(child,), results=lambda found: taken.append({**found})
+        )
+        return Automaton(id=1, name="walker", states=(state,))
+
+    run = running(version(int, 0), 0.15)
+    reload(run, version(str, ""))  # the next cycle of the child is ten seconds away
+    run.advance(0.1)
+    assert taken == [{"count": 0, "size": 0}, {"count": 3, "size": 4}, {"count": 3, "size": ""}]
+
+
+def test_a_forced_transition_fires_after_the_reload_unless_it_is_gone() -> None:
+    run = running(timed("follow", "dance"), 0.05)
+    run.force("walker", "after follow")
+    reload(run, timed("follow", "dance"))
+    run.advance(0.1)
+    assert run.active == "dance"
+    run.force("walker", "after dance")
+    reload(run, Automaton(id=1, name="walker", states=timed("follow", "dance").states))
+    reload(run, timed("follow", "dance"))
+    run.advance(0.1)
+    assert run.active == "dance"
+
+
+def test_the_last_transition_is_kept_unless_it_is_gone() -> None:
+    run = running(timed("follow", "dance"), 10.05)
+    walker = run.automaton("walker")
+    reload(run, timed("follow", "dance"))
+    assert walker.last_transition == 1
+    reload(run, Automaton(id=1, name="walker", states=timed("follow", "dance").states))
+    assert walker.last_transition == 0
+    reload(run, timed("follow", "dance"))
+    run.advance(10.0)
+    assert walker.last_transition == 2
+    reload(run, Automaton(id=1, name="walker", states=(State(id=7, name="rest", initial=True),)))
+    assert walker.last_transition == 0
+
+
+def test_a_ghost_that_restarts_has_not_waited_in_its_state() -> None:
+    def version(*states: str, first: int) -> Automaton:
+        inner = timed(*states, id=2, name="inner", seconds=1.0)
+        renumbered = tuple(replace(each, id=each.id + first) for each in inner.states)
+        moved = tuple(
+            replace(each, origin=each.origin + first, destination=each.destination + first)
+            for each in inner.transitions
+        )
+        inner = replace(inner, states=renumbered, transitions=moved)
+        return timed("here", "away", seconds=1.5, children={"here": inner})
+
+    run = running(version("a", "b", first=0), 2.0)
+    assert run.is_ghost("inner")
+    reload(run, version("x", "y", first=5))
+    run.advance(1.05)  # the outer automaton is back in `here` for 0.05 s
+    run.advance(0.9)
+    assert run.state("inner") == "x"
+    run.advance(0.2)
+    assert run.state("inner") == "y"
 
 
 def test_a_finished_automaton_stays_finished_while_its_state_is_final() -> None:

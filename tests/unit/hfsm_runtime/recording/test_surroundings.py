@@ -12,7 +12,7 @@ from hfsm_runtime._recording.recorder import Recorder
 from hfsm_runtime._recording.surroundings import recorded_surroundings
 from hfsm_runtime.recording_file.messages import Description, RobotPose, World
 from hfsm_runtime.recording_file.writer import Entry
-from naoserver.bodies.looks.description import write_looks
+from naoserver.bodies.description import write_looks
 from naoserver.body import write_body
 from naoserver.fake import FakeRobot
 from tests.support.robot_server import eventually, served_to_client

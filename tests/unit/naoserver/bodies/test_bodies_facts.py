@@ -5,7 +5,8 @@ import math
 
 import pytest
 
-from naoserver.body import read_body
+from naoserver.bodies.parts import NOWHERE, Axis, InertialUnit, Wheels
+from naoserver.body import read_body, read_description
 from naoserver.errors import RobotError
 
 FACTS = {
@@ -39,6 +40,7 @@ CAMERA = {
     "name": "Camera", "link": "hand", "position": [0, 0, 0], "tilt": 0.0, "horizontal_fov": 1.0,
     "sizes": [[320, 240]], "rates": [30],
 }  # fmt: skip
+WHEELS = Wheels(left="shoulder", right="elbow", radius=0.1, distance=0.2, fastest=0.1, fastest_turn=1.0)
 FOOTSTEPS = {
     "kind": "footsteps", "com_height": 0.6, "width": 0.2, "sole_middle": [0, 0, 0], "sole_half": [0.1, 0.04],
     "lift": 0.05, "limits": {"forward": 0.3, "left": 0.1, "turn": 0.5},
@@ -86,8 +88,11 @@ def test_facts_that_make_sense_are_read():
         (("joints", 0, "axis"), [0, 1], "axis"),
         (("joints", 0, "turn"), [1, 1, 0, 0], "joint shoulder: its turn"),
         (("joints", 0, "gear"), "belt", "joint shoulder: there is no gear 'belt'"),
-        (("joints", 0, "origin"), [0, math.inf, 0], "arm.joints[0].origin[1] is inf"),
-        (("links", 1, "com"), [math.nan, 0, 0], "arm.links[1].com[0] is nan"),
+        (("joints", 0, "origin"), [0, math.inf, 0], "joints[0].origin[1] = inf: write m"),
+        (("joints", 0, "origin"), [0, 120, 1001], "joints[0].origin[2] = 1001: write m, from -1000 to 1000"),
+        (("links", 1, "com"), [math.nan, 0, 0], "links[1].com[0] = nan: write m"),
+        (("postures", "Stand", "angles", "elbow"), math.inf, "arm.postures.Stand.angles.elbow is inf"),
+        (("hinges", "LeftElbow", "roll", "zero"), math.nan, "arm.hinges.LeftElbow.roll.zero is nan"),
         (("links", 1, "mass"), -1.0, "mass"),
         (("links", 1, "mass"), "heavy", "mass"),
         (("gears", "servo", "stiffness"), 0, "joint shoulder: its gear 'servo' has the stiffness 0"),
@@ -148,6 +153,44 @@ def test_a_fault_is_refused_with_file_and_entry(path, value, reported):
     assert str(refused.value).startswith("arm.json: ")
     assert str(refused.value).count("arm.json") == 1
     assert reported in str(refused.value)
+
+
+def test_of_a_server_of_a_newer_version_what_is_known_is_read():
+    newer = changed(("wings",), [{"span": 2.0}])
+    described = json.loads(newer)
+    described["joints"][0]["feathers"] = 3
+    described["hinges"]["LeftElbow"]["roll"]["oil"] = {"left": 1.0}
+    described["inertial_unit"] = {"accelerometer": [0, 0, 0], "gyrometer": [0, 0, 0], "compass": [0, 0, 0]}
+    described["walk"] = {
+        "kind": "wheels",
+        "left": "shoulder",
+        "right": "elbow",
+        "tires": 2,
+        "radius": 0.1,
+        "distance": 0.2,
+        "fastest": 0.1,
+        "fastest_turn": 1.0,
+    }
+    with pytest.raises(RobotError, match="there is no such key"):
+        read_body(json.dumps(described), "arm.json")
+    body = read_description(json.dumps(described))
+    assert body.joint_names == ("shoulder", "elbow")
+    assert body.hinges["LeftElbow"][Axis.ROLL].joint == "elbow"
+    assert (body.inertial_unit, body.walk) == (InertialUnit(accelerometer=NOWHERE, gyrometer=NOWHERE), WHEELS)
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "reported"),
+    [
+        (("walk",), {"kind": "hover"}, "Description: walk"),
+        (("links", 1, "name"), ..., "Description: links[1]: name is missing"),
+        (("shapes",), [SHAPE | {"link": "claw"}], "Description: shape: there is no link 'claw'"),
+    ],
+)
+def test_of_what_a_server_describes_a_fault_is_one_sentence(path, value, reported):
+    with pytest.raises(RobotError) as refused:
+        read_description(changed(path, value))
+    assert str(refused.value).startswith(reported)
 
 
 def test_a_doubled_key_is_refused():

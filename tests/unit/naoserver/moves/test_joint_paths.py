@@ -195,11 +195,12 @@ def test_an_emergency_stop_ends_a_path_and_refuses_others(rig):
         rig.start(0.5)
 
 
-def test_a_path_does_not_go_on_after_a_stop_that_was_reset_at_once(rig):
+@pytest.mark.parametrize("resume", [False, True])
+def test_a_path_does_not_go_on_after_a_stop_that_was_reset_at_once(rig, resume):
     path = rig.start(0.5)
     rig.advance(0.3)
     rig.assembly.gate.stop("a test")
-    rig.assembly.gate.reset(resume=True)
+    rig.assembly.gate.reset(resume=resume)
     there = rig.yaw
     rig.advance(1.0)
     assert (rig.yaw, str(path.error)) == (there, "the robot was stopped")
@@ -330,6 +331,18 @@ def test_an_emergency_stop_is_raised_where_a_path_is_followed(rig, of_calls):
     with pytest.raises(CommandRefused, match="a test"):
         follow(rig, 0.5, stopped=stopped)
     assert "look ended" not in "".join(rig.events)
+
+
+def test_a_path_whose_client_is_gone_ends_and_is_no_command_that_is_refused(rig):
+    stopped = threading.Event()
+
+    def leave():
+        rig.assembly.gate.is_lost = lambda client: True
+        stopped.set()
+
+    rig.clock.call_every(0.3, leave)
+    follow(rig, 0.5, stopped=stopped)
+    assert not [event for event in rig.events if "refused" in event]
 
 
 def test_who_follows_a_path_hears_what_refuses_a_step(rig):

@@ -232,6 +232,16 @@ def test_who_is_lost_leaves_joints_that_are_damped_as_their_gear_says(rig, sent)
     assert sent[JOINT][:5] == (0.5, 0.0, 0.0, 0.0, gentle)
 
 
+def test_who_is_lost_leaves_the_joints_of_others_as_they_are(rig, sent):
+    other = "Right_Elbow_Pitch"
+    rig.guard.command({JOINT: stiffly(0.5)}, "ann")
+    rig.guard.command({other: stiffly(0.5)}, "ben")
+    rig.guard.drop_client("ann")
+    assert (sent[JOINT].kp, sent[other].kp) == (0.0, 50.0)
+    rig.live(0.1, lambda: rig.guard.command({other: stiffly(0.5)}, "ben"))
+    assert rig.guard.moves_for("ben")
+
+
 def test_a_command_lasts_until_its_timeout(rig, sent):
     rig.guard.command({JOINT: stiffly(0.5)}, "ann")
     rig.live(OPTIONS.gains_timeout - 2 * OPTIONS.period)

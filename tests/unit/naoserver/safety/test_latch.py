@@ -9,7 +9,7 @@ import stat
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 
 import pytest
@@ -424,6 +424,25 @@ def test_a_server_that_is_started_again_in_the_same_way_finds_its_record() -> No
     assert file(**behind_a_router) == others[-1]
     with latch_of(Settings(listen=("tcp/127.0.0.1:0",), connect=())) as latch:
         assert latch is None
+
+
+def test_a_server_finds_the_stop_of_its_body_or_as_a_real_robot_any(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    settings = Settings(listen=("tcp/127.0.0.1:7447",), connect=())
+
+    def found(latch: Latch | nullcontext[None], stop: str = "") -> str:
+        assert isinstance(latch, Latch)
+        with latch:
+            if stop:
+                latch.keep(stop, None)
+            return latch.found.stop
+
+    assert found(latch_of(settings, body="T1"), "smoke") == ""
+    assert found(latch_of(settings, body="G1")) == ""
+    assert found(latch_of(settings, body="T1")) == "smoke"
+    assert found(latch_of(settings)) == "smoke"
 
 
 def test_who_commands_on_beside_a_kept_stop_is_refused_after_its_reset(path: Path) -> None:

@@ -3,7 +3,7 @@
 import pytest
 
 from naoserver_sim._own.limbs import Limbs
-from naoserver_sim._own.model_file import find_model
+from naoserver_sim._own.model_file import read_model
 from naoserver_sim._own.parts import OwnFile, parts_of
 from tests.support.models import MODELS, joint, link, robot
 
@@ -18,7 +18,7 @@ def read(tmp_path):
 
     def limbs(model):
         (tmp_path / "robot.urdf").write_text(model)
-        return Limbs(parts_of(find_model(tmp_path / "robot.urdf", tmp_path).read(), OwnFile(), mounted=False))
+        return Limbs(parts_of(read_model(tmp_path / "robot.urdf", tmp_path), OwnFile(), mounted=False))
 
     return limbs
 

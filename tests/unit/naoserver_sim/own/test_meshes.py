@@ -9,7 +9,7 @@ import pytest
 
 from naoserver_sim._own import meshes
 from naoserver_sim._own.meshes import Files, MeshError, packages_near, read_mesh
-from naoserver_sim._own.model_file import find_model
+from naoserver_sim._own.model_file import read_model
 from tests.support.meshes import cone, write_stl
 
 CUBE = """v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 0 1\nv 1 0 1\nv 0 1 1\nv 1 1 1
@@ -304,7 +304,7 @@ def test_of_an_obj_all_is_read(tmp_path, changed):
         '<mujoco><asset><mesh name="a" file="a.obj"/></asset><worldbody><body><geom type="mesh" mesh="a"/>'
         "<body><joint/><geom size='1'/></body></body></worldbody></mujoco>"
     )
-    model = find_model(tmp_path / "r.xml", tmp_path).read()
+    model = read_model(tmp_path / "r.xml", tmp_path)
     assert (model.compiled.nmeshface, model.compiled.nmeshvert, model.notes) == (12, 8, ())
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 from naoserver.errors import RobotError
-from naoserver_sim._own.model_file import find_model
+from naoserver_sim._own.model_file import read_model
 from tests.support.meshes import cone, write_stl
 
 pytestmark = pytest.mark.sim
@@ -19,7 +19,7 @@ def read(tmp_path):
         for name, text in files.items():
             (tmp_path / f"{name}.xml").write_text(text)
         (tmp_path / "r.xml").write_text(f"<mujoco>\n<worldbody>\n{bodies}\n</worldbody>\n{rest}\n</mujoco>")
-        return find_model(tmp_path / "r.xml", tmp_path).read()
+        return read_model(tmp_path / "r.xml", tmp_path)
 
     return written
 

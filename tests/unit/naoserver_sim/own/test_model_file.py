@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from naoserver.errors import RobotError
-from naoserver_sim._own.model_file import find_model
+from naoserver_sim._own.model_file import read_model
 from tests.support.meshes import cone, write_stl
 from tests.support.models import FOLDER
 from tests.support.robot_files import joint, link
@@ -52,7 +52,7 @@ def read(folder):
 
     def written(text, name="arm.urdf", **options):
         (folder / name).write_text(text)
-        return find_model(folder / name, folder, **options).read()
+        return read_model(folder / name, folder, **options)
 
     return written
 
@@ -102,7 +102,9 @@ def test_links_whose_masses_are_guessed_by_their_shapes_are_named(read):
     ]
     notes = read(f"<robot>{''.join(parts + joints)}</robot>").notes
     (note,) = (each for each in notes if "without mass" in each)
-    assert note.endswith("arm.urdf: 'upper' without mass: taken as their shapes full of water, 1 kg each")
+    assert note.endswith(
+        "arm.urdf: 'upper' without mass: taken as their shapes full of water, up to 1 kg each"
+    )
 
 
 def _number(text, chance):

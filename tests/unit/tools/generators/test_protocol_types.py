@@ -62,7 +62,7 @@ def test_a_field_that_a_message_may_leave_out_is_optional() -> None:
     text = FILE.read_text("utf-8")
     assert "  open: {path: string};\n" in text
     assert "  new: {template?: string};\n" in text
-    assert re.search(r"interface DocumentPush \{[^}]*  tab: number;[^}]*  full\?: Fields &", text)
+    assert re.search(r"interface DocumentPush \{[^}]*  tab: number;[^}]*  full: Fields &", text)
     assert re.search(r"interface Place \{[^}]*  kind: [^}]*  id\?: number;", text)
 
 

@@ -1,4 +1,4 @@
-"""Commands and templates of plug-ins: found when they are named, and no harm to others when they are broken."""
+"""Commands of plug-ins: found when they are named, and no harm to others when they are broken."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.support.commands import run_here
-from tests.support.plugins import installed
+from tests.support.plugins import installed, without
 from visualhfsm import VisualHfsmError
 from visualhfsm._commands import plugged as module
 from visualhfsm._commands.app import app
@@ -24,17 +24,6 @@ def dance(partner: str) -> None:
     '''Dance
     with somebody.'''
     typer.echo(f"dances with {partner}")
-"""
-CHESS = """
-from typing import Annotated
-import typer
-
-app = typer.Typer(add_completion=False)
-
-@app.command(epilog="visualhfsm new board --chess 8")
-def chess(*, chess: Annotated[int | None, typer.Option(help="Make a board instead.")] = None):
-    '''With --chess it is a board.'''
-    return {"fields/a1": b"rook" * chess}, lambda folder: f"play in {folder}"
 """
 
 
@@ -89,23 +78,15 @@ def test_what_is_no_command_is_named(tmp_path: Path) -> None:
     assert "dance of visualhfsm.commands is no application of typer with one command" in done.stderr
 
 
-def test_a_template_adds_its_options_and_makes_a_folder(tmp_path: Path) -> None:
-    board = tmp_path / "board"
-    with installed(tmp_path, {"visualhfsm.templates": {"chess": "stranger:app"}}, stranger=CHESS):
-        shown = run_here(app, "visualhfsm", "new", "--help").stdout
-        assert "With --chess it is a board." in shown
-        assert "visualhfsm new board --chess 8" in shown
-        done = run_here(app, "visualhfsm", "new", board, "--chess", "2")
-        assert (done.returncode, done.stdout) == (0, f"play in {board}\n")
-        assert (board / "fields/a1").read_text() == "rookrook"
-        refused = run_here(app, "visualhfsm", "new", tmp_path / "b", "--chess", "2", "--hardware")
-        assert refused.returncode == 2
-        assert not (tmp_path / "b").exists()
-        again = run_here(app, "visualhfsm", "new", board, "--chess", "2", expected=(VisualHfsmError,))
-        assert "is not empty" in again.stderr
-        plain = run_here(app, "visualhfsm", "new", tmp_path / "mine")
-    assert plain.returncode == 0
-    assert (tmp_path / "mine/stack.toml").is_file()
+def test_a_folder_for_a_pupil_without_its_plug_in_says_what_to_install(tmp_path: Path) -> None:
+    with without("visualhfsm_classes"):
+        refused = run_here(
+            app, "visualhfsm", "new", tmp_path / "ana", "--exercise", "look", expected=(VisualHfsmError,)
+        )
+        assert run_here(app, "visualhfsm", "new", tmp_path / "mine").returncode == 0
+    assert refused.returncode == 1
+    assert "visualhfsm_classes is not installed; type: pip install 'visualhfsm'" in refused.stderr
+    assert not (tmp_path / "ana").exists()
 
 
 def test_a_file_in_place_of_a_command_leads_to_edit(tmp_path: Path) -> None:

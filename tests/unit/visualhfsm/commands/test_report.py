@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from hfsm_runtime.recording_file.messages import Change
+from hfsm_runtime.recording_file.messages import Snapshot
 from hfsm_runtime.recording_file.writer import Entry, RecordingWriter
+from tests.support.component import short_snapshot
 from tests.support.watching import content
 from visualhfsm._commands.app import app
 from visualhfsm._monitor.recordings import open_recording
@@ -24,10 +25,10 @@ def report(*arguments: object) -> tuple[int, str]:
 
 
 def recording(path: Path, seconds: int = 0) -> Path:
-    """Record an automaton that enters its state at once, and then each second."""
+    """Record an automaton that enters its state at once, and its snapshots each second."""
     writer = RecordingWriter(path, {"name": "walker", "start": str(START)}, {}, START)
     for at in range(0, (seconds + 1) * SECOND, SECOND):
-        writer.put(Entry("/automata/walker", START + at, Change(1, "walker", 1, "stand", "entered", at)))
+        writer.put(Entry("/snapshots", START + at, Snapshot.of(short_snapshot(at / SECOND))))
     writer.close()
     return path
 

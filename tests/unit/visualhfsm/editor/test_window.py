@@ -130,8 +130,8 @@ async def test_a_document_is_sent_as_it_is_when_there_is_room(tab: Tab, window: 
         await tab.edit(lambda document, command=command: document.apply(command))  # type: ignore[misc]
     (second,) = await batch(window)
     sent = json.loads(second)
-    (part,) = sent["patch"]["parts"]
-    assert [state["name"] for state in part["states"]["changed"]] == ["a", "b"]
+    (only,) = sent["full"]["automata"]
+    assert [state["name"] for state in only["states"]][-2:] == ["a", "b"]
     assert sent["revision"] == 2
 
 

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from codegen.hfsm.source_map import SourceMap
 from codegen.messages import Message
 from tests.support.editing import tree
 from visualhfsm._document.origins import Origin, Origins
@@ -24,7 +23,7 @@ DOCUMENT = tree()
 STATE = DOCUMENT.automata[0].states[0]
 ITS_PLACE = Origin(Place(kind="state", automaton=DOCUMENT.automata[0].id, id=STATE.id), 0)
 CUT_SHORT = LastCycle(DOCUMENT.automata[0].id, STATE.id, 0, running=True)
-ORIGINS = Origins(DOCUMENT, Path("walk.xml"), Path("walk.py"), SourceMap())
+ORIGINS = Origins(DOCUMENT, Path("walk.xml"), Path("walk.py"))
 
 
 def words(*heard: tuple[str, Origin | None]) -> LastWords:

@@ -20,31 +20,6 @@ export type Words = (string | [tag: string, attributes: Record<string, string>, 
 /** A document without its automata. */
 export type Fields = DocumentFields & {name: string};
 
-/** What changed in a document, as visualhfsm/_editor/window.py finds it. */
-export interface Patch {
-  document?: Partial<Fields>;
-  automata?: Automaton[];
-  removed?: number[];
-  order?: number[];
-  parts?: Part[];
-}
-
-/** What changed in an automaton. */
-export interface Part {
-  id: number;
-  fields?: Partial<Automaton>;
-  states?: Change<State>;
-  transitions?: Change<Transition>;
-  annotations?: Change<Annotation>;
-}
-
-/** What changed in a list of items. */
-export interface Change<Item> {
-  changed?: Item[];
-  removed?: number[];
-  order?: number[];
-}
-
 /** What is new in one automaton, by id; the automaton itself may be new. */
 export interface Added {
   automaton: number;
@@ -384,14 +359,8 @@ export interface Commands {
   setPriority: {automaton: number; transition: number; priority: string};
   /** Evaluate a transition at position `index`, from 0, among those out of its state. */
   reorderTransition: {automaton: number; transition: number; index: number};
-  /** Pass a variable of the nearest automaton above that has it down to this one, as an input. */
-  passVariable: {automaton: number; name: string};
-  /** Hand a variable up to the nearest automaton above that has one of this name, as an output. */
-  handUpVariable: {automaton: number; name: string};
   /** Take an output below a state into a new variable, which begins with the default of the output. */
   takeOutput: {automaton: number; state: number; name: string; child?: number};
-  /** Give an input or output the default that the variables assign to it, and delete that there. */
-  takeDefault: {automaton: number; list: "inputs" | "outputs"; name: string};
   /** Keep a variable of the nearest automaton above that has it in the component, as `self.name`. */
   shareVariable: {automaton: number; name: string};
 }
@@ -517,7 +486,7 @@ export interface DocumentFields {
   ros: RosInterface[];
 }
 
-/** A document, whole in `full` or only its changes in `patch`; the steps come latest first. */
+/** A document, whole in `full` each time that it changes; the steps come latest first. */
 export interface DocumentPush {
   push: "document";
   tab: number;
@@ -525,8 +494,7 @@ export interface DocumentPush {
   undo: UndoStep[];
   redo: UndoStep[];
   dirty: boolean;
-  full?: Fields & {automata: Automaton[]};
-  patch?: Patch;
+  full: Fields & {automata: Automaton[]};
 }
 
 /** A step; `conflict` if somebody else had typed over the same words. */

@@ -23,7 +23,7 @@ import {viewing} from "../kit/viewers.js";
  * @typedef {{tab: number, text: string, typed: boolean}} Unsaved a text; `typed` while it is not sent
  * @typedef {Required<Omit<RobotPush, "push">>} Robot
  * @typedef {{connection: {code?: number, reason?: string}, workspace: {former: Workspace}, request: null, restarted: null,
- *   document: {tab: number, changed: Set<number>, whole: boolean}, failure: {error: Error}, closed: {tab: number},
+ *   document: {tab: number, changed: boolean}, failure: {error: Error}, closed: {tab: number},
  *   problems: ProblemsPush, fixes: {tab: number}, output: OutputPush, started: StartedPush, robot: RobotPush, shelf: ShelfPush, snapshot: SnapshotPush,
  *   structure: StructurePush, stale: StalePush, outside: OutsidePush,
  *   tests: TestsPush, trials: TrialsPush}} StoreEvents
@@ -47,17 +47,16 @@ const NO_ROBOT = {
   trouble: "",
 };
 /**
- * Why the server does not let this page in, so that it asks no more: all were locked out, the address for looking on was
- * withdrawn, or the server does not know this page.
+ * Why the server does not let this page in, so that it asks no more: the address for looking on was withdrawn, or the
+ * server does not know this page.
  *
- * @typedef {"lockedOut" | "notShared" | "unknown"} Refusal
+ * @typedef {"notShared" | "unknown"} Refusal
  */
 
-/** The codes with which the server closes connections for good. @type {Map<number, Refusal>} */
-const FOR_GOOD = new Map([
-  [4403, "lockedOut"],
-  [4410, "notShared"],
-]);
+/** The code with which the server closes the connections of viewers for good. */
+const WITHDRAWN = 4410;
+/** What differs in a document that has changed; one that comes again, as after an outage, is the same. */
+const COMPARED = /** @type {const} */ (["revision", "dirty", "fields"]);
 const FIRST_RETRY = 250; // ms
 const LAST_RETRY = 5000;
 /** Bytes of a message; a larger one would close the connection (`Limits` of visualhfsm/_editor/limits.py). */
@@ -81,7 +80,7 @@ export class RequestError extends Error {
 }
 
 /**
- * Events: `connection`, `workspace`, `document` {tab, changed: Set of automaton ids, whole}, `problems` {tab},
+ * Events: `connection`, `workspace`, `document` {tab, changed: whether it was another one}, `problems` {tab},
  * `fixes` {tab} when what fixes these is known, `request` before one that others may have to precede, and one of the name of each further push (`output`, `started`,
  * `robot`, `shelf`, `snapshot`, `structure`, `stale`, `outside`, `tests`, `trials`, `closed`).
  */
@@ -158,10 +157,6 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
 
   /** The text for users while there is no connection. */
   get whyOffline() {
-    if (this.refused === "lockedOut")
-      return t(
-        "All pages were locked out, by the address for that in the terminal of the editor; STOP still works. Open the new address that it printed there: then this page connects again, too.",
-      );
     if (this.refused === "notShared")
       return t("The owner has withdrawn this address. To look on again, ask the owner for a new one.");
     if (viewing.on && this.refused)
@@ -251,7 +246,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
     const next = {...former, content};
     next.automata = withContent(next);
     this.documents.set(tab, next);
-    this.#emit("document", {tab, changed: new Set(next.automata.keys()), whole: false});
+    this.#emit("document", {tab, changed: true});
   }
 
   async #greet() {
@@ -291,7 +286,7 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
     this.#waiting.clear();
     if (this.online || !this.offlineSince) this.offlineSince = Date.now();
     this.online = false;
-    this.refused ??= FOR_GOOD.get(event.code);
+    if (event.code === WITHDRAWN) this.refused = "notShared";
     this.#emit("connection", {code: event.code, reason: event.reason});
     if (this.refused) return;
     this.#findOutWhy();
@@ -330,9 +325,11 @@ class Store extends /** @type {new () => Target<StoreEvents>} */ (EventTarget) {
         this.#settle(message);
         return;
       case "document": {
-        const {document, changed} = updated(this.documents.get(message.tab), message);
+        const former = this.documents.get(message.tab);
+        const document = updated(former, message);
         this.documents.set(message.tab, document);
-        this.#emit("document", {tab: message.tab, changed, whole: Boolean(message.full)});
+        const changed = Boolean(former) && COMPARED.some((name) => former?.[name] !== document[name]);
+        this.#emit("document", {tab: message.tab, changed});
         return;
       }
       case "workspace": {

@@ -1,51 +1,30 @@
 /**
- * Documents after a push of the server: unchanged parts are the same objects as before.
+ * Documents after a push of the server: unchanged parts are the same objects as before, so that only others are redrawn.
  *
- * @import {Automaton, Change, DocumentPush, Fields, Part} from "./protocol.js"
+ * @import {Automaton, DocumentPush} from "./protocol.js"
  * @import {OpenDocument} from "./store.js"
  */
 
-/**
- * A document after a push, with the ids of the automata that are new or changed.
- *
- * @param {OpenDocument | undefined} former @param {DocumentPush} push
- */
-export function updated(former, {tab, revision, undo, redo, dirty, full, patch}) {
+/** @param {OpenDocument | undefined} former @param {DocumentPush} push @returns {OpenDocument} */
+export function updated(former, {tab, revision, undo, redo, dirty, full: {automata, ...fields}}) {
+  const own = kept([...(former?.own.values() ?? [])], automata, withKeptItems);
   /** @type {OpenDocument} */
   const document = {
-    tab,
     problems: [],
     counts: {},
-    fields: /** @type {Fields} */ ({}),
     automata: new Map(),
-    own: new Map(),
     content: [],
     ...former,
+    tab,
     revision,
     undo,
     redo,
     dirty,
+    fields: former && isSame(former.fields, fields) ? former.fields : fields,
+    own: new Map(own.map((each) => [each.id, each])),
   };
-  /** @type {Set<number>} */
-  const changed = new Set();
-  if (full) {
-    const {automata, ...fields} = full;
-    document.fields = fields;
-    document.own = new Map(automata.map((each) => [each.id, each]));
-    for (const {id} of automata) changed.add(id);
-  } else if (patch) {
-    const {document: fields, automata = [], parts = [], removed = [], order} = patch;
-    if (fields) document.fields = {...document.fields, ...fields};
-    const known = new Map(document.own);
-    for (const id of removed) known.delete(id);
-    for (const each of [...automata, ...parts.map((part) => patched(known.get(part.id), part))]) {
-      known.set(each.id, each);
-      changed.add(each.id);
-    }
-    document.own = order ? new Map(inOrder(known, order).map((each) => [each.id, each])) : known;
-  }
   document.automata = withContent(document);
-  return {document, changed};
+  return document;
 }
 
 /** The automata of a document, with imported content in the place of each import. @param {OpenDocument} document */
@@ -64,32 +43,27 @@ export function withContent({own, content}) {
   return automata;
 }
 
+/** An automaton, some of whose items are as before. @param {Automaton} former @param {Automaton} now @returns {Automaton} */
+const withKeptItems = (former, now) => ({
+  ...now,
+  states: kept(former.states, now.states),
+  transitions: kept(former.transitions, now.transitions),
+  annotations: kept(former.annotations, now.annotations),
+});
+
 /**
- * An automaton after a change; unchanged parts are the same objects as before.
+ * A list with the former objects where their texts are the same.
  *
- * @param {Automaton | undefined} automaton @param {Part} part
- * @returns {Automaton}
+ * @template {{id: number}} T
+ * @param {T[]} former @param {T[]} now @param {(former: T, now: T) => T} [merged] of two that differ
  */
-function patched(automaton, {id, fields, states, transitions, annotations}) {
-  if (!automaton) throw new Error(`the server has changed automaton ${id}, which this page does not have`);
-  return {
-    ...automaton,
-    ...fields,
-    states: patchedItems(automaton.states, states),
-    transitions: patchedItems(automaton.transitions, transitions),
-    annotations: patchedItems(automaton.annotations, annotations),
-  };
+function kept(former, now, merged = (_, each) => each) {
+  const known = new Map(former.map((each) => [each.id, each]));
+  return now.map((each) => {
+    const before = known.get(each.id);
+    return !before ? each : isSame(before, each) ? before : merged(before, each);
+  });
 }
 
-/** @template {{id: number}} T @param {T[]} list @param {Change<T>} [change] @returns {T[]} */
-function patchedItems(list, change) {
-  if (!change) return list;
-  const {changed = [], removed = [], order} = change;
-  const byId = new Map(list.map((each) => [each.id, each]));
-  for (const id of removed) byId.delete(id);
-  for (const each of changed) byId.set(each.id, each);
-  return order ? inOrder(byId, order) : [...byId.values()];
-}
-
-/** The items that exist. @template T @param {Map<number, T>} byId @param {number[]} order @returns {T[]} */
-const inOrder = (byId, order) => order.flatMap((id) => byId.get(id) ?? []);
+/** @param {unknown} one @param {unknown} other */
+const isSame = (one, other) => JSON.stringify(one) === JSON.stringify(other);

@@ -26,7 +26,7 @@ const report = (text) => notify(text, "error", undefined, {about: STOP});
 const late = new Map();
 
 /**
- * Stop by a connection for that alone, which a page may open even when it is locked out.
+ * Stop by a connection for that alone, which waits for no other request.
  *
  * @param {() => void} heard called when the server has the request, and repeats the stop
  * @returns {Promise<Stopped>}

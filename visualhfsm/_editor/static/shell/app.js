@@ -100,8 +100,8 @@ export class HfsmApp extends PageElement {
     this.listen(page, "focus-canvas", () => this.canvas.focusSelected());
     this.listen(store, "workspace", () => this.#follow());
     this.listen(store, "document", ({detail}) => {
-      // What it was before had them; a document that comes anew, as after an outage, is the same.
-      if (!detail.whole) clearErrors(`start ${detail.tab}`, `judge ${detail.tab}`, "steer reload");
+      // What it was before had them.
+      if (detail.changed) clearErrors(`start ${detail.tab}`, `judge ${detail.tab}`, "steer reload");
       if (detail.tab === page.tab) page.prune();
     });
     this.listen(store, "outside", ({detail}) => {

@@ -138,7 +138,7 @@ def test_a_file_that_a_person_wrote_is_not_overwritten(path: Path) -> None:
     [
         ("\nclass Behavior", "\ndef mine():\n    pass\n"),
         ("    def automaton(", "    def mine(self):\n        pass\n\n"),
-        ("\nSOURCE_MAP", "\nclass mine:\n    pass\n"),
+        ("\nif __name__", "\nclass mine:\n    pass\n"),
         ("\nif __name__", "\nasync def mine():\n    pass\n"),
     ],
 )

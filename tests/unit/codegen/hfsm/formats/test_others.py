@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -10,13 +11,14 @@ import pytest
 
 from codegen.diagnostics import Diagnostics, Note
 from codegen.hfsm import parse_document
-from codegen.hfsm.code import others as code
+from codegen.hfsm.code.former import FormerCode, FormerNames, Given, former_code
 from codegen.hfsm.document import Automaton, Document
 from codegen.hfsm.formats import others
 from codegen.hfsm.formats.xml_tree import XmlElement, read_root
 from codegen.hfsm.loading import load_document
 from codegen.messages import Message
 from tests.support.documents import document, state, sub
+from tests.support.plugins import without
 from zenoh_ice import plugins
 
 VISUALSTATES = '<VisualStates>\n<state id="0"><state id="1"/></state></VisualStates>'
@@ -38,37 +40,28 @@ class Chart:
         return Document(automata=(Automaton(id=int(root.attributes["id"])),))
 
 
-class Spoken:
+class Spoken(FormerCode):
     """Code that is no Python where it says please."""
 
     def is_other_language(self, code: str) -> bool:
         return "please" in code
 
-    def language_of(self, document: Document) -> str:
-        return ""
-
     def notes_about(self, code: str) -> list[Note]:
         return [Note(Message("say it in Python"))]
 
-    def modernize(self, document: Document, path: Path, diagnostics: Diagnostics, *, fixes: bool) -> Document:
-        return document
-
-    def former_names(self, document: Document, **_names: Any) -> code.FormerNames:
-        given = code.Given("[]", Message("a list"))
-        return code.FormerNames({}, {}, {}, {}, {"heard": given}, frozenset({"heard"}))
+    def former_names(self, document: Document, **_names: Any) -> FormerNames:
+        return FormerNames({}, {}, {}, {}, {"heard": Given("[]", Message("a list"))}, frozenset({"heard"}))
 
 
 @pytest.fixture
-def installed(monkeypatch: pytest.MonkeyPatch) -> Iterator[dict[str, list[Any]]]:
-    """What is installed by seam: nothing, unless a test puts it there."""
-    found: dict[str, list[Any]] = {}
-    monkeypatch.setattr(plugins, "each", lambda seam: iter([("one", each) for each in found.get(seam, [])]))
-    caches = others.formats, code.others
-    for cache in caches:
-        cache.cache_clear()
-    yield found
-    for cache in caches:
-        cache.cache_clear()
+def installed(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[Any]]:
+    """The formats that are installed: none, unless a test adds one."""
+    found: list[Any] = []
+    monkeypatch.setattr(plugins, "each", lambda _seam: iter([("one", each) for each in found]))
+    others.formats.cache_clear()
+    with without("visualhfsm_old_documents"):
+        yield found
+    others.formats.cache_clear()
 
 
 @pytest.mark.parametrize(
@@ -103,14 +96,14 @@ def test_without_plug_ins_our_own_documents_are_read_as_ever() -> None:
 
 @pytest.mark.usefixtures("installed")
 def test_without_plug_ins_former_code_cannot_be_fixed() -> None:
-    assert code.modernize(Document(), Path(), Diagnostics(), fixes=False) == Document()
+    assert former_code().modernize(Document(), Path(), Diagnostics(), fixes=False) == Document()
     with pytest.raises(ModuleNotFoundError, match=r"pip install 'visualhfsm\[python2\]'"):
-        code.modernize(Document(), Path(), Diagnostics(), fixes=True)
+        former_code().modernize(Document(), Path(), Diagnostics(), fixes=True)
 
 
-def test_a_file_is_imported_in_the_format_of_its_name_or_root(installed: dict[str, list[Any]]) -> None:
+def test_a_file_is_imported_in_the_format_of_its_name_or_root(installed: list[Any]) -> None:
     chart = Chart()
-    installed[others.SEAM] = [chart]
+    installed.append(chart)
     assert others.imported_suffixes() == [".chart"]
     assert others.writable_formats() == {}
     assert others.imported_format("a.CHART", b"anything") is chart
@@ -121,12 +114,16 @@ def test_a_file_is_imported_in_the_format_of_its_name_or_root(installed: dict[st
     assert chart.read(root, Path(), Diagnostics(), None) == Document(automata=(Automaton(id=3),))
 
 
-def test_a_component_gets_the_names_that_its_code_relies_on(
-    installed: dict[str, list[Any]], tmp_path: Path
-) -> None:
+@pytest.fixture
+def spoken(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What knows about code, in place of our plug-in."""
+    monkeypatch.setitem(sys.modules, "visualhfsm_old_documents", Spoken())
+
+
+@pytest.mark.usefixtures("spoken")
+def test_a_component_gets_the_names_that_its_code_relies_on(tmp_path: Path) -> None:
     path = tmp_path / "old.xml"
     path.write_text(document(sub(1, 0, state(1, "a", "self.heard.append(1)", initial=True))))
-    installed[code.SEAM] = [Spoken()]
     diagnostics = Diagnostics()
     loaded = load_document(path, None, diagnostics)
     assert loaded is not None
@@ -136,12 +133,10 @@ def test_a_component_gets_the_names_that_its_code_relies_on(
     ]
 
 
-def test_what_is_wrong_with_code_has_the_notes_of_plug_ins(
-    installed: dict[str, list[Any]], tmp_path: Path
-) -> None:
+@pytest.mark.usefixtures("spoken")
+def test_what_is_wrong_with_code_has_the_notes_of_the_plug_in(tmp_path: Path) -> None:
     path = tmp_path / "old.xml"
     path.write_text(document(sub(1, 0, state(1, "a", "walk please", initial=True))))
-    installed[code.SEAM] = [Spoken()]
     diagnostics = Diagnostics()
     assert load_document(path, None, diagnostics) is None
     assert [str(note.message) for note in diagnostics.errors[0].notes] == ["say it in Python"]

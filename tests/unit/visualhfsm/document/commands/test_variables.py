@@ -15,26 +15,32 @@ from tests.support.documents import document, problems, state, sub, transition
 from visualhfsm._base.errors import EditError
 from visualhfsm._document.commands.base import Command
 from visualhfsm._document.commands.variables import (
-    HandUpVariable,
-    PassVariable,
     ShareVariable,
-    TakeDefault,
     TakeOutput,
 )
 from visualhfsm._document.serialization import written
-from zenoh_ice.data import typed
+
+OUTPUT = "<output><name>hits</name><type>int</type><default>0</default></output>"
+RESULT = '<result name="hits">hits</result>'
 
 
 def tree(
-    code: str = "hits += 1", variables: str = "hits = 0", middle: str = "", deepest: str = ""
+    code: str = "hits += 1",
+    variables: str = "hits = 0",
+    middle: str = "",
+    deepest: str = "",
+    *,
+    output: str = "",
+    result: str = "",
 ) -> Document:
     """Return a document with an automaton in one in one."""
+    play = state(1, "play", "print(f'{hits} hits')", initial=True, child=2)
     text = document(
         sub(
-            1, 0, state(1, "play", "print(f'{hits} hits')", initial=True, child=2), state(2, "rest"),
+            1, 0, play.replace("</state>", f"{result}</state>"), state(2, "rest"),
             transition(1, 1, 2, "hits > 3 and 'hits' in dir()"), variables=variables,
         ),
-        sub(2, 1, state(1, "look", code, initial=True, child=3), variables=middle),
+        sub(2, 1, output, state(1, "look", code, initial=True, child=3), variables=middle),
         sub(3, 2, state(1, "deep", deepest, initial=True)),
     )  # fmt: skip
     found = parse_document(text, Path("walk.xml"), Diagnostics())
@@ -78,49 +84,8 @@ def test_lines_and_letters_of_any_width_stay(tmp_path: Path) -> None:
     )
 
 
-@pytest.mark.parametrize(
-    ("variables", "type"),
-    [("hits = 0", "int"), ("hits = 0.5", "float"), ("hits = True", "bool"), ("hits = 'a'", "str"), ("hits = []", "object")],
-)  # fmt: skip
-def test_a_variable_is_passed_down_through_all_automata_between(
-    tmp_path: Path, variables: str, type: str
-) -> None:
-    after = PassVariable(automaton=3, name="hits").apply(
-        tree(code="pass", variables=variables, deepest="print(hits)")
-    )
-    for automaton in after.automata[1:]:
-        assert [(each.name, each.type.text) for each in automaton.inputs] == [("hits", type)]
-    for automaton in after.automata[:2]:
-        (argument,) = automaton.states[0].arguments
-        assert (argument.name, argument.value.text) == ("hits", "hits")
-    assert not {"W535", "E527"}.intersection(found_in(tmp_path, after))
-
-
-@pytest.mark.parametrize(
-    ("variables", "type", "default"),
-    [
-        ("hits = -1", "int", "-1"), ("hits = 0.5", "float", "0.5"), ("hits = True", "bool", "True"),
-        ("hits = 'a'", "str", "'a'"), ("hits = []", "object", "[]"), ("hits = f()", "object", "None"),
-    ],
-)  # fmt: skip
-def test_a_variable_is_handed_up_through_all_automata_between(
-    tmp_path: Path, variables: str, type: str, default: str
-) -> None:
-    before = tree(code="pass", variables=variables, deepest="hits = hits")
-    assert "W542" in found_in(tmp_path, before)
-    after = HandUpVariable(automaton=3, name="hits").apply(before)
-    for automaton in after.automata[1:]:
-        declared = [(each.name, each.type.text, each.default.text) for each in automaton.outputs]
-        assert declared == [("hits", type, default)]
-    for automaton in after.automata[:2]:
-        (result,) = automaton.states[0].results
-        assert (result.name, result.variable.text) == ("hits", "hits")
-    assert not {"W535", "W542", "E528", "E529", "W537"}.intersection(found_in(tmp_path, after))
-
-
 def test_an_output_is_taken_into_a_variable_that_is_declared_with_its_default(tmp_path: Path) -> None:
-    before = HandUpVariable(automaton=2, name="hits").apply(tree())
-    after = TakeOutput(automaton=1, state=1, name="hits").apply(before)
+    after = TakeOutput(automaton=1, state=1, name="hits").apply(tree(output=OUTPUT))
     root = after.automata[0]
     assert root.variables.text == "hits = 0\nhits_2 = 0"
     assert [each.variable.text for each in root.states[0].results] == ["hits_2"]
@@ -135,16 +100,9 @@ def test_an_output_is_taken_into_a_variable_that_is_declared_with_its_default(tm
         (ShareVariable(automaton=2, name="hits"), tree(code="def f(hits): pass\nhits += 1"), "another way"),
         (ShareVariable(automaton=2, name="hits"), tree(code="[hits for hits in x]"), "another way"),
         (ShareVariable(automaton=2, name="hits"), tree(code="import a as hits"), "another way"),
-        (PassVariable(automaton=2, name="hits"), tree(), "this automaton also assigns it"),
-        (HandUpVariable(automaton=2, name="hat"), tree(), "no automaton above has such a variable"),
-        (
-            HandUpVariable(automaton=2, name="hits"),
-            tree(middle="hits = 1"),
-            "this automaton's variables set it",
-        ),
         (
             ShareVariable(automaton=2, name="hits"),
-            HandUpVariable(automaton=2, name="hits").apply(tree()),
+            tree(output=OUTPUT, result=RESULT),
             "outputs of automata are taken into it",
         ),
     ],
@@ -166,59 +124,3 @@ def test_after_sharing_no_code_has_the_name_alone(uses: list[str]) -> None:
     assert code_of(after, 2).count("self.hits") == sum(
         use.count("hits") - use.count("'hits'") - use.count("# hits") for use in uses
     )
-
-
-def declared(variables: str, of: str = "output", type: str = "float", default: str = "0.0") -> Document:
-    """Return a document whose root has `count` as an output or input."""
-    item = f"<{of}><name>count</name><type>{type}</type><default>{default}</default></{of}>"
-    text = document(sub(1, 0, item, state(1, "a", "count += 1", initial=True), variables=variables))
-    found = parse_document(text, Path("walk.xml"), Diagnostics())
-    assert found is not None
-    return found
-
-
-@pytest.mark.parametrize(
-    ("variables", "type", "left", "taken"),
-    [
-        ("count = 0", "float", "", ("float", "0")),
-        ("a = 1\n# b\ncount: int = 3\nc = 2", "int", "a = 1\n# b\nc = 2", ("int", "3")),
-        ("count = [1, '#']  # #\nx = -2.5", "int", "x = -2.5", ("object", "[1, '#']")),
-        ("count = 'é'", "bool", "", ("str", "'é'")),
-        ("count = None\nx = 1", "str", "x = 1", ("object", "None")),
-    ],
-)  # fmt: skip
-@pytest.mark.parametrize("kind", ["output", "input"])
-def test_a_default_is_taken_from_the_variables(
-    kind: str, variables: str, type: str, left: str, taken: tuple[str, str]
-) -> None:
-    command = typed.convert({"automaton": 1, "list": f"{kind}s", "name": "count"}, TakeDefault)
-    (root,) = command.apply(declared(variables, kind, type, "")).automata
-    (item,) = (*root.inputs, *root.outputs)
-    assert (item.type.text, item.default.text) == taken
-    assert root.variables.text == left
-
-
-def test_an_output_with_the_default_of_the_variables_is_right(tmp_path: Path) -> None:
-    before = declared("count = 0", default="")
-    assert "E528" in found_in(tmp_path, before)
-    after = TakeDefault(automaton=1, list="outputs", name="count").apply(before)
-    assert found_in(tmp_path, after) == []
-
-
-@pytest.mark.parametrize(
-    "variables",
-    [
-        "",
-        "x = 1",
-        "count = now()",
-        "count, x = 0, 1",
-        "count = x = 0",
-        "count = 0; x = 1",
-        "count += 1",
-        "count == 1",
-        "counter = 1",
-    ],
-)
-def test_what_is_no_default_stays_in_the_variables(variables: str) -> None:
-    with pytest.raises(EditError, match="default"):
-        TakeDefault(automaton=1, list="outputs", name="count").apply(declared(variables))

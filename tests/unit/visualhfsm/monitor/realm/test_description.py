@@ -10,17 +10,26 @@ from typing import Any
 import pytest
 
 from naoserver.bodies import BODY_NAMES, find_body
-from naoserver.bodies.looks.description import write_looks
+from naoserver.bodies.description import write_looks
 from naoserver.bodies.parts import Joint, Link
-from naoserver.body import Body, write_body
+from naoserver.body import LARGEST_DESCRIPTION, Body, write_body
 from tests.support.drawn import drawn
 from visualhfsm._base.errors import VisualHfsmError
-from visualhfsm._monitor.realm.description import LARGEST_TEXT, DescribedRobot, describe, nao
+from visualhfsm._monitor.realm.description import DescribedRobot, describe, nao
 from visualhfsm._monitor.realm.robot import posed_robot
 
-BASE = {"name": "base"}
-JOINT = {"name": "turn", "parent": "base", "child": "arm", "axis": [0, 0, 1], "origin": [0, 0, 0.2]}
-BODY: dict[str, Any] = {"name": "Test", "links": [BASE, {"name": "arm"}], "joints": [JOINT]}
+BASE = {"name": "base", "mass": 1.0}
+ARM = {"name": "arm", "mass": 1.0}
+JOINT = {
+    "name": "turn",
+    "parent": "base",
+    "child": "arm",
+    "axis": [0, 0, 1],
+    "origin": [0, 0, 0.2],
+    "max_velocity": 1.0,
+    "max_torque": 1.0,
+}
+BODY: dict[str, Any] = {"name": "Test", "links": [BASE, ARM], "joints": [JOINT]}
 SPHERE = {"link": "arm", "kind": "sphere", "size": [0.1], "color": [1, 0, 0]}
 TRIANGLE = {
     "vertices": base64.b64encode(bytes(18)).decode(),
@@ -95,11 +104,15 @@ def test_a_link_that_slides_and_one_that_is_fixed_say_so() -> None:
 
 def test_joints_that_slide_are_named_with_their_places() -> None:
     slide = {**JOINT, "name": "lift", "child": "tray", "sliding": True}
-    robot = described(
-        {"name": "Test", "links": [BASE, {"name": "arm"}, {"name": "tray"}], "joints": [JOINT, slide]}
-    )
+    robot = described({**BODY, "links": [BASE, ARM, {"name": "tray", "mass": 1.0}], "joints": [JOINT, slide]})
     assert robot.sliding == ("lift",)
     assert posed_robot({"lift": 0.1}, robot).sliding == ("lift",)
+
+
+def test_a_robot_of_a_newer_version_is_drawn_by_what_is_known_of_it() -> None:
+    newer = {**BODY, "wings": [2.0], "joints": [{**JOINT, "feathers": 3}]}
+    looks = {"shapes": [{**SPHERE, "fur": "long"}], "smell": []}
+    assert described(newer, looks).page == described(BODY, {"shapes": [SPHERE]}).page
 
 
 def test_the_same_description_has_the_same_hash() -> None:
@@ -108,22 +121,26 @@ def test_the_same_description_has_the_same_hash() -> None:
 
 def test_the_neck_pans_and_tilts_by_the_joints_that_are_named() -> None:
     neck = {"pan": {"joint": "turn", "sign": -1, "zero": 0.5}, "tilt": {"joint": "nod"}}
-    robot = described({**BODY, "hinges": {"Neck": neck}})
+    tray = {"name": "tray", "mass": 0.0}
+    nod = {**JOINT, "name": "nod", "child": "tray"}
+    robot = described({**BODY, "links": [BASE, ARM, tray], "joints": [JOINT, nod], "hinges": {"Neck": neck}})
     assert robot.head({"turn": 0.2, "nod": 0.1}) == pytest.approx((0.3, 0.1))
     assert robot.head({"turn": 0.5}) == (0.0, None)
     assert described().head({"turn": 0.2}) == (None, None)
 
 
 def test_without_looks_the_contact_shapes_are_drawn() -> None:
-    capsule = {"link": "arm", "kind": "capsule", "size": [0.02], "ends": [[0, 0, 0], [0.2, 0, 0]]}
-    turn = [math.cos(0.2), 0, 0, math.sin(0.2)]
+    capsule = {"link": "arm", "kind": "capsule", "size": [0.02], "ends": [[0.2, 0, 0], [0, 0, 0]]}
+    turn = [0.8, 0, 0, 0.6]
     box = {"link": "base", "kind": "box", "size": [0.1, 0.1, 0.05], "position": [0, 0, 0.05], "turn": turn}
     drawn_box, drawn_capsule = page({**BODY, "shapes": [box, capsule]})["shapes"]
     assert (drawn_box["kind"], drawn_box["position"]) == ("box", [0, 0, 0.05])
     assert drawn_box["quaternion"] == [0, 0, turn[3], turn[0]]
-    assert drawn_capsule["size"] == pytest.approx([0.02, 0.1])
+    assert drawn_capsule["size"] == pytest.approx([0.02, 0.1, 0.0])
     assert drawn_capsule["position"] == pytest.approx([0.1, 0, 0])
-    assert drawn_capsule["quaternion"] == pytest.approx([0, math.sin(math.pi / 4), 0, math.cos(math.pi / 4)])
+    assert drawn_capsule["quaternion"] == pytest.approx(
+        [0, math.sin(math.pi / 4), 0, math.cos(math.pi / 4)], abs=1e-5
+    )
 
 
 def test_a_hull_is_drawn_as_the_box_around_it() -> None:
@@ -135,8 +152,8 @@ def test_a_hull_is_drawn_as_the_box_around_it() -> None:
 def test_without_any_shapes_sticks_lead_from_joint_to_joint() -> None:
     shapes = page()["shapes"]
     assert [(shape["link"], shape["kind"]) for shape in shapes] == [
-        ("base", "sphere"),
-        ("arm", "sphere"),
+        ("base", "ellipsoid"),
+        ("arm", "ellipsoid"),
         ("base", "capsule"),
     ]
     assert shapes[-1]["position"] == [0, 0, 0.1]
@@ -182,9 +199,9 @@ def test_looks_that_cannot_be_drawn_are_replaced(looks: object, caplog: pytest.L
 
 
 def test_looks_that_are_too_large_are_not_decoded(caplog: pytest.LogCaptureFixture) -> None:
-    robot = describe(json.dumps(BODY), " " * (LARGEST_TEXT + 1))
+    robot = describe(json.dumps(BODY), " " * (LARGEST_DESCRIPTION + 1))
     assert robot.hash == described().hash
-    assert "has 8 MB, and at most 8 are read" in caplog.text
+    assert "1048513 characters, and at most 1048512 are read" in caplog.text
 
 
 @pytest.mark.parametrize(
@@ -192,8 +209,8 @@ def test_looks_that_are_too_large_are_not_decoded(caplog: pytest.LogCaptureFixtu
     [
         {"links": []},
         {"links": [BASE, BASE]},
-        {"links": [BASE, {"name": "arm"}, {"name": "arm"}]},
-        {"links": [{"name": "arm"}, BASE]},
+        {"links": [BASE, ARM, ARM]},
+        {"links": [ARM, BASE]},
         {"joints": []},
         {"joints": [{**JOINT, "parent": "arm"}]},
         {"joints": [{**JOINT, "origin": [0, 0, 1e9]}]},
@@ -210,7 +227,13 @@ def test_a_body_that_is_not_sound_is_refused(changes: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize(
     ("text", "times"),
-    [("", 1), ("nothing", 1), ("[", 100_000), ("NaN", 1), (" ", LARGEST_TEXT + 1)],  # pytest keeps parameters
+    [
+        ("", 1),
+        ("nothing", 1),
+        ("[", 100_000),
+        ("NaN", 1),
+        (" ", LARGEST_DESCRIPTION + 1),
+    ],  # pytest keeps parameters
     ids=range(5),
 )
 def test_a_text_that_is_no_body_is_refused(text: str, times: int) -> None:

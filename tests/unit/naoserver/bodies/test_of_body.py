@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from naoserver.bodies import BODY_NAMES, find_body
+from naoserver.bodies.description import describe_looks, looks_of, start_of
 from naoserver.bodies.looks import read_looks
-from naoserver.bodies.looks.description import describe_looks, looks_of, start_of
 from naoserver.bodies.parts import Link, Shape
 from naoserver.body import Body
 from naoserver_sim.appearance import add_appearance
@@ -59,11 +59,12 @@ def test_of_another_body_its_contact_shapes_are_seen(shape):
     add_appearance(spec, {"base": base}, looks_of(body_of(shape)), skin=True, colors={})
     mj = spec.compile()
     touched, seen = range(mj.ngeom)
-    (described,) = describe_looks(looks_of(body_of(shape)), {})["shapes"]
+    (described,) = describe_looks(looks_of(body_of(shape)), {}).shapes
     assert mj.geom_rbound[seen] == pytest.approx(mj.geom_rbound[touched])
     assert mj.geom_pos[seen] == pytest.approx(mj.geom_pos[touched])
-    assert described["position"] == pytest.approx(mj.geom_pos[touched], abs=1e-5)
+    assert described.position == pytest.approx(mj.geom_pos[touched], abs=1e-5)
     own_axes = 3 if shape.kind in ("box", "ellipsoid") else 1  # the others are round about the last one
-    for turn in (mj.geom_quat[seen], np.roll(described["quaternion"], 1)):
+    assert described.quaternion is not None
+    for turn in (mj.geom_quat[seen], np.roll(described.quaternion, 1)):
         along = np.sum(axes_of(turn) * axes_of(mj.geom_quat[touched]), axis=0)
         assert np.abs(along[-own_axes:]) == pytest.approx(1.0, abs=1e-4)

@@ -1,4 +1,4 @@
-"""Marks and source map of whole components: each line of code leads to the line that it was in the document."""
+"""Marks in whole components: each line of code leads to the line that it was in the document."""
 
 from __future__ import annotations
 
@@ -8,12 +8,10 @@ from pathlib import Path
 
 import pytest
 
+from codegen.code_marks import MarkedCode
 from codegen.diagnostics import Diagnostics
 from codegen.hfsm import compile_document
-from codegen.hfsm._map_writer import MarkedLines
-from codegen.hfsm.loading import load_document
-from codegen.hfsm.source_map import SourceMap
-from codegen.source_rows import SourceRow
+from hfsm_runtime.places import Line, read_source
 from tests.support.documents import document, problems, state, sub, transition
 from tests.support.places import DATA, ROOT
 
@@ -46,18 +44,24 @@ def unmarked(line: str) -> str:
     return html.escape(line.partition("  # <")[0].strip(), quote=False).removeprefix("return ")
 
 
-def check(path: Path) -> SourceMap:
-    """Check each line of the map of a document's component, and return the map."""
+def check(path: Path) -> dict[MarkedCode, str]:
+    """Check where each line of code in a document's component leads; return the places of first lines."""
     text = component(path)
-    found, lines = SourceMap.read(text), text.split("\n")
-    for row in found.rows:
-        written = (path.parent / row.file).read_text("utf-8").split("\n")
-        for number in (
-            range(row.first, row.last + 1) if row.part not in ("library", "automaton", "argument") else ()
-        ):
-            code = unmarked(lines[number - 1])
-            there = written[row.line_of(number) - 1].replace("&quot;", '"').replace("&apos;", "'")
-            assert code in there or code == "False", (row, there)
+    source, lines = read_source(text), text.split("\n")
+    found = {}
+    for code in source.codes:
+        if code.part == "automaton":
+            continue
+        places = [
+            Line(str(path.with_suffix(".py")), number, source).in_document
+            for number in range(code.first, code.last + 1)
+        ]
+        found[code] = places[0]
+        for number, place in enumerate(places, code.first):
+            name, _, there = place.rpartition(":")
+            written = (path.parent / name).read_text("utf-8").split("\n")[int(there) - 1]
+            made = unmarked(lines[number - 1]).removeprefix("import ").removesuffix(",")
+            assert made.rpartition(": ")[2] in written.replace("&quot;", '"').replace("&apos;", "'"), code
     return found
 
 
@@ -76,15 +80,9 @@ def test_code_that_is_imported_several_times_leads_to_its_one_place(tmp_path: Pa
             *(IMPORT.format(id=number, file="child.xml") for number in (2, 3)),
         )
     )
-    found = check(path)
-    outer = [row for row in found.rows if row.part == "code" and "outer" in nearby(path, row)]
-    assert {row.automaton for row in outer} == {2, 3}
-    assert len({row.source for row in outer}) == 1
-
-
-def nearby(path: Path, row: SourceRow) -> str:
-    """Return the line of a document in which a piece of code begins."""
-    return (path.parent / row.file).read_text("utf-8").split("\n")[row.line_of(row.first) - 1]
+    places = [place for code, place in check(path).items() if code.text == "a = 1"]
+    assert len(places) == 2
+    assert places[0] == places[1]
 
 
 @pytest.mark.parametrize("layout", ["one line", "blank lines", "carriage returns"])
@@ -103,17 +101,7 @@ def test_the_layout_of_the_document_does_not_matter(tmp_path: Path, layout: str)
     }
     path = tmp_path / "walk.xml"
     path.write_bytes(changed[layout].encode())
-    assert len(check(path).rows) == 8
-
-
-def test_the_map_that_is_read_is_the_one_that_was_made(tmp_path: Path) -> None:
-    path = tmp_path / "walk.xml"
-    path.write_text(CHILD)
-    loaded = load_document(path, None, Diagnostics())
-    assert loaded is not None
-    marked = MarkedLines(loaded.document, lambda found: (found or path).name)
-    assert marked.source_map.rows == ()
-    assert [name for name, *_ in marked.table()][:3] == ["file walk.xml", "document", "automaton 1"]
+    assert len(check(path)) == 8
 
 
 def test_a_line_more_is_a_line_more_in_both(tmp_path: Path) -> None:
@@ -138,4 +126,4 @@ def test_lines_like_marks_of_other_code_are_code(tmp_path: Path) -> None:
     path.write_text(
         CHILD.replace("# first", "# &lt;/code 1.1&gt;\n# &lt;code 1.1&gt;\nb = 1  # &lt;trigger 1.1/&gt;")
     )
-    assert [row.part for row in check(path).rows].count("code") == 2
+    assert [code.part for code in check(path)].count("code") == 2

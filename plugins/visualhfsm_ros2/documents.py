@@ -45,7 +45,7 @@ _ARE: Final = {
 }
 
 
-class RosOfDocuments(RosTypes):
+class Kind(RosTypes):
     """What documents use of ROS, as a kind of endpoints: see `codegen.hfsm.kinds`."""
 
     commands: Mapping[str, bool] = {

@@ -12,7 +12,7 @@ _MOST_SHOWN: Final = 2000
 """Topics, services or actions that are shown at most."""
 
 
-def read_ros_graph(settings: Settings) -> dict[str, Any]:
+def read_graph(settings: Settings) -> dict[str, Any]:
     """Return the names in the graph with their types, and all known types.
 
     The names are in `topics`, `services` and `actions`, the known types in `types` by `msg`, `srv` and
