@@ -16,7 +16,7 @@ class Lasts(Enum):
 
     QUICK = "it takes no time"
     ENDS = "the component ends, but no cycle later"
-    SLEEPS = "as long as it is told"
+    SLEEPS = "as long as its argument says"
     WAITS = "until a person or another program acts"
     WAITS_WITHOUT_TIMEOUT = "until another program acts, or a time is over that is passed as `timeout`"
     UNKNOWN = "it may last forever"
