@@ -41,6 +41,8 @@ _READ: Final = ("link", "joint", "material")
 _EVALUATED: Final = re.compile(r"when evaluating expression '(.+?)'")
 _UNDEFINED: Final = re.compile(r"Undefined substitution argument (\w+)")
 _UNFOUND: Final = "Package not found: "
+_FOUND_IN: Final = re.compile(r"\$\(find\s+([^\s)]+)\s*\)")
+_INCLUDED: Final = re.compile(r"<xacro:include[^>]*?filename\s*=\s*[\"']([^\"']+)[\"']")
 _IN_FILE: Final = ", in the file"
 _LONGEST_LIST: Final = 200
 _FORBIDDEN: Final = ("os.", "subprocess.", "socket.", "ctypes.", "shutil.")
@@ -147,6 +149,27 @@ def _guard(folders: Iterable[Path], seconds: int) -> list[Path]:
     return opened
 
 
+def _missing(model: Path, folders: Mapping[str, str]) -> str:
+    """Say which ROS packages that a file and what it includes name are not here, and what helps."""
+    missing: dict[str, None] = {}
+    files = [model]
+    for file in files:  # which grow meanwhile
+        try:
+            text = file.read_text(encoding="utf-8-sig")
+        except OSError:
+            continue  # the packages that it names are asked for once it can be read
+        missing |= dict.fromkeys(name for name in _FOUND_IN.findall(text) if name not in folders)
+        for name in _INCLUDED.findall(text):
+            path = (file.parent / _FOUND_IN.sub(lambda of: folders.get(of[1], of[0]), name)).resolve()
+            if path not in files:
+                files.append(path)
+    around = [folder for folder in map(Path, folders.values()) if model.is_relative_to(folder)]
+    beside = around[0].name if around else "that of the model, which needs a package.xml, too"
+    them = ("package {} is", "its folder") if len(missing) == 1 else ("packages {} are", "their folders")
+    named = them[0].format(", ".join(missing))
+    return f"the ROS {named} missing: put {them[1]} beside {beside}"
+
+
 def _main() -> int:
     """Print a file of this folder, expanded, as stdin asks for it."""
     import xacro
@@ -169,9 +192,7 @@ def _main() -> int:
         within += [f"{_IN_FILE} {name}" for name in xacro.filestack or () if name]
         why = f"{problem or type(problem).__name__}{''.join(reversed(within))}"
         if _UNFOUND in why:
-            package = why.partition(_UNFOUND)[2].split()[0]
-            beside = "that of the model's package, which has a package.xml, too"
-            why = f"the ROS package {package.rstrip(',')} is missing: put its folder beside {beside}"
+            why = _missing(Path(name).resolve(), folders)
         sys.stderr.write(f"{pointers[-1]} {POINTER}" if pointers else why)
         return 1
     if len(content) > LARGEST_FILE:

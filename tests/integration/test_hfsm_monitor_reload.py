@@ -233,7 +233,11 @@ def test_a_file_that_cannot_be_loaded_changes_nothing(
 @pytest.mark.parametrize(
     ("before", "after", "reason"),
     [
-        ("count = 0", "count = 1 / 0", r"variables of the component failed: ZeroDivisionError.*walker.xml"),
+        (
+            "count = 0",
+            "count = 1 / 0",
+            r"variables of the component failed: ZeroDivisionError.*line 1 of variables",
+        ),
         ("initial=True", "initial=False", "exactly one initial state"),
         ("period=0.02", "period=-1", "a positive number of seconds"),
         ("                state_2,\n", "", "states that do not exist"),

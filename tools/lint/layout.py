@@ -89,7 +89,9 @@ def _named_in_configuration() -> Iterator[str]:
     """Yield the patterns of files and folders that pyproject.toml names."""
     tool = PROJECT["tool"]
     for key in ("only_mutate", "pytest_add_cli_args_test_selection", "source_paths", "also_copy"):
-        yield from tool["mutmut"][key]
+        yield from (
+            re.sub("^src/", "plugins/", name) for name in tool["mutmut"][key]
+        )  # `make mutation` links it
     for pattern in tool["ruff"]["lint"]["per-file-ignores"]:
         yield from _alternatives(pattern)
 

@@ -190,11 +190,25 @@ def including(*files):
     return head + "".join(f'<xacro:include filename="{each}"/>\n' for each in files) + "</robot>"
 
 
-def test_a_package_that_is_missing_is_named_with_what_helps(expand, tmp_path):
+def test_all_missing_packages_are_named_with_what_helps(expand, tmp_path):
     (tmp_path / "arm.xacro").write_text(including("$(find wheels)/w.xacro", "$(find eyes)/e.xacro"))
-    said = r"the ROS package wheels is missing: put its folder beside that of the model's package"
+    (tmp_path / "legs.xacro").write_text(
+        including(f"../{tmp_path.name}/legs.xacro", "$(find feet)/f.xacro", "none.xacro")
+    )
+    with pytest.raises(
+        RobotError,
+        match=r"the ROS packages hands, wheels, eyes, feet are missing: put their folders beside "
+        + tmp_path.name,
+    ):
+        expand(including("$(find hands)/h.xacro", "arm.xacro", "$(find arms)/legs.xacro"))
+
+
+def test_a_model_outside_of_any_package_needs_one(tmp_path):
+    path = tmp_path / "r.urdf.xacro"
+    path.write_text(including("$(find hands)/h.xacro"))
+    said = r"the ROS package hands is missing: put its folder beside that of the model, which needs a package\.xml"
     with pytest.raises(RobotError, match=said):
-        expand(including("arm.xacro", "$(find arms)/legs.xacro"))
+        expanded(read_tree(path), path, {}, {})
 
 
 def test_without_the_library_it_is_said_what_to_install(expand, monkeypatch):
