@@ -20,13 +20,13 @@ from zenoh_ice.application.last_cycle import LastCycle
 _RECORD: Final = re.compile(r"[\d-]+ [\d:.]+ ([A-Z]+) ")
 """The beginning of a record of the log, with its level."""
 _ERROR: Final = re.compile(
-    r"[\d-]+ [\d:.]+ (?:ERROR|CRITICAL) +[^:]+: (?P<where>.+?): (?P<what>.+) at \S+:\d+ \([^()]+:\d+\)"
+    r"[\d-]+ [\d:.]+ (?:ERROR|CRITICAL) +[^:]+: (?P<where>.+?): (?P<what>.+) at \S+:\d+ \([^()]+\)"
     r"(?: \(\d+ times more since it was last logged\))?",
     re.DOTALL,
 )
 """A record of an error in the code of a state, `where`; `hfsm_runtime/_supervision.py` writes it."""
 _REFUSED: Final = re.compile(
-    r"[^ :]+: error: (?:[^ :]+:\d+: )?(?P<what>.+?)(?: at \S+:\d+ \([^()]+:\d+\))?", re.DOTALL
+    r"[^ :]+: error: (?:[^ :]+:\d+: )?(?P<what>.+?)(?: at \S+:\d+ \([^()]+\))?", re.DOTALL
 )
 """The last line of a component that could not start."""
 _TRACEBACK: Final = "Traceback (most recent call last):"

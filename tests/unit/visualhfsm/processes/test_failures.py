@@ -44,6 +44,13 @@ CASES: dict[str, tuple[Heard, list[Failure]]] = {
         [error("ValueError: no"), error("ValueError: no", end=" (7 times more since it was last logged)")], ONE
     ),
     "a critical one": ([error("its thread failed", level="CRITICAL")], [Failure(CODE, "go", Message("its thread failed"))]),
+    "one in code that is not saved": (
+        [(f"{STAMP} ERROR    walk: walk/go: ValueError: no at walk.py:9 (line 2 of code 1.1)", CODE)], ONE
+    ),
+    "a start with code that is not saved": (
+        [("walk.py: error: the variables failed: SystemExit: 5 at walk.py:9 (line 1 of variables 1)", CODE)],
+        [Failure(CODE, "", Message("the variables failed: SystemExit: 5"))],
+    ),
     "no error": ([error("is refused", level="WARNING")], []),
     "an error of another document": ([error("ValueError: no", None)], []),
     "several lines": (
