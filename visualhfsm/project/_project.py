@@ -17,8 +17,8 @@ from visualhfsm.project._check_process import CheckProcess
 from visualhfsm.project._code_help.service import CodeHelp
 from visualhfsm.project._editing.document_state import (
     DocumentState,
-    begin_anew,
     begin_from_file,
+    begin_new,
     drop_saved,
     recover,
 )
@@ -138,7 +138,7 @@ class Project(ProjectFolder):
         def make() -> DocumentState:
             document = parse(text, Message("Cannot open {name}", name=name))
             title = name if kept else self._free_title(stem(name))
-            return begin_anew(document, title, self.journals, kept=kept)
+            return begin_new(document, title, self.journals, kept=kept)
 
         with self._opening:
             if (other := imported_format(name, content := text.encode())) is not None:
@@ -153,7 +153,7 @@ class Project(ProjectFolder):
 
         def make() -> DocumentState:
             name, document = make_template(template, known_language(language))
-            return begin_anew(document, self._free_title(name), self.journals)
+            return begin_new(document, self._free_title(name), self.journals)
 
         with self._opening:
             return self._add(make)
@@ -216,7 +216,7 @@ class Project(ProjectFolder):
         """Open a file of another program as a document that has no file yet."""
         document, remarks = import_document(other, content, name)
         title = self._free_title(stem(name))
-        return self._add(lambda: begin_anew(document, title, self.journals), remarks[:_MOST_REMARKS])
+        return self._add(lambda: begin_new(document, title, self.journals), remarks[:_MOST_REMARKS])
 
     @contextmanager
     def _saving(self, document: OpenDocument, path: str | Path, overwrite: bool) -> Iterator[Path]:

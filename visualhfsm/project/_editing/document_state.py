@@ -1,4 +1,4 @@
-"""An open document's steps, file and journal, and how they begin: with a file, anew, or from a journal."""
+"""An open document's steps, file and journal, and how they begin: with a file, new, or from a journal."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def begin_from_file(path: Path, journals: Path) -> DocumentState:
     return DocumentState(UndoStack(document, len(content) * 2), file, Journal(journals, header))
 
 
-def begin_anew(document: Document, title: str, journals: Path, *, kept: bool = False) -> DocumentState:
+def begin_new(document: Document, title: str, journals: Path, *, kept: bool = False) -> DocumentState:
     """Begin with a document that has no file yet; `kept` says that it is kept elsewhere as it is."""
     content = written(document).encode()
     header = Header(None, title, content, "")

@@ -100,7 +100,7 @@ class UndoStack:
         merge: bool,
         reverts: int | None = None,
     ) -> Message:
-        """Apply a command, as a step of its own or as part of the last one, and return the step's name.
+        """Apply a command, as a separate step or as part of the last one, and return the step's name.
 
         Raises EditError, and leaves everything as it was, when that is not possible, or the document would be
         too large. What changes nothing is no step.
