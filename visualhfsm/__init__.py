@@ -88,14 +88,14 @@ if TYPE_CHECKING:
     from .project._document import FileChanged as FileChanged
     from .project._document import OpenDocument as OpenDocument
     from .project._document import Opened as Opened
-    from .project._editing.edited_document import Added as Added
-    from .project._editing.edited_document import Change as Change
-    from .project._editing.edited_document import Choice as Choice
-    from .project._editing.edited_document import Resolution as Resolution
+    from .project._editing.change import Added as Added
+    from .project._editing.change import Change as Change
+    from .project._editing.change import Choice as Choice
+    from .project._editing.change import Resolution as Resolution
     from .project._editing.journal import Abandoned as Abandoned
     from .project._editing.shelf import ReadyState as ReadyState
     from .project._editing.undo_stack import Step as Step
-    from .project._project import Entry as Entry
+    from .project._folder import Entry as Entry
     from .project._project import Project as Project
     from .project._verdict import Verdict as Verdict
     from .project._version import Version as Version

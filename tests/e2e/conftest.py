@@ -16,7 +16,7 @@ from tests.support.expecting import awaited_elements
 from tests.support.monitor import editor_beside, editor_without_robot, monitor_page
 from tests.support.processes import REPOSITORY
 from tests.support.robot_server import ServedRobot, served
-from visualhfsm.project._editing.edited_document import MERGE_WITHIN
+from visualhfsm.project._editing.undo_stack import MERGE_WITHIN
 
 
 @pytest.fixture(scope="package", autouse=True)

@@ -43,7 +43,8 @@ from visualhfsm._editor.limits import Limits
 from visualhfsm._editor.parts import Parts
 from visualhfsm._monitor.messages import Output, OutputLine, Present, Publish, Snapshot, Source, StartedPush
 from visualhfsm._monitor.realm.run_log import LiveSnapshot
-from visualhfsm.project._editing.edited_document import Change, EditedDocument
+from visualhfsm.project._document import OpenDocument
+from visualhfsm.project._editing.change import Change
 
 HEAD = (
     "<config><iceinterface><nameinterface>head</nameinterface><nameproxy>Head</nameproxy>"
@@ -469,9 +470,9 @@ def test_nothing_that_is_under_way_keeps_a_run_or_a_stop_out(root: Path) -> None
 
 def test_a_stop_does_not_even_wait_for_earlier_changes(root: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     gate = threading.Event()
-    undo = EditedDocument.undo
+    undo = OpenDocument.undo
 
-    def slow(session: EditedDocument, *own: Any) -> Change:
+    def slow(session: OpenDocument, *own: Any) -> Change:
         gate.wait(FOREVER)
         return undo(session, *own)
 
@@ -482,7 +483,7 @@ def test_a_stop_does_not_even_wait_for_earlier_changes(root: Path, monkeypatch: 
         async def emergency_stop(self) -> object:
             return "emergencyStop"
 
-    monkeypatch.setattr(EditedDocument, "undo", slow)
+    monkeypatch.setattr(OpenDocument, "undo", slow)
     found = make_parts(followers=Steered())
     with editor(root, make_parts=lambda _: found) as running, running.window() as window:
         window.ask("open", path="robot.xml")
@@ -500,14 +501,14 @@ def test_a_stop_does_not_even_wait_for_earlier_changes(root: Path, monkeypatch: 
 
 def test_requests_that_wait_do_not_fill_the_memory(root: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     began, gate = threading.Event(), threading.Event()
-    undo = EditedDocument.undo
+    undo = OpenDocument.undo
 
-    def slow(session: EditedDocument, *own: Any) -> Change:
+    def slow(session: OpenDocument, *own: Any) -> Change:
         began.set()
         gate.wait(FOREVER)
         return undo(session, *own)
 
-    monkeypatch.setattr(EditedDocument, "undo", slow)
+    monkeypatch.setattr(OpenDocument, "undo", slow)
     with editor(root, limits=Limits(waiting_bytes=5000)) as running, running.window() as window:
         window.ask("open", path="robot.xml")
         window.ask("do", tab=1, command=ADD_STATE)

@@ -29,7 +29,7 @@ from visualhfsm._editor.parts import MakeParts, Parts
 from visualhfsm._editor.server import Options, Report, Server
 from visualhfsm._monitor.messages import Publish, Stopper
 from visualhfsm.project._check_process import CheckProcess
-from visualhfsm.project._editing.edited_document import MERGE_WITHIN
+from visualhfsm.project._editing.undo_stack import MERGE_WITHIN
 
 DOCUMENT = """<?xml version="1.0" encoding="UTF-8"?>
 <VisualHFSM>

@@ -18,7 +18,7 @@ from visualhfsm._processes.bodies import KnownBody
 from visualhfsm._processes.robots import World
 from visualhfsm.project._code_help.definition import Definition
 from visualhfsm.project._code_help.protocol import Completions, Explanation, Signature
-from visualhfsm.project._editing.edited_document import Added
+from visualhfsm.project._editing.change import Added
 
 CodeAnswer = Completions | Explanation | Signature | Definition | None
 """What is known of a piece of code: it depends on what is wanted."""

@@ -6,7 +6,7 @@ import asyncio
 import time
 from collections.abc import Collection, Coroutine, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from codegen.messages import Message, joined
 from visualhfsm._base.errors import SharedRobotError, VisualHfsmError
@@ -14,13 +14,16 @@ from visualhfsm._document.serialization import written
 from visualhfsm._monitor.followers import Followed, OpenedRecording
 from visualhfsm._monitor.messages import Stopper
 from visualhfsm._monitor.stopping import StopReport
+from visualhfsm.project._root import Root
 
 from . import answers as a
-from .tab import Tab
+from .limits import Limits
+from .news import News
+from .parts import Parts
+from .tab import Tab, Threads
+from .tabs import Tabs
 from .window import Window
-
-if TYPE_CHECKING:
-    from .workspace import Workspace
+from .windows import Windows
 
 _RECORDINGS: Final = "recordings"  # directory below the root for recordings from the page
 _LEAVING_PERIOD: Final = 0.1  # s
@@ -32,16 +35,31 @@ class Components:
     At STOP, components have some time to end before their processes are ended.
     """
 
-    def __init__(self, workspace: Workspace) -> None:
-        self._workspace = workspace
-        self._parts = workspace.parts
+    def __init__(
+        self,
+        parts: Parts,
+        root: Root,
+        news: News,
+        *,
+        tabs: Tabs,
+        windows: Windows,
+        threads: Threads,
+        limits: Limits,
+    ) -> None:
+        self._parts = parts
+        self._root = root
+        self._news = news
+        self._tabs = tabs
+        self._windows = windows
+        self._threads = threads
+        self._limits = limits
         self._stops: set[asyncio.Task[object]] = set()
         self._leaving: set[asyncio.Task[None]] = set()
 
     def require_rest(self) -> None:
         """Raise VisualHfsmError while components start or run: they would drive a robot that comes."""
         started = self._parts.started
-        present = {str(each["component"]) for each in self._workspace.news.present.components}
+        present = {str(each["component"]) for each in self._news.present.components}
         if names := (present - started.names(dry=True)) | started.names(dry=False):
             raise VisualHfsmError.because(
                 "stop {names} first: it would drive the real robot at once", names=", ".join(sorted(names))
@@ -52,8 +70,8 @@ class Components:
 
         They count only for a document that uses a robot.
         """
-        ours = {each.started.component for each in self._workspace.tabs if each.started is not None}
-        names = [str(each["component"]) for each in self._workspace.news.present.components]
+        ours = {each.started.component for each in self._tabs if each.started is not None}
+        names = [str(each["component"]) for each in self._news.present.components]
         others = [name for name in names if name not in ours and name not in accepted]
         if not others or not tab.shown.document.interfaces:
             return
@@ -84,7 +102,7 @@ class Components:
         name = tab.shown.component
         try:
             # One that has just ended may still be listed.
-            async with asyncio.timeout(self._workspace.limits.component_leaving_seconds):
+            async with asyncio.timeout(self._limits.component_leaving_seconds):
                 while self._runs_elsewhere(name):
                     await asyncio.sleep(_LEAVING_PERIOD)
         except TimeoutError:
@@ -96,15 +114,15 @@ class Components:
         source = tab.source
         recording = ""
         if record:
-            file = await self._workspace.threads.do(lambda: self._new_recording(name))
+            file = await self._threads.do(lambda: self._new_recording(name))
             arguments = [*arguments, "--record", str(file), "--record-images"]
-            recording = self._workspace.project.root.name(file)
+            recording = self._root.name(file)
         started = await self._parts.started.start(
             source, arguments, dry_run=dry_run, require_ready=self._parts.robot.require_connected
         )
         tab.generated = source.document
         tab.take_generated()
-        self._workspace.publish_state()
+        self._news.publish_state()
         followed = await self.follow(window, name, awaited=True)
         run: a.StartedRun = {"component": started, "recording": recording, **followed}
         if not recording:
@@ -122,16 +140,16 @@ class Components:
         """Steer a component that is followed."""
         result = await self._parts.followers.steer(component, action, arguments)
         if action == "reload":
-            for tab in self._workspace.tabs:
+            for tab in self._tabs:
                 if tab.is_started and tab.component == component:
                     tab.take_generated()
-            self._workspace.publish_state()
+            self._news.publish_state()
         return result
 
     def _runs_elsewhere(self, name: str) -> bool:
-        present = self._workspace.news.present.components
+        present = self._news.present.components
         return any(each["component"] == name for each in present) and not any(
-            tab.is_started and tab.component == name for tab in self._workspace.tabs
+            tab.is_started and tab.component == name for tab in self._tabs
         )
 
     # ---------------------------------------------------------------------------------------- stopping
@@ -141,7 +159,7 @@ class Components:
 
         The window that asked for it may close: it is repeated until the robot is still.
         """
-        parts, limit = self._parts, self._workspace.limits.component_end_seconds
+        parts, limit = self._parts, self._limits.component_end_seconds
         parts.started.announce_stop(by)
         names = parts.started.names()
         stopping = self._stop(parts.followers.emergency_stop())
@@ -171,31 +189,31 @@ class Components:
         if pictures is None:
             await followers.end_record(component)
             return None
-        tab = self._workspace.tabs.of_component(component)
+        tab = self._tabs.of_component(component)
         text = ""
         if tab is not None:
             document = (tab.is_started and tab.loaded) or tab.shown.document
-            text = await self._workspace.threads.do(lambda: written(document))
-        file = await self._workspace.threads.do(lambda: self._new_recording(component))
+            text = await self._threads.do(lambda: written(document))
+        file = await self._threads.do(lambda: self._new_recording(component))
         await followers.record(component, file, text, pictures)
-        return {"recording": self._workspace.project.root.name(file)}
+        return {"recording": self._root.name(file)}
 
     async def open_recording(self, window: Window, recording: Path) -> OpenedRecording:
         """Open a recording, which is closed when the window leaves or follows it no more."""
         found = await self._parts.followers.recording(recording)
-        self._workspace.windows.follow(window, found["component"])
+        self._windows.follow(window, found["component"])
         return found
 
     async def recordings(self) -> Path:
         """Return the directory of recordings, which exists. Raises VisualHfsmError."""
-        return await self._workspace.threads.do(self._recordings)
+        return await self._threads.do(self._recordings)
 
     def _new_recording(self, component: str) -> Path:
         """Return the path of a file for a recording, in a directory that exists. Raises VisualHfsmError."""
         return self._recordings() / f"{component}-{time.strftime('%Y%m%d-%H%M%S')}.mcap"
 
     def _recordings(self) -> Path:
-        folder = self._workspace.project.root.resolve(_RECORDINGS)
+        folder = self._root.resolve(_RECORDINGS)
         with VisualHfsmError.in_place_of(OSError, "{folder} cannot be made: {reason}", folder=str(folder)):
             folder.mkdir(exist_ok=True)
         return folder
@@ -204,29 +222,29 @@ class Components:
 
     async def follow(self, window: Window, component: str, *, awaited: bool = False) -> Followed:
         """Send a window what a component does from now on, if it is present or `awaited`."""
-        self._workspace.windows.follow(window, component)
+        self._windows.follow(window, component)
         try:
             return await self._parts.followers.follow(component, awaited=awaited)
         except BaseException:
-            self._workspace.windows.unfollow(window, component)
+            self._windows.unfollow(window, component)
             raise
 
     async def unfollow(self, window: Window, component: str) -> None:
         """Stop sending a window the data of a component, which is not followed any more when nobody does."""
-        if self._workspace.windows.unfollow(window, component):
+        if self._windows.unfollow(window, component):
             await self._parts.followers.unfollow(component)
 
     async def leave(self, window: Window) -> None:
         """Stop sending a window anything; what nobody follows any more is followed on for a while."""
-        for component in self._workspace.windows.followed_by(window):
-            if self._workspace.windows.unfollow(window, component):
+        for component in self._windows.followed_by(window):
+            if self._windows.unfollow(window, component):
                 leaving = asyncio.create_task(self._forget_later(component), name="a page that may return")
                 self._leaving.add(leaving)
                 leaving.add_done_callback(self._leaving.discard)
 
     async def _forget_later(self, component: str) -> None:
-        await asyncio.sleep(self._workspace.limits.return_seconds)
-        if not self._workspace.windows.follows(component):
+        await asyncio.sleep(self._limits.return_seconds)
+        if not self._windows.follows(component):
             await self._parts.followers.unfollow(component)
 
     async def close(self) -> None:

@@ -14,7 +14,7 @@ from visualhfsm._document.commands.base import DUPLICATED
 from visualhfsm._document.commands.paste import PasteStates
 from visualhfsm._document.places import Place
 from visualhfsm.project._document import OpenDocument
-from visualhfsm.project._editing.edited_document import Change
+from visualhfsm.project._editing.change import Change
 from visualhfsm.project._editing.undo_stack import Own
 
 from . import answers as a

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from visualhfsm._monitor.messages import RecentLines
-from visualhfsm.project._editing.edited_document import MERGE_WITHIN
+from visualhfsm.project._editing.undo_stack import MERGE_WITHIN
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

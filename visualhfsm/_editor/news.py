@@ -27,7 +27,7 @@ class News:
     def __init__(self, tabs: Tabs, windows: Windows, publish_state: Callable[[], None]) -> None:
         self._tabs = tabs
         self._windows = windows
-        self._publish_state = publish_state
+        self.publish_state = publish_state
         self.present = messages.Present([])
         """The components of the realm, as they were reported last."""
         self.robot = messages.Robot()
@@ -47,7 +47,7 @@ class News:
         match news:
             case messages.Present():
                 self.present = news
-                self._publish_state()
+                self.publish_state()
             case messages.Robot():
                 self.robot = news
                 self._windows.push(news)
@@ -77,7 +77,7 @@ class News:
                     tab.failures.clear()
                     self._show_problems(tab)
                 tab.started = news
-                self._publish_state()  # first: a window gets a tab's name before what is started
+                self.publish_state()  # first: a window gets a tab's name before what is started
                 self._windows.push(news)
             case _:
                 _logger.debug("no window is left for %s", type(news).__name__)

@@ -89,7 +89,15 @@ class Workspace:
         self._checks = CheckScheduler(self.limits.quiet_seconds, self.project.checks.give_up_search)
         self.code_questions = CodeQuestions(self.project.code_help)
         self.own_robots = OwnRobots(self.project.root)
-        self.components = Components(self)
+        self.components = Components(
+            self.parts,
+            self.project.root,
+            self.news,
+            tabs=self.tabs,
+            windows=self.windows,
+            threads=self.threads,
+            limits=self.limits,
+        )
         try:
             await self.look_for_recoverable()
             await self._look_at_shelf()

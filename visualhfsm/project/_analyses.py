@@ -24,6 +24,7 @@ from visualhfsm.project._code_help.protocol import Completions, Explanation, Sig
 from visualhfsm.project._editing.files import read_file
 from zenoh_ice.data import typed
 
+from ._folder import ProjectFolder
 from ._version import Version
 
 if TYPE_CHECKING:
@@ -31,7 +32,6 @@ if TYPE_CHECKING:
     from visualhfsm.simulation._behavior import Behavior
     from visualhfsm.trials import Archive
 
-    from ._project import Project
     from ._verdict import Judgement, Verdict
 
 
@@ -41,8 +41,8 @@ class Analyses:
     version: Version
     """The document at this moment."""
 
-    def __init__(self, project: Project) -> None:
-        self._project = project
+    def __init__(self, folder: ProjectFolder) -> None:
+        self._folder = folder
         self._check_lock = threading.RLock()
         self._kept: tuple[Version, Findings] | None = None
 
@@ -58,7 +58,7 @@ class Analyses:
         It is computed once for each version: `again` is for other files that have changed, such as imported
         ones. After 20 s the model checker is left out, as a problem says. No code of the document is run.
         """
-        version, project = self.version, self._project
+        version, folder = self.version, self._folder
         with self._check_lock:
             former, findings = self._kept or (None, Findings())
             if (
@@ -67,8 +67,8 @@ class Analyses:
                 or former.document is not version.document
                 or former.path != version.path
             ):
-                findings = project.checks.check(
-                    version.document, version.path, project.include, partial(self._checked, version)
+                findings = folder.checks.check(
+                    version.document, version.path, folder.include, partial(self._checked, version)
                 )
             elif former.revision == version.revision:
                 return findings
@@ -79,9 +79,9 @@ class Analyses:
 
     def imports(self) -> ImportedPlaces:
         """Return the places of the files that the document imports, read now."""
-        version, project = self.version, self._project
-        path = version.path or project.root.directory / UNTITLED
-        return ImportedPlaces(version.document, path, project.include)
+        version, folder = self.version, self._folder
+        path = version.path or folder.root.directory / UNTITLED
+        return ImportedPlaces(version.document, path, folder.include)
 
     def problems(self) -> list[Problem]:
         """Return what is wrong, doubtful or worth knowing, errors first; see `check`."""
@@ -135,16 +135,16 @@ class Analyses:
         """Return the verdict with what it was made of; see `verdict`. Without `runs` no code is run."""
         from ._copy import Copy  # only who judges waits for trials
 
-        version, what, project = self.version, Message("Cannot judge the document"), self._project
+        version, what, folder = self.version, Message("Cannot judge the document"), self._folder
         if version.path is None:
             raise EditError(what, "it has no file yet", "save it first")
-        with Copy(version.path, project.root.directory) as copy:
+        with Copy(version.path, folder.root.directory) as copy:
             document = parse_file(read_file(copy.document)[0], version.path)
             if document != version.document:
                 raise EditError(what, "it has changes that are not saved", "save it first")
-            findings = project.checks.check(document, copy.document, project.include)
+            findings = folder.checks.check(document, copy.document, folder.include)
             limits = (seconds, patience) if runs else None
-            return project.judge.judge(copy, document, findings, allow, limits, body=body)
+            return folder.judge.judge(copy, document, findings, allow, limits, body=body)
 
     # -- code ----------------------------------------------------------------------------------------------
 
@@ -175,7 +175,7 @@ class Analyses:
         version = self.version
         if code is None:
             code = next((placed.text for placed in texts_in(version.document) if placed.place == place), None)
-        ask = self._project.code_help.ask
+        ask = self._folder.code_help.ask
         return ask(wanted, version.document, version.path, place, code or "", line=line, column=column)
 
     def generate(self, directory: str | Path | None = None) -> Path:
@@ -189,7 +189,7 @@ class Analyses:
             hint = Message("save it first, or name a directory")
             raise EditError("Cannot generate the component", "the document has no file yet", hint)
         output = None if directory is None else Path(directory)
-        diagnostics, include = Diagnostics(decoded=True), self._project.include
+        diagnostics, include = Diagnostics(decoded=True), self._folder.include
         file, content = self._source(version)
         found = generate_component(file, output, diagnostics, include, document=content)
         if found is None:
@@ -208,7 +208,7 @@ class Analyses:
 
         file, content = self._source(self.version)
         try:
-            return simulate(file, content=content, include=self._project.include, robot=robot, **options)
+            return simulate(file, content=content, include=self._folder.include, robot=robot, **options)
         except DocumentInvalid as error:
             raise VisualHfsmError(reason(error)) from error
 
@@ -220,7 +220,7 @@ class Analyses:
         version = self.version
         document = version.document
         if version.path is not None:
-            document = resolve(document, version.path, Diagnostics(), self._project.include)
+            document = resolve(document, version.path, Diagnostics(), self._folder.include)
         if automaton is None:
             root = document.root
             if root is None:
@@ -237,7 +237,7 @@ class Analyses:
 
         The content has the places that it has when it is written.
         """
-        file = version.path or self._project.root.directory / f"{version.component}.xml"
+        file = version.path or self._folder.root.directory / f"{version.component}.xml"
         if _holds(file, version.document):
             return file, None
         return file, parse_file(written(version.document).encode(), file)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import logging
 import threading
 from collections.abc import Callable, Hashable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, replace
 from itertools import count
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Literal
+from typing import Final, Literal
 
 import msgspec
 
@@ -20,23 +20,28 @@ from codegen.reasons import reason
 from visualhfsm._base.errors import EditError, UnsavedError
 from visualhfsm._base.languages import ENGLISH
 from visualhfsm._document.commands import Command, decode_command
-from visualhfsm._document.commands.base import AS_FILE
-from visualhfsm._document.commands.paste import AddReadyState
+from visualhfsm._document.commands.base import AS_FILE, MERGED
+from visualhfsm._document.commands.items import DeleteItems
+from visualhfsm._document.commands.paste import AddReadyState, ReplaceDocument
+from visualhfsm._document.commands.text import SetText
 from visualhfsm._document.commands.transitions import TransitionType
 from visualhfsm._document.problems import Findings
-from visualhfsm._document.serialization import copy_states, written
+from visualhfsm._document.serialization import copy_states, parse_file, written
 from visualhfsm.project._editing import imports
-from visualhfsm.project._editing.edited_document import Change, Choice, EditedDocument, Resolution
-from visualhfsm.project._editing.files import write_file
+from visualhfsm.project._editing.authors import sign, signed
+from visualhfsm.project._editing.change import Change, Choice, Resolution, merged_with_others
+from visualhfsm.project._editing.document_file import FileState
+from visualhfsm.project._editing.document_state import DocumentState
+from visualhfsm.project._editing.files import read_file, write_file
+from visualhfsm.project._editing.journal import Done, Entry, Redone, Undone
+from visualhfsm.project._editing.merge import merge_documents
 from visualhfsm.project._editing.shelf import FOLDER as SHELF
 from visualhfsm.project._editing.shelving import shelf_document, shelf_file
-from visualhfsm.project._editing.undo_stack import Own
+from visualhfsm.project._editing.undo_stack import Own, Step
 
 from ._analyses import Analyses
-from ._version import FileState, Version
-
-if TYPE_CHECKING:
-    from ._project import Project
+from ._folder import ProjectFolder
+from ._version import Version
 
 _logger = logging.getLogger(__name__)
 
@@ -128,6 +133,10 @@ class Listeners:
                 _logger.exception("a listener failed with the event %s", type(event).__name__)
 
 
+Saving = Callable[["OpenDocument", str | Path, bool], AbstractContextManager[Path]]
+"""Yields the file to which a document is saved, perhaps over another; nobody opens that meanwhile."""
+
+
 class OpenDocument(Analyses):
     """An open document of a project, which opens and makes them. Errors are VisualHfsmError.
 
@@ -137,19 +146,31 @@ class OpenDocument(Analyses):
     """
 
     def __init__(
-        self, edited: EditedDocument, project: Project, remarks: Sequence[Message] | None = None
+        self,
+        state: DocumentState,
+        folder: ProjectFolder,
+        saving: Saving,
+        merge_within: float,
+        *,
+        author: str = "",
+        remarks: Sequence[Message] | None = None,
     ) -> None:
-        super().__init__(project)
+        super().__init__(folder)
         self.remarks: Final = remarks
         """The parts of a foreign file that are missing or not the same; None for a file of ours."""
-        self._edited = edited
+        self._state = state
+        self._steps, self._file, self._journal = state.steps, state.file, state.journal
+        self._saving = saving
+        self._merge_within = merge_within
+        self._author = author
+        self._saved_at = 0
+        """The revision of the steps that was saved last."""
         self._listeners = Listeners()
         self._lock = threading.RLock()
         self._depth = 0
         self._notifying = False
-        self._file: FileState = "same"
         self._closed = False
-        self.version = Version.of(edited, self._file)
+        self.version = Version.of(state)
 
     # -- state ---------------------------------------------------------------------------------------------
 
@@ -165,18 +186,18 @@ class OpenDocument(Analyses):
 
     def has(self, file: Path) -> bool:
         """Return whether this is the document of a file, also one to which it is just being saved."""
-        return self._edited.path == file
+        return self._file.path == file
 
     @property
     def saved(self) -> Document | None:
         """The document as it was read or saved last, None if it never was."""
         with self._lock:
-            return self._edited.saved
+            return self._file.saved
 
     def text(self) -> str:
         """Return the document as its file would hold it."""
         with self._lock:
-            return self._edited.text()
+            return written(self._steps.document)
 
     def subscribe(self, listener: Listener) -> Callable[[], None]:
         """Notify a listener of what happens to this document; return the function that ends this."""
@@ -212,12 +233,9 @@ class OpenDocument(Analyses):
         `base` is the text in which the command's text was typed: changes of others to it are kept. What is
         typed is one step as long as it is typed `by` the same one.
         """
-        if isinstance(commands, Command):
-            command = _validated(commands)
-            with self.together():
-                return self._edited.do(command, base, by)
-        several = [_validated(each) for each in commands]
-        if not several or base is not None:
+        one = isinstance(commands, Command)
+        several = [_validated(each) for each in ((commands,) if isinstance(commands, Command) else commands)]
+        if not several or (base is not None and not one):
             why = (
                 Message("there is no command")
                 if not several
@@ -225,25 +243,44 @@ class OpenDocument(Analyses):
             )
             raise EditError("Cannot change the document", why, "pass one command")
         with self.together():
-            before = self._edited.document
-            self._edited.require_all(several)
-            changes = [self._edited.do(command, by=by) for command in several]
+            before = self._steps.document
+            if not one:
+                self._steps.require(several)
+            changes = [self._do(each, base, by) for each in several]
             return replace(changes[-1], before=before)
 
     def undo(self, own: Own | None = None) -> Change:
         """Undo the last step; with `own`, what one has typed there oneself if the last step is another's."""
         with self.together():
-            return self._edited.undo(own)
+            if own is not None and self._steps.is_shared(own):
+                why = Message("you have typed nothing here that is not undone yet, but others have")
+                hint = Message("undo on the canvas, where all share the steps")
+                return self._take_back(own, EditError("Cannot undo", why, hint))
+            refusal = EditError("Cannot undo", "there is nothing to undo", "change something first")
+            return self._move(self._steps.undo, Undone(), refusal)
 
     def redo(self, own: Own | None = None) -> Change:
         """Do the step again that was undone last, also where only one's `own` was."""
         with self.together():
-            return self._edited.redo(own)
+            refusal = EditError("Cannot redo", "there is nothing to redo", "change something first")
+            if own is not None and not self._steps.future:
+                return self._take_back(own, refusal, again=True)
+            return self._move(self._steps.redo, Redone(), refusal)
 
     def go_to(self, revision: int) -> Change:
         """Undo or redo until the document is the one that was made at a revision."""
         with self.together():
-            return self._edited.go_to(revision)
+            now = self._steps
+            if revision == now.revision:
+                return Change(NO_MESSAGE, now.changes, now.document, now.document)
+            for steps, move in ((now.past, self.undo), (now.future, self.redo)):
+                for number, step in enumerate(reversed(steps), 1):
+                    if step.revision == revision:
+                        before = now.document
+                        changes = [move() for _ in range(number)]
+                        return replace(changes[-1], before=before)
+            why = Message("the document was changed since the list was shown")
+            raise EditError("Cannot go to this step", why, "choose it in the list as it is now")
 
     def copy(self, automaton: int, states: Sequence[int], annotations: Sequence[int] = ()) -> str:
         """Return states, with the transitions among them and all below, as text for `PasteStates`."""
@@ -253,21 +290,25 @@ class OpenDocument(Analyses):
         self, automaton: int, states: Sequence[int], annotations: Sequence[int] = (), by: Hashable = None
     ) -> tuple[str, Change]:
         """Copy states and annotations, and delete them."""
+        gone = DeleteItems(
+            automaton=automaton, states=tuple(states), annotations=tuple(annotations), cut=True
+        )
         with self.together():
-            return self._edited.cut(automaton, tuple(states), tuple(annotations), by)
+            text = copy_states(self._steps.document, automaton, states, annotations)
+            return text, self.apply(gone, by=by)
 
     def extract(self, automaton: int, path: str | Path, by: Hashable = None) -> Change:
         """Move an automaton with all below it to a new file beside this one, and import it from there."""
-        file = self._project.file(path)
+        file = self._folder.file(path)
         with self.together():
-            edited = self._edited
-            return edited.do(imports.extract(edited.document, automaton, edited.path, file), by=by)
+            command = imports.extract(self._steps.document, automaton, self._file.path, file)
+            return self._do(command, by=by)
 
     def inline(self, automaton: int, by: Hashable = None) -> Change:
         """Copy the content of an imported automaton into the document."""
         with self.together():
-            edited = self._edited
-            return edited.do(imports.inline(edited.document, automaton, edited.path), by=by)
+            command = imports.inline(self._steps.document, automaton, self._file.path)
+            return self._do(command, by=by)
 
     def add_ready_state(
         self,
@@ -287,7 +328,7 @@ class OpenDocument(Analyses):
         It is called `name`, by default as it is on the shelf. With `origin`, a transition of the type
         `trigger` leads to it from there, with a name in a language such as `es`.
         """
-        title, content = self._project.ready_state(id)
+        title, content = self._folder.ready_state(id)
         wanted = name or title
         command = AddReadyState(
             automaton=automaton,
@@ -324,7 +365,7 @@ class OpenDocument(Analyses):
         made = shelf_document(
             self.version.document, self.path, automaton, states, entry=entry, description=description
         )
-        with self._project.saving(self, f"{SHELF}/{name}", overwrite=False) as target:
+        with self._saving(self, f"{SHELF}/{name}", False) as target:
             write_file(target, written(made).encode())
             return target
 
@@ -337,19 +378,18 @@ class OpenDocument(Analyses):
         there meanwhile. Without it, these raise WouldOverwriteError, OldFormatError and ChangedOutsideError.
         """
         with self.together():
-            if path is None:
-                if self._edited.path is not None:
-                    self._project.file(self._edited.path)  # by now it may be a link that leads out
-                saved = self._edited.save(overwrite=overwrite)
-            else:
-                with self._project.saving(self, path, overwrite=overwrite) as target:
-                    saved = self._edited.save(target, overwrite=overwrite)
-            self._file = "same"
-            return saved
+            if path is not None:
+                with self._saving(self, path, overwrite) as target:
+                    return self._save(target, overwrite=overwrite)
+            own = self._file.path
+            if own is None:
+                raise EditError("Cannot save", "the document has no file yet", "use `Save as`")
+            self._folder.file(own)  # by now it may be a link that leads out
+            return self._save(own, overwrite=overwrite)
 
     def save_copy(self, path: str | Path, *, overwrite: bool = False) -> Path:
         """Write the document to another file, which does not become its own; return its path."""
-        with self._project.saving(self, path, overwrite=overwrite) as target:
+        with self._saving(self, path, overwrite) as target:
             write_file(target, self.text().encode())
             return target
 
@@ -360,12 +400,12 @@ class OpenDocument(Analyses):
         """
         with self._lock:
             with self.together():
-                before = self._file
+                before = self._file.state
                 news = self._compare_with_file()
-                self._file = "same" if news.state == "reloaded" else news.state
+                state = self._file.state = "same" if news.state == "reloaded" else news.state
             if news.state != before:
-                self._notify(news)
-            return self._file
+                self._listeners.notify(news)
+            return state
 
     def resolve(self, choice: Choice | str) -> Resolution:
         """Resolve a change of the file by another program: keep `mine`, take `theirs`, or `merge` both."""
@@ -375,41 +415,110 @@ class OpenDocument(Analyses):
                 Message("{choice} is none of {choice2}", choice=choice, choice2=", ".join(Choice)),
             )
         with self.together():
-            resolution = self._edited.resolve(Choice(choice))
-            self._file = "same"
-            return resolution
+            file, document, path = self._file, self._steps.document, self._file.path
+            if path is None:
+                raise EditError(
+                    "Cannot compare with the file", "the document has no file yet", "save it first"
+                )
+            if choice == Choice.MINE and not path.exists():
+                file.lose()
+                self._journal.begin()
+                return Resolution(None)
+            content, version = read_file(path)
+            theirs = parse_file(content, path)
+            change: Change | None = None
+            conflicts: tuple[str, ...] = ()
+            if choice == Choice.THEIRS:
+                name = signed(path, version.digest) or str(AS_FILE)
+                change = self._do(ReplaceDocument(content=written(theirs), name=name))
+            elif choice == Choice.MERGE:
+                merged = merge_documents(file.saved or theirs, document, theirs)
+                conflicts = merged.conflicts
+                change = self._do(ReplaceDocument(content=written(merged.document), name=str(MERGED)))
+            self._note(file.take(theirs, content, version, self._steps.document))
+            return Resolution(change, conflicts)
 
     def close(self, *, discard: bool = False) -> None:
         """Close the document, with unsaved changes only to `discard` them; else it raises UnsavedError."""
         with self._lock:
-            if self._closed:
-                return
-            if self._edited.is_unsaved and not discard:
-                raise UnsavedError.because(
-                    "{version} has changes that are not saved", version=self.version.title
-                )
-            self._edited.close(discard=discard)
-            self._end()
+            if not self._closed:
+                if Version.of(self._state).is_unsaved and not discard:
+                    raise UnsavedError.because(
+                        "{version} has changes that are not saved", version=self.version.title
+                    )
+                self._end(keep=False)
 
     def abandon(self) -> None:
         """Close the document, and keep its unsaved changes, so that they can be recovered."""
         with self._lock:
             if not self._closed:
-                self._edited.abandon()
-                self._end()
+                self._end(keep=self._state.dirty)
 
     # -- parts ---------------------------------------------------------------------------------------------
 
+    def _do(
+        self, command: Command, base: str | None = None, by: Hashable = None, *, reverts: int | None = None
+    ) -> Change:
+        """Apply a command; `reverts` is the revision of the step that it takes back."""
+        steps, before, conflict = self._steps, self._steps.document, False
+        if base is not None:
+            command, conflict = merged_with_others(command, base, before)
+        key = (command.merge_key and (by, command.merge_key)) if reverts is None else None
+        merged = steps.merges(key, self._merge_within)
+        name = steps.do(command, key, by, merge=merged, reverts=reverts)
+        if steps.document is not before:
+            self._note(Done(msgspec.Raw(msgspec.json.encode(command)), merged), name)
+        return Change(name, steps.changes, before, steps.document, conflict)
+
+    def _take_back(self, own: Own, refusal: EditError, *, again: bool = False) -> Change:
+        found = self._steps.take_back(own, again=again)
+        if found is None:
+            raise refusal
+        command = SetText(place=own.place, text=found.text)
+        change = self._do(command, by=own.by, reverts=found.step.revision)
+        return replace(change, conflict=found.conflict, by=own.by, is_own=True)
+
+    def _move(self, move: Callable[[], Step | None], entry: Entry, refusal: EditError) -> Change:
+        before = self._steps.document
+        step = move()
+        if step is None:
+            raise refusal
+        self._note(entry, step.name)
+        return Change(step.name, self._steps.changes, before, self._steps.document, by=step.by)
+
+    def _note(self, entry: Entry, name: Message = NO_MESSAGE) -> None:
+        """Write an entry into the journal; `name` is that of the step, if it is one."""
+
+        def whole() -> Done:
+            replaced = ReplaceDocument(content=written(self._steps.document), name=str(name))
+            return Done(msgspec.Raw(msgspec.json.encode(replaced)))
+
+        self._journal.add(entry, whole, self._file.header)
+
+    def _save(self, target: Path, *, overwrite: bool) -> Path:
+        file, steps = self._file, self._steps
+        if target == file.path and not overwrite:
+            file.require_ours()
+        content = file.content(steps.document)
+        if self._author:  # before, so that who sees the file sees the note
+            names = [each.name for each in steps.past if each.revision >= self._saved_at]
+            sign(target, content, self._author, ", ".join(dict.fromkeys(names)) or "Undo")
+        saved = file.save(target, steps.document, content)
+        self._saved_at = steps.revision
+        steps.seal()
+        self._note(saved)
+        return target
+
     def _compare_with_file(self) -> FileChanged:
-        edited = self._edited
-        if edited.path is None or not edited.is_changed_outside():
+        file = self._file
+        if file.path is None or not file.is_changed_outside():
             return FileChanged(self, "same")
-        if not edited.path.exists():
+        if not file.path.exists():
             return FileChanged(self, "deleted")
-        if edited.dirty:
+        if self._state.dirty:
             return FileChanged(self, "changed")
         try:
-            change = edited.resolve(Choice.THEIRS).change
+            change = self.resolve(Choice.THEIRS).change
         except EditError as error:  # it is not a document, or incomplete: try again
             return FileChanged(self, "changed", error.message)
         said = NO_MESSAGE if change is None or change.name == AS_FILE else change.name
@@ -417,12 +526,12 @@ class OpenDocument(Analyses):
 
     def _settle(self) -> None:
         """Make the new version, and notify the listeners of it."""
-        version = Version.of(self._edited, self._file)
+        version = Version.of(self._state)
         if version != self.version:
             self.version = version
             self._notifying = True  # otherwise a listener could change it, and others hear of that first
             try:
-                self._notify(Changed(self, version))
+                self._listeners.notify(Changed(self, version))
             finally:
                 self._notifying = False
 
@@ -432,19 +541,15 @@ class OpenDocument(Analyses):
             return
         try:
             if not self._closed:
-                self._notify(Checked(self, version, findings))
+                self._listeners.notify(Checked(self, version, findings))
         finally:
             self._lock.release()
 
-    def _end(self) -> None:
+    def _end(self, *, keep: bool) -> None:
+        self._journal.close(keep=keep)
         self._settle()
         self._closed = True
-        self._project.forget(self)
-        self._notify(Closed(self))
-
-    def _notify(self, event: Event) -> None:
-        self._listeners.notify(event)
-        self._project.listeners.notify(event)
+        self._listeners.notify(Closed(self))
 
 
 def _validated(command: Command) -> Command:

@@ -2,59 +2,40 @@
 
 from __future__ import annotations
 
-import stat
 import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager, suppress
-from dataclasses import dataclass
-from functools import cached_property
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Literal, Self
+from typing import Final, Self
 
-from codegen.hfsm.formats.others import Format, imported_format, imported_suffixes
+from codegen.hfsm.formats.others import Format, imported_format
 from codegen.messages import Message
 from visualhfsm._base.errors import EditError, MissingError, TooManyError, WouldOverwriteError
 from visualhfsm._base.languages import ENGLISH, known_language
 from visualhfsm._document.serialization import import_document, parse
-from visualhfsm._processes.bodies import FOLDER
 from visualhfsm.project._check_process import CheckProcess
 from visualhfsm.project._code_help.service import CodeHelp
-from visualhfsm.project._editing.edited_document import MERGE_WITHIN, EditedDocument
+from visualhfsm.project._editing.document_state import (
+    DocumentState,
+    begin_from_file,
+    begin_new,
+    drop_saved,
+    recover,
+)
 from visualhfsm.project._editing.files import make_folder, read_file
 from visualhfsm.project._editing.journal import Abandoned, find_abandoned, journal_directory
-from visualhfsm.project._editing.shelf import ReadyState, Shelves
 from visualhfsm.project._editing.templates import EMPTY, make_template
+from visualhfsm.project._editing.undo_stack import MERGE_WITHIN
 
-from ._document import Listener, Listeners, OpenDocument, Opened
-from ._root import (
-    BODY_SUFFIX,
-    DOCUMENT_SUFFIX,
-    MODEL_SUFFIXES,
-    RECORDING_SUFFIX,
-    Root,
-    looks_like_model,
-)
+from ._document import Closed, Event, Listener, Listeners, OpenDocument, Opened
+from ._folder import ProjectFolder
+from ._root import Root
 from ._version import free_title, stem
 
-if TYPE_CHECKING:
-    from ._verdict import Judge
-
-_MOST_ENTRIES: Final = 2000  # of a directory
-_MOST_DIRECTORIES: Final = 200  # below it, whose entries are listed with its own
 _MOST_REMARKS: Final = 100  # about one document
 
 
-@dataclass(frozen=True, slots=True)
-class Entry:
-    """A directory, or a document, recording or robot in it; size in bytes, `changed_at` in s since 1970."""
-
-    path: Path
-    kind: Literal["directory", "document", "recording", "model"]
-    size: int
-    changed_at: float
-
-
-class Project:
+class Project(ProjectFolder):
     """A folder with documents, without page and network. Errors are VisualHfsmError.
 
     `root` is the folder: files outside of it are refused, apart from those `granted`. `include` are
@@ -80,17 +61,12 @@ class Project:
         checks: CheckProcess | None = None,
         code_help: CodeHelp | None = None,
     ) -> None:
-        self.root: Final = Root(Path(root), granted)
-        self.include: Final[Sequence[Path]] = tuple(Path(each).resolve() for each in include)
+        super().__init__(Root(Path(root), granted), include, checks, code_help)
         self.journals: Final = journals or journal_directory()
-        folder = self.root.directory
-        self.checks: Final = checks or CheckProcess(folder=folder)
-        self.code_help: Final = code_help or CodeHelp(include=self.include, folder=folder)
-        self._shelves = Shelves(folder)
         self._most = most
         self._merge_within = merge_within
         self._author = author
-        self.listeners: Final = Listeners()
+        self._listeners = Listeners()
         self._opening = threading.RLock()
         """Held while a document is opened or gets a file, so that no two documents have the same one.
 
@@ -114,23 +90,9 @@ class Project:
         for document in self.documents:
             document.abandon()
 
-    def end_processes(self) -> None:
-        """End the processes that check and read code; questions that wait for them fail."""
-        self.checks.close()
-        self.code_help.close()
-        if "judge" in vars(self):
-            self.judge.close()
-
-    @cached_property
-    def judge(self) -> Judge:
-        """What verdicts are made by, with its processes."""
-        from ._verdict import Judge  # only who judges waits for trials
-
-        return Judge(self.include)
-
     def subscribe(self, listener: Listener) -> Callable[[], None]:
         """Notify a listener of what happens to all documents; return the function that ends this."""
-        return self.listeners.subscribe(listener)
+        return self._listeners.subscribe(listener)
 
     # -- open documents ------------------------------------------------------------------------------------
 
@@ -165,7 +127,7 @@ class Project:
             content, _ = read_file(file)
             if (other := imported_format(file.name, content)) is not None:
                 return self._import(other, file.name, content)
-            return self._add(lambda: EditedDocument.open(file, journals=self.journals))
+            return self._add(lambda: begin_from_file(file, self.journals))
 
     def open_text(self, name: str, text: str, *, kept: bool = False) -> OpenDocument:
         """Open a text in any format as a document that has no file yet, `name` is that of the text.
@@ -173,10 +135,10 @@ class Project:
         `kept` says that it is kept elsewhere as it is, so that closing it loses nothing.
         """
 
-        def make() -> EditedDocument:
+        def make() -> DocumentState:
             document = parse(text, Message("Cannot open {name}", name=name))
             title = name if kept else self._free_title(stem(name))
-            return EditedDocument.new(document, title, journals=self.journals, kept=kept)
+            return begin_new(document, title, self.journals, kept=kept)
 
         with self._opening:
             if (other := imported_format(name, content := text.encode())) is not None:
@@ -189,9 +151,9 @@ class Project:
         An empty one is called `untitled`, in a language such as `es`.
         """
 
-        def make() -> EditedDocument:
+        def make() -> DocumentState:
             name, document = make_template(template, known_language(language))
-            return EditedDocument.new(document, self._free_title(name), journals=self.journals)
+            return begin_new(document, self._free_title(name), self.journals)
 
         with self._opening:
             return self._add(make)
@@ -211,8 +173,7 @@ class Project:
         found = [
             each
             for each in find_abandoned(self.journals)
-            if each.path is None
-            or (self.root.contains(each.path) and not EditedDocument.drop_saved(each.file))
+            if each.path is None or (self.root.contains(each.path) and not drop_saved(each.file))
         ]
         self._abandoned = {each.file.name: each for each in found}
         return found
@@ -221,79 +182,44 @@ class Project:
         """Open one of `recoverable` as it was, by the name of its journal."""
         file = self._journal(journal)
         with self._opening:
-            opened = self._add(lambda: EditedDocument.recover(file))
+            opened = self._add(lambda: recover(file))
         self._abandoned.pop(journal, None)
         return opened
 
     def discard(self, journal: str) -> None:
         """Discard the changes of one of `recoverable`."""
-        EditedDocument.recover(self._journal(journal)).close(discard=True)
+        recover(self._journal(journal)).journal.close()
         self._abandoned.pop(journal, None)
 
-    # -- files ---------------------------------------------------------------------------------------------
+    # -- parts ---------------------------------------------------------------------------------------------
 
-    def entries(self, directory: str | Path = "", *, depth: int = 0) -> list[Entry]:
-        """Return the directories, documents, recordings and models in a directory, without hidden ones.
+    def _add(
+        self, make: Callable[[], DocumentState], remarks: Sequence[Message] | None = None
+    ) -> OpenDocument:
+        if self._closed:
+            raise EditError("Cannot open a document", "the project is closed", "make another Project")
+        self.require_room()
+        opened = OpenDocument(
+            make(), self, self._saving, self._merge_within, author=self._author, remarks=remarks
+        )
+        opened.subscribe(self._hear)
+        self._documents.append(opened)
+        self._listeners.notify(Opened(opened))
+        return opened
 
-        With a `depth` those files follow that are in directories so far below it, the nearest first. Links
-        to directories, and those of packages, are left out there.
-        """
-        place = self.root.directory_of(str(directory))
-        with MissingError.in_place_of(OSError, "{place} cannot be listed: {reason}", place=place.name):
-            shown = level = self._entries_in(place)
-        left = _MOST_DIRECTORIES
-        for _ in range(depth):
-            below = [each.path for each in level if each.kind == "directory" and _leads_on(each.path)][:left]
-            left -= len(below)
-            level = []
-            for folder in below:
-                if len(level) < _MOST_ENTRIES:
-                    with suppress(OSError):  # closed, or deleted just now
-                        level += self._entries_in(folder)
-            shown = [*shown, *(each for each in level if each.kind != "directory")]
-        return shown[:_MOST_ENTRIES]
+    def _hear(self, event: Event) -> None:
+        if isinstance(event, Closed):
+            self._documents.remove(event.document)
+        self._listeners.notify(event)
 
-    def _entries_in(self, directory: Path) -> list[Entry]:
-        found = [each for path in directory.iterdir() if (each := self._entry(path)) is not None]
-        return sorted(found, key=lambda each: (each.kind != "directory", each.path.name))
-
-    def _entry(self, path: Path) -> Entry | None:
-        if path.name.startswith(".") or not self.root.contains(path):
-            return None
-        try:
-            status = path.stat()
-        except OSError:  # a broken link, or a file that was deleted just now
-            return None
-        if stat.S_ISDIR(status.st_mode):
-            return Entry(path, "directory", status.st_size, status.st_mtime)
-        suffix = path.suffix.lower()
-        kind = "document" if suffix in imported_suffixes() else _KINDS.get(suffix)
-        if not stat.S_ISREG(status.st_mode) or kind is None:
-            return None
-        if suffix == BODY_SUFFIX and path.parent != self.root.directory / FOLDER:
-            return None
-        if suffix == DOCUMENT_SUFFIX and looks_like_model(path):
-            kind = "model"
-        return Entry(path, kind, status.st_size, status.st_mtime)
-
-    # -- the shelf -----------------------------------------------------------------------------------------
-
-    def shelf(self) -> list[ReadyState]:
-        """Return the ready states that can be drawn: ours, then those of the folder `shelf`."""
-        return self._shelves.states()
-
-    def ready_state(self, id: str) -> tuple[str, str]:
-        """Return the title and the text of the document of a ready state."""
-        return self._shelves.content(id)
-
-    # -- for open documents --------------------------------------------------------------------------------
-
-    def file(self, path: str | Path) -> Path:
-        """Return the path of a document below the root."""
-        return self.root.document(str(path))
+    def _import(self, other: Format, name: str, content: bytes) -> OpenDocument:
+        """Open a file of another program as a document that has no file yet."""
+        document, remarks = import_document(other, content, name)
+        title = self._free_title(stem(name))
+        return self._add(lambda: begin_new(document, title, self.journals), remarks[:_MOST_REMARKS])
 
     @contextmanager
-    def saving(self, document: OpenDocument, path: str | Path, *, overwrite: bool) -> Iterator[Path]:
+    def _saving(self, document: OpenDocument, path: str | Path, overwrite: bool) -> Iterator[Path]:
         """Return the file to which a document is saved; its folder is made, and nobody opens it meanwhile."""
         file = self.file(path)
         with self._opening:
@@ -306,33 +232,6 @@ class Project:
             make_folder(file.parent)
             yield file
 
-    def forget(self, document: OpenDocument) -> None:
-        """Forget a document that is closed."""
-        self._documents.remove(document)
-
-    # -- parts ---------------------------------------------------------------------------------------------
-
-    def _add(
-        self, make: Callable[[], EditedDocument], remarks: Sequence[Message] | None = None
-    ) -> OpenDocument:
-        if self._closed:
-            raise EditError("Cannot open a document", "the project is closed", "make another Project")
-        self.require_room()
-        edited = make()
-        edited.merge_within, edited.author = self._merge_within, self._author
-        opened = OpenDocument(edited, self, remarks)
-        self._documents.append(opened)
-        self.listeners.notify(Opened(opened))
-        return opened
-
-    def _import(self, other: Format, name: str, content: bytes) -> OpenDocument:
-        """Open a file of another program as a document that has no file yet."""
-        document, remarks = import_document(other, content, name)
-        title = self._free_title(stem(name))
-        return self._add(
-            lambda: EditedDocument.new(document, title, journals=self.journals), remarks[:_MOST_REMARKS]
-        )
-
     def _free_title(self, wanted: str) -> str:
         """Return a title for a document without a file, whose component no other one has."""
         return free_title(wanted, {each.version.component for each in self.documents})
@@ -343,17 +242,3 @@ class Project:
         if name not in self._abandoned:
             raise MissingError.because("{name} cannot be recovered any more", name=name)
         return self._abandoned[name].file
-
-
-def _leads_on(directory: Path) -> bool:
-    """Return whether the files of a directory may be listed with those of one above it."""
-    is_of_packages = directory.name in {"node_modules", "__pycache__"} or (directory / "pyvenv.cfg").exists()
-    return not is_of_packages and not directory.is_symlink()
-
-
-_KINDS: Final[dict[str, Literal["document", "recording", "model"]]] = {
-    DOCUMENT_SUFFIX: "document",
-    RECORDING_SUFFIX: "recording",
-    BODY_SUFFIX: "model",
-    **dict.fromkeys(MODEL_SUFFIXES, "model"),
-}

@@ -6,15 +6,13 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
-from typing import Final, Literal
+from typing import Final
 
 from codegen.hfsm.code.names import component_name
 from codegen.hfsm.document import Document
-from visualhfsm.project._editing.edited_document import EditedDocument
+from visualhfsm.project._editing.document_file import FileState
+from visualhfsm.project._editing.document_state import DocumentState
 from visualhfsm.project._editing.undo_stack import Step
-
-FileState = Literal["same", "changed", "deleted"]
-"""The change by another program of a document's file since that was read or saved."""
 
 _LONGEST_BEGINNING: Final = 18  # characters before a number, as a component's name has 100 at most, in ASCII
 _LONGEST_STEM: Final = 100
@@ -42,18 +40,19 @@ class Version:
     file: FileState = "same"
 
     @classmethod
-    def of(cls, edited: EditedDocument, file: FileState) -> Version:
+    def of(cls, state: DocumentState) -> Version:
         """Return the present version of a document."""
+        steps, file, dirty = state.steps, state.file, state.dirty
         return cls(
-            revision=edited.revision,
-            document=edited.document,
-            path=edited.path,
-            title=edited.name,
-            dirty=edited.dirty,
-            is_unsaved=edited.is_unsaved,
-            undo=tuple(islice(reversed(edited.steps.past), _STEPS)),
-            redo=tuple(islice(reversed(edited.steps.future), _STEPS)),
-            file=file,
+            revision=steps.changes,
+            document=steps.document,
+            path=file.path,
+            title=file.title,
+            dirty=dirty,
+            is_unsaved=dirty and (file.path is not None or bool(steps.past or steps.future)),
+            undo=tuple(islice(reversed(steps.past), _STEPS)),
+            redo=tuple(islice(reversed(steps.future), _STEPS)),
+            file=file.state,
         )
 
     @property

@@ -95,11 +95,11 @@ def journal_directory() -> Path:
 class Journal:
     """The journal of one open document; its file is created with the first entry."""
 
-    def __init__(self, directory: Path, header: Header, largest: int = LARGEST_JOURNAL) -> None:
+    def __init__(self, directory: Path, header: Header) -> None:
         self._directory = directory
         self.header = header
         """The document as it was opened."""
-        self._largest = largest
+        self._largest = LARGEST_JOURNAL
         self._restarted = False
         self.file: Path | None = None
         """The file, None before the first entry."""

@@ -6,20 +6,31 @@ what is typed there by the same one: a new step takes that back, and keeps what 
 
 from __future__ import annotations
 
-import time
 from collections import deque
-from collections.abc import Callable, Collection, Hashable, Sequence
+from collections.abc import Collection, Hashable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from time import monotonic
 from typing import Final
+
+import msgspec
 
 from codegen.hfsm.document import Document
 from codegen.messages import Message
+from visualhfsm._document.commands import Command
+from visualhfsm._document.commands.text import SetText
 from visualhfsm._document.places import Place, texts_at
+from visualhfsm._document.serialization import MAX_SIZE, written
 
 from .merge import merge_typing
 
+MERGE_WITHIN: Final = 2.0
+"""Seconds without a change after which the same kind of change is a new step."""
 _MOST_STEPS: Final = 5000
+_GROWTH: Final = 2048
+"""Limit of the bytes by which a command may let a document grow, beyond its own size."""
+_ESCAPED: Final = 6
+"""Bytes that one byte of a command may take in a document."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,30 +74,59 @@ class UndoStack:
     dropped.
     """
 
-    def __init__(self, document: Document, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, document: Document, size: int = MAX_SIZE) -> None:
         self.document = document
         self.revision = 0
         """The revision at which the present document was made: going back to it keeps that number."""
-        self._clock = clock
+        self.changes = 0
+        """The number of changes so far, back and forth, which is the latest revision."""
         self.past: deque[Step] = deque(maxlen=_MOST_STEPS)
         self.future: deque[Step] = deque()
+        self._size_bound = size
         self._key: Hashable | None = None
         self._changed_at = 0.0
 
     def merges(self, key: Hashable | None, within: float) -> bool:
         """Return whether a change with this key continues the last step, which is at most `within` s old."""
-        recent = self._clock() - self._changed_at <= within
+        recent = monotonic() - self._changed_at <= within
         return key is not None and key == self._key and recent and bool(self.past)
 
-    def add(self, step: Step, key: Hashable | None, *, merge: bool) -> None:
-        """Make the document of a step the present one, as that separate step or as part of the last one."""
-        document, revision = step.document, step.revision
+    def do(
+        self,
+        command: Command,
+        key: Hashable | None = None,
+        by: Hashable = None,
+        *,
+        merge: bool,
+        reverts: int | None = None,
+    ) -> Message:
+        """Apply a command, as a separate step or as part of the last one, and return the step's name.
+
+        Raises EditError, and leaves everything as it was, when that is not possible, or the document would be
+        too large. What changes nothing is no step.
+        """
+        name, document = command.title(self.document), command.apply(self.document)
+        if document == self.document:  # cheap: what they share is identical
+            return name
+        self._size_bound = _bound(document, self._size_bound, command)
+        self.changes += 1
         if not merge:
-            self.past.append(replace(step, document=self.document, revision=self.revision))
+            place = command.place if isinstance(command, SetText) else None
+            self.past.append(Step(name, self.document, self.revision, by, place, reverts))
         self.future.clear()
-        self.document, self.revision = document, revision
+        self.document, self.revision = document, self.changes
         self._key = key
-        self._changed_at = self._clock()
+        self._changed_at = monotonic()
+        return name
+
+    def require(self, commands: Iterable[Command]) -> None:
+        """Raise EditError if commands cannot all be applied, one after the other."""
+        document, bound = self.document, self._size_bound
+        for command in commands:
+            after = command.apply(document)
+            if after != document:
+                bound = _bound(after, bound, command)
+            document = after
 
     def seal(self) -> None:
         """Make the next change a separate step, as it is after undoing and redoing."""
@@ -106,6 +146,7 @@ class UndoStack:
         step = source.pop()
         target.append(replace(step, document=self.document, revision=self.revision))
         self.document, self.revision = step.document, step.revision
+        self.changes += 1
         self.seal()
         return step
 
@@ -131,6 +172,15 @@ class UndoStack:
                     return None  # what was typed since cannot be redone
             since.append(step.document)
         return None
+
+
+def _bound(document: Document, before: int, command: Command) -> int:
+    """Return a bound of the size of a document after a command; `before` is the former one.
+
+    Raises EditError when the document is too large.
+    """
+    bound = before + _GROWTH + _ESCAPED * len(msgspec.json.encode(command))
+    return bound if bound <= MAX_SIZE else len(written(document).encode())
 
 
 def _without(step: Step, since: Sequence[Document], place: Place) -> TakenBack | None:

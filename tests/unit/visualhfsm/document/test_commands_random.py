@@ -18,10 +18,10 @@ from codegen.hfsm.document import Automaton, Document, State, Transition
 from codegen.messages import Message
 from tests.support.editing import choose_command, tree
 from tests.support.examples import examples
+from visualhfsm import Project
 from visualhfsm._base.errors import EditError
 from visualhfsm._document.commands import decode_command
 from visualhfsm._document.serialization import parse
-from visualhfsm.project._editing.edited_document import EditedDocument
 
 COMMANDS_EACH = 50
 
@@ -60,32 +60,33 @@ def test_every_sequence_of_commands_can_be_saved_undone_and_done_again(
     tmp_path_factory: pytest.TempPathFactory, start: Document, seed: int
 ) -> None:
     random = Random(seed)
-    session = EditedDocument.new(start, "random", journals=tmp_path_factory.getbasetemp() / "journals")
+    folder = tmp_path_factory.getbasetemp()
+    session = Project(folder, journals=folder / "journals").open_text("random", write_document(start))
     try:
-        original = text = write_document(session.document)
+        original = text = write_document(session.version.document)
         for _ in range(COMMANDS_EACH):
-            before = session.document
+            before = session.version.document
             command = choose_command(random, before)
             assert decode_command(msgspec.json.encode(command)) == command
             try:
-                session.do(command)
+                session.apply(command)
             except EditError:
-                assert session.document is before
+                assert session.version.document is before
                 continue
-            after, former = session.document, text
+            after, former = session.version.document, text
             text = write_document(after)
             assert parse(text, Message("Cannot read")) == after
             if after is not before:
                 assert text != former
-        last = write_document(session.document)
-        names = [step.name for step in session.undo_steps]
-        while session.undo_steps:
+        last = write_document(session.version.document)
+        names = [step.name for step in session.version.undo]
+        while session.version.undo:
             session.undo()
-        assert write_document(session.document) == original
-        assert [step.name for step in session.redo_steps] == names[::-1]
-        while session.redo_steps:
+        assert write_document(session.version.document) == original
+        assert [step.name for step in session.version.redo] == names[::-1]
+        while session.version.redo:
             session.redo()
-        assert write_document(session.document) == last
+        assert write_document(session.version.document) == last
     finally:
         session.close(discard=True)
 

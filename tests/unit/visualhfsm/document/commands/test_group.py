@@ -10,10 +10,10 @@ from codegen.hfsm.document import Automaton, Document, State, Text, Transition
 from codegen.messages import Message
 from tests.support.editing import tree
 from tests.support.examples import examples
+from visualhfsm import Project
 from visualhfsm._base.errors import EditError
 from visualhfsm._document.commands.group import GroupStates, split_variables
-from visualhfsm._document.serialization import parse
-from visualhfsm.project._editing.edited_document import EditedDocument
+from visualhfsm._document.serialization import parse, written
 
 NUMBERS = st.integers(1, 6)
 
@@ -42,11 +42,12 @@ def documents(draw: st.DrawFn) -> Document:
 def test_grouped_states_keep_what_they_are_and_what_leads_across_the_border_ends_at_the_group(
     tmp_path_factory: pytest.TempPathFactory, document: Document, chosen: set[int]
 ) -> None:
-    session = EditedDocument.new(document, "group", journals=tmp_path_factory.getbasetemp() / "journals")
+    folder = tmp_path_factory.getbasetemp()
+    session = Project(folder, journals=folder / "journals").open_text("group", written(document))
     try:
         original = session.text()
-        session.do(GroupStates(automaton=1, states=tuple(chosen)))
-        made = session.document
+        session.apply(GroupStates(automaton=1, states=tuple(chosen)))
+        made = session.version.document
         top, child = made.automata[0], made.automata[-1]
         (group,) = (state for state in top.states if state.children == (child.id,))
         assert {state.id for state in child.states} == chosen
@@ -69,7 +70,7 @@ def test_grouped_states_keep_what_they_are_and_what_leads_across_the_border_ends
         session.undo()
         assert session.text() == original
         session.redo()
-        assert session.document is made
+        assert session.version.document is made
     finally:
         session.close(discard=True)
 

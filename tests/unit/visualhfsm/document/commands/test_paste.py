@@ -12,13 +12,13 @@ import pytest
 from codegen.hfsm.document import Argument, Automaton, Document, Result, State, Text
 from codegen.messages import Message
 from tests.support.editing import large_document, texted, tree
+from visualhfsm import Project
 from visualhfsm._base.errors import EditError
 from visualhfsm._document.commands.automata import AddAutomaton, SetImport
 from visualhfsm._document.commands.items import DeleteItems
 from visualhfsm._document.commands.paste import AddReadyState, FillAutomaton, PasteStates
 from visualhfsm._document.commands.states import RenameState
 from visualhfsm._document.serialization import copy_states, parse, written
-from visualhfsm.project._editing.edited_document import EditedDocument
 
 RADIUS = 40.0  # of a state, as measures/geometry.js draws it
 
@@ -123,12 +123,12 @@ def test_a_state_is_pasted_into_its_own_sub_tree() -> None:
 
 
 def test_pasting_twice_what_was_cut_brings_it_back_twice(tmp_path: Path) -> None:
-    session = EditedDocument.new(tree(), "test", journals=tmp_path)
+    session = Project(tmp_path, journals=tmp_path).open_text("test", written(tree()))
     text, change = session.cut(1, (2,))
     assert change.name == "Cut “work”"
-    assert len(session.document.automata) == 1
+    assert len(session.version.document.automata) == 1
     for _ in range(2):
-        change = session.do(PasteStates(automaton=1, content=text))
+        change = session.apply(PasteStates(automaton=1, content=text))
     assert [(each.automaton, each.states) for each in change.added] == [
         (1, (3,)),
         (5, (1, 2)),
@@ -137,7 +137,7 @@ def test_pasting_twice_what_was_cut_brings_it_back_twice(tmp_path: Path) -> None
     ]
     for _ in range(3):
         session.undo()
-    assert written(session.document) == written(tree())
+    assert written(session.version.document) == written(tree())
     session.close(discard=True)
 
 

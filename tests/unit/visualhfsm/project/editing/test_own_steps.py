@@ -10,11 +10,11 @@ import pytest
 
 from codegen.hfsm import write_document
 from tests.support.editing import tree
+from visualhfsm import OpenDocument, Project
 from visualhfsm._base.errors import EditError
 from visualhfsm._document.commands.states import RenameState
 from visualhfsm._document.commands.text import SetText
 from visualhfsm._document.places import Place, texts_at
-from visualhfsm.project._editing.edited_document import EditedDocument
 from visualhfsm.project._editing.undo_stack import Own
 
 A, B = 1, 2
@@ -28,26 +28,25 @@ BEGUN: Final = "wait(1)"
 def shared(tmp_path: Path):
     file = tmp_path / "shared.xml"
     file.write_text(write_document(tree()))
-    opened = EditedDocument.open(file, journals=tmp_path / "journals")
-    opened.merge_within = 0.0
-    opened.do(SetText(place=HERE, text=BEGUN))
+    opened = Project(tmp_path, journals=tmp_path / "journals", merge_within=0.0).open(file)
+    opened.apply(SetText(place=HERE, text=BEGUN))
     yield opened
     opened.close(discard=True)
 
 
-def text(shared: EditedDocument, place: Place = HERE) -> str:
-    return texts_at(shared.document, place)[0]
+def text(shared: OpenDocument, place: Place = HERE) -> str:
+    return texts_at(shared.version.document, place)[0]
 
 
-def add(shared: EditedDocument, word: str, by: int, place: Place = HERE) -> None:
+def add(shared: OpenDocument, word: str, by: int, place: Place = HERE) -> None:
     """Add a line with a word."""
-    shared.do(SetText(place=place, text=f"{text(shared, place)}\n{word}"), by=by)
+    shared.apply(SetText(place=place, text=f"{text(shared, place)}\n{word}"), by=by)
 
 
 @pytest.mark.parametrize("word", ["beta", "two", "three", "t", "wo t", "2"])
-def test_what_another_typed_into_my_words_stays_when_i_undo_them(shared: EditedDocument, word: str) -> None:
+def test_what_another_typed_into_my_words_stays_when_i_undo_them(shared: OpenDocument, word: str) -> None:
     add(shared, "# one two three", A)
-    shared.do(SetText(place=HERE, text=f"{BEGUN}\n# one two {word} three"), by=B)
+    shared.apply(SetText(place=HERE, text=f"{BEGUN}\n# one two {word} three"), by=B)
     undone = shared.undo(OF_A)
     assert (undone.is_own, undone.by, undone.name, undone.place) == (True, A, "Edit the code of “wait”", HERE)
     assert text(shared).split("\n")[0] == BEGUN
@@ -56,7 +55,7 @@ def test_what_another_typed_into_my_words_stays_when_i_undo_them(shared: EditedD
     assert text(shared) == f"{BEGUN}\n# one two {word} three"
 
 
-def test_undo_goes_on_with_what_i_typed_before_and_never_leaves_the_place(shared: EditedDocument) -> None:
+def test_undo_goes_on_with_what_i_typed_before_and_never_leaves_the_place(shared: OpenDocument) -> None:
     add(shared, "a1", A)
     add(shared, "b1", B)
     add(shared, "there", A, THERE)
@@ -77,7 +76,7 @@ def test_undo_goes_on_with_what_i_typed_before_and_never_leaves_the_place(shared
         shared.redo(OF_A)
 
 
-def test_what_i_typed_since_is_undone_first_and_not_redone(shared: EditedDocument) -> None:
+def test_what_i_typed_since_is_undone_first_and_not_redone(shared: OpenDocument) -> None:
     add(shared, "a1", A)
     add(shared, "b1", B)
     shared.undo(OF_A)
@@ -88,8 +87,8 @@ def test_what_i_typed_since_is_undone_first_and_not_redone(shared: EditedDocumen
     assert text(shared).split("\n")[1:] == ["b1"]
 
 
-def test_alone_all_steps_are_undone_wherever_they_are(shared: EditedDocument) -> None:
-    shared.do(RenameState(automaton=1, state=1, name="a"), by=A)
+def test_alone_all_steps_are_undone_wherever_they_are(shared: OpenDocument) -> None:
+    shared.apply(RenameState(automaton=1, state=1, name="a"), by=A)
     alone = Own(A, HERE, ())
     assert shared.undo(alone).name == "Rename “wait”"
     add(shared, "of a page that was loaded again", B)
@@ -97,22 +96,22 @@ def test_alone_all_steps_are_undone_wherever_they_are(shared: EditedDocument) ->
     assert text(shared) == BEGUN
 
 
-def test_of_a_state_that_is_gone_nothing_is_undone(shared: EditedDocument) -> None:
+def test_of_a_state_that_is_gone_nothing_is_undone(shared: OpenDocument) -> None:
     add(shared, "a1", A, THERE)
     shared.cut(1, (2,), by=B)
     with pytest.raises(EditError, match="you have typed nothing here"):
         shared.undo(Own(A, THERE, {B}))
 
 
-def test_on_the_canvas_the_last_step_is_undone_and_says_by_whom(shared: EditedDocument) -> None:
+def test_on_the_canvas_the_last_step_is_undone_and_says_by_whom(shared: OpenDocument) -> None:
     add(shared, "a1", A)
-    shared.do(RenameState(automaton=1, state=1, name="b"), by=B)
+    shared.apply(RenameState(automaton=1, state=1, name="b"), by=B)
     assert [shared.undo().by, shared.undo().by] == [B, A]
     assert [shared.redo().by, shared.redo().by] == [A, B]
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_each_undoes_and_redoes_all_own_words_and_no_other(shared: EditedDocument, seed: int) -> None:
+def test_each_undoes_and_redoes_all_own_words_and_no_other(shared: OpenDocument, seed: int) -> None:
     random = Random(seed)
     typed: dict[int, list[str]] = {A: [], B: []}
     add(shared, "a", A)
@@ -122,7 +121,7 @@ def test_each_undoes_and_redoes_all_own_words_and_no_other(shared: EditedDocumen
         lines = text(shared).split("\n")
         lines.insert(random.randrange(1, len(lines) + 1), f"{by}-{number}")
         typed[by].append(f"{by}-{number}")
-        shared.do(SetText(place=HERE, text="\n".join(lines)), by=by)
+        shared.apply(SetText(place=HERE, text="\n".join(lines)), by=by)
     add(shared, "last", B)
     full = text(shared)
     for _ in range(len(typed[A]) + 1):
@@ -137,13 +136,14 @@ def test_each_undoes_and_redoes_all_own_words_and_no_other(shared: EditedDocumen
     assert sorted(text(shared).split("\n")) == sorted(full.split("\n"))
 
 
-def test_a_journal_has_what_was_taken_back(shared: EditedDocument, tmp_path: Path) -> None:
+def test_a_journal_has_what_was_taken_back(shared: OpenDocument, tmp_path: Path) -> None:
     add(shared, "a1", A)
     add(shared, "b1", B)
     shared.undo(OF_A)
     expected = text(shared)
     shared.abandon()
-    (journal,) = (tmp_path / "journals").glob("*.journal")
-    recovered = EditedDocument.recover(journal)
+    project = Project(tmp_path, journals=tmp_path / "journals")
+    (journal,) = project.recoverable()
+    recovered = project.recover(journal.file.name)
     assert text(recovered) == expected
     recovered.close(discard=True)

@@ -1,4 +1,4 @@
-"""Sessions: undo and redo with names, saving, files that change, and journals that survive a crash."""
+"""Open documents: undo and redo with names, saving, files that change, and journals that survive a crash."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import shutil
 import signal
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,19 +16,26 @@ import pytest
 from codegen.hfsm import write_document
 from tests.support.editing import tree
 from tests.support.plugins import OLD_DOCUMENTS
+from visualhfsm import Choice, OpenDocument, Project, Step
 from visualhfsm._base.environment import child_environment
-from visualhfsm._base.errors import ChangedOutsideError, EditError, OldFormatError
+from visualhfsm._base.errors import (
+    ChangedOutsideError,
+    EditError,
+    ForbiddenPathError,
+    OldFormatError,
+    UnsavedError,
+    WouldOverwriteError,
+)
 from visualhfsm._document.commands import Command
 from visualhfsm._document.commands.component import AddEntry, ChangeEntry
 from visualhfsm._document.commands.items import MoveItems
 from visualhfsm._document.commands.states import AddState, RenameState
 from visualhfsm._document.commands.text import SetText
 from visualhfsm._document.places import Place
-from visualhfsm._document.serialization import MAX_SIZE, parse_file, written
-from visualhfsm.project._editing.edited_document import Choice, EditedDocument
-from visualhfsm.project._editing.files import read_file
-from visualhfsm.project._editing.journal import Header, Journal, find_abandoned
-from visualhfsm.project._editing.undo_stack import Step
+from visualhfsm._document.serialization import MAX_SIZE, written
+from visualhfsm.project._editing.document_state import begin_from_file, recover
+from visualhfsm.project._editing.files import write_file
+from visualhfsm.project._editing.journal import find_abandoned
 
 SPANISH = """<VisualHFSM><SubAutomata><idSub>1</idSub><Estado estado_inicial="true"><id>1</id><nombre>uno</nombre>
 <origenX>1</origenX><origenY>2</origenY><codigo>x = 1</codigo></Estado><tiempoIteracion>50</tiempoIteracion>
@@ -42,8 +50,10 @@ class Time:
 
 
 @pytest.fixture
-def time() -> Time:
-    return Time()
+def time(monkeypatch: pytest.MonkeyPatch) -> Time:
+    clock = Time()
+    monkeypatch.setattr("visualhfsm.project._editing.undo_stack.monotonic", clock)
+    return clock
 
 
 @pytest.fixture
@@ -55,7 +65,7 @@ def path(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def session(path: Path, tmp_path: Path, time: Time):
-    opened = EditedDocument.open(path, journals=tmp_path / "journals", clock=time)
+    opened = project(tmp_path).open(path)
     yield opened
     opened.close(discard=True)
 
@@ -68,58 +78,67 @@ def code(text: str, state: int = 1) -> SetText:
     return SetText(place=Place(kind="state", automaton=1, id=state, part="code"), text=text)
 
 
-def recover_only(journals: Path) -> EditedDocument:
+def project(folder: Path) -> Project:
+    return Project(folder, journals=folder / "journals")
+
+
+def recover_only(folder: Path) -> OpenDocument:
     """Recover the only document of which a journal is left."""
-    (found,) = find_abandoned(journals)
-    return EditedDocument.recover(found.file)
+    opened = project(folder)
+    (found,) = opened.recoverable()
+    return opened.recover(found.file.name)
 
 
-def step_names(steps: list[Step]) -> list[str]:
+def step_names(steps: Sequence[Step]) -> list[str]:
     return [step.name for step in steps]
 
 
-def test_steps_have_names_and_are_undone_and_done_again(session: EditedDocument) -> None:
-    session.do(rename("a"))
-    session.do(AddState(automaton=1, x=0, y=0))
-    assert step_names(session.undo_steps) == ["Add a state", "Rename “wait”"]
+def test_steps_have_names_and_are_undone_and_done_again(session: OpenDocument) -> None:
+    session.apply(rename("a"))
+    session.apply(AddState(automaton=1, x=0, y=0))
+    assert step_names(session.version.undo) == ["Add a state", "Rename “wait”"]
     change = session.undo()
-    assert (change.name, change.revision, step_names(session.redo_steps)) == (
+    assert (change.name, change.revision, step_names(session.version.redo)) == (
         "Add a state",
         3,
         ["Add a state"],
     )
     assert session.redo().added[0].states == (3,)
     session.undo()
-    session.do(rename("b", 2))
-    assert step_names(session.redo_steps) == []
+    session.apply(rename("b", 2))
+    assert step_names(session.version.redo) == []
     with pytest.raises(EditError, match="nothing to redo"):
         session.redo()
 
 
-def test_a_step_is_gone_to_by_the_revision_that_it_leads_to(session: EditedDocument) -> None:
+def test_a_step_is_gone_to_by_the_revision_that_it_leads_to(session: OpenDocument) -> None:
     for x in range(3):
-        session.do(AddState(automaton=1, x=x, y=0))
-    assert [step.revision for step in session.undo_steps] == [2, 1, 0]
-    documents = {step.revision: step.document for step in session.undo_steps}
+        session.apply(AddState(automaton=1, x=x, y=0))
+    assert [step.revision for step in session.version.undo] == [2, 1, 0]
+    documents = {step.revision: step.document for step in session.version.undo}
     session.go_to(1)
-    assert session.document is documents[1]
-    assert [step.revision for step in session.redo_steps] == [2, 3]
+    assert session.version.document is documents[1]
+    assert [step.revision for step in session.version.redo] == [2, 3]
     assert session.go_to(1).before is documents[1]
     session.go_to(3)
-    assert [step.revision for step in session.undo_steps] == [2, 1, 0]
+    assert [step.revision for step in session.version.undo] == [2, 1, 0]
     session.go_to(0)
-    assert (session.document is documents[0], session.dirty, session.revision) == (True, False, 10)
+    assert (session.version.document is documents[0], session.version.dirty, session.version.revision) == (
+        True,
+        False,
+        10,
+    )
 
 
-def test_a_step_that_no_longer_is_there_is_not_gone_to(session: EditedDocument) -> None:
+def test_a_step_that_no_longer_is_there_is_not_gone_to(session: OpenDocument) -> None:
     for x in range(3):
-        session.do(AddState(automaton=1, x=x, y=0))
+        session.apply(AddState(automaton=1, x=x, y=0))
     session.undo()
-    session.do(rename("d"))
-    after = session.document
+    session.apply(rename("d"))
+    after = session.version.document
     with pytest.raises(EditError, match="changed since"):
         session.go_to(3)
-    assert session.document is after
+    assert session.version.document is after
 
 
 @pytest.mark.parametrize(
@@ -135,113 +154,117 @@ def test_a_step_that_no_longer_is_there_is_not_gone_to(session: EditedDocument) 
         (AddEntry(list="events"), Place(kind="document")),
     ],
 )
-def test_a_step_that_is_undone_says_where(session: EditedDocument, command: Command, place: Place) -> None:
-    session.do(AddEntry(list="properties", fields={"name": "p", "expression": "y"}))
-    session.do(command)
+def test_a_step_that_is_undone_says_where(session: OpenDocument, command: Command, place: Place) -> None:
+    session.apply(AddEntry(list="properties", fields={"name": "p", "expression": "y"}))
+    session.apply(command)
     assert session.undo().place == place
 
 
-def test_typing_is_one_step_until_one_pauses(session: EditedDocument, time: Time) -> None:
+def test_typing_is_one_step_until_one_pauses(session: OpenDocument, time: Time) -> None:
     for text in ("x", "x =", "x = 1"):
-        session.do(code(text))
+        session.apply(code(text))
         time.now += 1.9
-    assert len(session.undo_steps) == 1
+    assert len(session.version.undo) == 1
     time.now += 2.1
-    session.do(code("x = 2"))
-    assert len(session.undo_steps) == 2
+    session.apply(code("x = 2"))
+    assert len(session.version.undo) == 2
     time.now += 2.1
-    session.do(code("x = 3"))
-    assert len(session.undo_steps) == 3
+    session.apply(code("x = 3"))
+    assert len(session.version.undo) == 3
     session.undo()
     session.undo()
-    session.do(code("x = 4"))
-    assert len(session.undo_steps) == 2
+    session.apply(code("x = 4"))
+    assert len(session.version.undo) == 2
     session.undo()
     session.undo()
-    assert not session.dirty
+    assert not session.version.dirty
 
 
-def test_what_was_typed_over_an_older_text_is_merged(session: EditedDocument) -> None:
-    session.do(code("x"))
-    session.do(code("x theirs"), "x")
-    change = session.do(code("mine x"), "x")
-    assert (session.document.automata[0].states[0].code.text, change.conflict) == ("mine x theirs", False)
-    assert session.do(code("mine y theirs"), "mine x theirs").conflict is False
-    assert session.do(code("mine z theirs"), "mine x theirs").conflict is True
-    assert session.document.automata[0].states[0].code.text == "mine zy theirs"
+def test_what_was_typed_over_an_older_text_is_merged(session: OpenDocument) -> None:
+    session.apply(code("x"))
+    session.apply(code("x theirs"), "x")
+    change = session.apply(code("mine x"), "x")
+    assert (session.version.document.automata[0].states[0].code.text, change.conflict) == (
+        "mine x theirs",
+        False,
+    )
+    assert session.apply(code("mine y theirs"), "mine x theirs").conflict is False
+    assert session.apply(code("mine z theirs"), "mine x theirs").conflict is True
+    assert session.version.document.automata[0].states[0].code.text == "mine zy theirs"
     session.undo()
-    assert not session.dirty
+    assert not session.version.dirty
 
 
-def test_a_field_of_an_entry_is_merged(session: EditedDocument) -> None:
-    session.do(AddEntry(list="properties", fields={"name": "p", "expression": "x"}))
+def test_a_field_of_an_entry_is_merged(session: OpenDocument) -> None:
+    session.apply(AddEntry(list="properties", fields={"name": "p", "expression": "x"}))
     for text in ("x theirs", "mine x"):
-        session.do(ChangeEntry(list="properties", index=0, fields={"expression": text}), "x")
-    assert session.document.properties[0].expression.text == "mine x theirs"
+        session.apply(ChangeEntry(list="properties", index=0, fields={"expression": text}), "x")
+    assert session.version.document.properties[0].expression.text == "mine x theirs"
 
 
-def test_what_is_no_text_is_not_merged(session: EditedDocument) -> None:
+def test_what_is_no_text_is_not_merged(session: OpenDocument) -> None:
     with pytest.raises(EditError, match="no piece of text"):
-        session.do(AddState(automaton=1, x=0, y=0), "x")
+        session.apply(AddState(automaton=1, x=0, y=0), "x")
 
 
-def test_typing_after_saving_is_another_step(session: EditedDocument) -> None:
-    session.do(code("x"))
+def test_typing_after_saving_is_another_step(session: OpenDocument) -> None:
+    session.apply(code("x"))
     session.save()
-    session.do(code("x = 1"))
-    assert len(session.undo_steps) == 2
+    session.apply(code("x = 1"))
+    assert len(session.version.undo) == 2
 
 
-def test_moves_of_the_same_things_are_one_step(session: EditedDocument) -> None:
+def test_moves_of_the_same_things_are_one_step(session: OpenDocument) -> None:
     for _ in range(5):
-        session.do(MoveItems(automaton=1, states=(1,), dx=1, dy=0))
-    assert len(session.undo_steps) == 1
-    session.do(MoveItems(automaton=1, states=(1, 2), dx=1, dy=0))
-    assert len(session.undo_steps) == 2
+        session.apply(MoveItems(automaton=1, states=(1,), dx=1, dy=0))
+    assert len(session.version.undo) == 1
+    session.apply(MoveItems(automaton=1, states=(1, 2), dx=1, dy=0))
+    assert len(session.version.undo) == 2
 
 
-def test_a_command_that_changes_nothing_is_no_step(session: EditedDocument) -> None:
-    change = session.do(rename("wait"))
-    assert (change.revision, step_names(session.undo_steps), session.dirty) == (0, [], False)
+def test_a_command_that_changes_nothing_is_no_step(session: OpenDocument) -> None:
+    change = session.apply(rename("wait"))
+    assert (change.revision, step_names(session.version.undo), session.version.dirty) == (0, [], False)
 
 
-def test_a_command_that_fails_leaves_everything(session: EditedDocument) -> None:
-    before = session.document
+def test_a_command_that_fails_leaves_everything(session: OpenDocument) -> None:
+    before = session.version.document
     with pytest.raises(EditError):
-        session.do(rename("x", 9))
-    assert session.document is before
-    assert step_names(session.undo_steps) == []
+        session.apply(rename("x", 9))
+    assert session.version.document is before
+    assert step_names(session.version.undo) == []
 
 
 @pytest.mark.slow
-def test_a_document_does_not_grow_beyond_what_can_be_opened(session: EditedDocument) -> None:
+def test_a_document_does_not_grow_beyond_what_can_be_opened(session: OpenDocument) -> None:
     most = 1_000_000  # characters that one text may have; a file has five for each `&`
     for _ in range(MAX_SIZE // (5 * most)):
-        added = session.do(AddState(automaton=1, x=0, y=0)).added
-        session.do(code("&" * most, added[0].states[0]))
-    before = session.document
+        added = session.apply(AddState(automaton=1, x=0, y=0)).added
+        session.apply(code("&" * most, added[0].states[0]))
+    before = session.version.document
     with pytest.raises(EditError, match="it is larger than"):
-        session.do(code("&" * most))
-    assert session.document is before
-    session.do(code("x" * most))
+        session.apply(code("&" * most))
+    assert session.version.document is before
+    session.apply(code("x" * most))
 
 
-def test_saving_is_byte_for_byte_what_was_opened(session: EditedDocument, path: Path) -> None:
+def test_saving_is_byte_for_byte_what_was_opened(session: OpenDocument, path: Path) -> None:
     original = path.read_bytes()
-    session.do(rename("a"))
-    assert session.dirty
+    session.apply(rename("a"))
+    assert session.version.dirty
     session.undo()
-    assert not session.dirty
+    assert not session.version.dirty
     session.save()
     assert path.read_bytes() == original
 
 
-def test_saving_keeps_permissions_and_links(session: EditedDocument, path: Path, tmp_path: Path) -> None:
+def test_saving_keeps_permissions_and_links(session: OpenDocument, path: Path, tmp_path: Path) -> None:
     path.chmod(0o640)
     link = tmp_path / "link.xml"
     link.symlink_to(path)
-    session.do(rename("a"))
+    session.apply(rename("a"))
     session.save(link, overwrite=True)
+    write_file(link, path.read_bytes())
     assert link.is_symlink()
     assert path.stat().st_mode & 0o777 == 0o640
     assert "<name>a</name>" in path.read_text()
@@ -251,12 +274,12 @@ def test_saving_keeps_permissions_and_links(session: EditedDocument, path: Path,
 def test_what_was_not_changed_is_written_back_as_it_was_laid_out(path: Path, tmp_path: Path) -> None:
     by_hand = path.read_bytes().replace(b"\n", b"\r\n").replace(b"  <", b"\t<")
     path.write_bytes(by_hand)
-    session = EditedDocument.open(path, journals=tmp_path / "journals")
-    session.do(rename("a"))
+    session = project(tmp_path).open(path)
+    session.apply(rename("a"))
     session.save()
     assert path.read_bytes() != by_hand
     session.undo()
-    with pytest.raises(EditError, match="not saved"):
+    with pytest.raises(UnsavedError, match="not saved"):
         session.close()
     session.save()
     assert path.read_bytes() == by_hand
@@ -264,22 +287,22 @@ def test_what_was_not_changed_is_written_back_as_it_was_laid_out(path: Path, tmp
 
 
 def test_a_directory_that_cannot_be_synced_does_not_hide_that_the_file_is_there(
-    session: EditedDocument, path: Path, monkeypatch
+    session: OpenDocument, path: Path, monkeypatch
 ) -> None:
     def fail(_directory: Path) -> None:
         raise OSError(22, "Invalid argument")
 
     monkeypatch.setattr("visualhfsm.project._editing.files.flush", fail)
-    session.do(rename("a"))
+    session.apply(rename("a"))
     session.save()
-    assert not session.dirty
+    assert not session.version.dirty
     assert "<name>a</name>" in path.read_text()
-    assert not session.is_changed_outside()
+    assert session.refresh() == "same"
 
 
-def test_saving_that_fails_leaves_the_old_file(session: EditedDocument, path: Path, monkeypatch) -> None:
+def test_saving_that_fails_leaves_the_old_file(session: OpenDocument, path: Path, monkeypatch) -> None:
     original = path.read_bytes()
-    session.do(rename("a"))
+    session.apply(rename("a"))
 
     def fail(_descriptor: int) -> None:
         raise OSError(28, "No space left on device")
@@ -288,33 +311,34 @@ def test_saving_that_fails_leaves_the_old_file(session: EditedDocument, path: Pa
     with pytest.raises(EditError, match="No space left on device; nothing was written"):
         session.save()
     assert path.read_bytes() == original
-    assert session.dirty
+    assert session.version.dirty
     assert [each.name for each in path.parent.glob(".*")] == []
 
 
-def test_saving_as_asks_before_it_overwrites(session: EditedDocument, tmp_path: Path) -> None:
+def test_saving_as_asks_before_it_overwrites(session: OpenDocument, tmp_path: Path) -> None:
     other = tmp_path / "other.xml"
     other.write_text("mine")
-    with pytest.raises(EditError, match="the file exists"):
+    with pytest.raises(WouldOverwriteError, match="already exists"):
         session.save(other)
-    with pytest.raises(EditError, match=r"end with \.xml"):
+    assert other.read_text() == "mine"
+    with pytest.raises(ForbiddenPathError, match=r"end in \.xml"):
         session.save(tmp_path / "component.py")
     session.save(other, overwrite=True)
-    assert (session.path, session.name, session.dirty) == (other, "other", False)
+    assert (session.path, session.version.title, session.version.dirty) == (other, "other", False)
 
 
 @OLD_DOCUMENTS
 def test_an_old_dialect_opens_and_is_saved_elsewhere(tmp_path: Path) -> None:
     old = tmp_path / "old.xml"
     old.write_text(SPANISH)
-    session = EditedDocument.open(old, journals=tmp_path / "journals")
-    assert session.dialect == "Spanish (2013)"
-    session.do(rename("dos"))
+    session = project(tmp_path).open(old)
+    assert session.version.document.format == "Spanish (2013)"
+    session.apply(rename("dos"))
     with pytest.raises(OldFormatError, match="another file"):
         session.save()
     assert old.read_text() == SPANISH
     session.save(tmp_path / "new.xml")
-    session.do(rename("tres"))
+    session.apply(rename("tres"))
     session.save()
     session.close()
     assert "<name>tres</name>" in (tmp_path / "new.xml").read_text()
@@ -327,30 +351,30 @@ def test_a_recovered_document_of_an_old_format_is_not_replaced_unasked(
 ) -> None:
     old = tmp_path / "old.xml"
     old.write_text(SPANISH)
-    session = EditedDocument.open(old, journals=tmp_path / "journals")
+    session = project(tmp_path).open(old)
     if choice is not None:
         old.write_text(SPANISH.replace("uno", "one"))
         session.resolve(choice)
     written = old.read_text()
-    session.do(rename("dos"))
+    session.apply(rename("dos"))
     session.abandon()
-    recovered = recover_only(tmp_path / "journals")
+    recovered = recover_only(tmp_path)
     with pytest.raises(OldFormatError, match="another file"):
         recovered.save()
     assert old.read_text() == written
     recovered.save(overwrite=True)
-    recovered.do(rename("tres"))
+    recovered.apply(rename("tres"))
     recovered.save()
     recovered.close()
 
 
 def test_a_new_document_needs_a_file(tmp_path: Path) -> None:
-    session = EditedDocument.new(tree(), "untitled", journals=tmp_path / "journals")
-    assert session.dirty
+    session = project(tmp_path).open_text("untitled", written(tree()))
+    assert session.version.dirty
     with pytest.raises(EditError, match="no file yet"):
         session.save()
     session.save(tmp_path / "a.xml")
-    assert not session.dirty
+    assert not session.version.dirty
     session.close()
 
 
@@ -363,29 +387,29 @@ def test_what_is_no_document_does_not_open(tmp_path: Path, content: str | None, 
     if content is not None:
         file.write_text(content)
     with pytest.raises(EditError, match=why):
-        EditedDocument.open(file)
+        begin_from_file(file, tmp_path / "journals")
     with pytest.raises(EditError, match="it is not a file"):
-        EditedDocument.open(tmp_path)
+        begin_from_file(tmp_path, tmp_path / "journals")
 
 
-def test_a_file_that_another_program_changed_is_not_overwritten(session: EditedDocument, path: Path) -> None:
-    session.do(rename("mine"))
-    assert not session.is_changed_outside()
+def test_a_file_that_another_program_changed_is_not_overwritten(session: OpenDocument, path: Path) -> None:
+    session.apply(rename("mine"))
+    assert session.refresh() == "same"
     os.utime(path, (1, 1))
-    assert not session.is_changed_outside(), "the content is the same"
+    assert session.refresh() == "same", "the content is the same"
     path.write_text(path.read_text().replace(">work<", ">theirs<"))
-    assert session.is_changed_outside()
+    assert session.refresh() == "changed"
     with pytest.raises(ChangedOutsideError, match="another program has changed it"):
         session.save()
     assert "theirs" in path.read_text()
 
 
-def test_one_takes_theirs_or_keeps_mine(session: EditedDocument, path: Path) -> None:
-    session.do(rename("mine"))
+def test_one_takes_theirs_or_keeps_mine(session: OpenDocument, path: Path) -> None:
+    session.apply(rename("mine"))
     path.write_text(path.read_text().replace(">wait<", ">theirs<"))
     session.resolve(Choice.THEIRS)
-    assert session.document.automata[0].states[0].name == "theirs"
-    assert not session.dirty
+    assert session.version.document.automata[0].states[0].name == "theirs"
+    assert not session.version.dirty
     session.undo()
     path.write_text(path.read_text().replace(">theirs<", ">again<"))
     session.resolve(Choice.MINE)
@@ -393,22 +417,22 @@ def test_one_takes_theirs_or_keeps_mine(session: EditedDocument, path: Path) -> 
     assert "<name>mine</name>" in path.read_text()
 
 
-def test_a_file_that_was_removed_is_written_again(session: EditedDocument, path: Path) -> None:
+def test_a_file_that_was_removed_is_written_again(session: OpenDocument, path: Path) -> None:
     path.unlink()
-    assert session.is_changed_outside()
+    assert session.refresh() == "deleted"
     with pytest.raises(ChangedOutsideError, match="deleted"):
         session.save()
     session.resolve(Choice.MINE)
-    assert session.dirty
+    assert session.version.dirty
     session.save()
     assert path.exists()
 
 
 def test_closing_asks_for_changes_and_leaves_no_journal(path: Path, tmp_path: Path) -> None:
-    session = EditedDocument.open(path, journals=tmp_path / "journals")
-    session.do(rename("a"))
+    session = project(tmp_path).open(path)
+    session.apply(rename("a"))
     assert len(list((tmp_path / "journals").iterdir())) == 1
-    with pytest.raises(EditError, match="not saved"):
+    with pytest.raises(UnsavedError, match="not saved"):
         session.close()
     session.close(discard=True)
     assert list((tmp_path / "journals").iterdir()) == []
@@ -417,15 +441,14 @@ def test_closing_asks_for_changes_and_leaves_no_journal(path: Path, tmp_path: Pa
 CRASH = """
 import sys, os, signal
 from pathlib import Path
-from visualhfsm.project._editing.edited_document import EditedDocument
-from visualhfsm._document.commands.states import AddState, RenameState
-session = EditedDocument.open(Path(sys.argv[1]), journals=Path(sys.argv[2]))
-session.do(RenameState(automaton=1, state=1, name="a"))
+from visualhfsm import AddState, Project, RenameState
+session = Project(Path(sys.argv[1]).parent, journals=Path(sys.argv[2])).open(sys.argv[1])
+session.apply(RenameState(automaton=1, state=1, name="a"))
 session.save()
-session.do(AddState(automaton=1, x=0.1, y=2.0))
-session.do(RenameState(automaton=1, state=3, name="b"))
-session.do(RenameState(automaton=1, state=3, name="bc"))
-session.do(RenameState(automaton=1, state=2, name="d"))
+session.apply(AddState(automaton=1, x=0.1, y=2.0))
+session.apply(RenameState(automaton=1, state=3, name="b"))
+session.apply(RenameState(automaton=1, state=3, name="bc"))
+session.apply(RenameState(automaton=1, state=2, name="d"))
 session.undo()
 print("ready", flush=True)
 sys.stdin.read()
@@ -435,26 +458,25 @@ sys.stdin.read()
 KILLED_AFTER_SAVES = """
 import os, signal, sys
 from pathlib import Path
-from visualhfsm._document.commands.states import RenameState
-from visualhfsm.project._editing.edited_document import EditedDocument
+from visualhfsm import Project, RenameState
 
 def opened(name):
-    session = EditedDocument.open(folder / f"{name}.xml", journals=journals)
-    session.do(RenameState(automaton=1, state=1, name="a"))
-    session.do(RenameState(automaton=1, state=1, name="b"))
+    session = project.open(f"{name}.xml")
+    session.apply(RenameState(automaton=1, state=1, name="a"))
+    session.apply(RenameState(automaton=1, state=1, name="b"))
     session.save()
     return session
 
-folder, journals = map(Path, sys.argv[1:])
+project = Project(sys.argv[1], journals=Path(sys.argv[2]))
 kept = [opened(name) for name in ("saved", "again", "changed", "before", "branched", "outside", "deleted")]
 _, again, changed, before, branched, _, _ = kept
 for session in (before, branched, again):
     session.undo()
 again.redo()
 for session in (changed, branched):
-    session.do(RenameState(automaton=1, state=1, name="c"))
-unchanged = EditedDocument.open(folder / "unchanged.xml", journals=journals)
-unchanged.do(RenameState(automaton=1, state=1, name="a"))
+    session.apply(RenameState(automaton=1, state=1, name="c"))
+unchanged = project.open("unchanged.xml")
+unchanged.apply(RenameState(automaton=1, state=1, name="a"))
 unchanged.undo()
 os.kill(os.getpid(), signal.SIGKILL)
 """
@@ -474,9 +496,13 @@ def test_after_a_kill_only_what_differs_from_its_file_is_to_be_recovered(path: P
     found = {each.name: each.file for each in find_abandoned(journals)}
     assert sorted(found) == ["before", "branched", "changed", "deleted", "outside"]
     assert sorted(journals.iterdir()) == sorted(found.values())
+    kept = Project(folder, journals=journals)
     for name, state in {"before": "wait", "branched": "c", "changed": "c"}.items():
-        recovered = EditedDocument.recover(found[name])
-        assert (recovered.dirty, recovered.document.automata[0].states[0].name) == (True, state)
+        recovered = kept.recover(found[name].name)
+        assert (recovered.version.dirty, recovered.version.document.automata[0].states[0].name) == (
+            True,
+            state,
+        )
         recovered.close(discard=True)
 
 
@@ -497,20 +523,20 @@ def test_a_killed_process_loses_nothing(path: Path, tmp_path: Path) -> None:
             assert find_abandoned(journals) == [], "it is alive"
             (file,) = journals.iterdir()
             with pytest.raises(EditError, match="open in another process"):
-                EditedDocument.recover(file)
+                recover(file)
         finally:
             process.send_signal(signal.SIGKILL)
     (found,) = find_abandoned(journals)
     assert (found.path, found.name) == (path, "waver")
-    recovered = EditedDocument.recover(found.file)
-    assert [state.name for state in recovered.document.automata[0].states] == ["a", "work", "bc"]
-    assert step_names(recovered.undo_steps) == ["Rename “state 3”", "Add a state", "Rename “wait”"]
-    assert step_names(recovered.redo_steps) == ["Rename “work”"]
-    assert recovered.dirty
-    assert not recovered.is_changed_outside()
+    recovered = recover_only(tmp_path)
+    assert [state.name for state in recovered.version.document.automata[0].states] == ["a", "work", "bc"]
+    assert step_names(recovered.version.undo) == ["Rename “state 3”", "Add a state", "Rename “wait”"]
+    assert step_names(recovered.version.redo) == ["Rename “work”"]
+    assert recovered.version.dirty
+    assert recovered.refresh() == "same"
     recovered.undo()
     recovered.undo()
-    assert not recovered.dirty, "this is what was saved"
+    assert not recovered.version.dirty, "this is what was saved"
     recovered.redo()
     recovered.save()
     recovered.close()
@@ -519,36 +545,36 @@ def test_a_killed_process_loses_nothing(path: Path, tmp_path: Path) -> None:
 
 def test_a_new_document_that_was_saved_is_found_under_the_name_of_its_file(tmp_path: Path) -> None:
     journals = tmp_path / "journals"
-    session = EditedDocument.new(tree(), "untitled", journals=journals)
-    session.do(rename("a"))
+    session = project(tmp_path).open_text("untitled", written(tree()))
+    session.apply(rename("a"))
     session.save(tmp_path / "walk.xml")
-    session.do(rename("b"))
+    session.apply(rename("b"))
     session.abandon()
     (found,) = find_abandoned(journals)
     assert (found.path, found.name) == (tmp_path / "walk.xml", "walk")
 
 
 def test_a_journal_that_was_cut_off_gives_what_it_has(path: Path, tmp_path: Path) -> None:
-    session = EditedDocument.open(path, journals=tmp_path / "journals")
+    session = project(tmp_path).open(path)
     for name in ("a", "b"):
-        session.do(rename(name))
+        session.apply(rename(name))
     session.abandon()
     (file,) = (tmp_path / "journals").iterdir()
     file.write_bytes(file.read_bytes()[:-20])
-    recovered = EditedDocument.recover(file)
-    assert recovered.document.automata[0].states[0].name == "a"
-    recovered.do(rename("c"))
+    recovered = recover_only(tmp_path)
+    assert recovered.version.document.automata[0].states[0].name == "a"
+    recovered.apply(rename("c"))
     recovered.abandon()
-    again = EditedDocument.recover(file)
-    assert again.document.automata[0].states[0].name == "c"
+    again = recover_only(tmp_path)
+    assert again.version.document.automata[0].states[0].name == "c"
     again.close(discard=True)
 
 
 def test_a_journal_that_means_nothing_from_some_entry_on_is_continued_there(
     path: Path, tmp_path: Path
 ) -> None:
-    session = EditedDocument.open(path, journals=tmp_path / "journals")
-    session.do(rename("a"))
+    session = project(tmp_path).open(path)
+    session.apply(rename("a"))
     session.abandon()
     (file,) = (tmp_path / "journals").iterdir()
     for lost in (
@@ -556,14 +582,14 @@ def test_a_journal_that_means_nothing_from_some_entry_on_is_continued_there(
         b"?\n",
     ):
         file.write_bytes(file.read_bytes() + lost + b'{"entry":"undo"}\n')
-        recovered = EditedDocument.recover(file)
-        assert step_names(recovered.undo_steps) == ["Rename “wait”"]
+        recovered = recover_only(tmp_path)
+        assert step_names(recovered.version.undo) == ["Rename “wait”"]
         recovered.abandon()
-    recovered = EditedDocument.recover(file)
-    recovered.do(rename("b", 2))
+    recovered = recover_only(tmp_path)
+    recovered.apply(rename("b", 2))
     recovered.abandon()
-    again = EditedDocument.recover(file)
-    assert step_names(again.undo_steps) == ["Rename “work”", "Rename “wait”"]
+    again = recover_only(tmp_path)
+    assert step_names(again.version.undo) == ["Rename “work”", "Rename “wait”"]
     again.close(discard=True)
 
 
@@ -578,42 +604,39 @@ def test_a_journal_recovers_from_a_full_disk(path: Path, tmp_path: Path, monkeyp
         return real(descriptor, content)
 
     monkeypatch.setattr("visualhfsm.project._editing.journal.os.write", write)
-    session = EditedDocument.open(path, journals=tmp_path / "journals")
+    session = project(tmp_path).open(path)
     full = True
-    session.do(rename("a"))
+    session.apply(rename("a"))
     full = False
-    session.do(rename("b", 2))
+    session.apply(rename("b", 2))
     full = True
     session.undo()
-    session.do(AddState(automaton=1, x=0, y=0))
+    session.apply(AddState(automaton=1, x=0, y=0))
     full = False
     session.undo()
     session.undo()
     session.redo()
-    session.do(rename("c", 2))
-    expected = session.document
+    session.apply(rename("c", 2))
+    expected = session.version.document
     session.abandon()
-    recovered = recover_only(tmp_path / "journals")
-    assert recovered.document == expected
+    recovered = recover_only(tmp_path)
+    assert recovered.version.document == expected
     recovered.close(discard=True)
 
 
 @pytest.mark.parametrize("saves", ["nowhere", "at the beginning", "between", "at the end"])
 def test_a_journal_that_has_grown_large_begins_anew_and_loses_nothing(
-    path: Path, tmp_path: Path, saves: str
+    path: Path, tmp_path: Path, saves: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     journals = tmp_path / "journals"
-    content = path.read_bytes()
-    header = Header(str(path), path.stem, content, read_file(path)[1].digest)
-    session = EditedDocument(
-        parse_file(content, path), Journal(journals, header, largest=3000), read_file(path)[1], len(content)
-    )
+    monkeypatch.setattr("visualhfsm.project._editing.journal.LARGEST_JOURNAL", 3000)
+    session = project(tmp_path).open(path)
     largest = 0
     for number in range(200):
-        session.do(
+        session.apply(
             SetText(place=Place(kind="automaton", automaton=1, part="functions"), text=f"n = {number}\n" * 40)
         )
-        session.do(rename(f"s{number}"))
+        session.apply(rename(f"s{number}"))
         if (saves == "at the beginning" and number == 0) or (saves == "between" and number % 7 == 3):
             session.save()
         if number % 5 == 0:
@@ -625,7 +648,7 @@ def test_a_journal_that_has_grown_large_begins_anew_and_loses_nothing(
         largest = max(largest, file.stat().st_size)
     if saves == "at the end":
         session.save()
-    expected, dirty, saved = session.document, session.dirty, path.read_bytes()
+    expected, dirty, saved = session.version.document, session.version.dirty, path.read_bytes()
     session.abandon()
     assert largest < 40_000, "without beginning anew it has some 130,000 bytes"
     if not dirty:
@@ -633,17 +656,17 @@ def test_a_journal_that_has_grown_large_begins_anew_and_loses_nothing(
         return
     (found,) = find_abandoned(journals)
     assert (found.path, found.name) == (path, path.stem)
-    recovered = EditedDocument.recover(found.file)
-    assert recovered.document == expected
-    assert recovered.dirty
-    assert not recovered.is_changed_outside()
-    while recovered.undo_steps:
+    recovered = recover_only(tmp_path)
+    assert recovered.version.document == expected
+    assert recovered.version.dirty
+    assert recovered.refresh() == "same"
+    while recovered.version.undo:
         recovered.undo()
-    recovered.do(rename("end"))
-    last = recovered.document
+    recovered.apply(rename("end"))
+    last = recovered.version.document
     recovered.abandon()
-    again = EditedDocument.recover(found.file)
-    assert again.document == last
+    again = recover_only(tmp_path)
+    assert again.version.document == last
     assert path.read_bytes() == saved
     again.save()
     again.close()
@@ -657,41 +680,42 @@ def test_a_journal_begins_anew_once_there_is_room_for_it(path: Path, tmp_path: P
             raise OSError(28, "No space left on device")
         return real(name, flags, *rest, **options)
 
-    header = Header(None, "untitled", written(tree()).encode(), "")
-    session = EditedDocument(tree(), Journal(tmp_path / "journals", header, largest=1), None, 1000)
-    session.do(rename("a"))
+    monkeypatch.setattr("visualhfsm.project._editing.journal.LARGEST_JOURNAL", 1)
+    session = project(tmp_path).open_text("untitled", written(tree()))
+    session.apply(rename("a"))
     monkeypatch.setattr("visualhfsm.project._editing.journal.os.open", open_)
     full = True
-    session.do(rename("b", 2))
+    session.apply(rename("b", 2))
     full = False
-    session.do(rename("c"))
+    session.apply(rename("c"))
     session.undo()
     session.abandon()
-    recovered = recover_only(tmp_path / "journals")
-    assert [each.name for each in recovered.document.automata[0].states[:2]] == ["a", "b"]
+    recovered = recover_only(tmp_path)
+    assert [each.name for each in recovered.version.document.automata[0].states[:2]] == ["a", "b"]
     recovered.close(discard=True)
 
 
-def test_a_crash_right_after_saving_leaves_nothing_to_save(session: EditedDocument, path: Path) -> None:
-    session.do(rename("a"))
+def test_a_crash_right_after_saving_leaves_nothing_to_save(session: OpenDocument, path: Path) -> None:
+    session.apply(rename("a"))
     path.write_text(session.text())  # and the process dies before it is in the journal
     session.abandon()
-    recovered = recover_only(path.parent / "journals")
+    (found,) = find_abandoned(path.parent / "journals")
+    recovered = recover(found.file)
     assert not recovered.dirty
-    assert not recovered.is_changed_outside()
-    recovered.undo()
-    recovered.save()
-    recovered.close()
+    assert not recovered.file.is_changed_outside()
+    recovered.steps.undo()
+    recovered.file.require_ours()
+    recovered.journal.close()
 
 
-def test_the_only_copy_of_a_file_that_was_removed_is_recovered(session: EditedDocument, path: Path) -> None:
+def test_the_only_copy_of_a_file_that_was_removed_is_recovered(session: OpenDocument, path: Path) -> None:
     path.unlink()
     session.resolve(Choice.MINE)
-    with pytest.raises(EditError, match="not saved"):
+    with pytest.raises(UnsavedError, match="not saved"):
         session.close()
     session.abandon()
-    recovered = recover_only(path.parent / "journals")
-    assert recovered.document == tree()
+    recovered = recover_only(path.parent)
+    assert recovered.version.document == tree()
     recovered.close(discard=True)
 
 
@@ -700,13 +724,13 @@ def test_a_file_that_is_no_journal_is_left_alone(tmp_path: Path) -> None:
     file.write_bytes(b"{}\nand more")
     assert find_abandoned(tmp_path) == []
     with pytest.raises(EditError, match="it contains no document"):
-        EditedDocument.recover(file)
+        recover(file)
     assert file.read_bytes() == b"{}\nand more"
 
 
 def test_an_undone_session_is_not_kept(path: Path, tmp_path: Path) -> None:
-    session = EditedDocument.open(path, journals=tmp_path / "journals")
-    session.do(rename("a"))
+    session = project(tmp_path).open(path)
+    session.apply(rename("a"))
     session.undo()
     session.abandon()
     assert list((tmp_path / "journals").iterdir()) == []
@@ -715,8 +739,8 @@ def test_an_undone_session_is_not_kept(path: Path, tmp_path: Path) -> None:
 def test_what_another_process_closes_in_the_same_moment_is_not_recovered(
     path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    session = EditedDocument.open(path, journals=tmp_path)
-    session.do(AddState(automaton=1, x=0, y=0))
+    session = Project(tmp_path, journals=tmp_path).open(path)
+    session.apply(AddState(automaton=1, x=0, y=0))
     session.abandon()
     (found,) = find_abandoned(tmp_path)
 
@@ -725,4 +749,4 @@ def test_what_another_process_closes_in_the_same_moment_is_not_recovered(
 
     monkeypatch.setattr("fcntl.flock", lock)
     with pytest.raises(EditError, match="recovered already"):
-        EditedDocument.recover(found.file)
+        recover(found.file)
