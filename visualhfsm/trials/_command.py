@@ -174,10 +174,9 @@ def _run_series(where: Where, plans: Sequence[Plan], out: Path | None, report: P
     summaries = []
     for plan, name in zip(plans, names, strict=True):
         file = _folder(plan, out) / (name + SUFFIX)
-        summary = run_all(where, plan, file)
-        summaries.append(summary)
+        summaries.append(run_all(where, plan, file))
         if report is not None:
-            _write_page(where, report, plan, summary, file)
+            _write_page(where, report, plan, summaries[-1], file)
     for summary, name in zip(summaries, names, strict=True):
         show(console, summary, name)
     if plans[0].success.state is None and plans[0].success.function is None:
